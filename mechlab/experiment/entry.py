@@ -1,0 +1,55 @@
+"""An entry of the catalog: a mechanism with its parameters, scenes, questions, checks and claims."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from mechlab.experiment.check import Check, Claim
+from mechlab.experiment.question import Question
+from mechlab.experiment.recording import Recording
+from mechlab.experiment.scene import Scene
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+
+@dataclass(frozen=True)
+class SceneRecipe:
+    """How a scene is made: `make(parameters, fidelity) -> Scene`; `overrides` are parameters it changes before the user's."""
+
+    make: Callable[[Any, str], Scene]
+    fidelity: str
+    text: str
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What a catalog file exports.
+
+    parameters: a frozen dataclass of `parameter(...)` fields. build(p, fidelity) -> Mechanism, for every fidelity except
+    "kinematic". reference(p, scene) -> Recording: closed form or own equations. expand(p, recording) -> the richest
+    Mechanism and its coordinates (n, nq) along the recording, for the page. channels: more channels, name -> (unit,
+    function(parameters, recording) -> (n,)). warnings(p) -> sentences on doubtful parameters.
+    """
+
+    name: str
+    title: str
+    summary: str
+    parameters: type[Any]
+    build: Callable[[Any, str], Mechanism]
+    fidelities: Mapping[str, str]
+    default_fidelity: str
+    scenes: Mapping[str, SceneRecipe]
+    default_scene: str
+    questions: tuple[Question, ...] = ()
+    checks: tuple[Check, ...] = ()
+    claims: tuple[Claim, ...] = ()
+    reference: Callable[[Any, Scene], Recording] | None = None
+    expand: Callable[[Any, Recording], tuple[Mechanism, Array]] | None = None
+    channels: Mapping[str, tuple[str, Callable[[Any, Recording], Array]]] = field(default_factory=dict)
+    warnings: Callable[[Any], tuple[str, ...]] | None = None
+    chain: str = ""
+    formulas: str = ""
+    sources: tuple[str, ...] = ()

@@ -1,0 +1,130 @@
+"""Parameters of a mechanism: a flat frozen dataclass whose fields carry unit, meaning, limits and source."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields
+from fractions import Fraction
+from typing import Any, get_type_hints
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.model import as_fraction
+
+KINDS: dict[object, str] = {float: "number", int: "integer", Fraction: "ratio", str: "text"}
+
+
+@dataclass(frozen=True)
+class ParameterInfo:
+    """What a user is told of one parameter. kind: "number", "integer", "ratio", "text", "numbers" or "integers" (lists)."""
+
+    name: str
+    kind: str
+    default: object
+    unit: str
+    text: str
+    source: str
+    low: float | None
+    high: float | None
+    strict: bool
+    length: int | None
+    optional: bool
+
+    @property
+    def range_text(self) -> str:
+        """The limits in words."""
+        low = "" if self.low is None else f"{'>' if self.strict else '>='} {self.low:g}"
+        high = "" if self.high is None else f"<= {self.high:g}"
+        return ", ".join(x for x in (low, high) if x)
+
+
+def parameter(
+    default: object,
+    unit: str,
+    text: str,
+    *,
+    source: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    strict: bool = False,
+) -> Any:
+    """A dataclass field with unit, meaning, source and limits; `strict` excludes the value `low` itself."""
+    meta = {"unit": unit, "text": text, "source": source, "low": low, "high": high, "strict": strict}
+    return field(default=default, metadata=meta)
+
+
+def describe(cls: type[Any]) -> tuple[ParameterInfo, ...]:
+    """The parameters of a parameter class, in order."""
+    hints = get_type_hints(cls)
+    return tuple(_info(f, hints[f.name]) for f in fields(cls))
+
+
+def _info(f: Field[Any], hint: Any) -> ParameterInfo:
+    text = str(hint)
+    optional = "None" in text
+    if "tuple" in text:
+        kind = "integers" if "int" in text else "numbers"
+    elif "Fraction" in text:
+        kind = "ratio"
+    else:
+        kind = next((name for t, name in KINDS.items() if getattr(t, "__name__", "") in text), "number")
+    default = None if f.default is MISSING else f.default
+    length = len(default) if isinstance(default, tuple) else None
+    meta = f.metadata
+    return ParameterInfo(
+        f.name, kind, default, meta.get("unit", ""), meta.get("text", ""), meta.get("source", ""),
+        meta.get("low"), meta.get("high"), meta.get("strict", False), length, optional,
+    )  # fmt: skip
+
+
+def make(cls: type[Any], values: Mapping[str, object], owner: str = "") -> Any:
+    """An instance of a parameter class from values of any sensible type.
+
+    Raises MechlabError for an unknown name (listing those that exist), a wrong type, length, or value out of range.
+    """
+    infos = {i.name: i for i in describe(cls)}
+    given: dict[str, object] = {}
+    for name, value in values.items():
+        if name not in infos:
+            raise unknown(f"{owner or cls.__name__}: parameter", name, infos)
+        given[name] = coerce(infos[name], value, owner)
+    return cls(**given)
+
+
+def coerce(info: ParameterInfo, value: object, owner: str = "") -> object:
+    """`value` as the type that the parameter wants, checked against its limits."""
+    what = f"{owner}: parameter {info.name!r}" if owner else f"parameter {info.name!r}"
+    if info.optional and (value is None or value == "none"):
+        return None
+    if info.kind in ("numbers", "integers"):
+        items = list(value) if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+        if info.length is not None and len(items) != info.length:
+            raise MechlabError(f"{what}: expected {info.length} values, got {len(items)}.")
+        return tuple(_scalar("integer" if info.kind == "integers" else "number", x, what, info) for x in items)
+    return _scalar(info.kind, value, what, info)
+
+
+def _scalar(kind: str, value: object, what: str, info: ParameterInfo) -> object:
+    if kind == "text":
+        return str(value)
+    if kind == "ratio":
+        number: float | Fraction | int = as_fraction(value, what)
+    else:
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            unit = f" [{info.unit}]" if info.unit else ""
+            raise MechlabError(f"{what}: expected a number{unit}, got {value!r}.") from None
+        if not math.isfinite(number):
+            raise MechlabError(f"{what}: expected a finite number, got {value!r}.")
+        if kind == "integer":
+            if number != int(number):
+                raise MechlabError(f"{what}: expected an integer, got {value!r}.")
+            number = int(number)
+    low, high = info.low, info.high
+    unit = f" {info.unit}" if info.unit else ""
+    if low is not None and (number < low or (info.strict and number == low)):
+        raise MechlabError(f"{what}: must be {'>' if info.strict else '>='} {low:g}{unit}, got {float(number):g}.")
+    if high is not None and number > high:
+        raise MechlabError(f"{what}: must be <= {high:g}{unit}, got {float(number):g}.")
+    return number

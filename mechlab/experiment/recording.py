@@ -1,0 +1,110 @@
+"""What comes back from a run: states, channels, health, cost. `mechlab.formats` saves it as one .npz file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.health import Health
+from mechlab.experiment.settings import Settings
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run cost: CPU seconds of stepping, steps, evaluations of the equations of motion."""
+
+    cpu_s: float = 0.0
+    steps: int = 0
+    evaluations: int = 0
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A run of a mechanism.
+
+    t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit.
+    """
+
+    mechanism: Mechanism
+    t: Array
+    q: Array
+    v: Array
+    channels: dict[str, Array] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    health: Health = Health()
+    cost: Cost = Cost()
+    settings: Settings = Settings()
+    scene: str = ""
+    name: str = ""
+    fidelity: str = ""
+    parameters: dict[str, Any] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
+
+    def channel(self, name: str) -> Array:
+        """(n,) values of a channel; raises MechlabError that lists the channels."""
+        if name not in self.channels:
+            raise unknown(f"{self.name or self.mechanism.name}: channel", name, self.channels)
+        return self.channels[name]
+
+    def at(self, name: str, t: float) -> float:
+        """Value of a channel at time t [s]: exact at a recorded time, else a cubic through four neighbours.
+
+        Raises MechlabError when t lies outside the run.
+        """
+        values = self.channel(name)
+        span = self.t[-1] - self.t[0]
+        if not self.t[0] - 1e-9 * span <= t <= self.t[-1] + 1e-9 * span:
+            raise MechlabError(f"time {t:g} s lies outside the run ({self.t[0]:g} to {self.t[-1]:g} s).")
+        k = int(np.argmin(np.abs(self.t - t)))
+        if abs(self.t[k] - t) <= 1e-9 * max(span, 1e-12) or len(self.t) < 4:
+            return float(values[k])
+        i = int(np.clip(np.searchsorted(self.t, t) - 2, 0, len(self.t) - 4))
+        x, y = self.t[i : i + 4], values[i : i + 4]
+        weights = [np.prod([(t - x[m]) / (x[j] - x[m]) for m in range(4) if m != j]) for j in range(4)]
+        return float(np.dot(weights, y))
+
+    def final(self) -> dict[str, float]:
+        """Last value of every channel."""
+        return {name: float(values[-1]) for name, values in self.channels.items()}
+
+    def with_channels(self, channels: Mapping[str, Array], units: Mapping[str, str]) -> Recording:
+        """The same run with more channels."""
+        return replace(self, channels=self.channels | dict(channels), units=self.units | dict(units))
+
+
+def basic_channels(mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
+    """Channels that every run has: value and `_rate` of each joint and shaft, `_x _y _z` of each frame; with units."""
+    channels: dict[str, Array] = {}
+    units: dict[str, str] = {}
+    slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
+    for name in mechanism.scalar_names:
+        unit = "m" if name in slides else "rad"
+        channels[name] = mechanism.value(name, q)
+        channels[f"{name}_rate"] = v @ mechanism.row(name)
+        units |= {name: unit, f"{name}_rate": f"{unit}/s"}
+    if mechanism.frames:
+        points = frame_positions(mechanism, q)
+        for k, frame in enumerate(mechanism.frames):
+            for axis, letter in enumerate("xyz"):
+                channels[f"{frame.name}_{letter}"] = points[:, k, axis]
+                units[f"{frame.name}_{letter}"] = "m"
+    return channels, units
+
+
+def frame_positions(mechanism: Mechanism, q: Array) -> Array:
+    """(n, frames, 3) world positions of the frames along coordinates q (n, nq)."""
+    tree = TreeKinematics(mechanism)
+    out = np.empty((len(q), len(mechanism.frames), 3))
+    for i, row in enumerate(q):
+        tree.set(row)
+        for k, frame in enumerate(mechanism.frames):
+            rotation, origin = tree.pose(frame.body)
+            out[i, k] = origin + rotation @ frame.placement.translation
+    return out

@@ -1,0 +1,30 @@
+"""A scene: what happens to a mechanism, for how long, and what one wants to know of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from mechlab.experiment.laws import Law
+from mechlab.experiment.settings import Settings
+
+NEEDS = ("poses", "drive_forces", "tooth_loads", "reactions")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """initial: physical values of joints at t = 0, the others follow by assembly from the reference pose; initial_rates:
+    rates of joints or shafts, the others follow from the constraints (minimum norm). `needs` and `tolerance` [m or rad]
+    say what the run must answer and how well; `settings` is the recommended way to compute it.
+    """
+
+    name: str
+    fidelity: str
+    duration: float
+    laws: tuple[Law, ...] = ()
+    initial: dict[str, float] = field(default_factory=dict)
+    initial_rates: dict[str, float] = field(default_factory=dict)
+    channels: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ("poses",)
+    tolerance: float = 1e-4
+    settings: Settings = Settings()
+    text: str = ""

@@ -1,0 +1,32 @@
+"""What a mechanism is: immutable data, a small numpy kinematics, structure analysis, assembly. No engine."""
+
+from mechlab.mechanism.assembly import Assembly, Status, close, follow, mode_sign, newton, same_mode
+from mechlab.mechanism.builder import Builder, depth_first, floating, prismatic, revolute, spherical, universal
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.gears import GearMesh, belt, mimic, relation, screw
+from mechlab.mechanism.geometry import IDENTITY, Placement
+from mechlab.mechanism.inertia import Inertia
+from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, body_poses, integrate
+from mechlab.mechanism.model import (
+    GROUND,
+    Body,
+    Drive,
+    Frame,
+    Joint,
+    LinearRelation,
+    Loop,
+    Mechanism,
+    Shaft,
+    Spring,
+    as_fraction,
+)
+from mechlab.mechanism.shape import Shape, shape
+from mechlab.mechanism.structure import Structure, singularity, structure
+
+__all__ = [
+    "GROUND", "IDENTITY", "Assembly", "Body", "Builder", "ConstraintSet", "Drive", "Frame", "GearMesh", "Inertia", "Joint",
+    "Kinematics", "LinearRelation", "Loop", "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "Structure",
+    "TreeKinematics", "as_fraction", "belt", "body_poses", "close", "depth_first", "floating", "follow", "integrate", "mimic",
+    "mode_sign", "newton", "prismatic", "relation", "revolute", "same_mode", "screw", "shape", "singularity", "spherical",
+    "structure", "universal",
+]  # fmt: skip

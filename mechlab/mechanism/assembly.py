@@ -1,0 +1,209 @@
+"""Closing a mechanism: damped Newton, path continuation, and the check that the assembly mode was kept.
+
+Written over callables, so that the numpy tree, Pinocchio and MuJoCo are closed by the same code:
+`evaluate(q) -> (residual (m,), jacobian (m, nv))` and `step(q, dv) -> q`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics, integrate
+from mechlab.mechanism.model import Mechanism
+
+Evaluate = Callable[[Array], tuple[Array, Array]]
+Step = Callable[[Array, Array], Array]
+
+
+class Status(Enum):
+    """What became of a solution, as a sentence for the user."""
+
+    SOLVED = "solved"
+    BOUNDARY = "on the boundary: the position is singular"
+    OUT_OF_REACH = "out of reach"
+    NO_ASSEMBLY = "no assembly exists here"
+    CHANGE_POINT = "change point: two assembly modes meet here"
+    MODES_MERGE = "modes merge here"
+    NO_REGIME = "no such regime"
+    WRONG_MODE = "wrong mode avoided: the solver met another assembly mode and did not take it"
+    REDUNDANT = "redundant: some constraint rows repeat others"
+    NOT_CONVERGED = "did not converge"
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the command line: 0 answered, 3 do not trust it, 4 no solution exists."""
+        if self in (Status.SOLVED, Status.BOUNDARY, Status.REDUNDANT):
+            return 0
+        if self in (Status.NOT_CONVERGED, Status.WRONG_MODE, Status.CHANGE_POINT, Status.MODES_MERGE):
+            return 3
+        return 4
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Result of closing a mechanism: coordinates, largest residual, iterations, status."""
+
+    q: Array
+    residual: float
+    iterations: int
+    status: Status
+
+    @property
+    def closed(self) -> bool:
+        """True when the residual is at rounding level."""
+        return self.status is Status.SOLVED
+
+
+def newton(
+    evaluate: Evaluate,
+    step: Step,
+    q: Array,
+    *,
+    tolerance: float = 1e-13,
+    iterations: int = 60,
+    largest: float = 0.5,
+) -> Assembly:
+    """Damped Newton for r(q) = 0 with the minimum-norm step of a possibly redundant Jacobian.
+
+    The step is limited to `largest` [rad or m per rate] and halved until the residual falls. Converged means below
+    `tolerance`, or at rounding level: below 1e-11 and no longer falling. Never returns a NaN.
+    """
+    residual, jacobian = evaluate(q)
+    size = float(np.max(np.abs(residual), initial=0.0))
+    for k in range(iterations):
+        if size < tolerance:
+            return Assembly(q, size, k, Status.SOLVED)
+        dv = -np.linalg.lstsq(jacobian, residual, rcond=1e-11)[0]
+        biggest = float(np.max(np.abs(dv), initial=0.0))
+        if not np.isfinite(biggest):
+            break
+        scale = min(1.0, largest / biggest) if biggest > 0 else 1.0
+        for _ in range(12):
+            trial = step(q, scale * dv)
+            new_residual, new_jacobian = evaluate(trial)
+            new_size = float(np.max(np.abs(new_residual), initial=0.0))
+            if new_size < size:
+                break
+            scale *= 0.5
+        else:
+            return Assembly(q, size, k, Status.SOLVED if size < 1e-11 else Status.NOT_CONVERGED)
+        if size < 1e-11 and new_size > 0.5 * size:
+            return Assembly(trial, new_size, k + 1, Status.SOLVED)
+        q, residual, jacobian, size = trial, new_residual, new_jacobian, new_size
+    return Assembly(q, size, iterations, Status.SOLVED if size < 1e-11 else Status.NOT_CONVERGED)
+
+
+def follow(
+    evaluate: Callable[[Array, float], tuple[Array, Array]],
+    step: Step,
+    q: Array,
+    *,
+    steps: int = 10,
+    smallest: float = 1e-4,
+) -> Assembly:
+    """Path continuation: closes r(q, s) = 0 from s = 0, where q is closed, to s = 1.
+
+    A step of s is accepted when Newton converges and moves each coordinate by less than 0.5; otherwise it is halved.
+    Below `smallest` the path has ended: status CHANGE_POINT when the Jacobian is singular there, else NOT_CONVERGED.
+    """
+    s, ds = 0.0, 1.0 / steps
+    total = 0
+    found = newton(lambda x: evaluate(x, 0.0), step, q)
+    if not found.closed:
+        return found
+    while s < 1.0:
+        target = min(1.0, s + ds)
+        trial = newton(lambda x, target=target: evaluate(x, target), step, found.q, iterations=12)  # type: ignore[misc]
+        total += trial.iterations
+        moved = float(np.max(np.abs(trial.q - found.q), initial=0.0))
+        if trial.closed and moved < 0.5:
+            found, s = trial, target
+            ds *= 1.5 if trial.iterations <= 4 else 1.0
+            continue
+        ds *= 0.5
+        if ds < smallest:
+            values = np.linalg.svd(evaluate(found.q, s)[1], compute_uv=False)
+            status = Status.CHANGE_POINT if values[-1] < 1e-3 * values[0] else Status.NOT_CONVERGED
+            return Assembly(found.q, found.residual, total, status)
+    return Assembly(found.q, found.residual, total, Status.SOLVED)
+
+
+def _tree(mechanism: Mechanism) -> tuple[TreeKinematics, ConstraintSet]:
+    return TreeKinematics(mechanism), ConstraintSet(mechanism)
+
+
+def close(
+    mechanism: Mechanism,
+    q: Array | None = None,
+    targets: dict[str, float] | None = None,
+    *,
+    start: Array | None = None,
+    steps: int = 1,
+) -> Assembly:
+    """Coordinates that close all loops and relations and give the joints or shafts in `targets` their physical values.
+
+    Newton from `q` (default: the reference pose); with `steps` > 1 the targets are approached by path continuation from
+    there, which keeps the assembly mode. A mode that changed is reported, never returned as solved.
+    """
+    tree, constraints = _tree(mechanism)
+    goal = dict(targets or {})
+    first = mechanism.reference() if q is None else np.asarray(q, dtype=float)
+    rows = np.array([mechanism.row(name) for name in goal]).reshape(len(goal), mechanism.nv)
+    begin = np.array([mechanism.value(name, first) for name in goal])
+    end = np.array([goal[name] for name in goal])
+
+    def evaluate(x: Array, s: float) -> tuple[Array, Array]:
+        tree.set(x)
+        now = np.array([mechanism.value(name, x) for name in goal])
+        wanted = begin + s * (end - begin)
+        return (
+            np.concatenate([constraints.residual(tree), now - wanted]),
+            np.vstack([constraints.jacobian(tree), rows]),
+        )
+
+    def step(x: Array, dv: Array) -> Array:
+        return integrate(mechanism, x, dv)
+
+    if steps > 1:
+        found = follow(evaluate, step, first, steps=steps)
+    else:
+        found = newton(lambda x: evaluate(x, 1.0), step, first)
+    if found.closed and len(goal) and not same_mode(mechanism, first, found.q, list(goal)):
+        return Assembly(found.q, found.residual, found.iterations, Status.WRONG_MODE)
+    return found
+
+
+def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
+    """Sign of det of [J of the closure; rows of the `held` joints or shafts], on an independent set of rows.
+
+    It changes only where two assembly modes of the mechanism with those drives held meet. 0: the matrix is not square
+    (the held ones do not fix the mechanism, or rows are redundant in a way that changes).
+    """
+    tree, constraints = _tree(mechanism)
+    jacobian = constraints.jacobian(tree.set(q))
+    rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
+    keep = _independent_rows(mechanism, constraints)
+    matrix = np.vstack([jacobian[keep], rows])
+    if matrix.shape[0] != matrix.shape[1]:
+        return 0
+    sign, logdet = np.linalg.slogdet(matrix)
+    return int(sign) if logdet > -60 else 0
+
+
+def _independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[int]:
+    """Rows of the constraint Jacobian that are independent at a generic pose near the reference, in order."""
+    from mechlab.mechanism.structure import independent_rows
+
+    return independent_rows(mechanism, constraints)
+
+
+def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
+    """True when both poses lie in the same assembly mode for the `held` joints, or when the sign cannot tell."""
+    a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
+    return a == 0 or b == 0 or a == b

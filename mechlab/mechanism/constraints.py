@@ -1,0 +1,226 @@
+"""Constraints over a Kinematics: residual, Jacobian, bias and row names of loops and linear relations.
+
+Every loop is built of two kinds of row between a frame a in body A and a frame b in body B:
+
+    offset row   r = u_a . (p_b - p_a)     u_a fixed in A
+    angle row    r = u_a . w_b             u_a fixed in A, w_b fixed in B
+
+Rows are written in the axes of frame a, so that a redundant row of a planar loop is one row with a name.
+Jacobians and biases are the exact first and second time derivatives of the residual, also off the constraint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from mechlab.mechanism.geometry import Array, cross
+from mechlab.mechanism.kinematics import Kinematics
+from mechlab.mechanism.model import LinearRelation, Loop, Mechanism
+
+AXES = "xyz"
+# kind -> axes of the offset rows, (axis of a, axis of b) of the angle rows
+_LOOP_TABLE: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
+    "spherical": ("xyz", ()),
+    "revolute": ("xyz", (("x", "z"), ("y", "z"))),
+    "universal": ("xyz", (("x", "y"),)),
+    "cylindrical": ("xy", (("x", "z"), ("y", "z"))),
+    "prismatic": ("xy", (("x", "z"), ("y", "z"), ("x", "y"))),
+    "fixed": ("xyz", (("x", "z"), ("y", "z"), ("x", "y"))),
+}
+
+
+class Constraint(Protocol):
+    """Rows that must vanish: r(q) = 0, with J = dr/dq and b = dJ/dt v, so that d2r/dt2 = J a + b."""
+
+    name: str
+    rows: tuple[str, ...]
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(rows,) r(q) [m, or a dimensionless sine of an angle]."""
+        ...
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(rows, nv) J(q)."""
+        ...
+
+    def bias(self, kin: Kinematics) -> Array:
+        """(rows,) dJ/dt v."""
+        ...
+
+
+@dataclass(frozen=True)
+class LoopConstraint:
+    """The rows of a Loop of any kind except distance."""
+
+    loop: Loop
+
+    @property
+    def name(self) -> str:
+        """Name of the loop."""
+        return self.loop.name
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Row names: offset rows "name.x", angle rows "name.x_z" (x of a against z of b)."""
+        offsets, angles = _LOOP_TABLE[self.loop.kind]
+        return tuple(f"{self.name}.{a}" for a in offsets) + tuple(f"{self.name}.{a}_{b}" for a, b in angles)
+
+    def _frames(self, kin: Kinematics) -> tuple[Array, Array, Array, Array]:
+        ra, pa = kin.pose(self.loop.body_a)
+        rb, pb = kin.pose(self.loop.body_b)
+        a, b = self.loop.placement_a, self.loop.placement_b
+        return ra @ a.rotation, pa + ra @ a.translation, rb @ b.rotation, pb + rb @ b.translation
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(rows,) offsets [m] and sines."""
+        ra, pa, rb, pb = self._frames(kin)
+        offsets, angles = _LOOP_TABLE[self.loop.kind]
+        d = pb - pa
+        out = [ra[:, AXES.index(u)] @ d for u in offsets]
+        out += [ra[:, AXES.index(u)] @ rb[:, AXES.index(w)] for u, w in angles]
+        return np.array(out)
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(rows, nv)."""
+        ra, pa, rb, pb = self._frames(kin)
+        offsets, angles = _LOOP_TABLE[self.loop.kind]
+        ja, jb = kin.jacobian(self.loop.body_a, pa), kin.jacobian(self.loop.body_b, pb)
+        d = pb - pa
+        relative, turning = jb[:3] - ja[:3], ja[3:] - jb[3:]
+        out = [ra[:, k] @ relative + cross(ra[:, k], d) @ ja[3:] for k in map(AXES.index, offsets)]
+        out += [cross(ra[:, AXES.index(u)], rb[:, AXES.index(w)]) @ turning for u, w in angles]
+        return np.array(out)
+
+    def bias(self, kin: Kinematics) -> Array:
+        """(rows,) dJ/dt v."""
+        ra, pa, rb, pb = self._frames(kin)
+        offsets, angles = _LOOP_TABLE[self.loop.kind]
+        va, vb = kin.velocity(self.loop.body_a, pa), kin.velocity(self.loop.body_b, pb)
+        aa, ab = kin.bias(self.loop.body_a, pa), kin.bias(self.loop.body_b, pb)
+        d, dd, wa, wb = pb - pa, vb[:3] - va[:3], va[3:], vb[3:]
+        out = []
+        for k in map(AXES.index, offsets):
+            u = ra[:, k]
+            du = cross(wa, u)
+            ddu = cross(aa[3:], u) + cross(wa, du)
+            out.append(ddu @ d + 2.0 * (du @ dd) + u @ (ab[:3] - aa[:3]))
+        for i, j in angles:
+            u, w = ra[:, AXES.index(i)], rb[:, AXES.index(j)]
+            du, dw = cross(wa, u), cross(wb, w)
+            ddu = cross(aa[3:], u) + cross(wa, du)
+            ddw = cross(ab[3:], w) + cross(wb, dw)
+            out.append(ddu @ w + 2.0 * (du @ dw) + u @ ddw)
+        return np.array(out)
+
+
+@dataclass(frozen=True)
+class DistanceConstraint:
+    """The one row of a distance loop: (|p_b - p_a|^2 - length^2) / (2 length) [m]."""
+
+    loop: Loop
+
+    @property
+    def name(self) -> str:
+        """Name of the loop."""
+        return self.loop.name
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The one row name."""
+        return (f"{self.name}.length",)
+
+    def _ends(self, kin: Kinematics) -> tuple[Array, Array]:
+        ra, pa = kin.pose(self.loop.body_a)
+        rb, pb = kin.pose(self.loop.body_b)
+        return pa + ra @ self.loop.placement_a.translation, pb + rb @ self.loop.placement_b.translation
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(1,) [m]."""
+        pa, pb = self._ends(kin)
+        d = pb - pa
+        return np.array([(d @ d - self.loop.length**2) / (2.0 * self.loop.length)])
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(1, nv)."""
+        pa, pb = self._ends(kin)
+        relative = kin.jacobian(self.loop.body_b, pb)[:3] - kin.jacobian(self.loop.body_a, pa)[:3]
+        return ((pb - pa) @ relative / self.loop.length)[None, :]
+
+    def bias(self, kin: Kinematics) -> Array:
+        """(1,) dJ/dt v."""
+        pa, pb = self._ends(kin)
+        dd = (kin.velocity(self.loop.body_b, pb) - kin.velocity(self.loop.body_a, pa))[:3]
+        acc = (kin.bias(self.loop.body_b, pb) - kin.bias(self.loop.body_a, pa))[:3]
+        return np.array([(dd @ dd + (pb - pa) @ acc) / self.loop.length])
+
+
+@dataclass(frozen=True)
+class RelationConstraint:
+    """The one row of a LinearRelation: sum of coefficient x coordinate. Its Jacobian is constant, its bias zero."""
+
+    relation: LinearRelation
+    mechanism: Mechanism
+
+    @property
+    def name(self) -> str:
+        """Name of the relation."""
+        return self.relation.name
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The one row name: that of the relation."""
+        return (self.name,)
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(1,) [rad or m]."""
+        q = np.asarray(kin.q)
+        total = sum(float(c) * q[self.mechanism.q_slice[n].start] for n, c in self.relation.coefficients)
+        return np.array([total])
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(1, nv)."""
+        return self.mechanism.coefficient_row(self.relation.coefficients)[None, :]
+
+    def bias(self, kin: Kinematics) -> Array:
+        """(1,) zero."""
+        return np.zeros(1)
+
+
+class ConstraintSet:
+    """All constraints of a Mechanism, stacked: loops in order, then relations in order."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        items: list[Constraint] = [
+            DistanceConstraint(x) if x.kind == "distance" else LoopConstraint(x) for x in mechanism.loops
+        ]
+        items += [RelationConstraint(x, mechanism) for x in mechanism.relations]
+        self.mechanism = mechanism
+        self.items: Sequence[Constraint] = tuple(items)
+        self.rows = tuple(r for c in self.items for r in c.rows)
+        self.slices: dict[str, slice] = {}
+        start = 0
+        for c in self.items:
+            self.slices[c.name] = slice(start, start + len(c.rows))
+            start += len(c.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def _stack(self, parts: list[Array], shape: tuple[int, ...]) -> Array:
+        return np.concatenate(parts) if parts else np.zeros(shape)
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(rows,) of all constraints."""
+        return self._stack([c.residual(kin) for c in self.items], (0,))
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(rows, nv) of all constraints."""
+        return self._stack([c.jacobian(kin) for c in self.items], (0, self.mechanism.nv))
+
+    def bias(self, kin: Kinematics) -> Array:
+        """(rows,) dJ/dt v of all constraints."""
+        return self._stack([c.bias(kin) for c in self.items], (0,))

@@ -1,0 +1,215 @@
+"""Gear meshes, belts, racks and screws as linear relations between joint coordinates.
+
+One primitive: two bodies touch at a pitch point without sliding along a mesh direction; point and direction are fixed in
+the carrier, the body that holds both axes. The row is
+
+    direction . (J_a(point) - J_b(point)),
+
+over every joint on the paths to the two gears, so that meshes on moving carriers come out right by construction. It must
+be the same at random poses; a mesh for which it is not constant is no linear relation and is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.geometry import Array, cross
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Coefficients, Joint, LinearRelation, Mechanism, as_fraction
+
+MESH_KINDS = ("external", "internal", "bevel", "rack")
+
+
+@dataclass(frozen=True)
+class GearMesh:
+    """A mesh of the gears that turn with joints `a` and `b`, their axes held by body `carrier`.
+
+    kind: "external", "internal" (a is the ring gear), "bevel" (intersecting axes) or "rack" (a: pinion, a revolute; b:
+    rack, a prismatic). `teeth` = (z_a, z_b), or any two numbers in the ratio of the pitch radii; a rack is given by
+    `pitch_radius` of the pinion [m]. For a bevel pair `side` = -1 chooses the mesh on the other side of the apex.
+    """
+
+    name: str
+    a: str
+    b: str
+    carrier: str
+    kind: str = "external"
+    teeth: tuple[Fraction | int | float | str, Fraction | int | float | str] = (1, 1)
+    pitch_radius: float | str | Fraction = 0
+    side: int = 1
+
+
+def relation(mesh: GearMesh, mechanism: Mechanism) -> LinearRelation:
+    """The exact LinearRelation of a mesh in a mechanism (loops and relations of the mechanism do not matter).
+
+    The coefficient of joint `a` is 1: the reaction is the torque on the gear of joint `a` (a rack: the same).
+    Raises MechlabError when a name is unknown, the axes do not fit the kind, or the row is not constant.
+    """
+    if mesh.kind not in MESH_KINDS:
+        raise unknown(f"mesh {mesh.name!r}: kind", mesh.kind, MESH_KINDS)
+    joints = {j.name: (j, b.name) for b in mechanism.bodies for j in b.joints}
+    for name in (mesh.a, mesh.b):
+        if name not in joints:
+            raise unknown(f"mesh {mesh.name!r}: joint", name, joints)
+    (joint_a, body_a), (joint_b, body_b) = joints[mesh.a], joints[mesh.b]
+    tree = TreeKinematics(mechanism)
+    if mesh.carrier not in tree.index:
+        raise unknown(f"mesh {mesh.name!r}: carrier body", mesh.carrier, tree.index)
+    rotation, origin = tree.pose(mesh.carrier)
+    point, direction = _pitch(mesh, _Axis.of(tree, joint_a), _Axis.of(tree, joint_b))
+    local = rotation.T @ (point - origin), rotation.T @ direction
+    rng = np.random.default_rng(11)
+    first: Array | None = None
+    for _ in range(4):
+        r, p = tree.pose(mesh.carrier)
+        at, along = p + r @ local[0], r @ local[1]
+        row = along @ (tree.jacobian(body_a, at) - tree.jacobian(body_b, at))[:3]
+        k = mechanism.v_slice[mesh.a].start
+        if abs(row[k]) < 1e-12:
+            raise MechlabError(
+                f"mesh {mesh.name!r}: joint {mesh.a!r} does not move its pitch point; is the carrier right?"
+            )
+        row = row / row[k]
+        if first is None:
+            first = row
+        elif np.max(np.abs(row - first)) > 1e-9 * np.max(np.abs(first)):
+            worst = mechanism.rate_names[int(np.argmax(np.abs(row - first)))]
+            raise MechlabError(
+                f"mesh {mesh.name!r}: its ratio is not constant, it changes with joint {worst!r}. "
+                f"Do both axes ({mesh.a!r}, {mesh.b!r}) stand fixed in carrier {mesh.carrier!r}?"
+            )
+        tree.set(_random_pose(mechanism, rng))
+    assert first is not None
+    return LinearRelation(mesh.name, _exact(mesh, mechanism, first), mesh.kind)
+
+
+@dataclass(frozen=True)
+class _Axis:
+    point: Array
+    direction: Array
+
+    @staticmethod
+    def of(tree: TreeKinematics, joint: Joint) -> _Axis:
+        if joint.kind == "spherical":
+            raise MechlabError(f"joint {joint.name!r} is spherical and cannot carry a gear.")
+        k = tree.mechanism.v_slice[joint.name].start
+        return _Axis(tree.anchors[k].copy(), tree.axes[k].copy())
+
+
+def _pitch(mesh: GearMesh, a: _Axis, b: _Axis) -> tuple[Array, Array]:
+    """Pitch point and mesh direction, in world axes at the reference pose."""
+    if mesh.kind == "rack":
+        radius = float(as_fraction(mesh.pitch_radius, f"mesh {mesh.name!r}: pitch_radius"))
+        if radius <= 0:
+            raise MechlabError(f"mesh {mesh.name!r}: a rack needs pitch_radius > 0 of its pinion.")
+        side = cross(a.direction, b.direction)
+        if abs(np.linalg.norm(side) - 1.0) > 1e-9:
+            raise MechlabError(f"mesh {mesh.name!r}: a rack must slide at right angles to the axis of its pinion.")
+        return a.point - mesh.side * radius * side, b.direction
+    za, zb = (float(as_fraction(z, f"mesh {mesh.name!r}: teeth")) for z in mesh.teeth)
+    if za <= 0 or zb <= 0:
+        raise MechlabError(f"mesh {mesh.name!r}: tooth counts must be positive, got {mesh.teeth!r}.")
+    parallel = float(np.linalg.norm(cross(a.direction, b.direction))) < 1e-9
+    if mesh.kind == "bevel":
+        if parallel:
+            raise MechlabError(f"mesh {mesh.name!r}: the axes of a bevel pair must intersect; these are parallel.")
+        return _bevel_pitch(mesh, a, b, za, zb)
+    if not parallel:
+        raise MechlabError(
+            f"mesh {mesh.name!r}: the axes of an {mesh.kind} pair must be parallel (kind 'bevel' is for others)."
+        )
+    centres = b.point - a.point
+    centres = centres - (centres @ a.direction) * a.direction
+    distance = float(np.linalg.norm(centres))
+    if distance < 1e-12:
+        raise MechlabError(f"mesh {mesh.name!r}: the axes of {mesh.a!r} and {mesh.b!r} coincide.")
+    if mesh.kind == "internal":
+        if za <= zb:
+            raise MechlabError(
+                f"mesh {mesh.name!r}: the ring gear is joint a and needs more teeth than b, got {mesh.teeth!r}."
+            )
+        share = za / (za - zb)
+    else:
+        share = za / (za + zb)
+    return a.point + share * centres, cross(a.direction, centres / distance)
+
+
+def _bevel_pitch(mesh: GearMesh, a: _Axis, b: _Axis, za: float, zb: float) -> tuple[Array, Array]:
+    normal = cross(a.direction, b.direction)
+    between = b.point - a.point
+    sine = float(np.linalg.norm(normal))
+    if abs(between @ normal) / sine > 1e-9 * max(1.0, float(np.linalg.norm(between))):
+        raise MechlabError(f"mesh {mesh.name!r}: the axes of {mesh.a!r} and {mesh.b!r} do not intersect.")
+    s = float(cross(between, b.direction) @ normal) / sine**2
+    apex = a.point + s * a.direction
+    # The pitch line lies between +a and side * b, at angles whose sines are as the tooth counts.
+    along_b = mesh.side * b.direction
+    cosine = float(a.direction @ along_b)
+    angle = math.atan2(sine, cosine)
+    delta = math.atan2(math.sin(angle), zb / za + math.cos(angle))
+    across = along_b - cosine * a.direction
+    across /= np.linalg.norm(across)
+    return apex + math.cos(delta) * a.direction + math.sin(delta) * across, normal / sine
+
+
+def _random_pose(mechanism: Mechanism, rng: np.random.Generator) -> Array:
+    q = rng.uniform(-1.0, 1.0, mechanism.nq)
+    for joint in mechanism.joints:
+        if joint.kind == "spherical":
+            s = mechanism.q_slice[joint.name]
+            q[s] /= np.linalg.norm(q[s])
+    return q
+
+
+def _exact(mesh: GearMesh, mechanism: Mechanism, row: Array) -> Coefficients:
+    """The row as fractions: each coefficient is a combination i + j r of the exact ratio r, |i|, |j| <= 3."""
+    if mesh.kind == "rack":
+        ratio = 1 / as_fraction(mesh.pitch_radius, f"mesh {mesh.name!r}: pitch_radius")
+    else:
+        za, zb = (as_fraction(z, f"mesh {mesh.name!r}: teeth") for z in mesh.teeth)
+        ratio = zb / za
+    candidates = sorted((i + j * ratio for i in range(-3, 4) for j in range(-3, 4)), key=abs)
+    scale = float(np.max(np.abs(row)))
+    out = []
+    for joint in mechanism.joints:
+        if joint.kind == "spherical":
+            if np.any(np.abs(row[mechanism.v_slice[joint.name]]) > 1e-9 * scale):
+                raise MechlabError(f"mesh {mesh.name!r}: the spherical joint {joint.name!r} lies between its gears.")
+            continue
+        value = float(row[mechanism.v_slice[joint.name].start])
+        if abs(value) < 1e-9 * scale:
+            continue
+        best = min(candidates, key=lambda c: abs(float(c) - value))
+        if abs(float(best) - value) > 1e-8 * scale:
+            raise MechlabError(
+                f"mesh {mesh.name!r}: the coefficient {value:.9g} of joint {joint.name!r} is no combination of the ratio {ratio}."
+            )
+        out.append((joint.name, best))
+    return tuple(out)
+
+
+def belt(name: str, a: str, b: str, radius_a: object, radius_b: object, crossed: bool = False) -> LinearRelation:
+    """A belt or chain between two pulleys whose axes stand in the same body: r_a q_a = r_b q_b (crossed: opposite)."""
+    ra, rb = as_fraction(radius_a, f"belt {name!r}: radius_a"), as_fraction(radius_b, f"belt {name!r}: radius_b")
+    return LinearRelation(name, ((a, Fraction(1)), (b, (1 if crossed else -1) * rb / ra)), "belt")
+
+
+def screw(name: str, turn: str, slide: str, pitch: object) -> LinearRelation:
+    """A screw: slide = pitch x turn / (2 pi); `pitch` [m per revolution], positive for a right-hand thread.
+
+    The lead per radian is the decimal nearest to pitch / (2 pi).
+    """
+    lead = Fraction(str(float(as_fraction(pitch, f"screw {name!r}: pitch")) / (2.0 * math.pi)))
+    return LinearRelation(name, ((slide, Fraction(1)), (turn, -lead)), "screw")
+
+
+def mimic(name: str, follower: str, leader: str, ratio: object) -> LinearRelation:
+    """follower = ratio x leader, as URDF's mimic."""
+    return LinearRelation(
+        name, ((follower, Fraction(1)), (leader, -as_fraction(ratio, f"mimic {name!r}: ratio"))), "mimic"
+    )

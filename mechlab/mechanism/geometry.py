@@ -1,0 +1,198 @@
+"""Vectors, rotations and placements as plain numbers: what the data of a Mechanism is made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechlab.errors import MechlabError
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+
+def vector(value: Sequence[float] | Array, what: str) -> Vector:
+    """`value` as three finite floats; raises MechlabError that names `what`."""
+    try:
+        numbers = tuple(float(x) for x in value)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{what}: expected three numbers, got {value!r}.") from None
+    if len(numbers) != 3 or not all(math.isfinite(x) for x in numbers):
+        raise MechlabError(f"{what}: expected three finite numbers, got {value!r}.")
+    return (numbers[0], numbers[1], numbers[2])
+
+
+def unit(value: Sequence[float] | Array, what: str) -> Vector:
+    """`value` normalised; a vector of unit length to within rounding is kept bit for bit."""
+    x, y, z = vector(value, what)
+    norm = math.sqrt(x * x + y * y + z * z)
+    if norm < 1e-12:
+        raise MechlabError(f"{what}: a direction must not be zero, got {value!r}.")
+    if abs(norm - 1.0) < 4e-16:
+        return (x, y, z)
+    return (x / norm, y / norm, z / norm)
+
+
+def skew(v: ArrayLike) -> Array:
+    """(3, 3) matrix of the cross product: `skew(v) @ w == cross(v, w)`."""
+    x, y, z = np.asarray(v, dtype=float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def cross(a: ArrayLike, b: ArrayLike) -> Array:
+    """Cross product of two (3,) vectors, much faster than numpy's general one."""
+    a0, a1, a2 = np.asarray(a, dtype=float).tolist()
+    b0, b1, b2 = np.asarray(b, dtype=float).tolist()
+    return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
+
+
+def axis_rotation(axis: ArrayLike, angle: float) -> Array:
+    """(3, 3) rotation by `angle` [rad] about the unit `axis` (Rodrigues)."""
+    x, y, z = np.asarray(axis, dtype=float).tolist()
+    c, s = math.cos(angle), math.sin(angle)
+    k = 1.0 - c
+    return np.array(
+        [
+            [c + k * x * x, k * x * y - s * z, k * x * z + s * y],
+            [k * x * y + s * z, c + k * y * y, k * y * z - s * x],
+            [k * x * z - s * y, k * y * z + s * x, c + k * z * z],
+        ]
+    )
+
+
+def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
+    """(3, 3) rotation of a quaternion (w, x, y, z), which is normalised first."""
+    w, x, y, z = np.asarray(wxyz, dtype=float).tolist()
+    n = w * w + x * x + y * y + z * z
+    s = 2.0 / n
+    return np.array(
+        [
+            [1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
+            [s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)],
+            [s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)],
+        ]
+    )
+
+
+def matrix_to_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
+    """Unit quaternion (w, x, y, z), w >= 0, of a (3, 3) rotation (Shepperd's method: always well conditioned)."""
+    r = np.asarray(rotation, dtype=float)
+    trace = float(np.trace(r))
+    squares = np.array([trace, r[0, 0], r[1, 1], r[2, 2]])
+    k = int(np.argmax(squares))
+    if k == 0:
+        q = np.array([1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    else:
+        i, j, m = k - 1, k % 3, (k + 1) % 3
+        q = np.zeros(4)
+        q[0] = r[m, j] - r[j, m]
+        q[1 + i] = 1 + r[i, i] - r[j, j] - r[m, m]
+        q[1 + j] = r[j, i] + r[i, j]
+        q[1 + m] = r[m, i] + r[i, m]
+    q /= np.linalg.norm(q)
+    if q[0] < 0:
+        q = -q
+    return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
+
+
+def rotation_log(rotation: ArrayLike) -> Array:
+    """Rotation vector (3,) [rad] of a rotation matrix, |vector| <= pi."""
+    w, *xyz = matrix_to_quaternion(rotation)
+    v = np.array(xyz)
+    n = float(np.linalg.norm(v))
+    if n < 1e-12:
+        return 2.0 * v
+    return v * (2.0 * math.atan2(n, w) / n)
+
+
+def quaternion_product(a: ArrayLike, b: ArrayLike) -> Array:
+    """Hamilton product of two (w, x, y, z) quaternions."""
+    aw, ax, ay, az = np.asarray(a, dtype=float).tolist()
+    bw, bx, by, bz = np.asarray(b, dtype=float).tolist()
+    return np.array(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ]
+    )
+
+
+def quaternion_exp(rotation_vector: ArrayLike) -> Array:
+    """Quaternion (w, x, y, z) of a rotation vector [rad]."""
+    v = np.asarray(rotation_vector, dtype=float)
+    angle = float(np.linalg.norm(v))
+    if angle < 1e-12:
+        return np.concatenate([[1.0], 0.5 * v])
+    return np.concatenate([[math.cos(angle / 2)], math.sin(angle / 2) / angle * v])
+
+
+def frame_along(axis: ArrayLike) -> Array:
+    """(3, 3) rotation whose third column is the unit `axis`; the choice of the other two is deterministic."""
+    z = np.asarray(axis, dtype=float)
+    helper = np.eye(3)[int(np.argmin(np.abs(z)))]
+    x = cross(helper, z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, cross(z, x), z])
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A rigid transform: maps coordinates of the placed frame to those of the frame it is placed in.
+
+    `position` in metres, `quaternion` as (w, x, y, z), normalised at construction.
+    """
+
+    position: Vector = (0.0, 0.0, 0.0)
+    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", vector(self.position, "placement position"))
+        q = tuple(float(x) for x in self.quaternion)
+        norm = math.sqrt(sum(x * x for x in q))
+        if len(q) != 4 or not math.isfinite(norm) or norm < 1e-12:
+            raise MechlabError(
+                f"placement quaternion: expected four finite numbers (w, x, y, z), got {self.quaternion!r}."
+            )
+        if abs(norm - 1.0) > 4e-16:
+            q = tuple(x / norm for x in q)
+        object.__setattr__(self, "quaternion", q)
+
+    @staticmethod
+    def of(rotation: ArrayLike, position: ArrayLike) -> Placement:
+        """From a (3, 3) rotation matrix and a (3,) position."""
+        p = np.asarray(position, dtype=float).tolist()
+        return Placement((p[0], p[1], p[2]), matrix_to_quaternion(rotation))
+
+    @property
+    def rotation(self) -> Array:
+        """(3, 3) rotation matrix."""
+        return quaternion_to_matrix(self.quaternion)
+
+    @property
+    def translation(self) -> Array:
+        """(3,) position."""
+        return np.array(self.position)
+
+    def __matmul__(self, other: Placement) -> Placement:
+        """The composition: first `other`, then `self`."""
+        if other == IDENTITY:
+            return self
+        if self == IDENTITY:
+            return other
+        return Placement.of(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
+
+    def matrix(self) -> Array:
+        """(4, 4) homogeneous matrix."""
+        out = np.eye(4)
+        out[:3, :3] = self.rotation
+        out[:3, 3] = self.position
+        return out
+
+
+IDENTITY = Placement()

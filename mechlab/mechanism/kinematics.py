@@ -1,0 +1,267 @@
+"""Kinematics of a tree, in world axes: poses, velocities, Jacobians, bias accelerations.
+
+`Kinematics` is the interface that every constraint is written against. `TreeKinematics` implements it with numpy;
+Pinocchio implements it in `mechlab.solve`. A six-vector is (linear at the point asked for, angular), both in world axes.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.geometry import (
+    Array,
+    axis_rotation,
+    cross,
+    quaternion_exp,
+    quaternion_product,
+    quaternion_to_matrix,
+)
+from mechlab.mechanism.model import GROUND, Mechanism
+
+
+class Kinematics(Protocol):
+    """What a constraint needs to know of a moving tree at one state."""
+
+    mechanism: Mechanism
+    q: Array
+
+    def pose(self, body: str) -> tuple[Array, Array]:
+        """Rotation (3, 3) body to world and origin (3,) of a body."""
+        ...
+
+    def jacobian(self, body: str, point: ArrayLike) -> Array:
+        """(6, nv): velocity of the body's point that is now at world `point` (3,), and angular velocity, from v."""
+        ...
+
+    def velocity(self, body: str, point: ArrayLike) -> Array:
+        """(6,) velocity of the body's point at world `point`, and angular velocity."""
+        ...
+
+    def bias(self, body: str, point: ArrayLike) -> Array:
+        """(6,) acceleration of that point and angular acceleration when all joint accelerations are zero."""
+        ...
+
+
+class TreeKinematics:
+    """Kinematics of a Mechanism's tree with numpy alone. `set(q, v)` first; then ask.
+
+    q (nq,) as in `Mechanism.reference()`, v (nv,).
+    """
+
+    def __init__(self, mechanism: Mechanism, q: ArrayLike | None = None, v: ArrayLike | None = None) -> None:
+        self.mechanism = mechanism
+        self.index = {GROUND: -1} | {b.name: i for i, b in enumerate(mechanism.bodies)}
+        self._parents = [self.index[b.parent] for b in mechanism.bodies]
+        self._placements = [(b.placement.rotation, b.placement.translation) for b in mechanism.bodies]
+        self._joints = [
+            [(j.kind, np.array(j.axis), mechanism.q_slice[j.name], mechanism.v_slice[j.name].start) for j in b.joints]
+            for b in mechanism.bodies
+        ]
+        self._columns: list[list[int]] = []
+        for i, body in enumerate(mechanism.bodies):
+            own = [
+                k for j in body.joints for k in range(mechanism.v_slice[j.name].start, mechanism.v_slice[j.name].stop)
+            ]
+            self._columns.append((self._columns[self._parents[i]] if self._parents[i] >= 0 else []) + own)
+        n = len(mechanism.bodies)
+        self.rotations = np.empty((n, 3, 3))
+        self.origins = np.empty((n, 3))
+        self.axes = np.zeros((mechanism.nv, 3))
+        self.anchors = np.zeros((mechanism.nv, 3))
+        self.turns = np.zeros(mechanism.nv)
+        for joint in mechanism.joints:
+            if joint.kind != "prismatic":
+                self.turns[mechanism.v_slice[joint.name]] = 1.0
+        self.set(mechanism.reference() if q is None else q, v)
+
+    def set(self, q: ArrayLike, v: ArrayLike | None = None) -> TreeKinematics:
+        """Move to coordinates q (nq,) and rates v (nv,); rates default to zero. Raises MechlabError for a wrong size."""
+        q = np.asarray(q, dtype=float)
+        m = self.mechanism
+        if q.shape != (m.nq,):
+            raise MechlabError(f"{m.name}: coordinates have shape {q.shape}, expected ({m.nq},).")
+        if v is not None and np.shape(v) != (m.nv,):
+            raise MechlabError(f"{m.name}: rates have shape {np.shape(v)}, expected ({m.nv},).")
+        self.q = q
+        self._motion: tuple[Array, Array, Array, Array] | None = None
+        self.v = np.zeros(m.nv) if v is None else np.asarray(v, dtype=float)
+        for i, (parent, (r0, p0), joints) in enumerate(zip(self._parents, self._placements, self._joints, strict=True)):
+            if parent >= 0:
+                rotation = self.rotations[parent] @ r0
+                origin = self.origins[parent] + self.rotations[parent] @ p0
+            else:
+                rotation, origin = r0, p0
+            for kind, axis, qs, k in joints:
+                if kind == "revolute":
+                    self.axes[k] = rotation @ axis
+                    self.anchors[k] = origin
+                    rotation = rotation @ axis_rotation(axis, q[qs.start])
+                elif kind == "prismatic":
+                    self.axes[k] = rotation @ axis
+                    origin = origin + self.axes[k] * q[qs.start]
+                    self.anchors[k] = origin
+                else:
+                    rotation = rotation @ quaternion_to_matrix(q[qs])
+                    self.axes[k : k + 3] = rotation.T
+                    self.anchors[k : k + 3] = origin
+            self.rotations[i] = rotation
+            self.origins[i] = origin
+        return self
+
+    def _body(self, body: str) -> int:
+        try:
+            return self.index[body]
+        except KeyError:
+            raise unknown(f"{self.mechanism.name}: body", body, self.index) from None
+
+    def pose(self, body: str) -> tuple[Array, Array]:
+        """Rotation (3, 3) body to world and origin (3,) of a body."""
+        i = self._body(body)
+        if i < 0:
+            return np.eye(3), np.zeros(3)
+        return self.rotations[i], self.origins[i]
+
+    def matrix(self, body: str) -> Array:
+        """(4, 4) pose of a body."""
+        out = np.eye(4)
+        out[:3, :3], out[:3, 3] = self.pose(body)
+        return out
+
+    def jacobian(self, body: str, point: ArrayLike) -> Array:
+        """(6, nv): linear velocity at the world `point` and angular velocity, from v."""
+        out = np.zeros((6, self.mechanism.nv))
+        i = self._body(body)
+        if i < 0:
+            return out
+        k = self._columns[i]
+        axes, turns = self.axes[k], self.turns[k][:, None]
+        arms = np.asarray(point, dtype=float) - self.anchors[k]
+        a0, a1, a2 = axes.T
+        r0, r1, r2 = arms.T
+        turned = np.stack([a1 * r2 - a2 * r1, a2 * r0 - a0 * r2, a0 * r1 - a1 * r0], axis=1)
+        out[:3, k] = (turns * turned + (1.0 - turns) * axes).T
+        out[3:, k] = (turns * axes).T
+        return out
+
+    def _moving(self) -> tuple[Array, Array, Array, Array]:
+        """Per body, at its origin: velocity, angular velocity, and their rates at zero joint acceleration."""
+        if self._motion is None:
+            n = len(self._parents)
+            lin, ang, lin_b, ang_b = (np.zeros((n, 3)) for _ in range(4))
+            for i, parent in enumerate(self._parents):
+                if parent >= 0:
+                    w, wb = ang[parent], ang_b[parent]
+                    arm = self.rotations[parent] @ self._placements[i][1]
+                    vel = lin[parent] + cross(w, arm)
+                    acc = lin_b[parent] + cross(wb, arm) + cross(w, cross(w, arm))
+                else:
+                    w, wb, vel, acc = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+                for kind, _axis, _qs, k in self._joints[i]:
+                    if kind == "revolute":
+                        spin = self.axes[k] * self.v[k]
+                        wb = wb + cross(w, spin)
+                        w = w + spin
+                    elif kind == "prismatic":
+                        slide = self.axes[k] * self.v[k]
+                        offset = self.axes[k] * self.q[_qs.start]
+                        vel = vel + cross(w, offset) + slide
+                        acc = acc + cross(wb, offset) + cross(w, cross(w, offset)) + 2.0 * cross(w, slide)
+                    else:
+                        spin = self.v[k : k + 3] @ self.axes[k : k + 3]
+                        wb = wb + cross(w, spin)
+                        w = w + spin
+                lin[i], ang[i], lin_b[i], ang_b[i] = vel, w, acc, wb
+            self._motion = (lin, ang, lin_b, ang_b)
+        return self._motion
+
+    def velocity(self, body: str, point: ArrayLike) -> Array:
+        """(6,) velocity at the world `point` of the body, and angular velocity."""
+        i = self._body(body)
+        if i < 0:
+            return np.zeros(6)
+        lin, ang, _, _ = self._moving()
+        arm = np.asarray(point, dtype=float) - self.origins[i]
+        return np.concatenate([lin[i] + cross(ang[i], arm), ang[i]])
+
+    def bias(self, body: str, point: ArrayLike) -> Array:
+        """(6,) acceleration at the world `point`, and angular acceleration, at zero joint acceleration."""
+        i = self._body(body)
+        if i < 0:
+            return np.zeros(6)
+        _, ang, lin_b, ang_b = self._moving()
+        arm = np.asarray(point, dtype=float) - self.origins[i]
+        w = ang[i]
+        return np.concatenate([lin_b[i] + cross(ang_b[i], arm) + cross(w, cross(w, arm)), ang_b[i]])
+
+    # -- dynamics, body by body --------------------------------------------------------------------------------------
+
+    def mass_matrix(self) -> Array:
+        """(nv, nv): sum over bodies of J^T m J, and the inertia of armatures and shafts."""
+        m = self.mechanism
+        out = np.zeros((m.nv, m.nv))
+        for i, body in enumerate(m.bodies):
+            if body.inertia.mass == 0.0:
+                continue
+            r = self.rotations[i]
+            j = self.jacobian(body.name, self.origins[i] + r @ np.array(body.inertia.com))
+            tensor = r @ body.inertia.matrix() @ r.T
+            out += body.inertia.mass * j[:3].T @ j[:3] + j[3:].T @ tensor @ j[3:]
+        for joint in m.joints:
+            s = m.v_slice[joint.name]
+            out[s, s] += joint.armature * np.eye(joint.nv)
+        for shaft in m.shafts:
+            row = m.row(shaft.name)
+            out += shaft.inertia * np.outer(row, row)
+        return out
+
+    def bias_force(self) -> Array:
+        """(nv,) h(q, v) of M a + h = applied forces: Coriolis, centrifugal and gravity terms (no passive forces)."""
+        m = self.mechanism
+        out = np.zeros(m.nv)
+        gravity = np.array(m.gravity)
+        for i, body in enumerate(m.bodies):
+            if body.inertia.mass == 0.0:
+                continue
+            r = self.rotations[i]
+            com = self.origins[i] + r @ np.array(body.inertia.com)
+            j = self.jacobian(body.name, com)
+            acc = self.bias(body.name, com)
+            w = self.velocity(body.name, com)[3:]
+            tensor = r @ body.inertia.matrix() @ r.T
+            out += j[:3].T @ (body.inertia.mass * (acc[:3] - gravity))
+            out += j[3:].T @ (tensor @ acc[3:] + cross(w, tensor @ w))
+        return out
+
+
+def integrate(mechanism: Mechanism, q: ArrayLike, dv: ArrayLike) -> Array:
+    """Coordinates after the displacement dv (nv,): q + dv, and q * exp(dv) for spherical joints (dv in body axes)."""
+    q = np.asarray(q, dtype=float)
+    dv = np.asarray(dv, dtype=float)
+    if mechanism.nq == mechanism.nv:
+        return q + dv
+    out = np.empty_like(q)
+    for joint in mechanism.joints:
+        qs, vs = mechanism.q_slice[joint.name], mechanism.v_slice[joint.name]
+        if joint.kind == "spherical":
+            turned = quaternion_product(q[qs], quaternion_exp(dv[vs]))
+            out[qs] = turned / np.linalg.norm(turned)
+        else:
+            out[qs] = q[qs] + dv[vs]
+    return out
+
+
+def body_poses(mechanism: Mechanism, q: ArrayLike) -> Array:
+    """(n, bodies, 4, 4) poses along coordinates q (n, nq), bodies in the order of the Mechanism."""
+    q = np.atleast_2d(np.asarray(q, dtype=float))
+    tree = TreeKinematics(mechanism)
+    out = np.zeros((len(q), len(mechanism.bodies), 4, 4))
+    out[..., 3, 3] = 1.0
+    for k, row in enumerate(q):
+        tree.set(row)
+        out[k, :, :3, :3] = tree.rotations
+        out[k, :, :3, 3] = tree.origins
+    return out

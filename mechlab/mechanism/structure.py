@@ -1,0 +1,272 @@
+"""Structure analysis by rank: freedoms, idle freedoms, redundant rows by name, independent coordinates, singularities.
+
+The rank is taken at several assembled poses near the reference and the largest is used: a singular reference pose does
+not deceive. Rows and columns are scaled to unit length first, so that metres and radians compare.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics, integrate
+from mechlab.mechanism.model import Mechanism
+
+RANK_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """A constraint row that repeats others: row = sum of coefficient x other row (empty: the row is void)."""
+
+    row: str
+    combination: tuple[tuple[str, float], ...]
+
+    @property
+    def sentence(self) -> str:
+        """The statement in words."""
+        if not self.combination:
+            return f"{self.row} is void: no motion can violate it"
+        terms = " ".join(f"{c:+.6g} {n}" for n, c in self.combination)
+        return f"{self.row} = {terms}"
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What the constraints leave free. `freedoms` = nv - rank; `idle` are named local freedoms; `mobility` the rest."""
+
+    nv: int
+    rows: int
+    rank: int
+    reference_rank: int
+    idle: tuple[str, ...]
+    redundant: tuple[Redundancy, ...]
+    independent: tuple[str, ...]
+    driven: int
+
+    @property
+    def freedoms(self) -> int:
+        """Degrees of freedom, local ones included."""
+        return self.nv - self.rank
+
+    @property
+    def mobility(self) -> int:
+        """Degrees of freedom without the local ones."""
+        return self.freedoms - len(self.idle)
+
+    @property
+    def sentence(self) -> str:
+        """One line: coordinates, rows, freedoms."""
+        text = f"{self.nv} coordinates, {self.rows} constraint rows of rank {self.rank}: {self.freedoms} degrees of freedom"
+        if self.idle:
+            text += f" = {self.mobility} + {len(self.idle)} local ({', '.join(self.idle)})"
+        return text
+
+
+def rank(matrix: Array) -> int:
+    """Numerical rank after scaling rows to unit length."""
+    if matrix.size == 0:
+        return 0
+    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
+    scaled = matrix / np.where(norms > 1e-14, norms, 1.0)
+    return int(np.linalg.matrix_rank(scaled, tol=RANK_TOLERANCE * max(matrix.shape)))
+
+
+def null_space(matrix: Array, tolerance: float = RANK_TOLERANCE) -> Array:
+    """(n, k) orthonormal basis of the null space of a (m, n) matrix, rows scaled first."""
+    n = matrix.shape[1]
+    if matrix.shape[0] == 0:
+        return np.eye(n)
+    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
+    _, values, vt = np.linalg.svd(matrix / np.where(norms > 1e-14, norms, 1.0))
+    return vt[int(np.sum(values > tolerance * max(matrix.shape))) :].T
+
+
+def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed: int = 7) -> list[Array]:
+    """Assembled poses near the reference: steps along the null space, closed again by Newton. The first is the reference."""
+    from mechlab.mechanism.assembly import newton
+
+    rng = np.random.default_rng(seed)
+    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+    poses = [mechanism.reference()]
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        tree.set(x)
+        return constraints.residual(tree), constraints.jacobian(tree)
+
+    for _ in range(count):
+        basis = null_space(constraints.jacobian(tree.set(poses[0])))
+        direction = basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(mechanism.nv)
+        size = float(np.max(np.abs(direction), initial=0.0))
+        step = direction * (spread * _length_scale(mechanism) / size if size > 0 else 0.0)
+        found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), integrate(mechanism, poses[0], step))
+        if found.closed:
+            poses.append(found.q)
+    return poses
+
+
+def _length_scale(mechanism: Mechanism) -> float:
+    """1 for mechanisms without slides; else a size in metres that keeps a slide's step within the mechanism."""
+    if all(j.kind != "prismatic" for j in mechanism.joints):
+        return 1.0
+    lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
+    lengths += [float(np.linalg.norm(x.placement_b.position)) for x in mechanism.loops]
+    biggest = max(lengths, default=1.0)
+    return min(1.0, biggest if biggest > 0 else 1.0)
+
+
+@lru_cache(maxsize=64)
+def _pose_jacobians(mechanism: Mechanism) -> tuple[tuple[Array, Array], ...]:
+    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+    return tuple((q, constraints.jacobian(tree.set(q))) for q in sample_poses(mechanism))
+
+
+def generic(mechanism: Mechanism) -> tuple[Array, Array]:
+    """A pose of the largest rank among the sampled ones, and the constraint Jacobian there."""
+    return max(_pose_jacobians(mechanism)[1:] or _pose_jacobians(mechanism), key=lambda pair: rank(pair[1]))
+
+
+def independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[int]:
+    """Indices of rows that are independent at a generic pose; earlier rows are preferred."""
+    if len(constraints) == 0:
+        return []
+    return _independent(generic(mechanism)[1])
+
+
+def _independent(matrix: Array) -> list[int]:
+    norms = np.linalg.norm(matrix, axis=1)
+    keep: list[int] = []
+    basis = np.zeros((0, matrix.shape[1]))
+    for i, norm in enumerate(norms):
+        if norm < 1e-12:
+            continue
+        row = matrix[i] / norm
+        rest = row - basis.T @ (basis @ row)
+        rest -= basis.T @ (basis @ rest)
+        size = float(np.linalg.norm(rest))
+        if size > 1e-8:
+            basis = np.vstack([basis, rest / size])
+            keep.append(i)
+    return keep
+
+
+def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
+    """Redundant rows, each as the combination of earlier rows that it repeats, at a generic pose."""
+    constraints = ConstraintSet(mechanism)
+    if len(constraints) == 0:
+        return ()
+    _, jacobian = generic(mechanism)
+    keep = _independent(jacobian)
+    out = []
+    for i, name in enumerate(constraints.rows):
+        if i in keep:
+            continue
+        earlier = [k for k in keep if k < i]
+        c = np.linalg.lstsq(jacobian[earlier].T, jacobian[i], rcond=None)[0] if earlier else np.zeros(0)
+        terms = tuple((constraints.rows[k], float(x)) for k, x in zip(earlier, c, strict=True) if abs(x) > 1e-9)
+        out.append(Redundancy(name, terms))
+    return tuple(out)
+
+
+def idle_freedoms(mechanism: Mechanism) -> tuple[str, ...]:
+    """Local freedoms: motions of a single part that none of the loops that hold it feels (a rod between two ball joints
+    spins about its own length). One name "spin of BODY" for each."""
+    constraints = ConstraintSet(mechanism)
+    _, jacobian = generic(mechanism)
+    names: list[str] = []
+    parents = {b.parent for b in mechanism.bodies}
+    used = {n for r in mechanism.relations for n, _ in r.coefficients} | {d.on for d in mechanism.drives}
+    held = {x.body_a for x in mechanism.loops} | {x.body_b for x in mechanism.loops}
+    for body in mechanism.bodies:
+        if body.name in parents or body.name not in held or not body.joints:
+            continue
+        if any(j.name in used for j in body.joints):
+            continue
+        columns = [
+            k for j in body.joints for k in range(mechanism.v_slice[j.name].start, mechanism.v_slice[j.name].stop)
+        ]
+        block = jacobian[:, columns]
+        if rank(block) == 0:
+            continue
+        names += [f"spin of {body.name}"] * (len(columns) - rank(block))
+    del constraints
+    return tuple(names)
+
+
+def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
+    """Rates that can be chosen freely (drives first): with them all others follow."""
+    _, jacobian = generic(mechanism)
+    drives = [mechanism.row(d.on) for d in mechanism.drives]
+    names = [d.on for d in mechanism.drives] + list(mechanism.rate_names)
+    rows = drives + list(np.eye(mechanism.nv))
+    basis = jacobian[_independent(jacobian)] if len(jacobian) else np.zeros((0, mechanism.nv))
+    chosen: list[str] = []
+    for name, row in zip(names, rows, strict=True):
+        if name in chosen:
+            continue
+        grown = np.vstack([basis, row])
+        if rank(grown) == grown.shape[0]:
+            basis = grown
+            chosen.append(name)
+    return tuple(chosen)
+
+
+@lru_cache(maxsize=64)
+def structure(mechanism: Mechanism) -> Structure:
+    """Structure of a mechanism: see `Structure`."""
+    constraints = ConstraintSet(mechanism)
+    pairs = _pose_jacobians(mechanism)
+    ranks = [rank(j) for _, j in pairs]
+    _, jacobian = generic(mechanism)
+    rows = [mechanism.row(d.on) for d in mechanism.drives]
+    driven = rank(np.vstack([jacobian, *[r[None] for r in rows]])) - rank(jacobian)
+    return Structure(
+        nv=mechanism.nv,
+        rows=len(constraints),
+        rank=max(ranks),
+        reference_rank=ranks[0],
+        idle=idle_freedoms(mechanism),
+        redundant=redundancies(mechanism),
+        independent=independent_coordinates(mechanism),
+        driven=driven,
+    )
+
+
+def singularity(
+    mechanism: Mechanism, q: Array, output: Array | None = None, threshold: float = 1e-6
+) -> tuple[str, ...]:
+    """Kinds of singularity at coordinates q: "constraint" (rank of the constraints falls: the mechanism gains a freedom
+    that no drive sees or rows become dependent), "parallel" (with the drives held a motion remains), "serial" (the
+    output (k, nv) rows lose rank on the motions the constraints allow). Gosselin & Angeles 1990; Zlatanov 1994.
+    """
+    constraints = ConstraintSet(mechanism)
+    jacobian = constraints.jacobian(TreeKinematics(mechanism, q))
+    best = structure(mechanism)
+    kinds: list[str] = []
+    values = _scaled_values(jacobian)
+    if best.rank and (len(values) < best.rank or values[best.rank - 1] < threshold):
+        kinds.append("constraint")
+    basis = null_space(jacobian, threshold)
+    drives = np.array([mechanism.row(d.on) for d in mechanism.drives]).reshape(-1, mechanism.nv)
+    if len(drives):
+        held = _scaled_values(np.vstack([jacobian, drives]))
+        wanted = best.rank + best.driven
+        if len(held) < wanted or held[wanted - 1] < threshold:
+            kinds.append("parallel")
+    if output is not None and basis.shape[1]:
+        values = np.linalg.svd(output @ basis, compute_uv=False)
+        wanted = min(output.shape[0], best.mobility)
+        if len(values) < wanted or values[wanted - 1] < threshold * max(1.0, values[0]):
+            kinds.append("serial")
+    return tuple(kinds)
+
+
+def _scaled_values(matrix: Array) -> Array:
+    if matrix.size == 0:
+        return np.zeros(0)
+    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
+    return np.asarray(np.linalg.svd(matrix / np.where(norms > 1e-14, norms, 1.0), compute_uv=False))

@@ -1,0 +1,270 @@
+"""Checks that every Mechanism passes when it is made. Each failure is one MechlabError that names the culprit."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from fractions import Fraction
+
+import numpy as np
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.geometry import Vector, unit, vector
+from mechlab.mechanism.model import GROUND, JOINT_KINDS, LOOP_ROWS, Body, Joint, Mechanism
+
+CLOSURE_TOLERANCE = 1e-12
+
+
+def validate(m: Mechanism, closed: bool = True) -> None:
+    """Raise MechlabError for the first thing in a Mechanism that is not sound; `closed` asks for an assembled pose too."""
+    if not m.bodies:
+        raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
+    _names(m)
+    _tree(m)
+    for body in m.bodies:
+        _joints(m, body)
+    _attachments(m)
+    _linear(m)
+    _masses(m)
+    _relations_consistent(m)
+    if closed:
+        _closed(m)
+
+
+def _names(m: Mechanism) -> None:
+    _identifiers("mechanism", [m.name])
+    groups = {
+        "body": [GROUND] + [b.name for b in m.bodies],
+        "joint, shaft": [j.name for j in m.joints] + [s.name for s in m.shafts],
+        "loop, relation, spring": [x.name for x in (*m.loops, *m.relations, *m.springs)],
+        "drive": [d.name for d in m.drives],
+        "frame": [f.name for f in m.frames],
+    }
+    for what, names in groups.items():
+        _identifiers(what, names)
+        for name, count in Counter(names).items():
+            if count > 1:
+                raise MechlabError(f"{m.name}: the {what} name {name!r} is used {count} times; names must be unique.")
+
+
+def _identifiers(what: str, names: Iterable[str]) -> None:
+    for name in names:
+        if (
+            not isinstance(name, str)
+            or not name
+            or not name.replace("_", "a").replace("-", "a").replace(".", "a").isalnum()
+        ):
+            raise MechlabError(f"{what} name {name!r}: use letters, digits, '_', '-' and '.', at least one.")
+
+
+def _tree(m: Mechanism) -> None:
+    names = {b.name for b in m.bodies}
+    for body in m.bodies:
+        if body.parent != GROUND and body.parent not in names:
+            raise unknown(f"{m.name}: parent of body {body.name!r}:", body.parent, names | {GROUND})
+    parent = {b.name: b.parent for b in m.bodies}
+    for body in m.bodies:
+        seen, at = [body.name], body.parent
+        while at != GROUND:
+            if at in seen:
+                raise MechlabError(
+                    f"{m.name}: the parents form a cycle: {' -> '.join([*seen, at])}. A loop is closed by a Loop."
+                )
+            seen.append(at)
+            at = parent[at]
+    path: list[str] = []
+    for body in m.bodies:
+        while path and path[-1] != body.parent:
+            path.pop()
+        if body.parent != GROUND and not path:
+            raise MechlabError(
+                f"{m.name}: body {body.name!r} does not follow its parent {body.parent!r} depth-first. "
+                "Sort the bodies with mechlab.mechanism.depth_first (the Builder does)."
+            )
+        path.append(body.name)
+
+
+def _finite(value: float, what: str, low: float = -math.inf) -> float:
+    if not isinstance(value, int | float | np.floating) or not math.isfinite(value) or value < low:
+        bound = "" if low == -math.inf else f" >= {low:g}"
+        raise MechlabError(f"{what}: expected a finite number{bound}, got {value!r}.")
+    return float(value)
+
+
+def _joints(m: Mechanism, body: Body) -> None:
+    for joint in body.joints:
+        what = f"{m.name}: joint {joint.name!r}"
+        if joint.kind not in JOINT_KINDS:
+            raise unknown(f"{what}: kind", joint.kind, JOINT_KINDS)
+        _direction(joint.axis, f"{what}: axis")
+        for key in ("damping", "armature", "friction", "stiffness"):
+            _finite(getattr(joint, key), f"{what}: {key}", 0.0)
+        for key in ("zero", "spring_rest"):
+            _finite(getattr(joint, key), f"{what}: {key}")
+        _range(joint, what)
+
+
+def _range(joint: Joint, what: str) -> None:
+    if joint.range is None:
+        return
+    low, high = joint.range
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise MechlabError(f"{what}: range must be (low, high) with low < high, got {joint.range!r}.")
+    if joint.kind == "spherical":
+        raise MechlabError(f"{what}: a spherical joint has no range.")
+
+
+def _direction(axis: Vector, what: str) -> None:
+    norm = math.sqrt(sum(x * x for x in vector(axis, what)))
+    if abs(norm - 1.0) > 1e-12:
+        raise MechlabError(
+            f"{what}: expected a unit vector, got {axis!r} of length {norm:.6g} (use {unit(axis, what)})."
+        )
+
+
+def _attachments(m: Mechanism) -> None:
+    bodies = {GROUND} | {b.name for b in m.bodies}
+    for loop in m.loops:
+        if loop.kind not in LOOP_ROWS:
+            raise unknown(f"{m.name}: loop {loop.name!r}: kind", loop.kind, LOOP_ROWS)
+        for body in (loop.body_a, loop.body_b):
+            if body not in bodies:
+                raise unknown(f"{m.name}: loop {loop.name!r}: body", body, bodies)
+        if loop.body_a == loop.body_b:
+            raise MechlabError(f"{m.name}: loop {loop.name!r} connects body {loop.body_a!r} to itself.")
+        if loop.kind == "distance":
+            _finite(loop.length, f"{m.name}: loop {loop.name!r}: length", 1e-9)
+    for spring in m.springs:
+        for body in (spring.body_a, spring.body_b):
+            if body not in bodies:
+                raise unknown(f"{m.name}: spring {spring.name!r}: body", body, bodies)
+        for key in ("stiffness", "damping", "rest_length"):
+            _finite(getattr(spring, key), f"{m.name}: spring {spring.name!r}: {key}", 0.0)
+    for frame in m.frames:
+        if frame.body not in bodies:
+            raise unknown(f"{m.name}: frame {frame.name!r}: body", frame.body, bodies)
+    targets = {j.name for j in m.joints if j.nv == 1} | {s.name for s in m.shafts}
+    for drive in m.drives:
+        if drive.on not in targets:
+            raise unknown(f"{m.name}: drive {drive.name!r}: joint or shaft", drive.on, targets)
+        for key in ("stiffness", "damping"):
+            _finite(getattr(drive, key), f"{m.name}: drive {drive.name!r}: {key}", 0.0)
+        if drive.limit is not None:
+            _finite(drive.limit, f"{m.name}: drive {drive.name!r}: limit", 0.0)
+
+
+def _linear(m: Mechanism) -> None:
+    kinds = {j.name: j.kind for j in m.joints}
+    for item in (*m.shafts, *m.relations):
+        what = f"{m.name}: {'shaft' if item in m.shafts else 'relation'} {item.name!r}"
+        if not item.coefficients:
+            raise MechlabError(f"{what} has no coefficients.")
+        for name, count in Counter(n for n, _ in item.coefficients).items():
+            if count > 1:
+                raise MechlabError(f"{what} names joint {name!r} {count} times.")
+        for name, c in item.coefficients:
+            if name not in kinds:
+                raise unknown(f"{what}: joint", name, kinds)
+            if kinds[name] == "spherical":
+                raise MechlabError(f"{what}: joint {name!r} is spherical and has no single angle.")
+            if not isinstance(c, Fraction) or c == 0:
+                raise MechlabError(f"{what}: coefficient of {name!r} must be a Fraction other than 0, got {c!r}.")
+    bodies = {GROUND} | {b.name for b in m.bodies}
+    for shaft in m.shafts:
+        for key in ("inertia", "damping", "friction", "stiffness"):
+            _finite(getattr(shaft, key), f"{m.name}: shaft {shaft.name!r}: {key}", 0.0)
+        if shaft.body not in bodies:
+            raise unknown(f"{m.name}: shaft {shaft.name!r}: body", shaft.body, bodies)
+        if shaft.inertia > 0 or shaft.damping > 0:
+            _one_path(m, shaft.name, [n for n, _ in shaft.coefficients])
+
+
+def _one_path(m: Mechanism, shaft: str, names: list[str]) -> None:
+    """Joints of a shaft with inertia or damping must lie on one root-to-leaf path: MuJoCo drops other off-diagonals."""
+    home = {j.name: b.name for b in m.bodies for j in b.joints}
+    parent = {b.name: b.parent for b in m.bodies}
+
+    def ancestors(body: str) -> set[str]:
+        out = {body}
+        while parent.get(body, GROUND) != GROUND:
+            body = parent[body]
+            out.add(body)
+        return out
+
+    for i, a in enumerate(names):
+        for b in names[i + 1 :]:
+            if home[a] not in ancestors(home[b]) and home[b] not in ancestors(home[a]):
+                raise MechlabError(
+                    f"{m.name}: shaft {shaft!r} has inertia or damping, but its joints {a!r} and {b!r} do not lie on one path "
+                    "from the root to a leaf; MuJoCo would drop their coupling silently. Give the part a body of its own."
+                )
+
+
+def _masses(m: Mechanism) -> None:
+    """A moving body needs inertia along each of its own joints, from itself or from what it carries."""
+    carried: dict[str, tuple[float, bool]] = {}
+    for body in reversed(m.bodies):
+        mass, turns = carried.get(body.name, (0.0, False))
+        mass += body.inertia.mass
+        turns = turns or any(x > 0 for x in body.inertia.tensor[:3])
+        if body.joints and mass == 0.0:
+            raise MechlabError(
+                f"{m.name}: body {body.name!r} moves but has no mass, nor does anything it carries; give it an inertia."
+            )
+        if body.joints and not turns and any(j.kind == "spherical" for j in body.joints):
+            raise MechlabError(f"{m.name}: body {body.name!r} turns freely but has no moment of inertia; give it one.")
+        up = carried.get(body.parent, (0.0, False))
+        carried[body.parent] = (up[0] + mass, up[1] or turns)
+
+
+def _relations_consistent(m: Mechanism) -> None:
+    """Relations may repeat each other exactly, but must not lock a joint (exact fractions, reduced row echelon form).
+
+    Homogeneous rows never contradict each other at rest. Meshes whose redundancy is inconsistent (one tooth count of a
+    planet mistyped) show themselves by forcing the coordinate of some joint to stay zero.
+    """
+    columns = sorted({n for r in m.relations for n, _ in r.coefficients})
+    reduced: list[tuple[set[str], int, list[Fraction]]] = []
+    for relation in m.relations:
+        given = dict(relation.coefficients)
+        row = [given.get(n, Fraction(0)) for n in columns]
+        sources = {relation.name}
+        for used, pivot, other in reduced:
+            if row[pivot]:
+                factor = row[pivot] / other[pivot]
+                row = [a - factor * b for a, b in zip(row, other, strict=True)]
+                sources |= used
+        pivots = [k for k, x in enumerate(row) if x]
+        if not pivots:
+            continue
+        pivot = pivots[0]
+        for i, (used, p, other) in enumerate(reduced):
+            if other[pivot]:
+                factor = other[pivot] / row[pivot]
+                reduced[i] = (used | sources, p, [a - factor * b for a, b in zip(other, row, strict=True)])
+        reduced.append((sources, pivot, row))
+        for used, _, other in reduced:
+            if sum(1 for x in other if x) == 1 and len(given) > 1:
+                joint = columns[next(k for k, x in enumerate(other) if x)]
+                meshes = ", ".join(repr(n) for n in sorted(used))
+                raise MechlabError(
+                    f"{m.name}: the relations {meshes} together lock joint {joint!r}: their ratios are inconsistent. "
+                    "Check the tooth counts of these meshes (ring = sun + 2 planet for a simple planetary stage)."
+                )
+
+
+def _closed(m: Mechanism) -> None:
+    from mechlab.mechanism.constraints import ConstraintSet
+    from mechlab.mechanism.kinematics import TreeKinematics
+
+    constraints = ConstraintSet(m)
+    if not len(constraints):
+        return
+    residual = constraints.residual(TreeKinematics(m))
+    worst = int(np.argmax(np.abs(residual)))
+    if abs(residual[worst]) > CLOSURE_TOLERANCE:
+        raise MechlabError(
+            f"{m.name}: the reference pose is not assembled: {constraints.rows[worst]} is open by {abs(residual[worst]):.3g} "
+            f"(limit {CLOSURE_TOLERANCE:g}). Correct the lengths, or close it with Builder.assemble(guess)."
+        )
