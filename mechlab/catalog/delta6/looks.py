@@ -1,0 +1,270 @@
+"""What the parts of the delta look like. Shapes carry no mass; tooth counts here are for the eye, the nearest whole numbers."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from mechlab.catalog.delta6.masses import PLANET_OFFSET, vec
+from mechlab.catalog.delta6.parameters import Delta6Parameters, Leg, legs
+from mechlab.mechanism import Placement, Shape, shape
+from mechlab.mechanism.geometry import Array, axis_rotation, frame_along
+from mechlab.shapes import external_phase
+
+STEEL = (0.62, 0.66, 0.72, 1.0)
+DARK = (0.28, 0.31, 0.36, 1.0)
+BLUE = (0.16, 0.42, 0.75, 1.0)
+ORANGE = (0.90, 0.55, 0.13, 1.0)
+BRASS = (0.83, 0.68, 0.29, 1.0)
+TEAL = (0.20, 0.58, 0.56, 1.0)
+RED = (0.76, 0.27, 0.25, 1.0)
+PALE = (0.86, 0.88, 0.91, 1.0)
+
+FLOOR = -0.24
+"""Height of the base plate below the home head centre [m]."""
+SPUR_LEVEL = (-0.014, -0.024, -0.034)
+"""Heights of the three lower gears below the lower crosses [m]."""
+PLANET_LEVEL = (0.017, 0.024)
+"""Heights of the planets above the head centre [m]."""
+BEVEL_PITCH = 0.012
+"""Pitch radius of the bevels Nz and of the outer bevels Pz [m]."""
+OUTER_PITCH = 0.017
+"""Pitch radius of the inner bevels Pz [m]."""
+Shapes = tuple[Shape, ...]
+
+
+def _at(position: Array | tuple[float, float, float], rotation: Array | None = None) -> Placement:
+    return Placement.of(np.eye(3) if rotation is None else rotation, position)
+
+
+def _columns(x: Array, y: Array) -> Array:
+    """Rotation whose first two columns are the orthonormal x and y."""
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
+@lru_cache(maxsize=256)
+def teeth(ratio: float, low: int = 60, high: int = 140) -> tuple[int, int]:
+    """Whole numbers (a, b), a + b within limits, with b / a nearest to `ratio`."""
+    pairs = [(a, round(a * ratio)) for a in range(12, high) if low <= a + round(a * ratio) <= high and round(a * ratio) >= 12]
+    if not pairs:
+        return (40, 40)
+    return min(pairs, key=lambda ab: (round(abs(ab[1] / ab[0] - ratio), 6), ab[0]))
+
+
+# -- ground, sliders, rods -----------------------------------------------------------------------------------------------
+
+
+def _guide_arm(p: Delta6Parameters) -> float:
+    """How far the guide columns stand outside the shaft axis [m]."""
+    return 0.05
+
+
+def ground(p: Delta6Parameters) -> Shapes:
+    """Base plate, three pairs of guide columns, top ring."""
+    top = p.slider_max - p.slider_height + 0.09
+    reach = abs(p.platform_radius + p.radial_offset) + _guide_arm(p)
+    out = [shape("disc", _at((0.0, 0.0, FLOOR - 0.008)), PALE, "base", radius=reach + 0.05, thickness=0.016, bore=0.07)]
+    out.append(shape("ring", _at((0.0, 0.0, top)), PALE, "top", outer=reach + 0.03, inner=reach - 0.03, thickness=0.012))
+    for leg in legs(p):
+        frame = _columns(leg.tangent, -leg.radial)
+        foot = leg.upper + _guide_arm(p) * leg.radial
+        out.append(
+            shape("guide", _at((foot[0], foot[1], FLOOR), frame), STEEL, f"guide_{leg.index}", length=top - FLOOR, radius=0.008, spacing=0.06)
+        )
+    return tuple(out)
+
+
+def slider(p: Delta6Parameters, leg: Leg) -> Shapes:
+    """Carriage on the two columns, with the arm and the motor over the shaft."""
+    frame = _columns(leg.tangent, -leg.radial)
+    z = p.slider_height
+    carriage = leg.radial * _guide_arm(p)
+    return (
+        shape("slider", _at((carriage[0], carriage[1], z), frame), BLUE, "carriage", x=0.1, y=0.034, length=0.07, bore=0.017, holes=2, spacing=0.06),
+        shape("box", _at((carriage[0] * 0.45, carriage[1] * 0.45, z), frame), BLUE, "arm", x=0.04, y=0.05, z=0.03),
+        shape("cylinder", _at((0.0, 0.0, z + 0.035)), DARK, "motor", radius=0.019, length=0.045, chamfer=0.003),
+        shape("box", _at(tuple(0.5 * p.rod_spacing * leg.tangent + np.array([0.0, 0.0, z])), frame), BLUE, "bar", x=p.rod_spacing + 0.02, y=0.014, z=0.014),
+        shape("cylinder", _at(tuple(p.rod_spacing * leg.tangent + np.array([0.0, 0.0, 0.5 * z]))), BLUE, "post", radius=0.005, length=z),
+    )
+
+
+def _along(leg: Leg) -> Array:
+    return frame_along(leg.span / np.linalg.norm(leg.span))
+
+
+def rods(p: Delta6Parameters, leg: Leg) -> Shapes:
+    """Both rods of a leg, for the fidelities in which they are one body."""
+    return (
+        shape("rod", _at((0.0, 0.0, 0.0), _along(leg)), ORANGE, "rod", length=p.rod_length, radius=0.006),
+        shape("rod", _at(vec(p.rod_spacing * leg.tangent), _along(leg)), STEEL, "plain", length=p.rod_length, radius=0.005),
+    )
+
+
+def cardan_rod(p: Delta6Parameters, leg: Leg) -> Shapes:
+    """The shaft between its two forks; the fork pins lie along fork_b."""
+    u = leg.span / np.linalg.norm(leg.span)
+    upper = _columns(leg.fork_b, np.cross(-u, leg.fork_b))
+    lower = _columns(leg.fork_b, np.cross(u, leg.fork_b))
+    return (
+        shape("cylinder", _at(tuple(0.5 * leg.span), _along(leg)), ORANGE, "shaft", radius=0.006, length=p.rod_length - 0.05),
+        shape("fork", _at((0.0, 0.0, 0.0), upper), ORANGE, "upper_fork", span=0.02, pin=0.003),
+        shape("fork", _at(vec(leg.span), lower), ORANGE, "lower_fork", span=0.02, pin=0.003),
+    )
+
+
+def plain_rod(p: Delta6Parameters, leg: Leg) -> Shapes:
+    """The plain rod with its two balls."""
+    return (
+        shape("rod", _at((0.0, 0.0, 0.0), _along(leg)), STEEL, "rod", length=p.rod_length, radius=0.0045),
+        shape("sphere", _at((0.0, 0.0, 0.0)), DARK, "upper_ball", radius=0.008),
+        shape("sphere", _at(vec(leg.span)), DARK, "lower_ball", radius=0.008),
+    )
+
+
+def stub(p: Delta6Parameters, leg: Leg, upper: bool) -> Shapes:
+    """Shaft stub with its fork; the pin holes lie along fork_a."""
+    up = np.array([0.0, 0.0, 1.0 if upper else -1.0])
+    frame = _columns(leg.fork_a, np.cross(-up, leg.fork_a))
+    long = p.slider_height if upper else 0.045
+    return (
+        shape("fork", _at((0.0, 0.0, 0.0), frame), TEAL, "fork", span=0.02, pin=0.003),
+        shape("cylinder", _at(tuple(0.5 * (0.016 + long) * up)), TEAL, "stub", radius=0.0045, length=long - 0.016),
+    )
+
+
+def cross(leg: Leg) -> Shapes:
+    """The cross with its four pins."""
+    return (shape("cross", _at((0.0, 0.0, 0.0), _columns(leg.fork_a, leg.fork_b)), DARK, "cross", span=0.022, radius=0.0028),)
+
+
+# -- platform and gear train ---------------------------------------------------------------------------------------------
+
+
+def platform(p: Delta6Parameters) -> Shapes:
+    """Triangular plate above the gears, the central axis, the bosses of the plain rods."""
+    z = p.platform_height - 0.006
+    azimuths = {f"azimuth_{i + 1}": float(a) for i, a in enumerate(p.leg_azimuths)}
+    out = [
+        shape("triangle_platform", _at((0.0, 0.0, z)), BLUE, "plate", radius=p.platform_radius, height=0.008, **azimuths),
+        shape("cylinder", _at((0.0, 0.0, 0.5 * z)), DARK, "axis", radius=0.005, length=z),
+    ]
+    for leg in legs(p):
+        out.append(
+            shape("link", _at((leg.lower[0], leg.lower[1], z), _columns(leg.tangent, np.cross([0, 0, 1.0], leg.tangent))), BLUE,
+                  f"ear_{leg.index}", length=p.rod_spacing, width=0.018, thickness=0.008, bore=0.006)
+        )  # fmt: skip
+    return tuple(out)
+
+
+def shaft_placement(leg: Leg) -> Placement:
+    """Where a lower shaft turns: at the lower cross, about the axis of its positive sense."""
+    turned = np.diag([1.0, -1.0, -1.0]) if leg.index < 3 else np.eye(3)
+    return _at(vec(leg.lower), turned)
+
+
+def _spur_sizes(p: Delta6Parameters, i: int) -> tuple[int, int, float]:
+    """Teeth of lower gear and central gear, and module, for the centre distance `platform_radius`."""
+    a, b = teeth(float(p.k_spur)) if i < 3 else (24, 24)
+    return a, b, 2.0 * p.platform_radius / (a + b) if i < 3 else 2.0 * p.platform_radius / (a + b + 48)
+
+
+def spur(p: Delta6Parameters, i: int) -> Shapes:
+    """The gear on lower shaft i, a tooth towards the central axis."""
+    a, _, module = _spur_sizes(p, i)
+    azimuth = p.leg_azimuths[i - 1] + math.pi
+    return (
+        shape("spur_gear", _at((0.0, 0.0, SPUR_LEVEL[i - 1])), BRASS, f"N{i}", teeth=a, module=module, width=0.007, bore=0.006, phase=azimuth),
+    )
+
+
+def central(p: Delta6Parameters, i: int) -> Shapes:
+    """The double gear Pr: one rim for the lower shaft, one for the planet."""
+    a, b, module = _spur_sizes(p, i)
+    c, d, fine = _planet_sizes(p)
+    azimuth = p.leg_azimuths[i - 1]
+    level = p.platform_height + SPUR_LEVEL[i - 1]
+    side = 0.5 * math.pi if i == 1 else -0.5 * math.pi
+    big = external_phase(a, b, azimuth + math.pi, azimuth + math.pi)
+    height = level - PLANET_LEVEL[i - 1]
+    return (
+        shape("spur_gear", _at((0.0, 0.0, level)), STEEL, "outer_rim", teeth=b, module=module, width=0.006, bore=0.011, phase=big, holes=6),
+        shape("spur_gear", _at((0.0, 0.0, PLANET_LEVEL[i - 1])), STEEL, "inner_rim", teeth=c, module=fine, width=0.006, bore=0.011, phase=side),
+        shape("tube", _at((0.0, 0.0, PLANET_LEVEL[i - 1] + 0.5 * height)), STEEL, "sleeve", outer=0.0075 if i == 1 else 0.0095, inner=0.0055 if i == 1 else 0.0077, length=abs(height)),
+    )
+
+
+def _planet_sizes(p: Delta6Parameters) -> tuple[int, int, float]:
+    c, d = teeth(float(p.k_transfer / p.k_spur))
+    return c, d, 2.0 * PLANET_OFFSET / (c + d)
+
+
+def planet(p: Delta6Parameters, i: int) -> Shapes:
+    """Planet gear with its bevel Nz; its frame stands on the planet axis at the height of the head centre."""
+    c, d, fine = _planet_sizes(p)
+    side = 0.5 * math.pi if i == 1 else -0.5 * math.pi
+    phase = external_phase(c, d, side, side)
+    z = PLANET_LEVEL[i - 1]
+    return (
+        shape("spur_gear", _at((0.0, 0.0, z)), BRASS, "planet", teeth=d, module=fine, width=0.006, bore=0.004, phase=phase),
+        _bevel("Nz", BRASS, np.eye(3), BEVEL_PITCH, 18, math.pi / 4),
+        shape("cylinder", _at((0.0, 0.0, 0.5 * (z + BEVEL_PITCH) + 0.004)), DARK, "pin", radius=0.002, length=z - BEVEL_PITCH + 0.016),
+    )
+
+
+def _bevel(name: str, color: tuple[float, float, float, float], rotation: Array, radius: float, count: int, pitch: float, phase: float = 0.0) -> Shape:
+    return shape(
+        "bevel_gear", _at((0.0, 0.0, 0.0), rotation), color, name, teeth=count, module=2.0 * radius / count, pitch_angle=pitch,
+        width=0.006, bore=0.004, phase=phase,
+    )  # fmt: skip
+
+
+def _output_teeth(p: Delta6Parameters) -> tuple[int, int]:
+    return teeth(float(p.k_bevel), 36, 60)
+
+
+def bevel(p: Delta6Parameters, i: int) -> Shapes:
+    """Double bevel Pz: outer rim towards the planet's bevel, inner rim towards the output gear; frame at the head centre."""
+    y = 1.0 if i == 1 else -1.0
+    a, b = _output_teeth(p)
+    inner = math.atan2(a, b)
+    to_side = axis_rotation((1.0, 0.0, 0.0), -y * math.pi / 2)
+    to_centre = axis_rotation((1.0, 0.0, 0.0), y * math.pi / 2)
+    outer = Placement.of(to_centre, (0.0, y * PLANET_OFFSET, 0.0))
+    step = math.pi / 18.0
+    first = _bevel("outer_rim", STEEL, to_centre, BEVEL_PITCH, 18, math.pi / 4, phase=step)
+    return (
+        Shape(first.kind, first.size, outer, first.color, first.name),
+        _bevel("inner_rim", STEEL, to_side, OUTER_PITCH, a, inner),
+        shape("tube", Placement.of(to_side, (0.0, y * 0.0225, 0.0)), STEEL, "sleeve", outer=0.006, inner=0.004, length=0.011),
+    )
+
+
+# -- head ----------------------------------------------------------------------------------------------------------------
+
+
+def carrier(p: Delta6Parameters) -> Shapes:
+    """Carrier of the head: bridge with the planet pins, two cheeks that hold the crossbar, gear of shaft 3."""
+    out = [shape("box", _at((0.0, 0.0, 0.0305)), RED, "bridge", x=0.016, y=2 * PLANET_OFFSET + 0.03, z=0.004)]
+    for y in (1.0, -1.0):
+        out.append(shape("box", _at((0.0, y * (PLANET_OFFSET + 0.013), 0.012)), RED, "cheek", x=0.014, y=0.005, z=0.041))
+    return tuple(out)
+
+
+def tee(p: Delta6Parameters) -> Shapes:
+    """T-shaped carrier: crossbar along Y', stem along X'."""
+    x_to_y = np.column_stack([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
+    return (shape("t_carrier", _at((0.0, 0.0, 0.0), x_to_y), TEAL, "tee", stem=max(0.02, p.head_offset - 0.012), crossbar=2 * (PLANET_OFFSET + 0.014), radius=0.0035),)
+
+
+def output(p: Delta6Parameters) -> Shapes:
+    """Output link: bevel gear on the stem, flange, tool whose point is D."""
+    a, b = _output_teeth(p)
+    along_x = np.column_stack([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    radius = OUTER_PITCH * b / a
+    return (
+        _bevel("VZ", BRASS, along_x, radius, b, math.atan2(b, a), phase=math.pi / b),
+        shape("flange", _at((p.head_offset - 0.014, 0.0, 0.0), along_x), RED, "tool", radius=0.013, thickness=0.006, reach=0.014),
+        shape("tube", _at((0.5 * (OUTER_PITCH + p.head_offset - 0.014), 0.0, 0.0), along_x), BRASS, "sleeve", outer=0.0065, inner=0.004, length=max(0.004, p.head_offset - 0.018 - OUTER_PITCH)),
+    )
