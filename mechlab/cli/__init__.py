@@ -1,0 +1,120 @@
+"""The command line: find the verb, call the API, print, turn errors into exit codes. No logic of its own."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
+
+from mechlab.cli import output
+from mechlab.cli.arguments import split_tokens, verb_parser
+from mechlab.errors import MechlabError, UsageError, unknown
+from mechlab.values import Value
+
+VERBS = {
+    "run": "the whole pipeline: generate, check, simulate the default scene, make the page",
+    "list": "the catalog",
+    "show": "parameters, bodies, joints, chain, freedoms, redundancies, scenes, questions",
+    "generate": "model files: MJCF, URDF, JSON, geometry",
+    "solve": "give some quantities, get the others from each witness",
+    "simulate": "run a scene; final values, samples, health, cost",
+    "check": "every check with its witnesses",
+    "claims": "the ledger of printed claims, with a verdict for each",
+    "view": "the lab page of a mechanism or a recording, live or as a file",
+}
+STATUS = {1: "bad input", 2: "wrong usage", 3: "not to be trusted", 4: "no solution exists"}
+HELP = """usage: mechlab VERB NAME [key=value ...] [options]
+
+Describe a mechanism once; get model files, answers from three witnesses, motion and a page.
+
+verbs:
+{verbs}
+
+NAME: a catalog name, file.py:function, or a .json, .xml or .urdf file.
+key=value: parameters, given quantities, initial state, loads. Numbers are SI;
+  37deg, 5mm, 300rpm, 17/22, lists a,b,c and ranges lo:hi or lo:hi:n are understood.
+--json: print exactly one JSON document, also on failure.
+
+exit: 0 answered and trustworthy, 1 bad input, 2 usage, 3 finished but do not trust it, 4 no solution exists
+
+start with: mechlab run delta6 -o out          more on a verb: mechlab VERB --help"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code. Never raises for what a user can cause."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    call = _Call(arguments[0] if arguments else "", "--json" in arguments)
+    try:
+        return call.perform(arguments)
+    except MechlabError as error:
+        status = getattr(error, "status", None) or STATUS[error.exit_code]
+        return call.fail(error, error.exit_code, status, str(error))
+    except KeyboardInterrupt as error:
+        return call.fail(error, 130, "interrupted", "interrupted.")
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")
+    except Exception as error:  # a bug of ours: still one message and, with --json, one document
+        said = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        report = "Please report this, with the command and what MECHLAB_DEBUG=1 prints."
+        return call.fail(error, 1, "internal error", f"internal error: {said}. {report}")
+
+
+class _Call:
+    """One command and what is known of it so far, so that a failure at any point can say what was asked."""
+
+    def __init__(self, verb: str, as_json: bool) -> None:
+        self.verb = verb
+        self.as_json = as_json
+        self.names: list[str] = []
+        self.values: dict[str, Value] = {}
+
+    def perform(self, arguments: list[str]) -> int:
+        if not arguments:
+            raise UsageError(
+                "a VERB is missing. `mechlab --help` lists them; start with `mechlab run delta6 -o out`."
+            )
+        if self.verb in ("-h", "--help", "help"):
+            output.write(HELP.format(verbs="\n".join(f"  {verb:10}{text}" for verb, text in VERBS.items())))
+            return 0
+        if self.verb == "--version":
+            output.write(f"mechlab {output.package_version('mechlab') or 'not installed'}")
+            return 0
+        if self.verb not in VERBS:
+            raise unknown("the verb", self.verb, VERBS, UsageError)
+        module = import_module(f"mechlab.cli.verbs.{self.verb}")
+        parser = verb_parser(self.verb, module.POSITIONALS, VERBS[self.verb])
+        module.add_options(parser)
+        try:
+            options = parser.parse_intermixed_args(arguments[1:])
+        except SystemExit:  # --help has printed
+            return 0
+        self.names, self.values = split_tokens(options.tokens)
+        if not self.as_json:
+            result = module.execute(self.names, self.values, options)
+            output.write(result.text())
+            return self.finish(result.exit_code, result.to_dict() if result.exit_code else {})
+        with output.stdout_kept_clean():
+            result = module.execute(self.names, self.values, options)
+            document = output.envelope(self.verb, self.names, self.values) | result.to_dict()
+        output.write(output.encode(document | {"exit_code": result.exit_code}))
+        return self.finish(result.exit_code, document)
+
+    def finish(self, code: int, document: dict[str, Any]) -> int:
+        if code:
+            output.complain(str(document.get("message") or document.get("status") or STATUS[code]))
+        return code
+
+    def fail(self, error: BaseException, code: int, status: object, message: str) -> int:
+        if os.environ.get("MECHLAB_DEBUG") == "1":
+            import traceback
+
+            traceback.print_exception(error)
+        output.complain(message)
+        if self.as_json:
+            document = output.envelope(self.verb, self.names, self.values)
+            problem = {"kind": type(error).__name__, "message": message}
+            output.write(output.encode(document | {"status": status, "exit_code": code, "error": problem}))
+        return code

@@ -1,0 +1,131 @@
+"""What every verb shares on the way out: one JSON document or a text on stdout, one message on stderr."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from enum import Enum
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Protocol
+
+from mechlab.values import Range, Value
+
+SCHEMA = 1
+PACKAGES = ("mechlab", "numpy", "scipy", "mujoco", "pin")
+
+
+class Result(Protocol):
+    """What every function of the API returns to the command line."""
+
+    @property
+    def exit_code(self) -> int:
+        """0 answered and trustworthy, 3 finished but not to be trusted, 4 no solution exists."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer for a program; `status` and `message` are sentences."""
+
+    def text(self) -> str:
+        """The answer for a person: tables and sentences."""
+
+
+def envelope(verb: str, names: list[str], values: Mapping[str, Value]) -> dict[str, Any]:
+    """What every JSON document carries. A version that is null belongs to an engine that is not installed."""
+    from mechlab.units import SYSTEM
+
+    return {
+        "schema": SCHEMA,
+        "command": verb,
+        "names": names,
+        "status": "answered",
+        "exit_code": 0,
+        "units": SYSTEM,
+        "versions": {package: package_version(package) for package in PACKAGES},
+        "parameters": dict(values),
+    }
+
+
+def encode(document: Mapping[str, Any]) -> str:
+    """One JSON document. Floats keep all their digits; what is not finite becomes null."""
+    return json.dumps(_plain(document), indent=2, allow_nan=False, ensure_ascii=False)
+
+
+def _plain(item: Any) -> Any:
+    """`item` as JSON knows it. Arrays and numpy scalars are told by their methods: numpy stays unimported."""
+    if item is None or isinstance(item, bool | int):
+        return item if not isinstance(item, Enum) else _plain(item.value)
+    if isinstance(item, float):
+        return float(item) if math.isfinite(item) else None
+    if isinstance(item, Enum):
+        return _plain(item.value)
+    if isinstance(item, str):
+        return str(item)
+    if isinstance(item, Mapping):
+        return {str(key): _plain(value) for key, value in item.items()}
+    if isinstance(item, list | tuple | set | frozenset):
+        return [
+            _plain(value) for value in (sorted(item, key=str) if isinstance(item, set | frozenset) else item)
+        ]
+    if isinstance(item, Fraction | Range | Path):
+        return str(item)
+    if hasattr(item, "tolist"):
+        return _plain(item.tolist())
+    if hasattr(item, "to_dict"):
+        return _plain(item.to_dict())
+    return str(item)
+
+
+def write(text: str) -> None:
+    """`text` to stdout. A reader that has gone away (`mechlab list | head -1`) is no error."""
+    if sys.stdout is None:
+        return
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains again at exit
+    except UnicodeEncodeError:
+        print(text.encode("ascii", "replace").decode(), flush=True)
+
+
+def complain(message: str) -> None:
+    """The one message on stderr that goes with every exit code other than 0."""
+    if sys.stderr is not None:
+        with contextlib.suppress(OSError):
+            print(f"mechlab: {message}", file=sys.stderr, flush=True)
+
+
+def stage_printer(as_json: bool) -> Callable[[str], None]:
+    """Where a pipeline reports its stages: stdout; beside JSON a terminal's stderr, or nowhere."""
+    if not as_json:
+        return write
+    if sys.stderr is not None and sys.stderr.isatty():
+        return lambda line: print(line, file=sys.stderr, flush=True)
+    return lambda line: None
+
+
+@contextlib.contextmanager
+def stdout_kept_clean() -> Iterator[None]:
+    """What engines and users' files print in this block goes to stderr: stdout is for the one document."""
+    with contextlib.ExitStack() as stack:
+        if sys.stderr is not None:
+            stack.enter_context(contextlib.redirect_stdout(sys.stderr))
+        with contextlib.suppress(OSError):
+            saved = os.dup(1)
+            stack.callback(os.close, saved)
+            os.dup2(2, 1)  # native code writes to the descriptor, not to sys.stdout
+            stack.callback(os.dup2, saved, 1)
+        yield
+
+
+def package_version(package: str) -> str | None:
+    """The installed version of `package`, or None."""
+    from importlib import metadata  # 20 ms that --help need not pay
+
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None

@@ -1,0 +1,23 @@
+"""`mechlab claims [NAME ...]`: the ledger of printed claims."""
+
+from __future__ import annotations
+
+import argparse
+
+from mechlab.cli.arguments import refuse_values
+from mechlab.cli.output import Result
+from mechlab.values import Value
+
+POSITIONALS = "[NAME ...]"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """This verb has no options of its own."""
+
+
+def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
+    """What the sources of the named mechanisms, or of all, print, and the verdict on each."""
+    refuse_values(values, "claims")
+    from mechlab import api
+
+    return api.claims(names)

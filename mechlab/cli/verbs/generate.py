@@ -1,0 +1,26 @@
+"""`mechlab generate NAME -o DIR`: model files."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from mechlab.cli.arguments import one_name
+from mechlab.cli.output import Result
+from mechlab.values import Value
+
+POSITIONALS = "NAME [key=value ...] -o DIR"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of this verb."""
+    parser.add_argument("-o", dest="out", metavar="DIR", required=True, help="folder for the files")
+    parser.add_argument("--fidelity", metavar="F", help="level of fidelity: minimal, parts, full")
+
+
+def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
+    """MJCF, scene, URDF, JSON and geometry, each reloaded by its consumer."""
+    name = one_name(names, "generate")
+    from mechlab import api
+
+    return api.generate(name, values, out=Path(options.out), fidelity=options.fidelity)

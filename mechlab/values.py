@@ -1,0 +1,137 @@
+"""Values as people write them: `37deg`, `5mm`, `17/22`, `a,b,c`, `lo:hi:n`. Text in, neutral values out.
+
+A value knows nothing of the parameter it is meant for: converting it is for whoever declared the parameter.
+Plain numbers are SI. A number with a unit becomes a `Quantity`, a float in SI that remembers its SI unit, so
+that `rod_length=37deg` can be refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.units import UNITS, compact
+
+_NUMBER = re.compile(r"([+-]?(?:\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?))(.*)", re.ASCII | re.DOTALL)
+_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
+_LARGEST_POWER = 400  # beyond a double; an exact fraction with more digits would only cost memory
+
+
+class Quantity(float):
+    """A float in SI that remembers its SI unit, such as `m` or `rad/s`."""
+
+    unit: str
+
+    def __new__(cls, value: float, unit: str) -> Quantity:
+        """`value` is in `unit`, which is an SI unit."""
+        self = super().__new__(cls, value)
+        self.unit = unit
+        return self
+
+    def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]
+        return float(self), self.unit
+
+
+@dataclass(frozen=True)
+class Range:
+    """`low:high` (count is None: the receiver chooses) or `low:high:count`, both ends included."""
+
+    low: float
+    high: float
+    count: int | None = None
+
+    def points(self, default_count: int = 11) -> tuple[float, ...]:
+        """The values, evenly spaced, both ends exact; `default_count` of them where no count was written."""
+        count = default_count if self.count is None else self.count
+        step = (self.high - self.low) / (count - 1)
+        return (*(self.low + i * step for i in range(count - 1)), self.high)
+
+    def __str__(self) -> str:
+        count = "" if self.count is None else f":{self.count}"
+        return f"{float(self.low)!r}:{float(self.high)!r}{count}"
+
+
+Scalar = float | Fraction | str
+Value = float | Fraction | tuple[Scalar, ...] | Range | str
+
+
+def parse_value(key: str, text: str) -> Value:
+    """The value written as `text`: a number, a list, a range, or the text itself where it begins like none.
+
+    `1,` is a list of one. Raises MechlabError, naming `key`, for an empty value, an unknown unit, a number
+    that is not finite, and a list or range in which only some numbers have a unit (0 needs none).
+    """
+    text = text.strip()
+    if "," in text:
+        items = tuple(_scalar(key, item) for item in text.removesuffix(",").split(","))
+        _refuse_mixed_units(key, text, items)
+        return items
+    if ":" in text and _NUMBER.match(text):
+        return _range(key, text)
+    return _scalar(key, text)
+
+
+def parse_number(key: str, text: str, unit: str) -> float:
+    """One number in the SI unit `unit`. Raises MechlabError, naming `key`, for anything else."""
+    value = _scalar(key, text)
+    if isinstance(value, str) or getattr(value, "unit", unit) != unit:
+        raise MechlabError(f"{key}: expected a number [{unit}], got {text!r}.")
+    return float(value)
+
+
+def _range(key: str, text: str) -> Range:
+    low, high, *count = text.split(":")
+    if len(count) > 1:
+        raise MechlabError(f"{key}: expected low:high or low:high:count, got {text!r}.")
+    ends = _scalar(key, low), _scalar(key, high)
+    if isinstance(ends[0], str) or isinstance(ends[1], str):
+        raise MechlabError(f"{key}: expected numbers in low:high or low:high:count, got {text!r}.")
+    _refuse_mixed_units(key, text, ends)
+    if not count:
+        return Range(_float(ends[0]), _float(ends[1]))
+    if not re.fullmatch(r"\d{1,9}", count[0]) or int(count[0]) < 2:
+        raise MechlabError(
+            f"{key}: the count in low:high:count must be a whole number >= 2, got {count[0]!r}."
+        )
+    return Range(_float(ends[0]), _float(ends[1]), int(count[0]))
+
+
+def _float(value: float | Fraction) -> float:
+    return float(value) if isinstance(value, Fraction) else value
+
+
+def _scalar(key: str, text: str) -> Scalar:
+    text = text.strip()
+    if not text:
+        raise MechlabError(
+            f"{key}: a value is missing. Write for example {key}=0.5, {key}=5mm or {key}=1,2,3."
+        )
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        if _NOT_FINITE.fullmatch(text):
+            raise MechlabError(f"{key}: expected a finite number, got {text!r}.")
+        return text
+    digits, power, unit = match[1], match[2] or "0", compact(match[3])
+    if unit and unit not in UNITS:
+        raise unknown(f"{key}: in {text!r}, the unit", unit, UNITS)
+    try:
+        if len(digits) > _LARGEST_POWER or abs(int(power)) > _LARGEST_POWER:
+            raise OverflowError
+        exact = Fraction(digits)
+        if unit:
+            return Quantity(UNITS[unit].to_si(exact), UNITS[unit].si)
+        return exact if "/" in digits else float(exact)
+    except ZeroDivisionError:
+        raise MechlabError(f"{key}: division by zero in {text!r}.") from None
+    except OverflowError:
+        raise MechlabError(f"{key}: {text[:40]!r} is outside the range of a double.") from None
+
+
+def _refuse_mixed_units(key: str, text: str, items: Iterable[Scalar]) -> None:
+    numbers = [item for item in items if not isinstance(item, str) and item != 0]
+    units = {getattr(number, "unit", None) for number in numbers}
+    if len(units) > 1:
+        raise MechlabError(f"{key}: {text!r} mixes units. Give every number its unit, or none of them.")

@@ -1,0 +1,161 @@
+"""Values as people write them on the command line."""
+
+import copy
+import math
+import pickle
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mechlab.cli.arguments import split_tokens
+from mechlab.errors import MechlabError
+from mechlab.units import UNITS
+from mechlab.values import Quantity, Range, parse_number, parse_value
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.4", 0.4),
+        (".5", 0.5),
+        ("-1e-3", -1e-3),
+        ("+1", 1.0),
+        ("5.", 5.0),
+        ("17", 17.0),
+        ("1e-300", 1e-300),
+        ("37deg", math.radians(37)),
+        ("180deg", math.pi),
+        ("5mm", 0.005),
+        ("300rpm", 10 * math.pi),
+        ("1 rev", 2 * math.pi),
+        ("9.81m/s^2", 9.81),
+        ("9.81m/s²", 9.81),
+        ("2 N m", 2.0),
+        ("36km/h", 10.0),
+        ("5%", 0.05),
+        ("1/4mm", 0.00025),
+        ("elbow-up", "elbow-up"),
+        ("abc", "abc"),
+        ("my.py:rocker", "my.py:rocker"),
+        ("-", "-"),
+    ],
+)
+def test_one_value(text: str, value: object) -> None:
+    parsed = parse_value("x", text)
+    assert parsed == (pytest.approx(value, rel=3e-16) if isinstance(value, float) else value)
+    assert isinstance(parsed, float | str)
+
+
+def test_a_decimal_length_is_the_float_one_would_write_in_si() -> None:
+    assert parse_value("x", "5mm") == 0.005  # exactly: 5 * 0.001 rounds twice
+    assert parse_value("x", "0.3mm") == 0.0003
+
+
+def test_a_ratio_stays_exact() -> None:
+    value = parse_value("k_bevel", "17/22")
+    assert isinstance(value, Fraction) and value == Fraction(17, 22)
+
+
+def test_a_quantity_remembers_its_unit_and_is_a_plain_float_otherwise() -> None:
+    value = parse_value("x", "300rpm")
+    assert isinstance(value, Quantity) and value.unit == "rad/s"
+    assert str(value) == str(float(value)) and type(value + 1) is float
+    for twin in (copy.deepcopy(value), pickle.loads(pickle.dumps(value))):
+        assert twin == value and twin.unit == "rad/s"
+
+
+def test_lists() -> None:
+    assert parse_value("x", "1,2.5,-3") == (1.0, 2.5, -3.0)
+    assert parse_value("x", "0,95deg") == (0.0, pytest.approx(math.radians(95)))
+    assert parse_value("x", "1,") == (1.0,)
+    assert parse_value("x", "a, b") == ("a", "b")
+    assert parse_value("k", "1/2,3") == (Fraction(1, 2), 3.0)
+
+
+def test_ranges() -> None:
+    assert parse_value("x", "0:1") == Range(0.0, 1.0, None)
+    assert parse_value("x", "0:90deg:7") == Range(0.0, pytest.approx(math.pi / 2), 7)
+    low = parse_value("x", "10deg:90deg:9")
+    assert isinstance(low, Range)
+    assert low.points() == pytest.approx([math.radians(d) for d in range(10, 91, 10)])
+    assert Range(0.1, 0.7, 4).points()[-1] == 0.7 and len(Range(0, 1).points(5)) == 5
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nan",
+        "-inf",
+        "Infinity",
+        "1e999",
+        "1e-999999999",
+        "9" * 500,
+        "1/0",
+        "",
+        " ",
+        ",",
+        "1,,2",
+        "5furlong",
+        "5mmm",
+        "1,2deg",
+        "10:90deg",
+        "1:2:3:4",
+        "1:2:1",
+        "1:2:x",
+        "1:",
+        "1:nan",
+        "1,nan",
+        "1e308km/h2",
+    ],
+)
+def test_refused_in_the_name_of_the_key(text: str) -> None:
+    with pytest.raises(MechlabError, match="^rod_length: "):
+        parse_value("rod_length", text)
+
+
+def test_an_unknown_unit_lists_the_units() -> None:
+    with pytest.raises(
+        MechlabError, match=r"unit 'degr' does not exist. Did you mean 'deg'\? Existing: .*mm.*rpm"
+    ):
+        parse_value("x", "5degr")
+
+
+def test_a_number_option_refuses_another_unit() -> None:
+    assert parse_number("--duration", "500ms", "s") == 0.5
+    for text in ("5mm", "soon", "inf"):
+        with pytest.raises(MechlabError, match="^--duration: "):
+            parse_number("--duration", text, "s")
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_every_float_reads_back(number: float) -> None:
+    assert parse_value("x", repr(number)) == number
+
+
+@given(st.text(max_size=12))
+def test_any_text_is_a_value_or_one_clear_error(text: str) -> None:
+    try:
+        value = parse_value("key", text)
+    except MechlabError as error:
+        assert str(error).startswith("key: ")
+    else:
+        assert not isinstance(value, float) or math.isfinite(value)
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_every_unit_can_be_written(name: str) -> None:
+    value = parse_value("x", f"2{name}")
+    assert isinstance(value, Quantity) and value > 0 and value.unit == UNITS[name].si
+
+
+def test_tokens() -> None:
+    names, values = split_tokens(["delta6", "x=5mm", "file=a=b", "y=0"])
+    assert names == ["delta6"] and values == {"x": 0.005, "file": "a=b", "y": 0.0}
+
+
+@pytest.mark.parametrize("tokens", [["x=1", "x=2"], ["=1"], ["x="]])
+def test_bad_tokens(tokens: list[str]) -> None:
+    with pytest.raises(MechlabError):
+        split_tokens(tokens)
