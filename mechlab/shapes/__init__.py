@@ -1,0 +1,65 @@
+"""Solids for the eye: every kind of shape, built from its parameters as a triangle mesh. Metres and radians."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from types import MappingProxyType
+
+from mechlab.errors import unknown
+from mechlab.shapes import bevel, gears, helical, joints, links, platforms, rack, simple, slides
+from mechlab.shapes.files import obj_text, stl_bytes, write_obj, write_stl
+from mechlab.shapes.kind import Kind, Parameter, Times
+from mechlab.shapes.meshing import bevel_phase, external_phase, internal_phase, pitch_angles, rack_phase
+from mechlab.shapes.shading import Crisp, crisp, edges
+from mechlab.shapes.solid import Mesh, area, bounds, is_watertight, merge, moved, volume
+
+__all__ = [
+    "KINDS",
+    "Crisp",
+    "Kind",
+    "Mesh",
+    "Parameter",
+    "Times",
+    "area",
+    "bevel_phase",
+    "bounds",
+    "crisp",
+    "edges",
+    "external_phase",
+    "internal_phase",
+    "is_watertight",
+    "merge",
+    "mesh",
+    "moved",
+    "obj_text",
+    "pitch_angles",
+    "rack_phase",
+    "stl_bytes",
+    "volume",
+    "write_obj",
+    "write_stl",
+]
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        kind.name: kind
+        for module in (simple, helical, links, platforms, joints, slides, gears, rack, bevel)
+        for kind in module.KINDS
+    }
+)
+
+
+def mesh(kind: str, size: Mapping[str, float]) -> Mesh:
+    """The solid of a kind: closed, its faces counter-clockwise seen from outside; the same object for the same sizes.
+
+    Raises MechlabError that names an unknown kind or parameter and lists what exists, or says which size is impossible.
+    """
+    if kind not in KINDS:
+        raise unknown("shape kind", kind, KINDS)
+    return _built(kind, tuple(KINDS[kind].sizes(size).items()))
+
+
+@lru_cache(maxsize=512)
+def _built(kind: str, sizes: tuple[tuple[str, float], ...]) -> Mesh:
+    return KINDS[kind].build(**dict(sizes))

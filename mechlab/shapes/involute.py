@@ -1,0 +1,145 @@
+"""Involute teeth as outlines: radius and half angle of a tooth, from root to tip.
+
+Rack-generated profile (ISO 53): addendum m, dedendum 1.25 m, pressure angle alpha. The tooth half angle is
+    psi(r) = s / (2 rp) + inv(alpha) - inv(alpha_r),   cos(alpha_r) = rb / r,   inv(x) = tan x - x
+above the form circle; below it the root is the trochoid that the sharp corner of the rack cuts, so pinions of fewer
+than 2.5 / sin(alpha)^2 teeth (21 at 20 degrees) come out undercut (Litvin & Fuentes, Gear Geometry, ch. 6).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.errors import MechlabError
+
+Array = NDArray[np.float64]
+ADDENDUM, DEDENDUM = 1.0, 1.25  # in modules
+LEAST_LAND = 0.1  # tip land that a pointed tooth is shortened to [modules]
+
+
+def involute(angle: float | Array) -> Array:
+    """inv(x) = tan x - x."""
+    return np.asarray(np.tan(angle) - angle)
+
+
+@dataclass(frozen=True)
+class Teeth:
+    """A toothed circle: `number` of teeth (a fraction for the virtual gear of a bevel gear), lengths in metres.
+
+    `backlash` is taken off the tooth thickness at the pitch circle, pi m / 2 + 2 shift tan(alpha) - backlash.
+    """
+
+    number: float
+    module: float
+    pressure_angle: float = math.radians(20.0)
+    backlash: float = 0.0
+    shift: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not math.radians(10.0) <= self.pressure_angle <= math.radians(30.0):
+            raise MechlabError(f"gear: pressure_angle must lie within 10..30 degrees, got {self.pressure_angle:g} rad.")
+        if not 0.0 <= self.backlash < 0.5 * self.module:
+            raise MechlabError("gear: backlash must lie within 0..0.5 modules.")
+        if not -0.5 <= self.shift / self.module <= 1.0:
+            raise MechlabError("gear: profile_shift must lie within -0.5..1 modules.")
+
+    @property
+    def pitch(self) -> float:
+        """Pitch radius m z / 2 [m]."""
+        return 0.5 * self.module * self.number
+
+    @property
+    def base(self) -> float:
+        """Base radius rp cos(alpha) [m]."""
+        return self.pitch * math.cos(self.pressure_angle)
+
+    @property
+    def thickness(self) -> float:
+        """Tooth thickness along the pitch circle [m]."""
+        return 0.5 * math.pi * self.module + 2.0 * self.shift * math.tan(self.pressure_angle) - self.backlash
+
+    def flank(self, r: Array) -> Array:
+        """Half angle [rad] of the involute tooth at radii r >= base."""
+        at = np.arccos(np.minimum(self.base / r, 1.0))
+        return 0.5 * self.thickness / self.pitch + involute(self.pressure_angle) - involute(at)
+
+    def fillet(self, r: Array) -> Array:
+        """Half angle [rad] that the corner of the rack leaves at radii r between root and tip."""
+        rho = self.root
+        corner = 0.25 * math.pi * self.module - DEDENDUM * self.module * math.tan(self.pressure_angle)
+        corner = corner + 0.5 * self.backlash
+        u = np.sqrt(np.maximum(r * r - rho * rho, 0.0))
+        return math.pi / self.number - (np.arctan(u / rho) + (corner - u) / self.pitch)
+
+    @property
+    def root(self) -> float:
+        """Root radius of an external gear [m]."""
+        return self.pitch - DEDENDUM * self.module + self.shift
+
+    @property
+    def tip(self) -> float:
+        """Tip radius of an external gear [m]: addendum m, less where the tooth would be pointed."""
+        full = self.pitch + ADDENDUM * self.module + self.shift
+        half = 0.5 * LEAST_LAND * self.module
+        return _where_zero(lambda r: float(self.flank(np.array(r))) * r - half, max(self.base, self.pitch), full)
+
+    @property
+    def form(self) -> float:
+        """Radius where the involute begins: tangent to the fillet, or where the undercut meets it [m]."""
+        depth = DEDENDUM * self.module - self.shift
+        rho = self.pitch * math.sin(self.pressure_angle) - depth / math.sin(self.pressure_angle)
+        if rho >= 0.0:
+            return math.hypot(self.base, rho)
+        return _where_zero(lambda r: float(self.fillet(np.array(r)) - self.flank(np.array(r))), self.tip, self.base)
+
+
+def _where_zero(f: Callable[[float], float], good: float, bad: float) -> float:
+    """`bad` if f(bad) >= 0; else by bisection the border where f, at least 0 at `good`, becomes negative."""
+    if f(bad) >= 0.0:
+        return bad
+    for _ in range(60):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if f(middle) >= 0.0 else (good, middle)
+    return good
+
+
+def tooth(teeth: Teeth) -> tuple[Array, Array]:
+    """Radii (k,) from root to tip and half angles (k,) of an external tooth; one radius is the pitch radius exactly."""
+    few = teeth.number > 45.0
+    form, pitch, tip = teeth.form, teeth.pitch, teeth.tip
+    below = teeth.root + (form - teeth.root) * np.linspace(0.0, 1.0, 3 if few else 4) ** 2
+    low = _between(teeth, form, min(pitch, tip), 2 if few else 3) if form < pitch < tip else np.array([form])
+    high = _between(teeth, max(pitch, form), tip, 3)
+    radii = np.concatenate([below[:-1], low[:-1], high])
+    rolled = radii >= form
+    return radii, np.where(rolled, teeth.flank(np.maximum(radii, teeth.base)), teeth.fillet(radii))
+
+
+def ring_tooth(teeth: Teeth) -> tuple[Array, Array]:
+    """Radii from root (outside) to tip (inside) and half angles of a tooth of an internal gear."""
+    space = Teeth(teeth.number, teeth.module, teeth.pressure_angle, 0.0, teeth.shift)
+    widened = 0.5 * teeth.backlash / teeth.pitch
+    # shorter teeth keep the tip of the ring off the root fillets of small pinions (handbook rule 1 - 7.55 / z)
+    addendum = min(0.8, 1.0 - 7.55 / teeth.number) * teeth.module
+    tip = max(teeth.pitch - addendum + teeth.shift, 1.0005 * teeth.base)
+    if not teeth.base < tip < teeth.pitch:
+        raise MechlabError(f"internal_gear: {teeth.number:g} teeth are too few for this pressure angle.")
+    half = 0.5 * LEAST_LAND * teeth.module
+    full = teeth.pitch + DEDENDUM * teeth.module + teeth.shift
+    root = _where_zero(lambda r: float(space.flank(np.array(r))) * r - half, teeth.pitch, full)
+    radii = np.concatenate([_between(teeth, teeth.pitch, root, 4)[::-1], _between(teeth, tip, teeth.pitch, 3)[-2::-1]])
+    return radii, math.pi / teeth.number - space.flank(radii) - widened
+
+
+def _between(teeth: Teeth, low: float, high: float, points: int) -> Array:
+    """Radii in equal steps of the roll angle sqrt((r / rb)^2 - 1), where chords of the involute err least."""
+    rb = teeth.base
+    roll = np.linspace(math.sqrt(max((low / rb) ** 2 - 1.0, 0.0)), math.sqrt((high / rb) ** 2 - 1.0), points)
+    radii = rb * np.sqrt(1.0 + roll**2)
+    radii[0], radii[-1] = low, high
+    return radii

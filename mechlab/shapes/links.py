@@ -1,0 +1,123 @@
+"""Bars, cranks, arms and plates that carry joints: flat parts in the xy plane, joint axes along z."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mechlab.shapes.build import SMALL, extrude, require, turned
+from mechlab.shapes.kind import Kind, Times, gap, length
+from mechlab.shapes.polygon import around_circles, circle
+from mechlab.shapes.solid import Mesh, merge, moved
+
+
+def link(length: float, width: float, thickness: float, bore: float) -> Mesh:
+    """A flat bar from its eye at the origin to its eye at (length, 0, 0), centred in z."""
+    return arm(length, width, width, thickness, bore, bore)
+
+
+def arm(length: float, width: float, tip_width: float, thickness: float, bore: float, tip_bore: float) -> Mesh:
+    """A tapered flat bar from a wide eye at the origin to a slim eye at (length, 0, 0), centred in z."""
+    require(2.0 * bore < width and 2.0 * tip_bore < tip_width, "link: a bore must be smaller than half of the width.")
+    require(
+        length > 0.5 * abs(width - tip_width), "link: one eye swallows the other; make length larger or width smaller."
+    )
+    outline = around_circles([(0.0, 0.0), (length, 0.0)], [0.5 * width, 0.5 * tip_width], 40)
+    eyes = [circle(r, SMALL, (x, 0.0)) for r, x in ((bore, 0.0), (tip_bore, length)) if r > 0.0]
+    require(length > bore + tip_bore, "link: the two bores overlap; make length larger.")
+    return extrude(outline, eyes, -0.5 * thickness, 0.5 * thickness)
+
+
+def crank(radius: float, width: float, thickness: float, bore: float, pin: float, pin_length: float) -> Mesh:
+    """A crank web with a hub bore about z at the origin and a crank pin at (radius, 0) standing up in +z."""
+    web = arm(radius, width, max(0.7 * width, 2.6 * pin), thickness, bore, 0.0)
+    top = 0.5 * thickness + pin_length
+    return merge([web, moved(turned(pin, 0.0, top, SMALL, 0.15 * pin), (radius, 0.0, 0.0))])
+
+
+def bracket(height: float, width: float, thickness: float, bore: float, foot: float) -> Mesh:
+    """A bearing block: bore about z at the origin, foot at y = -height, centred in z."""
+    radius = 0.5 * width
+    require(bore < radius, "bracket: bore must be smaller than half of the width.")
+    plinth = min(0.25 * width, 0.5 * (height - radius))
+    require(plinth > 0.0, "bracket: height must be greater than half of the width.")
+    half, neck = 0.5 * foot, 0.62 * width
+    t = np.linspace(-0.15, math.pi + 0.15, 25)
+    head = radius * np.column_stack([np.cos(t), np.sin(t)])
+    left = [(-neck, plinth - height), (-half, plinth - height), (-half, -height)]
+    right = [(-x, y) for x, y in reversed(left)]
+    outline = np.concatenate([head, np.array(left + right)])
+    return extrude(outline, [circle(bore, SMALL)], -0.5 * thickness, 0.5 * thickness)
+
+
+def pointer(length: float, width: float, thickness: float, bore: float) -> Mesh:
+    """A flat needle: hub about z at the origin, point at (length, 0, 0), centred in z."""
+    require(0.0 <= bore < 0.5 * width, "pointer: bore must be smaller than half of the width.")
+    outline = around_circles([(0.0, 0.0), (length - 0.01 * width, 0.0)], [0.5 * width, 0.01 * width], 48)
+    return extrude(outline, [circle(bore, SMALL)] if bore else [], -0.5 * thickness, 0.5 * thickness)
+
+
+KINDS = (
+    Kind(
+        "link",
+        "flat bar in xy from its eye at the origin to its eye at (length, 0, 0)",
+        link,
+        (
+            length("length", "distance of the eyes"),
+            length("width", "width"),
+            length("thickness", "thickness along z"),
+            gap("bore", "radius of the pin holes", Times(0.25, "width")),
+        ),
+    ),
+    Kind(
+        "arm",
+        "tapered flat bar in xy from a wide eye at the origin to a slim eye at (length, 0, 0)",
+        arm,
+        (
+            length("length", "distance of the eyes"),
+            length("width", "width at the origin"),
+            length("tip_width", "width at the tip", Times(0.65, "width")),
+            length("thickness", "thickness along z"),
+            gap("bore", "radius of the hole at the origin", Times(0.25, "width")),
+            gap("tip_bore", "radius of the hole at the tip", Times(0.25, "tip_width")),
+        ),
+    ),
+    Kind(
+        "crank",
+        "crank web in xy, hub at the origin, pin at (radius, 0) towards +z",
+        crank,
+        (
+            length("radius", "throw"),
+            length("width", "width at the hub"),
+            length("thickness", "thickness of the web along z"),
+            gap("bore", "radius of the hub bore", Times(0.25, "width")),
+            length("pin", "radius of the pin", Times(0.2, "width")),
+            length("pin_length", "length of the pin above the web", Times(1.0, "thickness")),
+        ),
+        solid=False,
+    ),
+    Kind(
+        "bracket",
+        "bearing block, bore about z at the origin, foot at y = -height",
+        bracket,
+        (
+            length("height", "from foot to axis"),
+            length("width", "width of the head"),
+            length("thickness", "thickness along z"),
+            length("bore", "radius of the bore", Times(0.25, "width")),
+            length("foot", "width of the foot", Times(2.0, "width")),
+        ),
+    ),
+    Kind(
+        "pointer",
+        "flat needle in xy from a hub at the origin to a point at (length, 0, 0)",
+        pointer,
+        (
+            length("length", "to the point"),
+            length("width", "width of the hub"),
+            length("thickness", "thickness along z"),
+            gap("bore", "radius of the hub bore", Times(0.25, "width")),
+        ),
+    ),
+)
