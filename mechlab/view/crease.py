@@ -1,0 +1,104 @@
+"""Crisp shading: split a mesh where its surface has a crease, and find the lines that an engineer would
+draw."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+CREASE_ANGLE = math.radians(30.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Creased:
+    """A mesh whose vertices carry one normal each.
+
+    vertices: (n, 3) [m]; normals: (n, 3), unit; faces: (m, 3) indices; edges: (k, 2) indices of creases and
+    open borders.
+    """
+
+    vertices: Array
+    normals: Array
+    faces: Indices
+    edges: Indices
+
+
+def crease(vertices: ArrayLike, faces: ArrayLike, angle: float = CREASE_ANGLE) -> Creased:
+    """Welds equal vertices, then splits them where neighbouring faces meet at more than `angle` [rad].
+
+    The corners of faces that meet smoothly share a vertex: connected components over the smooth edges. Its
+    normal is the mean of their face normals, each weighted with its corner angle, so that the triangulation
+    of a flat or round surface does not show. Faces without area are dropped. `vertices`: (n, 3); `faces`: (m,
+    3).
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    points, welded = np.unique(np.asarray(vertices, dtype=np.float32), axis=0, return_inverse=True)
+    triangles = welded.reshape(-1)[np.asarray(faces, dtype=np.int64)]
+    corners = points.astype(np.float64)[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normals, axis=1)
+    size = np.ptp(corners.reshape(-1, 3), axis=0).max() if len(corners) else 1.0
+    solid = area > 1e-14 * size**2
+    triangles, corners, normals = triangles[solid], corners[solid], normals[solid] / area[solid, None]
+
+    first, second, smooth, edge_start, edge_end = _edges(triangles, normals, angle)
+    # The two ends of a smooth edge, in the corner numbering 3 * face + place; its second face runs the other
+    # way round.
+    start = _corner_of(triangles, first // 3, edge_start), _corner_of(triangles, second // 3, edge_start)
+    end = _corner_of(triangles, first // 3, edge_end), _corner_of(triangles, second // 3, edge_end)
+    rows = np.concatenate([start[0][smooth], end[0][smooth]])
+    columns = np.concatenate([start[1][smooth], end[1][smooth]])
+    count = triangles.size
+    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(count, count))
+    total, label = connected_components(links, directed=False)
+
+    out_vertices = np.zeros((total, 3))
+    out_vertices[label] = corners.reshape(-1, 3)
+    out_normals = np.zeros((total, 3))
+    np.add.at(out_normals, label, (normals[:, None, :] * _corner_angles(corners)[:, :, None]).reshape(-1, 3))
+    out_normals /= np.maximum(np.linalg.norm(out_normals, axis=1), 1e-300)[:, None]
+    lines = np.unique(
+        np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1), axis=0
+    )
+    representative = np.zeros(len(points), dtype=np.int64)
+    representative[triangles.reshape(-1)] = label
+    return Creased(out_vertices, out_normals, label.reshape(-1, 3).astype(np.int64), representative[lines])
+
+
+def _edges(
+    triangles: Indices, normals: Array, angle: float
+) -> tuple[Indices, Indices, NDArray[np.bool_], Indices, Indices]:
+    """Every undirected edge once: two half-edges (3 * face + place) that bound it, is it smooth, its two
+    points.
+
+    An edge of one face, or of more than two, is never smooth; its second half-edge is then its first again.
+    """
+    ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    unique, inverse, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(inverse.reshape(-1), kind="stable")
+    begin = np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)
+    first = order[begin]
+    second = order[begin + (count == 2)]
+    cosine = np.einsum("ij,ij->i", normals[first // 3], normals[second // 3])
+    smooth = (count == 2) & (cosine > math.cos(angle))
+    return first, second, smooth, unique[:, 0], unique[:, 1]
+
+
+def _corner_of(triangles: Indices, face: Indices, point: Indices) -> Indices:
+    return 3 * face + np.argmax(triangles[face] == point[:, None], axis=1)
+
+
+def _corner_angles(corners: Array) -> Array:
+    """(m, 3) interior angles [rad] of triangles (m, 3, 3)."""
+    to_next = np.roll(corners, -1, axis=1) - corners
+    to_last = np.roll(corners, 1, axis=1) - corners
+    sine = np.linalg.norm(np.cross(to_next, to_last), axis=2)
+    return np.arctan2(sine, np.einsum("ijk,ijk->ij", to_next, to_last))

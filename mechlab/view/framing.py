@@ -1,0 +1,100 @@
+"""Where to stand and how large the floor is: the space that a mechanism sweeps, a grid step, a fitted
+camera."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.view.story import Story
+
+Array = NDArray[np.float64]
+
+_DIRECTIONS = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
+_DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1)[:, None]
+_MOST_FRAMES = 250
+
+THREE_QUARTER = np.array([0.6, -1.0, 0.72])
+FIELD_OF_VIEW = math.radians(30.0)
+MARGIN = 1.08
+
+
+@dataclass(frozen=True, eq=False)
+class Framing:
+    """points: (k, 3) outermost points [m] that parts and traces ever reach; low, high: (3,) their box; floor:
+    height [m] of the floor, just below all of them; step: grid step [m], 1, 2 or 5 times a power of ten;
+    radius: of the box [m]."""
+
+    points: Array
+    low: Array
+    high: Array
+    floor: float
+    step: float
+    radius: float
+
+
+def nice_step(length: float, count: int = 12) -> float:
+    """The number 1, 2 or 5 times a power of ten that divides `length` into at most `count` steps."""
+    raw = length / count
+    power = 10.0 ** math.floor(math.log10(raw))
+    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= raw * (1.0 - 1e-9))
+
+
+def _outermost(points: Array) -> Array:
+    """The points farthest out in each of 26 directions."""
+    return points[np.unique((points @ _DIRECTIONS.T).argmax(axis=0))]
+
+
+def frame_story(story: Story) -> Framing:
+    """The space swept by every part and trace over the whole story; a metre cube for a story that draws
+    nothing."""
+    poses = story.poses[:: max(1, math.ceil(len(story.t) / _MOST_FRAMES))]
+    found = [_outermost(trace) for trace in story.traces.values()]
+    for part in story.parts:
+        local = part.vertices[np.unique(part.faces)]
+        in_body = _outermost(local) @ part.placement[:3, :3].T + part.placement[:3, 3]
+        moved = poses[:, story.bodies.index(part.body)]
+        found.append(
+            _outermost(
+                np.einsum("nij,kj->nki", moved[:, :3, :3], in_body).reshape(-1, 3)
+                + np.repeat(moved[:, :3, 3], len(in_body), axis=0)
+            )
+        )
+    points = (
+        _outermost(np.concatenate(found))
+        if found
+        else np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+    )
+    low, high = points.min(axis=0), points.max(axis=0)
+    radius = max(float(np.linalg.norm(high - low)) / 2.0, 1e-6)
+    return Framing(points, low, high, float(low[2]) - 0.02 * radius, nice_step(2.0 * radius), radius)
+
+
+def fit_camera(
+    points: Array, toward: Array, aspect: float, field_of_view: float = FIELD_OF_VIEW
+) -> tuple[Array, float]:
+    """Target (3,) and distance [m] at which a camera that stands in the direction `toward` sees all `points`
+    (k, 3), centred.
+
+    `aspect` = width / height; `field_of_view` [rad] is the vertical one; z is up in the picture.
+    """
+    back = np.asarray(toward, dtype=np.float64) / np.linalg.norm(toward)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-9 else np.array([1.0, 0.0, 0.0])
+    basis = np.stack([right, np.cross(back, right), back])
+    half = math.tan(field_of_view / 2.0) / MARGIN
+    tangent = np.array([half * aspect, half])
+    target = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    distance = 0.0
+    for _ in range(4):
+        seen = (points - target) @ basis.T
+        distance = float((seen[:, 2] + (np.abs(seen[:, :2]) / tangent).max(axis=1)).max())
+        angles = seen[:, :2] / (distance - seen[:, 2])[:, None]
+        middle = (angles.min(axis=0) + angles.max(axis=0)) / 2.0
+        target = target + distance * (middle @ basis[:2])
+    seen = (points - target) @ basis.T
+    return target, float((seen[:, 2] + (np.abs(seen[:, :2]) / tangent).max(axis=1)).max())

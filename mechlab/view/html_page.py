@@ -1,0 +1,123 @@
+"""The lab page: a Story as one HTML file that needs no server, no network and no installation."""
+
+from __future__ import annotations
+
+import base64
+import html
+import importlib.util
+import json
+import os
+import tempfile
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from mechlab.errors import EngineMissing
+from mechlab.view.pack import pack
+from mechlab.view.story import Story
+
+STYLES = ("page.css",)
+SCRIPTS = (
+    "util.js",
+    "motion.js",
+    "stage.js",
+    "traces.js",
+    "camera.js",
+    "player.js",
+    "plots.js",
+    "panel.js",
+    "live.js",
+    "main.js",
+)
+
+
+def story_to_html(story: Story, *, live: bool = False, connect: str = "data:") -> str:
+    """The page as text. `live` makes it listen to the server that serves it; `connect` is what its policy
+    lets it connect to.
+
+    Raises EngineMissing where meshcat, whose viewer the page contains, is not installed.
+    """
+    document, block = pack(story)
+    document["live"] = live
+    parts = {
+        "title": html.escape(story.title),
+        "connect": html.escape(connect),
+        "style": "\n".join(_asset(name) for name in STYLES),
+        "viewer": viewer_script(),
+        "licences": viewer_licences().replace("<", "&lt;"),
+        "story": json.dumps(document, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
+        "block": base64.b64encode(block).decode("ascii"),
+        "script": "\n".join(_asset(name) for name in SCRIPTS).replace("</script", "<\\/script"),
+    }
+    # One pass over the template: a text that looks like a placeholder is never replaced itself.
+    pieces = _asset("page.html").split("@@")
+    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
+
+
+def write_page(story: Story, path: str | os.PathLike[str]) -> Path:
+    """Writes the page to `path`, whole or not at all, and returns the path. Raises like `story_to_html`, and
+    OSError."""
+    return write_atomically(path, story_to_html(story).encode("utf-8"))
+
+
+def write_atomically(path: str | os.PathLike[str], content: bytes) -> Path:
+    """Writes `content` beside `path` and then renames it, so that nobody ever sees half a file; makes missing
+    folders."""
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(temporary, 0o666 & ~umask)
+        os.replace(temporary, target)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+    return target
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("mechlab.view") / "page" / name).read_text(encoding="utf-8")
+
+
+def _viewer_folder() -> Path:
+    # The folder is found without importing meshcat, whose import loads ZMQ and a web server that a file does
+    # not need.
+    spec = importlib.util.find_spec("meshcat")
+    if spec is None or not spec.submodule_search_locations:
+        raise EngineMissing(
+            "The page contains the viewer of meshcat, which is not installed. Try: pip install meshcat==0.3.2"
+        )
+    folder = Path(next(iter(spec.submodule_search_locations))) / "viewer"
+    if not (folder / "dist" / "main.min.js").is_file():
+        raise EngineMissing(
+            f"meshcat is installed without its viewer ({folder / 'dist' / 'main.min.js'} is missing). "
+            "Try: pip install --force-reinstall meshcat==0.3.2"
+        )
+    return folder
+
+
+@cache
+def viewer_script() -> str:
+    """The JavaScript of meshcat's viewer, with three.js in it, safe to stand inside a script element."""
+    return (
+        (_viewer_folder() / "dist" / "main.min.js")
+        .read_text(encoding="utf-8")
+        .replace("</script", "<\\/script")
+    )
+
+
+@cache
+def viewer_licences() -> str:
+    """The licence texts that must travel with the viewer's code."""
+    folder = _viewer_folder()
+    names = (
+        folder / "LICENSE",
+        folder / "dist" / "main.min.js.LICENSE.txt",
+        folder / "dist" / "main.min.js.THIRD_PARTY_LICENSES.json",
+    )
+    return "\n\n".join(path.read_text(encoding="utf-8") for path in names if path.is_file())

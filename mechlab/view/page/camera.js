@@ -1,0 +1,107 @@
+// The camera: standard views, and a fit that shows everything the mechanism ever reaches.
+
+const VIEWS = { iso: null, top: [0, 0, 1], front: [0, -1, 0], right: [1, 0, 0] };
+
+class CameraRig {
+  constructor(stage) {
+    this.stage = stage;
+    this.framing = stage.framing;
+    this.toward = new THREE.Vector3(...this.framing.threeQuarter).normalize();
+    this.touched = false;
+    const { camera, controls } = stage.viewer;
+    camera.fov = (this.framing.fieldOfView * 180) / Math.PI;
+    camera.near = 0.02 * this.framing.radius;
+    camera.far = 100 * this.framing.radius;
+    controls.addEventListener("start", () => { this.touched = true; });
+    new ResizeObserver(() => {
+      stage.viewer.set_3d_pane_size();
+      if (!this.touched) this.fit();
+    }).observe(stage.viewer.dom_element);
+  }
+
+  view(name) {
+    this.toward.set(...(VIEWS[name] || this.framing.threeQuarter)).normalize();
+    this.fit();
+  }
+
+  /** Fits all points into the picture, seen from where the camera stands now. */
+  fitHere() {
+    const { camera, controls } = this.stage.viewer;
+    this.toward.copy(fromWorld(camera.position.clone().sub(controls.target))).normalize();
+    this.fit();
+  }
+
+  fit() {
+    const { camera, controls } = this.stage.viewer;
+    const back = this.toward;
+    const right = new THREE.Vector3(0, 0, 1).cross(back);
+    if (right.length() < 1e-6) right.set(1, 0, 0);
+    right.normalize();
+    const up = back.clone().cross(right);
+    const half = Math.tan((camera.fov * Math.PI) / 360) / this.framing.margin;
+    const points = this.framing.points.map((p) => new THREE.Vector3(...p));
+    const target = new THREE.Vector3(...this.stage.centre);
+    let distance = this.framing.radius;
+    for (let pass = 0; pass < 5; pass++) {
+      const seen = points.map((p) => p.clone().sub(target)).map((p) => [p.dot(right), p.dot(up), p.dot(back)]);
+      distance = Math.max(...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / (half * camera.aspect), Math.abs(y) / half)));
+      if (pass === 4) break;
+      const middle = [0, 1].map((i) => {
+        const angles = seen.map((p) => p[i] / (distance - p[2]));
+        return ((Math.min(...angles) + Math.max(...angles)) / 2) * distance;
+      });
+      target.addScaledVector(right, middle[0]).addScaledVector(up, middle[1]);
+    }
+    controls.target.copy(toWorld(target));
+    camera.position.copy(toWorld(target.clone().addScaledVector(back, distance)));
+    controls.update();
+    this.touched = false;
+    this.stage.redraw();
+  }
+}
+
+/** The mechanism's frame has z up, three.js has y up. */
+function toWorld(p) { return new THREE.Vector3(p.x, p.z, -p.y); }
+function fromWorld(p) { return new THREE.Vector3(p.x, -p.z, p.y); }
+
+function addViewButtons(rig, holder) {
+  const button = (text, title, action) => holder.append(make("button", { type: "button", title, onclick: action }, text));
+  button("Iso", "Three-quarter view", () => rig.view("iso"));
+  button("Top", "View from above (along \u2212z)", () => rig.view("top"));
+  button("Front", "View from the front (along +y)", () => rig.view("front"));
+  button("Right", "View from the right (along \u2212x)", () => rig.view("right"));
+  button("Fit", "Show everything, from the present direction", () => rig.fitHere());
+  button("PNG", "Save the picture as it is now", () => savePicture(rig.stage.viewer));
+}
+
+function savePicture(viewer) {
+  viewer.render();
+  viewer.renderer.domElement.toBlob((blob) => {
+    const link = make("a", { href: URL.createObjectURL(blob), download: `${document.title.replace(/[^\w-]+/g, "-") || "mechanism"}.png` });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  });
+}
+
+/** Draws the directions x, y, z of the mechanism's frame as the camera sees them. */
+function addTriad(rig, svg) {
+  const axes = [["x", [1, 0, 0], "#b3261e"], ["y", [0, 1, 0], "#2e7d32"], ["z", [0, 0, 1], "#1b5e9e"]];
+  const create = (tag) => svg.appendChild(document.createElementNS(svg.namespaceURI, tag));
+  const drawn = axes.map(([name, direction, color]) => {
+    const line = create("line"), text = create("text");
+    line.setAttribute("stroke", color);
+    text.setAttribute("fill", color);
+    text.textContent = name;
+    return { direction: new THREE.Vector3(...direction), line, text };
+  });
+  const turn = () => {
+    const inverse = rig.stage.viewer.camera.quaternion.clone().invert();
+    for (const { direction, line, text } of drawn) {
+      const seen = toWorld(direction).applyQuaternion(inverse);
+      line.setAttribute("x2", 24 * seen.x); line.setAttribute("y2", -24 * seen.y);
+      text.setAttribute("x", 32 * seen.x); text.setAttribute("y", -32 * seen.y);
+    }
+  };
+  rig.stage.viewer.controls.addEventListener("change", turn);
+  turn();
+}

@@ -1,0 +1,57 @@
+// Puts the page together and offers it to scripts as window.lab.
+
+function start() {
+  const byId = (id) => document.getElementById(id);
+  const story = JSON.parse(byId("story").textContent);
+  const read = blockReader(byId("block").textContent);
+  const plots = addPanel(story, byId("panel"));
+  const motion = new Motion(story, read);
+  const stage = new Stage(byId("viewport"), story, read);
+  const traces = new Traces(stage, story, read);
+  const rig = new CameraRig(stage);
+  rig.view("iso");
+  addViewButtons(rig, byId("views"));
+  addTriad(rig, byId("triad"));
+  byId("scale").textContent = `grid ${lengthText(story.framing.step)}`;
+  const player = new Player(motion, byId("player"));
+  player.onTime((time) => {
+    motion.apply(stage.groups, time);
+    traces.apply(motion.frame(time));
+    stage.redraw();
+  });
+  addPlots(story, read, player, plots);
+  player.seek(motion.start);
+  if (story.live) listen(story, stage, player, byId("notice"));
+
+  window.lab = {
+    ready: false,
+    bodies: [...story.bodies],
+    seek: (time) => player.seek(time),
+    play: () => player.play(),
+    pause: () => player.pause(),
+    pose: (body) => stage.pose(body),
+    view: (name) => rig.view(name),
+    get time() { return player.time; },
+    get playing() { return player.playing; },
+    viewer: stage.viewer,
+  };
+  followAddress(player);
+  requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
+}
+
+/** A page opened with #t=1.2 starts at that time, one with #play starts playing. */
+function followAddress(player) {
+  const wishes = new URLSearchParams(location.hash.slice(1));
+  const time = Number(wishes.get("t"));
+  if (wishes.has("t") && Number.isFinite(time)) player.seek(time);
+  if (wishes.has("play")) player.play();
+}
+
+try {
+  start();
+} catch (error) {
+  const notice = document.getElementById("notice");
+  notice.textContent = `The view could not start (is WebGL switched off?): ${error.message}`;
+  notice.className = "stopped";
+  throw error;
+}

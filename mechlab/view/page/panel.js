@@ -1,0 +1,32 @@
+// The text beside the picture: what this is, can it be trusted, what was it computed with.
+
+const SEVERITIES = { ok: ["\u2713", "OK"], warning: ["!", "Warning"], error: ["\u2715", "Error"] };
+
+function section(title, ...content) {
+  return make("section", {}, make("h2", {}, title), ...content);
+}
+
+function addPanel(story, holder) {
+  const worst = ["error", "warning", "ok"].find((s) => story.health.some(([severity]) => severity === s));
+  const verdict = { error: "Do not trust this result", warning: "Usable, with reservations", ok: "Every check passed" }[worst];
+  holder.append(make("header", {}, make("h1", {}, story.title), ...(story.summary ? [make("p", { class: "summary" }, story.summary)] : [])));
+  if (worst) holder.append(make("p", { class: `verdict ${worst}` }, make("span", { class: "mark", "aria-hidden": "true" }, SEVERITIES[worst][0]), verdict));
+  const plots = make("div", { id: "plots" });
+  holder.append(plots);
+  if (story.health.length) {
+    holder.append(section("Health", make("ul", { class: "health" }, ...story.health.map(([severity, sentence]) =>
+      make("li", { class: severity }, make("span", { class: "mark", "aria-hidden": "true" }, SEVERITIES[severity][0]),
+        make("span", {}, make("span", { class: "word" }, `${SEVERITIES[severity][1]}: `), sentence))))));
+  }
+  if (story.facts.length) {
+    holder.append(section("Parameters and settings", make("table", {}, make("tbody", {},
+      ...story.facts.map(([label, text]) => make("tr", {}, make("th", { scope: "row" }, label), make("td", {}, text)))))));
+  }
+  if (story.reconstructed.length) {
+    holder.append(section("Reconstructed", make("p", {},
+      "The solver did not compute the poses of these bodies; they are rebuilt from its result: ", story.reconstructed.join(", "), ".")));
+  }
+  holder.append(make("footer", {}, "Space plays and pauses, \u2190 and \u2192 step one frame (with shift ten), Home and End jump. " +
+    "Drag turns the view, the wheel zooms, a click in a plot goes to that time."));
+  return plots;
+}

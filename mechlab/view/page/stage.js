@@ -1,0 +1,149 @@
+// The three-dimensional view: meshcat's viewer with our own light, floor, grid and solids. The mechanism's frame has z up.
+
+class Stage {
+  constructor(viewport, story, read) {
+    this.framing = story.framing;
+    this.bodies = story.bodies;
+    this.viewer = new MeshCat.Viewer(viewport);
+    this.prepareViewer(viewport);
+    this.root = this.viewer.scene_tree.find(["mechanism"]).object;
+    this.addLights();
+    this.addFloor();
+    this.groups = story.bodies.map((name) => {
+      const group = new THREE.Group();
+      group.name = name;
+      this.root.add(group);
+      return group;
+    });
+    this.addParts(story, read);
+  }
+
+  prepareViewer(viewport) {
+    const viewer = this.viewer;
+    for (const path of ["Lights", "Grid", "Axes"]) viewer.delete_path([path]);
+    viewer.gui.domElement.remove();
+    viewer.hide_background();
+    viewer.scene.background = new THREE.Color(0xffffff);
+    viewer.renderer.outputEncoding = THREE.sRGBEncoding;
+    viewer.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
+    viewer.renderer.domElement.setAttribute("role", "img");
+    viewer.renderer.domElement.setAttribute("aria-label", `Moving mechanism of ${this.bodies.length} bodies; drag to turn, wheel to zoom`);
+    // The viewer sizes itself from the window; here it is one part of a page.
+    viewer.set_3d_pane_size = function () {
+      const width = Math.max(1, viewport.clientWidth), height = Math.max(1, viewport.clientHeight);
+      this.camera.aspect = width / height;
+      this.camera.updateProjectionMatrix();
+      this.renderer.setSize(width, height);
+      this.set_dirty();
+    };
+    viewer.set_3d_pane_size();
+  }
+
+  get centre() {
+    const { low, high } = this.framing;
+    return low.map((value, i) => (value + high[i]) / 2);
+  }
+
+  addLights() {
+    const { radius } = this.framing;
+    const centre = new THREE.Vector3(...this.centre);
+    this.root.add(new THREE.HemisphereLight(0xffffff, 0xb9c0cc, 0.62).translateZ(1));
+    const shine = (x, y, z, strength) => {
+      const light = new THREE.DirectionalLight(0xffffff, strength);
+      light.position.copy(centre).addScaledVector(new THREE.Vector3(x, y, z).normalize(), 4 * radius);
+      light.target.position.copy(centre);
+      this.root.add(light, light.target);
+      return light;
+    };
+    shine(0.9, 0.7, 0.35, 0.22);
+    const key = shine(-0.55, -0.6, 1.25, 0.62);
+    key.castShadow = true;
+    key.shadow.mapSize.set(2048, 2048);
+    key.shadow.bias = -0.0004;
+    key.shadow.normalBias = 0.004 * radius;
+    key.shadow.radius = 3;
+    Object.assign(key.shadow.camera, { left: -1.1 * radius, right: 1.1 * radius, top: 1.1 * radius, bottom: -1.1 * radius,
+      near: 0.1 * radius, far: 12 * radius });
+  }
+
+  /** A floor that shows nothing but shadows, and a grid that fades out into the white around it. */
+  addFloor() {
+    const { radius, step, floor } = this.framing;
+    const plane = new THREE.Mesh(new THREE.PlaneGeometry(60 * radius, 60 * radius), new THREE.ShadowMaterial({ opacity: 0.2 }));
+    plane.position.set(this.centre[0], this.centre[1], floor - 0.002 * radius);
+    plane.receiveShadow = true;
+    this.root.add(plane);
+
+    const reach = Math.ceil((3.2 * radius) / step);
+    const [cx, cy] = this.centre.map((value) => Math.round(value / step));
+    const points = [], colors = [];
+    const add = (i, j, strong) => {
+      const distance = Math.hypot(i - cx, j - cy) / reach;
+      const fade = Math.max(0, 1 - distance) ** 1.5 * (strong ? 0.5 : 0.26);
+      points.push(i * step, j * step, 0);
+      colors.push(1 - fade, 1 - 0.93 * fade, 1 - 0.82 * fade);
+    };
+    for (let i = -reach; i <= reach; i++) {
+      for (let j = -reach; j < reach; j++) {
+        add(cx + i, cy + j, (cx + i) % 5 === 0); add(cx + i, cy + j + 1, (cx + i) % 5 === 0);
+        add(cx + j, cy + i, (cy + i) % 5 === 0); add(cx + j + 1, cy + i, (cy + i) % 5 === 0);
+      }
+    }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+    geometry.setAttribute("color", new THREE.Float32BufferAttribute(colors, 3));
+    const grid = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ vertexColors: true, depthWrite: false }));
+    grid.position.z = floor - 0.003 * radius;
+    grid.renderOrder = -1;
+    this.root.add(grid);
+  }
+
+  addParts(story, read) {
+    const shapes = story.geometries.map((g) => {
+      const solid = new THREE.BufferGeometry();
+      solid.setAttribute("position", new THREE.BufferAttribute(read(g.positions), 3));
+      solid.setAttribute("normal", new THREE.BufferAttribute(read(g.normals), 3, true));
+      solid.setIndex(new THREE.BufferAttribute(read(g.faces), 1));
+      const lines = new THREE.BufferGeometry();
+      lines.setAttribute("position", solid.getAttribute("position"));
+      lines.setIndex(new THREE.BufferAttribute(read(g.edges), 1));
+      return { solid, lines, hasLines: g.edges.count > 0 };
+    });
+    const materials = new Map();
+    for (const part of story.parts) {
+      const key = part.color.join();
+      if (!materials.has(key)) materials.set(key, partMaterials(part.color));
+      const { surface, edge } = materials.get(key);
+      const { solid, lines, hasLines } = shapes[part.geometry];
+      const mesh = new THREE.Mesh(solid, surface);
+      mesh.name = part.name;
+      mesh.matrixAutoUpdate = false;
+      mesh.matrix.fromArray(part.placement);
+      mesh.castShadow = part.color[3] > 0.5;
+      mesh.receiveShadow = true;
+      if (hasLines) mesh.add(new THREE.LineSegments(lines, edge));
+      this.groups[part.body].add(mesh);
+    }
+  }
+
+  /** The pose (4 rows of 4) of a body in the mechanism's frame, as the scene shows it now. */
+  pose(body) {
+    const k = this.bodies.indexOf(body);
+    if (k < 0) throw new Error(`body '${body}' does not exist. Existing: ${this.bodies.join(", ")}.`);
+    this.viewer.scene.updateMatrixWorld(true);
+    const e = this.root.matrixWorld.clone().invert().multiply(this.groups[k].matrixWorld).elements;
+    return [0, 1, 2, 3].map((row) => [0, 1, 2, 3].map((column) => e[4 * column + row]));
+  }
+
+  redraw() { this.viewer.set_dirty(); }
+}
+
+function partMaterials([red, green, blue, opacity]) {
+  const color = new THREE.Color(red, green, blue).convertSRGBToLinear();
+  const seeThrough = opacity < 0.999;
+  return {
+    surface: new THREE.MeshStandardMaterial({ color, roughness: 0.55, metalness: 0.05, side: THREE.DoubleSide, opacity,
+      transparent: seeThrough, depthWrite: !seeThrough, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }),
+    edge: new THREE.LineBasicMaterial({ color: color.clone().multiplyScalar(0.12), transparent: true, opacity: 0.75 * opacity }),
+  };
+}

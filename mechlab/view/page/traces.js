@@ -1,0 +1,51 @@
+// Paths of points: faint where the point will go, strong where it has been.
+
+/** A polyline through recorded points that TubeGeometry samples frame by frame instead of by arc length. */
+class RecordedPath extends THREE.Curve {
+  constructor(points) { super(); this.points = points; }
+  getPoint(u, target = new THREE.Vector3()) {
+    const at = u * (this.points.length - 1);
+    const i = Math.min(this.points.length - 2, Math.floor(at));
+    return target.lerpVectors(this.points[i], this.points[i + 1], at - i);
+  }
+  getPointAt(u, target) { return this.getPoint(u, target); }
+  getTangentAt(u, target) { return this.getTangent(u, target); }
+}
+
+const TRACE_COLORS = [0xc2185b, 0x00796b, 0x5e35b1, 0xb35900, 0x1565c0];
+const SIDES = 8;
+
+class Traces {
+  constructor(stage, story, read) {
+    this.tubes = [];
+    story.traces.forEach((trace, k) => this.add(stage, read(trace.points), TRACE_COLORS[k % TRACE_COLORS.length], trace.name));
+  }
+
+  add(stage, flat, color, name) {
+    const radius = stage.framing.radius;
+    // A point that rests adds nothing to the tube; `upTo` still maps every frame to the part of the tube it has drawn.
+    const points = [], upTo = [];
+    for (let i = 0; i < flat.length; i += 3) {
+      const point = new THREE.Vector3(flat[i], flat[i + 1], flat[i + 2]);
+      if (!points.length || point.distanceTo(points[points.length - 1]) > 1e-5 * radius) points.push(point);
+      upTo.push(points.length - 1);
+    }
+    if (points.length < 2) return;
+    const path = new RecordedPath(points);
+    const tube = (thickness, opacity) => {
+      const geometry = new THREE.TubeGeometry(path, points.length - 1, thickness * radius, SIDES, false);
+      const material = new THREE.MeshBasicMaterial({ color: new THREE.Color(color).convertSRGBToLinear(), opacity, transparent: opacity < 1 });
+      const mesh = new THREE.Mesh(geometry, material);
+      mesh.name = `trace ${name}`;
+      stage.root.add(mesh);
+      return mesh;
+    };
+    tube(0.0022, 0.22);
+    this.tubes.push({ mesh: tube(0.004, 1), upTo });
+  }
+
+  /** Shows the traces up to recorded frame `frame`. */
+  apply(frame) {
+    for (const { mesh, upTo } of this.tubes) mesh.geometry.setDrawRange(0, 6 * SIDES * upTo[frame]);
+  }
+}

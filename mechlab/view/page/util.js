@@ -1,0 +1,60 @@
+// Small tools: elements, numbers in words, arrays out of the block of bytes.
+
+const THREE = MeshCat.THREE;
+
+/** An element: make("button", {class: "x", onclick: f}, "text", child). Texts are never parsed as HTML. */
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (typeof value === "function") element.addEventListener(name.replace(/^on/, ""), value);
+    else if (value !== undefined && value !== false) element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children);
+  return element;
+}
+
+const ARRAYS = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array };
+
+/** Reads references {at, kind, count} out of base64 text. */
+function blockReader(base64) {
+  const text = atob(base64.trim());
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
+  return (reference) => new ARRAYS[reference.kind](bytes.buffer, reference.at, reference.count);
+}
+
+/** `value` with as many decimals as a step of size `step` needs. */
+function fixed(value, step) {
+  const decimals = Math.min(12, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  const text = value.toFixed(decimals);
+  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "\u2212");
+}
+
+/** `value` with `digits` significant digits, without trailing zeros. */
+function significant(value, digits = 4) {
+  if (!Number.isFinite(value)) return "\u2013";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) {
+    const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
+    return `${Number(mantissa)}\u00b710${superscript(Number(exponent))}`.replace("-", "\u2212");
+  }
+  return String(Number(value.toPrecision(digits))).replace("-", "\u2212");
+}
+
+function superscript(number) {
+  return String(number).replace(/./g, (c) => (c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]));
+}
+
+/** A length in the unit that an engineer would write. */
+function lengthText(metres) {
+  const [size, unit] = metres > 0.49 ? [1, "m"] : metres > 4.9e-5 ? [1e-3, "mm"] : [1e-6, "\u00b5m"];
+  return `${significant(metres / size)} ${unit}`;
+}
+
+/** The smallest 1, 2 or 5 times a power of ten that divides `span` into at most `count` steps. */
+function niceStep(span, count) {
+  const raw = span / count;
+  const power = Math.pow(10, Math.floor(Math.log10(raw)));
+  return [1, 2, 5, 10].map((k) => k * power).find((step) => step >= raw * (1 - 1e-9));
+}

@@ -1,0 +1,141 @@
+"""A still picture of a Story, drawn by MuJoCo's renderer without a window."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import math
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.errors import EngineMissing, MechlabError
+from mechlab.view.framing import THREE_QUARTER, Framing, frame_story
+from mechlab.view.html_page import write_atomically
+from mechlab.view.picture_scene import SUN, compile_scene, draw_lines, find_lines, place_camera
+from mechlab.view.story import Story
+
+SAMPLES = 8
+_SUN_X = np.cross(SUN, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(SUN, [0.0, 0.0, 1.0]))
+_SUN_Y = np.cross(SUN, _SUN_X)
+_SUN_RADIUS = 0.05
+
+
+def write_png(
+    story: Story,
+    path: str | os.PathLike[str],
+    time: float | None = None,
+    size: tuple[int, int] = (1280, 960),
+    toward: tuple[float, float, float] | None = None,
+    samples: int = SAMPLES,
+) -> Path:
+    """Writes a picture of the story at the recorded time nearest to `time` [s] (the first one by default);
+    returns the path.
+
+    size: width, height [pixels]; toward: direction from the mechanism to the camera, z up (three-quarter view
+    by default); samples: pictures to average, more give softer shadows. Raises EngineMissing where MuJoCo or
+    its system library is missing, MechlabError for a story without parts.
+    """
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(render(story, time, size, toward, samples)).save(buffer, format="png", optimize=True)
+    return write_atomically(path, buffer.getvalue())
+
+
+def render(
+    story: Story,
+    time: float | None = None,
+    size: tuple[int, int] = (1280, 960),
+    toward: tuple[float, float, float] | None = None,
+    samples: int = SAMPLES,
+) -> NDArray[np.uint8]:
+    """The picture of `write_png` as (height, width, 3) bytes."""
+    if not story.parts:
+        raise MechlabError(f"story {story.title!r} has no parts, so there is nothing to draw.")
+    width, height = size
+    mujoco = _engine()
+    framing = frame_story(story)
+    toward_camera = np.array(THREE_QUARTER if toward is None else toward, dtype=np.float64)
+    context = _open_context(width, height)
+    try:
+        frame = story.frame(time)
+        model = compile_scene(mujoco, story, frame, framing, size)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        lines = find_lines(story, frame, framing)
+        scene = mujoco.MjvScene(model, maxgeom=len(story.parts) + len(lines) + 10)
+        camera = place_camera(mujoco, framing, toward_camera, width / height)
+        mujoco.mjv_updateScene(
+            model, data, mujoco.MjvOption(), None, camera, mujoco.mjtCatBit.mjCAT_ALL, scene
+        )
+        draw_lines(mujoco, scene, lines)
+        renderer = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, renderer)
+        picture = _render_softly(mujoco, scene, renderer, framing, size, samples)
+        renderer.free()
+    finally:
+        context.free()
+    return picture
+
+
+def _render_softly(
+    mujoco: Any, scene: Any, renderer: Any, framing: Framing, size: tuple[int, int], samples: int
+) -> NDArray[np.uint8]:
+    """The mean of several pictures, each with the sun at another point of a small disc: shadows get a soft
+    border."""
+    width, height = size
+    viewport = mujoco.MjrRect(0, 0, width, height)
+    pixels = np.zeros((height, width, 3), dtype=np.uint8)
+    total = np.zeros((height, width, 3), dtype=np.float32)
+    centre = (framing.low + framing.high) / 2.0
+    pixel = [2.0 * (eye.frustum_top - eye.frustum_bottom) / 2.0 / height for eye in scene.camera]
+    start = [(eye.frustum_center, eye.frustum_bottom, eye.frustum_top) for eye in scene.camera]
+    sun = next(light for light in scene.lights if light.castshadow)
+    for k in range(samples):
+        # Points spread evenly over a disc (a spiral of golden angles), for the sun; and over a pixel, against
+        # jagged borders.
+        radius, angle = _SUN_RADIUS * math.sqrt((k + 0.5) / samples), k * math.pi * (3.0 - math.sqrt(5.0))
+        direction = SUN + radius * (math.cos(angle) * _SUN_X + math.sin(angle) * _SUN_Y)
+        sun.dir[:] = direction / np.linalg.norm(direction)
+        sun.pos[:] = centre - 4.0 * framing.radius * sun.dir
+        across, down = (k + 0.5) / samples - 0.5, (k * 0.381966) % 1.0 - 0.5
+        for eye, (middle, bottom, top), unit in zip(scene.camera, start, pixel, strict=True):
+            eye.frustum_center = middle + across * unit
+            eye.frustum_bottom, eye.frustum_top = bottom + down * unit, top + down * unit
+        mujoco.mjr_render(viewport, scene, renderer)
+        mujoco.mjr_readPixels(pixels, None, viewport, renderer)
+        total += pixels
+    return np.flipud(np.rint(total / samples).astype(np.uint8))
+
+
+def _engine() -> Any:
+    try:
+        return importlib.import_module("mujoco")
+    except ImportError as error:
+        raise EngineMissing(
+            "Pictures are drawn by MuJoCo, which is not installed. Try: pip install mujoco"
+        ) from error
+
+
+def _open_context(width: int, height: int) -> Any:
+    """A current OpenGL context without a window: the one that MUJOCO_GL asks for, else the first that works
+    here."""
+    fallback = {"linux": ("egl", "osmesa"), "darwin": ("cgl",)}.get(sys.platform, ("glfw",))
+    asked = os.environ.get("MUJOCO_GL", "").lower().strip()
+    reasons = []
+    for name in (asked,) if asked in ("egl", "osmesa", "glfw", "cgl") else fallback:
+        try:
+            context = importlib.import_module(f"mujoco.{name}").GLContext(width, height)
+            context.make_current()
+            return context
+        except Exception as error:  # the libraries raise many kinds, from AttributeError to their own
+            reasons.append(f"{name}: {error}")
+    raise EngineMissing(
+        "No way to draw without a window was found. On Debian or Ubuntu, install one of the system packages "
+        f"libegl1 (with libgl1-mesa-dri) or libosmesa6. What was tried: {'; '.join(reasons)}."
+    )

@@ -1,0 +1,190 @@
+"""What a page, a picture or a film needs to know: solids, poses over time, plots and sentences. No engine, no
+file format."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.view.arrays import Array, check_rigid, frozen
+
+Color = tuple[float, float, float, float]
+Severity = Literal["ok", "warning", "error"]
+
+GREY: Color = (0.62, 0.66, 0.72, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One drawn solid, rigid in one body.
+
+    vertices: (n, 3) [m]; faces: (m, 3) vertex indices, counter-clockwise seen from outside; color: red,
+    green, blue, opacity in 0..1; placement: (4, 4), part to body. Parts with equal vertices and faces share
+    their geometry in every output. Raises MechlabError for wrong shapes, indices out of range, colours
+    outside 0..1, a placement that is not rigid.
+    """
+
+    body: str
+    name: str
+    vertices: Array
+    faces: NDArray[np.int64]
+    color: Color = GREY
+    placement: Array = field(default_factory=lambda: np.eye(4))
+
+    def __post_init__(self) -> None:
+        what = f"part {self.name!r} of body {self.body!r}"
+        vertices = frozen(self.vertices, f"{what}: vertices", (None, 3))
+        faces = np.array(self.faces, dtype=np.int64)
+        if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
+            raise MechlabError(
+                f"{what}: faces: expected shape (any, 3) with at least one face, got {faces.shape}."
+            )
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise MechlabError(
+                f"{what}: faces: indices must lie in 0..{len(vertices) - 1}, "
+                f"got {faces.min()}..{faces.max()}."
+            )
+        faces.flags.writeable = False
+        color = frozen(self.color, f"{what}: color", (4,))
+        if color.min() < 0.0 or color.max() > 1.0:
+            raise MechlabError(
+                f"{what}: color: red, green, blue, opacity must lie in 0..1, got {tuple(color.tolist())}."
+            )
+        placement = frozen(self.placement, f"{what}: placement", (4, 4))
+        check_rigid(placement, f"{what}: placement")
+        for name, value in (
+            ("vertices", vertices),
+            ("faces", faces),
+            ("placement", placement),
+            ("color", tuple(color.tolist())),
+        ):
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, eq=False)
+class Plot:
+    """Curves over the story's time that share one axis: series name -> (n,) values in `unit` ("" has none).
+
+    A value that is not finite is drawn as a gap.
+    """
+
+    title: str
+    unit: str
+    series: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Story:
+    """Everything that a page needs, already computed; the writers in this package only draw it.
+
+    title, summary: plain text; t: (n,) [s], strictly increasing; bodies: unique names; poses: (n,
+    len(bodies), 4, 4), body to world, z up; parts, plots: see there; facts: (label, text) pairs such as
+    parameters and settings; health: (severity, sentence) pairs, severity one of ok, warning, error; traces:
+    name -> (n, 3) points [m]; reconstructed: bodies whose poses were not computed by the solver but rebuilt
+    from its result. Raises MechlabError, naming the culprit, for anything that does not fit together.
+    """
+
+    title: str
+    summary: str
+    t: Array
+    bodies: tuple[str, ...]
+    poses: Array
+    parts: tuple[Part, ...]
+    plots: tuple[Plot, ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()
+    health: tuple[tuple[Severity, str], ...] = ()
+    traces: Mapping[str, Array] = field(default_factory=dict)
+    reconstructed: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        t = frozen(self.t, "t", (None,))
+        if not len(t) or np.any(np.diff(t) <= 0.0):
+            raise MechlabError("t: expected at least one time, strictly increasing.")
+        bodies = tuple(str(b) for b in self.bodies)
+        repeated = sorted({b for b in bodies if bodies.count(b) > 1})
+        if repeated:
+            raise MechlabError(f"bodies: every name must be unique, but these repeat: {', '.join(repeated)}.")
+        poses = frozen(self.poses, "poses", (len(t), len(bodies), 4, 4))
+        check_rigid(poses, "poses")
+        for name in (*(part.body for part in self.parts), *self.reconstructed):
+            if name not in bodies:
+                raise unknown("body", name, bodies)
+        plots = tuple(
+            Plot(
+                p.title,
+                p.unit,
+                {
+                    k: frozen(v, f"plot {p.title!r}, series {k!r}", (len(t),), finite=False)
+                    for k, v in p.series.items()
+                },
+            )
+            for p in self.plots
+        )
+        for severity, sentence in self.health:
+            if severity not in get_args(Severity):
+                raise MechlabError(
+                    f"health: severity {severity!r} of {sentence!r} "
+                    f"must be one of {', '.join(get_args(Severity))}."
+                )
+        traces = {k: frozen(v, f"trace {k!r}", (len(t), 3)) for k, v in self.traces.items()}
+        for name, value in (
+            ("t", t),
+            ("bodies", bodies),
+            ("poses", poses),
+            ("plots", plots),
+            ("traces", traces),
+            ("parts", tuple(self.parts)),
+            ("reconstructed", tuple(self.reconstructed)),
+            ("facts", tuple((str(a), str(b)) for a, b in self.facts)),
+            ("health", tuple(self.health)),
+        ):
+            object.__setattr__(self, name, value)
+
+    def frame(self, time: float | None = None) -> int:
+        """Index of the recorded time nearest to `time` [s]; the first one without a time."""
+        return 0 if time is None else int(np.abs(self.t - time).argmin())
+
+
+def from_poses(
+    title: str,
+    poses: Mapping[str, ArrayLike],
+    parts: Iterable[Part],
+    *,
+    t: ArrayLike = (0.0,),
+    summary: str = "",
+    plots: Sequence[Plot] = (),
+    facts: Mapping[str, str] | None = None,
+    health: Sequence[tuple[Severity, str]] = (),
+    traces: Mapping[str, ArrayLike] | None = None,
+    reconstructed: Sequence[str] = (),
+) -> Story:
+    """A Story from poses by body name: body -> (n, 4, 4), or (4, 4) for one that stands still.
+
+    Without `t`, a still story of one frame. Raises MechlabError like Story.
+    """
+    times = frozen(t, "t", (None,))
+    stack = []
+    for name, value in poses.items():
+        matrices = np.asarray(value, dtype=np.float64)
+        if matrices.shape == (4, 4):
+            matrices = np.broadcast_to(matrices, (len(times), 4, 4))
+        stack.append(frozen(matrices, f"poses of body {name!r}", (len(times), 4, 4)))
+    everything = np.stack(stack, axis=1) if stack else np.zeros((len(times), 0, 4, 4))
+    return Story(
+        title,
+        summary,
+        times,
+        tuple(poses),
+        everything,
+        tuple(parts),
+        tuple(plots),
+        tuple((facts or {}).items()),
+        tuple(health),
+        {k: np.asarray(v, dtype=np.float64) for k, v in (traces or {}).items()},
+        tuple(reconstructed),
+    )
