@@ -1,0 +1,1 @@
+"""Closed forms of the mechanisms: plain arrays in and out, no engine."""

@@ -1,0 +1,110 @@
+"""Every passive joint of the cardan shafts, in closed form.
+
+Shaft i: a stub in the slider turns by phi about Z, a cross turns by `fork` about the stub's axis a, the rod turns
+by `cross` about the common axis b: rod orientation Rz(phi) R_a(fork) R_b(cross), with w_i / L = R u0_i. Home (O = 0,
+phi = 0) has both angles zero, u0 = w0 / L, b = unit(z x u0), a = z x b. The lower end mirrors the upper one:
+the lower cross turns by -cross about b against the rod, and the lower stub by phi about Z with the lower fork at
++fork about a against it. Both forks being in phase, the lower stub repeats phi exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.analytic.delta6._inputs import FloatArray, finite, vectors
+from mechlab.analytic.delta6.geometry import Delta6
+from mechlab.analytic.delta6.translation import leg_vectors
+from mechlab.analytic.delta6.translation_rates import leg_heights
+
+
+@dataclass(frozen=True)
+class CardanAngles:
+    """Joint angles of the three cardan shafts, each (..., 3), radians, one entry a leg.
+
+    upper_shaft, upper_fork (about a), upper_cross (about b), lower_cross (about b), lower_fork (about a, seen from the
+    lower stub), lower_shaft. bend: angle between rod and shaft axis, acos(h_i / L).
+    """
+
+    upper_shaft: FloatArray
+    upper_fork: FloatArray
+    upper_cross: FloatArray
+    lower_cross: FloatArray
+    lower_fork: FloatArray
+    lower_shaft: FloatArray
+    bend: FloatArray
+
+
+def home_axes(geom: Delta6) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """u0, a, b of each leg at home, each (3, 3): rod direction (downwards), fork axis on the stub, axis on the rod."""
+    u0 = _rods(geom, np.zeros(3)) / geom.rod_length
+    b = np.cross([0.0, 0.0, 1.0], u0)
+    b = b / np.linalg.norm(b, axis=-1, keepdims=True)
+    return u0, np.cross([0.0, 0.0, 1.0], b), b
+
+
+def cardan_angles(geom: Delta6, position: ArrayLike, shafts: ArrayLike) -> CardanAngles:
+    """All cardan joints for O (..., 3) and shaft angles phi (..., 3), broadcast against each other.
+
+    With v = Rz(-phi) w / L, A0 = u0.a, Z0 = u0.z: t = atan2(-Z0, A0) +- acos((v.a) / hypot(A0, Z0)),
+    z1 = A0 sin t + Z0 cos t, fork = atan2((v.b) / z1, (v.z) / z1); the sign with the smaller |fork| is taken.
+    Raises NoSolution out of reach and for a horizontal rod.
+    """
+    phi = vectors("shafts", shafts)
+    leg_heights(geom, position)
+    u0, a, b = home_axes(geom)
+    u = _rods(geom, position) / geom.rod_length
+    c, s = np.cos(phi), np.sin(phi)
+    v = np.stack(np.broadcast_arrays(c * u[..., 0] + s * u[..., 1], c * u[..., 1] - s * u[..., 0], u[..., 2]), axis=-1)
+    va, vb = np.sum(v * a, axis=-1), np.sum(v * b, axis=-1)
+    a0, z0 = np.sum(u0 * a, axis=-1), u0[..., 2]
+    spread = np.arccos(np.clip(va / np.hypot(a0, z0), -1.0, 1.0))
+    candidates = []
+    for sign in (1.0, -1.0):
+        cross = np.arctan2(-z0, a0) + sign * spread
+        z1 = np.copysign(1.0, a0 * np.sin(cross) + z0 * np.cos(cross))
+        candidates.append((_wrap(cross), np.arctan2(vb * z1, v[..., 2] * z1)))
+    (cross_p, fork_p), (cross_m, fork_m) = candidates
+    first = np.abs(fork_p) <= np.abs(fork_m)
+    cross, fork = np.where(first, cross_p, cross_m), np.where(first, fork_p, fork_m)
+    bend = np.broadcast_to(cardan_bend(geom, position), fork.shape)
+    shaft = np.broadcast_to(phi, fork.shape)
+    return CardanAngles(shaft, fork, cross, -cross, fork, shaft, bend)
+
+
+def cardan_bend(geom: Delta6, position: ArrayLike) -> FloatArray:
+    """Bend acos(h_i / L) of each cardan, computed as atan2(|G_i|, h_i). O (..., 3) -> (..., 3). Raises out of reach."""
+    h = leg_heights(geom, position)
+    return np.asarray(np.arctan2(np.linalg.norm(leg_vectors(geom, position), axis=-1), h))
+
+
+def rod_speed_ratio(bend: ArrayLike, pin_angle: ArrayLike) -> FloatArray:
+    """Spin rate of the rod over that of its shaft, cos(bend) / (1 - sin^2(bend) sin^2(pin_angle)).
+
+    It runs from cos(bend) to 1 / cos(bend). pin_angle: angle of the driving fork's pin from the normal to shaft and
+    rod. O held; arrays broadcast.
+    """
+    beta, theta = finite("bend", bend), finite("pin_angle", pin_angle)
+    return np.asarray(np.cos(beta) / (1.0 - (np.sin(beta) * np.sin(theta)) ** 2))
+
+
+def rod_speed_ratios(geom: Delta6, position: ArrayLike, shafts: ArrayLike) -> FloatArray:
+    """`rod_speed_ratio` of the three rods for O (..., 3) and shaft angles (..., 3) -> (..., 3). Raises out of reach."""
+    phi = vectors("shafts", shafts)
+    _, a, _ = home_axes(geom)
+    u = _rods(geom, position)
+    pin = np.arctan2(a[..., 1], a[..., 0]) + phi
+    normal = np.arctan2(u[..., 0], -u[..., 1])
+    return rod_speed_ratio(cardan_bend(geom, position), pin - normal)
+
+
+def _rods(geom: Delta6, position: ArrayLike) -> FloatArray:
+    """Vectors w_i = (G_i, -h_i) from upper to lower cross centre, (..., 3, 3)."""
+    h = leg_heights(geom, position)
+    return np.concatenate([leg_vectors(geom, position), -h[..., None]], axis=-1)
+
+
+def _wrap(angle: FloatArray) -> FloatArray:
+    return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))

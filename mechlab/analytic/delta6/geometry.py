@@ -1,0 +1,110 @@
+"""Geometry of the six-drive delta: lengths, leg directions and gear ratios.
+
+Frames. Base frame: Z up, parallel to the three slider guides. The platform only translates; O is the point
+of the platform where the three head axes meet. D = O + head_offset * e1 is the centre of the output link,
+e1 and e2 its unit X' and Y' axes. Leg i has azimuth psi_i, r_i = (cos psi, sin psi), t_i = (-sin psi, cos psi).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mechlab.analytic.delta6._inputs import FloatArray, freeze, number
+from mechlab.errors import MechlabError
+
+
+@dataclass(frozen=True)
+class Delta6:
+    """Parameters of the mechanism (metres, radians, ratios) and what follows from them.
+
+    rod_length L; radial_offset rho and tangential_offset tau of a platform anchor from its guide;
+    platform_radius and platform_height of the lower cross centres above O; slider_height of the slider above
+    its upper cross centre; leg_azimuths psi; head_offset d from O to D. k_spur: drive 1 and 2 turns per turn of
+    gamma; k_transfer: their turns per turn of beta; k_bevel: output gear to double bevel, so that
+    k_transfer * k_bevel belongs to alpha. rotary_signs: +1 or -1 per rotary drive, -1 where the motor's positive
+    sense is opposite to the one for which the drive law has the signs of `drive_matrix`.
+
+    Raises MechlabError for values that are not finite, a rod that does not reach its home position
+    (hypot(rho, tau) >= L), anchors on one line, a zero ratio, a sign other than +-1.
+    """
+
+    rod_length: float = 0.37
+    radial_offset: float = 0.228
+    tangential_offset: float = 0.003315
+    platform_radius: float = 0.06
+    platform_height: float = 0.06
+    slider_height: float = 0.05
+    leg_azimuths: tuple[float, float, float] = (-math.pi / 6, math.pi / 2, 7 * math.pi / 6)
+    head_offset: float = 0.05
+    k_spur: float = 1.4
+    k_transfer: float = 0.783
+    k_bevel: float = 1.0
+    rotary_signs: tuple[int, int, int] = (1, 1, 1)
+
+    def __post_init__(self) -> None:
+        length = number("rod_length", self.rod_length, above=0.0)
+        for name in ("radial_offset", "tangential_offset", "platform_radius", "platform_height", "slider_height",
+                     "head_offset", "k_spur", "k_transfer", "k_bevel"):
+            number(name, getattr(self, name))
+        for name in ("k_spur", "k_transfer", "k_bevel"):
+            if getattr(self, name) == 0.0:
+                raise MechlabError(f"{name} = 0; expected a ratio other than zero, otherwise a drive moves nothing")
+        for name in ("leg_azimuths", "rotary_signs"):
+            if len(getattr(self, name)) != 3:
+                raise MechlabError(f"{name} has {len(getattr(self, name))} entries; expected 3, one a leg")
+        for azimuth in self.leg_azimuths:
+            number("leg_azimuths", azimuth)
+        if any(sign not in (-1, 1) for sign in self.rotary_signs):
+            raise MechlabError(f"rotary_signs = {self.rotary_signs}; expected +1 or -1 for each drive")
+        offset = math.hypot(self.radial_offset, self.tangential_offset)
+        if offset >= length:
+            raise MechlabError(f"rod_length = {length:g} m does not span the horizontal offset {offset:g} m of its "
+                               "ends at home; expected rod_length > hypot(radial_offset, tangential_offset)")
+        g = self.leg_offsets
+        area = (g[1, 0] - g[0, 0]) * (g[2, 1] - g[0, 1]) - (g[1, 1] - g[0, 1]) * (g[2, 0] - g[0, 0])
+        if abs(area) <= 1e-12 * length**2:
+            raise MechlabError(f"leg_azimuths = {self.leg_azimuths} put the three leg offsets on one line; "
+                               "expected three different directions and a radial offset other than zero")
+
+    @cached_property
+    def radial_directions(self) -> FloatArray:
+        """r_i, shape (3, 2)."""
+        return freeze([[math.cos(psi), math.sin(psi)] for psi in self.leg_azimuths])
+
+    @cached_property
+    def tangential_directions(self) -> FloatArray:
+        """t_i, shape (3, 2)."""
+        return freeze([[-math.sin(psi), math.cos(psi)] for psi in self.leg_azimuths])
+
+    @cached_property
+    def leg_offsets(self) -> FloatArray:
+        """g_i = -rho r_i + tau t_i: horizontal way from guide to platform anchor at O = 0, shape (3, 2)."""
+        return freeze(-self.radial_offset * self.radial_directions
+                       + self.tangential_offset * self.tangential_directions)
+
+    @cached_property
+    def platform_anchors(self) -> FloatArray:
+        """a_i = platform_radius r_i + platform_height z: lower cross centres minus O, shape (3, 3)."""
+        heights = np.full((3, 1), self.platform_height)
+        return freeze(np.hstack([self.platform_radius * self.radial_directions, heights]))
+
+    @cached_property
+    def guide_positions(self) -> FloatArray:
+        """u_i = (platform_radius + rho) r_i - tau t_i: the vertical guides in the base plane, shape (3, 2)."""
+        return freeze((self.platform_radius + self.radial_offset) * self.radial_directions
+                       - self.tangential_offset * self.tangential_directions)
+
+    @cached_property
+    def home_height(self) -> float:
+        """h at O = 0, sqrt(L^2 - rho^2 - tau^2): equal for the three legs."""
+        return math.sqrt(self.rod_length**2 - self.radial_offset**2 - self.tangential_offset**2)
+
+    @property
+    def k_product(self) -> float:
+        """k_transfer * k_bevel: turns of drives 1 and 2 per turn of alpha."""
+        return self.k_transfer * self.k_bevel
+

@@ -1,0 +1,35 @@
+"""Closed forms of the planar four-bar: motion, ranges, and its dynamics as one freedom."""
+
+from mechlab.analytic.fourbar.dynamics import (
+    NO_GRAVITY,
+    LinkMass,
+    MovingFourbar,
+    ReducedInertia,
+    acceleration,
+    energy_speed,
+    generalised_inertia,
+    potential_energy,
+    rod_fourbar,
+    slender_rod,
+)
+from mechlab.analytic.fourbar.kinematics import FourbarMotion, solve
+from mechlab.analytic.fourbar.mobility import CrankLimits, GrashofClass, crank_limits, grashof_class
+
+__all__ = [
+    "NO_GRAVITY",
+    "CrankLimits",
+    "FourbarMotion",
+    "GrashofClass",
+    "LinkMass",
+    "MovingFourbar",
+    "ReducedInertia",
+    "acceleration",
+    "crank_limits",
+    "energy_speed",
+    "generalised_inertia",
+    "grashof_class",
+    "potential_energy",
+    "rod_fourbar",
+    "slender_rod",
+    "solve",
+]
