@@ -107,6 +107,10 @@ def coerce(info: ParameterInfo, value: object, owner: str = "") -> object:
 def _scalar(kind: str, value: object, what: str, info: ParameterInfo) -> object:
     if kind == "text":
         return str(value)
+    written = getattr(value, "unit", None)
+    if written is not None and written != info.unit:
+        wanted = f"[{info.unit}]" if info.unit else "without a unit"
+        raise MechlabError(f"{what}: expected a number {wanted}, got one in {written}.")
     if kind == "ratio":
         number: float | Fraction | int = as_fraction(value, what)
     else:

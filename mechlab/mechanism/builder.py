@@ -136,23 +136,18 @@ class Builder:
     ) -> Builder:
         """A straight uniform bar along its local x, from its joint to `length` [m]; mass defaults to 1 kg per metre.
 
-        `layer` [m] lifts its picture along z, so that bars do not cut through each other.
+        `layer` [m] lifts its picture along the axis of its joint, so that bars do not cut through each other.
         """
         if not np.isfinite(length) or length <= 0:
             raise MechlabError(f"{self.name}: bar {name!r}: length must be positive, got {length!r} m.")
         w = 0.08 * length if width is None else width
         m = length if mass is None else mass
-        looks = shape(
-            "link", Placement((0.0, 0.0, layer)), color, name, length=length, width=w, thickness=0.4 * w, bore=0.35 * w
-        )
-        return self.body(
-            name,
-            joint,
-            parent=parent,
-            at=at,
-            inertia=Inertia.rod(m, (0.0, 0.0, 0.0), (length, 0.0, 0.0), w / 4),
-            shapes=[looks],
-        )
+        axis = np.array(joint.axis) if joint.kind == "revolute" and abs(joint.axis[0]) < 0.5 else np.array(Z)
+        facing = np.column_stack([np.array(X), np.cross(axis, X), axis])
+        place = Placement.of(facing, layer * axis)
+        looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.35 * w)
+        rod = Inertia.rod(m, (0.0, 0.0, 0.0), (length, 0.0, 0.0), w / 4)
+        return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=[looks])
 
     def frame(
         self, name: str, body: str, at: Sequence[float] = (0.0, 0.0, 0.0), turned: Placement = IDENTITY

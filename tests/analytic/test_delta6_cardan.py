@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from mechlab.analytic import delta6
 from mechlab.errors import MechlabError, NoSolution
-from scipy.spatial.transform import Rotation
 
 GEOM = delta6.Delta6()
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from mechlab.analytic import delta6
 from mechlab.errors import NoSolution
 

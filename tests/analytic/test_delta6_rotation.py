@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from mechlab.analytic import delta6
 from mechlab.errors import MechlabError, NoSolution
-from scipy.spatial.transform import Rotation
 
 GEOM = delta6.Delta6()
 UNEVEN = delta6.Delta6(k_spur=1.3, k_transfer=0.7, k_bevel=0.6, rotary_signs=(-1, -1, 1))

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+
 from mechlab.analytic import delta6
 from mechlab.errors import MechlabError, NoSolution
 
@@ -42,7 +43,8 @@ def test_round_trip():
 def test_rods_have_their_length():
     p = random_positions(1, 200)
     q = delta6.inverse_position(GEOM, p).drives
-    upper = np.concatenate([np.broadcast_to(GEOM.guide_positions, (200, 3, 2)), (q - GEOM.slider_height)[..., None]], -1)
+    guides = np.broadcast_to(GEOM.guide_positions, (200, 3, 2))
+    upper = np.concatenate([guides, (q - GEOM.slider_height)[..., None]], -1)
     rods = p[:, None, :] + GEOM.platform_anchors - upper
     np.testing.assert_allclose(np.linalg.norm(rods, axis=-1), GEOM.rod_length, atol=1e-15)
     assert (rods[..., 2] < 0).all()
@@ -54,7 +56,7 @@ def test_jacobian_against_differences():
     jacobian = delta6.translation_jacobian(GEOM, p)
     for k in range(3):
         shift = step * np.eye(3)[k]
-        difference = (delta6.inverse_position(GEOM, p + shift).drives - delta6.inverse_position(GEOM, p - shift).drives)
+        difference = delta6.inverse_position(GEOM, p + shift).drives - delta6.inverse_position(GEOM, p - shift).drives
         # Central differences: step^2 * third derivative (up to 1e4 near the rim) + roundoff 1e-16 / step.
         np.testing.assert_allclose(jacobian[..., k], difference / (2 * step), atol=1e-7)
 
@@ -124,6 +126,10 @@ def test_forward_spheres_hold_off_branch_too():
 
 
 def test_shapes_and_scalars():
+    empty = np.zeros((0, 3))
+    assert delta6.inverse_position(GEOM, empty).require().shape == (0, 3)
+    assert delta6.forward_position(GEOM, empty).require().shape == (0, 3)
+    assert delta6.translation_jacobian(GEOM, empty).shape == (0, 3, 3)
     p = random_positions(9, 24).reshape(2, 3, 4, 3)
     assert delta6.inverse_position(GEOM, p).drives.shape == (2, 3, 4, 3)
     assert delta6.translation_jacobian(GEOM, p).shape == (2, 3, 4, 3, 3)
@@ -141,10 +147,14 @@ def test_other_geometry_and_leg_order(azimuths):
 
 
 @pytest.mark.parametrize("changes, culprit", [
-    ({"rod_length": -1.0}, "rod_length"), ({"rod_length": float("nan")}, "rod_length"), ({"rod_length": 0.2}, "rod_length"),
-    ({"k_spur": 0.0}, "k_spur"), ({"leg_azimuths": (0.0, 0.0, 1.0)}, "leg_azimuths"), ({"radial_offset": 0.0,
-     "tangential_offset": 0.0}, "leg_azimuths"), ({"rotary_signs": (1, 2, 1)}, "rotary_signs"),
+    ({"rod_length": -1.0}, "rod_length"),
+    ({"rod_length": float("nan")}, "rod_length"),
+    ({"rod_length": 0.2}, "rod_length"),
+    ({"k_spur": 0.0}, "k_spur"),
+    ({"leg_azimuths": (0.0, 0.0, 1.0)}, "leg_azimuths"),
     ({"leg_azimuths": (0.0, 1.0)}, "leg_azimuths"),
+    ({"radial_offset": 0.0, "tangential_offset": 0.0}, "leg_azimuths"),
+    ({"rotary_signs": (1, 2, 1)}, "rotary_signs"),
 ])
 def test_bad_geometry_names_the_culprit(changes, culprit):
     with pytest.raises(MechlabError, match=culprit):

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from mechlab.analytic import fourbar
 from mechlab.errors import MechlabError, NoSolution
-from scipy.integrate import solve_ivp
 
 BARS = {  # crank, coupler, rocker, ground
     "crank-rocker": (0.1, 0.35, 0.3, 0.4),
@@ -16,7 +17,11 @@ BARS = {  # crank, coupler, rocker, ground
     "triple rocker": (0.3, 0.25, 0.28, 0.5),
     "change point": (0.1, 0.4, 0.2, 0.3),
 }
-MASSES = (fourbar.LinkMass(0.4, 0.03, 2e-4), fourbar.LinkMass(0.7, 0.2, 6e-3, 0.05), fourbar.LinkMass(0.5, 0.12, 3e-3, -0.02))
+MASSES = (
+    fourbar.LinkMass(0.4, 0.03, 2e-4),
+    fourbar.LinkMass(0.7, 0.2, 6e-3, 0.05),
+    fourbar.LinkMass(0.5, 0.12, 3e-3, -0.02),
+)
 
 
 def inner_angles(name: str, count: int = 200) -> np.ndarray:
@@ -60,7 +65,8 @@ def test_rates_and_accelerations_against_differences(name, mode):
         return fourbar.solve(*BARS[name], phi + w * time + eps * time**2 / 2, w + eps * time, eps, mode)
 
     after, before = at(t), at(-t)
-    for angle, rate, accel in (("coupler_angle", "coupler_rate", "coupler_accel"), ("rocker_angle", "rocker_rate", "rocker_accel")):
+    for link in ("coupler", "rocker"):
+        angle, rate, accel = f"{link}_angle", f"{link}_rate", f"{link}_accel"
         turned = np.angle(np.exp(1j * (getattr(after, angle) - getattr(before, angle))))
         # Near a limit the third derivative reaches 1e5: relative error of a few 1e-6 at this step.
         np.testing.assert_allclose(getattr(m, rate), turned / (2 * t), rtol=1e-5, atol=1e-6)
@@ -87,10 +93,6 @@ def test_gap_says_how_short():
 
 
 def test_in_line_is_flagged():
-    # Coupler and rocker stretched out: 3-4-5 lengths keep it exact.
-    m = fourbar.solve(3.0, 2.0, 3.0, 4.0, math.pi / 2, 1.0)
-    if m.assembles:
-        assert not m.regular or abs(m.rocker_rate) > 1e6
     exact = fourbar.solve(1.0, 1.0, 2.0, 2.0, math.pi, 1.0)  # f = 3 = 1 + 2 to the last bit
     assert exact.assembles and not exact.regular and np.isnan(exact.rocker_rate) and np.isfinite(exact.rocker_angle)
     with pytest.raises(NoSolution, match="in line"):
@@ -153,7 +155,9 @@ def centres(b: fourbar.MovingFourbar, phi: np.ndarray) -> tuple[list[np.ndarray]
     angles = [phi, m.coupler_angle, m.rocker_angle]
     bases = [0.0, b.crank * np.exp(1j * phi), b.ground]
     links = (b.crank_mass, b.coupler_mass, b.rocker_mass)
-    return [base + (k.com_along + 1j * k.com_across) * np.exp(1j * q) for base, k, q in zip(bases, links, angles, strict=True)], angles
+    points = [base + (k.com_along + 1j * k.com_across) * np.exp(1j * q)
+              for base, k, q in zip(bases, links, angles, strict=True)]
+    return points, angles
 
 
 @pytest.mark.parametrize("name", BARS)
@@ -198,8 +202,8 @@ def test_motion_keeps_the_energy_law(gravity, torque):
     def slope(_: float, y: np.ndarray) -> list[float]:
         return [y[1], float(fourbar.acceleration(b, y[0], y[1], torque, gravity))]
 
-    run = solve_ivp(slope, (0, 1.5), [0.3, 12.0], "DOP853", rtol=1e-11, atol=1e-12)
-    speed = fourbar.energy_speed(b, run.y[0], 0.3, 12.0, torque, gravity)
+    run = solve_ivp(slope, (0, 0.5), [0.3, 30.0], "DOP853", rtol=1e-11, atol=1e-12)
+    speed = fourbar.energy_speed(b, run.y[0], 0.3, 30.0, torque, gravity)
     np.testing.assert_allclose(run.y[1], speed, rtol=1e-8)  # tolerance of the integrator over two turns
     assert run.y[0, -1] > 2 * math.pi
 

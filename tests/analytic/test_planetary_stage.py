@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from mechlab.analytic import planetary_stage as ps
 from mechlab.errors import MechlabError
 

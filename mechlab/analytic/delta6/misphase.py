@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike
 from mechlab.analytic.delta6._inputs import FloatArray, finite
 from mechlab.errors import MechlabError
 
+SMALLEST_COSINE = 1e-12
+"""cos(bend) at and below which a joint counts as bent by 90 deg; the cosine of pi/2 itself is 6e-17 in floats."""
+
 
 def misphase_output(pin_angle: ArrayLike, bend: ArrayLike, misphase: ArrayLike) -> FloatArray:
     """theta_3 for theta_1 = pin_angle, continuous over any number of turns. Arrays broadcast, radians.
@@ -47,6 +50,6 @@ def _lag(theta: FloatArray, factor: FloatArray) -> FloatArray:
 
 def _cosine(bend: ArrayLike) -> FloatArray:
     c = np.asarray(np.cos(finite("bend", bend)))
-    if np.any(c <= 0.0):
+    if np.any(c <= SMALLEST_COSINE):
         raise MechlabError("bend reaches 90 deg; expected |bend| < pi/2, where a cardan joint still transmits rotation")
     return c

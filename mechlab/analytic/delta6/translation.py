@@ -28,7 +28,8 @@ class InversePosition:
 
     def require(self) -> FloatArray:
         """The drives, or NoSolution if any pose is out of reach."""
-        demand(self.reachable, f"out of reach, smallest radicand L^2 - |G|^2 = {np.min(self.h2):.6g} m^2",
+        smallest = np.min(self.h2, initial=np.inf)
+        demand(self.reachable, f"out of reach, smallest radicand L^2 - |G|^2 = {smallest:.6g} m^2",
                "Move O towards the centre or lengthen the rods")
         return self.drives
 
@@ -51,7 +52,8 @@ class ForwardPosition:
 
     def require(self) -> FloatArray:
         """O, or NoSolution if a pose does not assemble or is not on the branch with all h_i > 0."""
-        demand(self.assembles, f"no assembly, smallest discriminant {np.min(self.discriminant):.6g} m^2",
+        smallest = np.min(self.discriminant, initial=np.inf)
+        demand(self.assembles, f"no assembly, smallest discriminant {smallest:.6g} m^2",
                "Bring the slider positions closer together")
         demand(self.on_branch, "assembles only with a rod that points upwards (some h_i <= 0)",
                "Bring the slider positions closer together")

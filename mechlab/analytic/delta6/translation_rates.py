@@ -20,8 +20,9 @@ from mechlab.errors import NoSolution
 def leg_heights(geom: Delta6, position: ArrayLike) -> FloatArray:
     """h_i = sqrt(L^2 - |G_i|^2) > 0. position O (..., 3) -> (..., 3). Raises where h_i is zero or not real."""
     h2 = squared_heights(geom, position)
-    demand(np.asarray(h2.min(axis=-1) > 0.0), f"on or beyond the reach limit, smallest h^2 = {h2.min():.6g} m^2, "
-           "where slider rates are unbounded", "Use poses with inverse_position(...).h2 > 0")
+    smallest = h2.min(initial=np.inf)
+    demand(np.asarray(h2.min(axis=-1) > 0.0), f"on or beyond the reach limit, smallest h^2 = {smallest:.6g} m^2, where "
+           "slider rates are unbounded", "Use poses with inverse_position(...).h2 > 0")
     return np.asarray(np.sqrt(h2))
 
 

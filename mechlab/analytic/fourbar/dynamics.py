@@ -128,8 +128,8 @@ def energy_speed(bar: MovingFourbar, crank_angle: ArrayLike, start_angle: float,
     result = square(phi)
     if barrier.any() or np.any(result < 0.0):
         where = way[barrier][0] if barrier.any() else phi[result < 0.0].flat[0]
-        raise NoSolution(f"the start energy does not carry the four-bar past the crank angle {where:.6g} rad: it turns back "
-                         "there. Start faster or ask for nearer angles")
+        raise NoSolution(f"the start energy does not carry the four-bar past the crank angle {where:.6g} rad: "
+                         "it turns back there. Start faster or ask for nearer angles")
     return np.asarray(math.copysign(1.0, start_rate) * np.sqrt(result))
 
 

@@ -82,7 +82,7 @@ def slider(p: Delta6Parameters, leg: Leg) -> Shapes:
     z = p.slider_height
     carriage = leg.radial * _guide_arm(p)
     return (
-        shape("slider", _at((carriage[0], carriage[1], z), frame), BLUE, "carriage", x=0.1, y=0.034, length=0.07, bore=0.017, holes=2, spacing=0.06),
+        shape("slider", _at((carriage[0], carriage[1], z), frame), BLUE, "carriage", x=0.1, y=0.034, length=0.07, bore=0.0085, holes=2, spacing=0.06),
         shape("box", _at((carriage[0] * 0.45, carriage[1] * 0.45, z), frame), BLUE, "arm", x=0.04, y=0.05, z=0.03),
         shape("cylinder", _at((0.0, 0.0, z + 0.035)), DARK, "motor", radius=0.019, length=0.045, chamfer=0.003),
         shape("box", _at(tuple(0.5 * p.rod_spacing * leg.tangent + np.array([0.0, 0.0, z])), frame), BLUE, "bar", x=p.rod_spacing + 0.02, y=0.014, z=0.014),

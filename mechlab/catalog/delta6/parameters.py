@@ -103,7 +103,8 @@ def legs(p: Delta6Parameters) -> tuple[Leg, ...]:
         height = math.sqrt(p.rod_length**2 - float(g @ g))
         lower = p.platform_radius * r + p.platform_height * z
         span = g - height * z
-        b = np.array([-g[1], g[0], 0.0]) / float(np.hypot(g[0], g[1]))
+        level = float(np.hypot(g[0], g[1]))
+        b = np.array([-g[1], g[0], 0.0]) / level if level > 0.0 else -t
         a = np.array([-b[1], b[0], 0.0])
         out.append(Leg(i + 1, r, t, lower - span, lower, span, a, b))
     return tuple(out)

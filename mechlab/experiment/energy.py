@@ -1,0 +1,145 @@
+"""Energy of a mechanism along a motion, and the finding that says whether it balances with the work done on it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.experiment.health import Finding, measured
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
+
+ENERGY_LIMIT = 1e-2
+ENERGY_WARNING = 1e-3
+
+
+def kinetic_energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
+    """(n,) kinetic energy [J] along q (n, nq), v (n, nv): bodies, armatures and shafts."""
+    q, v = np.atleast_2d(q), np.atleast_2d(v)
+    tree = TreeKinematics(mechanism)
+    massive = [(b.name, b.inertia.mass, np.array(b.inertia.com), b.inertia.matrix()) for b in mechanism.bodies]
+    massive = [x for x in massive if x[1] > 0.0]
+    diagonal = np.array([j.armature for j in mechanism.joints for _ in range(j.nv)])
+    out = 0.5 * (v**2 @ diagonal)
+    for shaft in mechanism.shafts:
+        out = out + 0.5 * shaft.inertia * (v @ mechanism.row(shaft.name)) ** 2
+    for k in range(len(q)):
+        tree.set(q[k], v[k])
+        for name, mass, com, tensor in massive:
+            rotation, origin = tree.pose(name)
+            twist = tree.velocity(name, origin + rotation @ com)
+            spin = rotation.T @ twist[3:]
+            out[k] += 0.5 * (mass * (twist[:3] @ twist[:3]) + spin @ tensor @ spin)
+    return np.asarray(out)
+
+
+def potential_energy(mechanism: Mechanism, q: Array) -> Array:
+    """(n,) potential energy [J] along q (n, nq): gravity, springs of joints and shafts, springs between points."""
+    q = np.atleast_2d(q)
+    tree = TreeKinematics(mechanism)
+    gravity = np.array(mechanism.gravity)
+    out = np.zeros(len(q))
+    for item in _scalars(mechanism):
+        if item.stiffness:
+            out += 0.5 * item.stiffness * (mechanism.value(item.name, q) - item.spring_rest) ** 2
+    for k in range(len(q)):
+        tree.set(q[k])
+        for body in mechanism.bodies:
+            if body.inertia.mass:
+                rotation, origin = tree.pose(body.name)
+                out[k] -= body.inertia.mass * (gravity @ (origin + rotation @ np.array(body.inertia.com)))
+        for spring in mechanism.springs:
+            length, _ = _stretch(tree, spring)
+            out[k] += 0.5 * spring.stiffness * (length - spring.rest_length) ** 2
+    return out
+
+
+def energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
+    """(n,) kinetic + potential + spring energy [J] along q (n, nq), v (n, nv)."""
+    return kinetic_energy(mechanism, q, v) + potential_energy(mechanism, q)
+
+
+def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
+    """(n,) power [W] >= 0 lost in the dampers and the dry friction of joints and shafts, and in dampers of springs."""
+    q, v = np.atleast_2d(q), np.atleast_2d(v)
+    diagonal = np.array([j.damping for j in mechanism.joints for _ in range(j.nv)])
+    out = v**2 @ diagonal
+    for item in _scalars(mechanism):
+        rate = v @ mechanism.row(item.name)
+        out = out + item.friction * np.abs(rate)
+        if isinstance(item, Shaft):
+            out = out + item.damping * rate**2
+    damped = [s for s in mechanism.springs if s.damping]
+    if damped:
+        tree = TreeKinematics(mechanism)
+        for k in range(len(q)):
+            tree.set(q[k], v[k])
+            out[k] += sum(s.damping * _stretch(tree, s)[1] ** 2 for s in damped)
+    return np.asarray(out)
+
+
+def work(t: ArrayLike, power: ArrayLike) -> Array:
+    """(n,) integral of power (n,) [W] over t (n,) from its start [J]: cumulative Simpson, also at uneven times."""
+    from scipy.integrate import cumulative_simpson, cumulative_trapezoid
+
+    t, power = np.asarray(t, dtype=float), np.asarray(power, dtype=float)
+    if len(t) < 3:
+        return np.asarray(cumulative_trapezoid(power, t, initial=0.0)) if len(t) == 2 else np.zeros(len(t))
+    return np.asarray(cumulative_simpson(power, x=t, initial=0.0))
+
+
+def energy_finding(
+    mechanism: Mechanism,
+    t: Array,
+    q: Array,
+    v: Array,
+    power: Array,
+    done: Array | None = None,
+    limit: float = ENERGY_LIMIT,
+    warn: float = ENERGY_WARNING,
+) -> Finding:
+    """Finding "energy_balance": the largest |E(t) - E(0) - work(t)|, relative to the energy that the run turns over.
+
+    power (n,) [W]: that of all laws less the dissipation, at the samples; its work is integrated by Simpson's rule,
+    or given by the engine as `done` (n,) [J], which is better. Turnover = max of: the largest kinetic energy, the
+    span of the potential energy, the integral of |power|. What Simpson's rule itself may miss between samples (its
+    difference from the trapezoidal rule / 10) is not held against the run.
+    """
+    kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
+    total = kinetic + potential
+    spent = work(t, power) if done is None else np.asarray(done, dtype=float)
+    turnover = max(
+        float(np.max(kinetic)), float(np.ptp(potential)), float(work(t, np.abs(power))[-1]), 1e-300
+    )  # fmt: skip
+    missing = np.abs(total - total[0] - (spent - spent[0]))
+    if done is None and len(t) > 2:
+        from scipy.integrate import cumulative_trapezoid
+
+        missing = np.maximum(0.0, missing - 0.1 * np.abs(cumulative_trapezoid(power, t, initial=0.0) - spent))
+    noise = 1e-12 * float(np.max(np.abs(potential), initial=0.0))
+    value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0
+    text = f"energy balance: at most {np.max(missing):.3g} J of {turnover:.3g} J turned over is unaccounted for:"
+    return measured("energy_balance", value, limit, "of the turnover", text, warn)
+
+
+def _scalars(mechanism: Mechanism) -> list[Joint | Shaft]:
+    return [j for j in mechanism.joints if j.nv == 1] + list(mechanism.shafts)
+
+
+def _stretch(tree: TreeKinematics, spring: Spring) -> tuple[float, float]:
+    """Length [m] and its rate [m/s] of a spring between two points."""
+    (ra, pa), (rb, pb) = tree.pose(spring.body_a), tree.pose(spring.body_b)
+    a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
+    d = b - a
+    length = float(np.linalg.norm(d))
+    if length == 0.0:
+        return 0.0, 0.0
+    relative = tree.velocity(spring.body_b, b)[:3] - tree.velocity(spring.body_a, a)[:3]
+    return length, float(d @ relative) / length
+
+
+__all__ = [
+    "ENERGY_LIMIT", "ENERGY_WARNING", "dissipation", "energy", "energy_finding", "kinetic_energy",
+    "potential_energy", "work",
+]  # fmt: skip

@@ -1,0 +1,164 @@
+"""What both runners look at after a run: when to sample, did the loops stay closed, did the assembly mode stay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.health import Finding, measured
+from mechlab.experiment.laws import Law
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.structure import independent_rows, structure
+
+GAP_LIMIT = 1e-4
+MODE_SAMPLES = 200
+
+
+def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
+    """(n,) sample times [s], from 0 to the duration: `times` checked and completed by both ends, or a regular grid of
+    whole steps, 10 ms apart or finer, with at least 200 samples if the steps allow it.
+
+    Raises MechlabError for a duration that is not positive or times outside it.
+    """
+    if not np.isfinite(duration) or duration <= 0:
+        raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
+    if times is None:
+        step = min(0.01, duration / 200.0)
+        stride = max(1, int(step / timestep + 1e-9))
+        count = max(1, int(np.ceil(duration / (stride * timestep) - 1e-9)))
+        return np.append(np.arange(count) * (stride * timestep), duration)
+    asked = np.unique(np.asarray(times, dtype=float))
+    if not np.all(np.isfinite(asked)) or (len(asked) and (asked[0] < 0 or asked[-1] > duration * (1 + 1e-12))):
+        raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {asked.tolist()}.")
+    inner = asked[(asked > 0) & (asked < duration)]
+    return np.concatenate([[0.0], inner, [duration]])
+
+
+def kinematic_findings(
+    mechanism: Mechanism, q: Array, v: Array, held: Sequence[str] = (), limit: float = GAP_LIMIT
+) -> tuple[Finding, ...]:
+    """Findings "finite", "loop_gap" [m], "loop_angle" [rad], "relation_residual" [rad or m] and "assembly_mode".
+
+    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the others. `held`: names
+    of the driven joints or shafts, default those of the drives; with them held a change of the assembly mode is a change
+    of sign of a determinant (see `mode_sign`). Above `limit` a gap is an error, above a tenth of it a warning.
+    """
+    q, v = np.atleast_2d(q), np.atleast_2d(v)
+    out = [finite_finding(q, v)]
+    q = q[np.all(np.isfinite(q), axis=1)]
+    if not len(q):
+        return tuple(out)
+    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+    residual = np.array([constraints.residual(tree.set(x)) for x in q]).reshape(len(q), len(constraints))
+    offset, angle, relation = _row_kinds(mechanism, constraints)
+    for name, rows, unit, what in (
+        ("loop_gap", offset, "m", "the loops open by up to"),
+        ("loop_angle", angle, "rad", "the loops tilt by up to"),
+        ("relation_residual", relation, "rad or m", "the gears and relations slip by up to"),
+    ):
+        if rows:
+            worst = _largest(residual[:, rows])
+            culprit = constraints.rows[rows[int(np.argmax(np.max(np.abs(residual[:, rows]), axis=0)))]]
+            out.append(measured(name, worst, limit, unit, f"{what} (at {culprit})", 0.1 * limit))
+    if len(constraints):
+        out.append(mode_finding(mechanism, q, held or [d.on for d in mechanism.drives]))
+    return tuple(out)
+
+
+def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Finding:
+    """Finding "assembly_mode": how often the assembly mode for the held joints changed along q (n, nq).
+
+    A warning, not an error: a free motion may pass through a toggle position. Looks at no more than 200 samples.
+    """
+    signs = mode_signs(mechanism, q[:: max(1, len(q) // MODE_SAMPLES)], held)
+    told = signs[signs != 0]
+    if not len(told):
+        text = "the assembly mode cannot be told: the drives do not fix the mechanism"
+        if not held:
+            text = "no drives: the assembly mode was not watched"
+        return Finding("assembly_mode", 0.0, 0.0, "changes", "ok", text)
+    changes = int(np.count_nonzero(np.diff(told)))
+    if changes:
+        text = f"with respect to {', '.join(held)} the assembly mode changed {changes} times: a toggle was passed"
+        return Finding("assembly_mode", float(changes), 0.0, "changes", "warning", text)
+    return Finding("assembly_mode", 0.0, 0.0, "changes", "ok", f"the assembly mode of {', '.join(held)} was kept")
+
+
+def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
+    """(n,) sign of det [independent rows of J; rows of the held ones; rows of local freedoms] along q (n, nq); 0: not
+    square or singular. Same meaning as `mechlab.mechanism.mode_sign`, but local freedoms do not hide the mode."""
+    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+    keep = independent_rows(mechanism, constraints)
+    rows = [mechanism.row(n) for n in held]
+    if len(keep) + len(rows) < mechanism.nv and structure(mechanism).idle:
+        rows += _idle_rows(mechanism, held)
+    if len(keep) + len(rows) != mechanism.nv:
+        return np.zeros(len(q))
+    tail = np.array(rows).reshape(len(rows), mechanism.nv)
+    out = np.zeros(len(q))
+    for k, x in enumerate(q):
+        sign, size = np.linalg.slogdet(np.vstack([constraints.jacobian(tree.set(x))[keep], tail]))
+        out[k] = sign if size > -60 else 0.0
+    return out
+
+
+def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:
+    """Finding "saturation": share of samples at which a limited law stands at its limit; None when no law has a limit.
+
+    forces: joint or shaft -> (n,) force of all laws on it. A limited drive does not do what it was asked: a warning.
+    """
+    shares = {}
+    for law in laws:
+        bound = getattr(law, "limit", np.inf)
+        on = str(getattr(law, "on", ""))
+        if on in forces and np.isfinite(bound) and sum(on in other.targets() for other in laws) == 1:
+            shares[on] = float(np.mean(np.abs(forces[on]) >= bound * (1 - 1e-12)))
+    if not shares:
+        return None
+    name, worst = max(shares.items(), key=lambda item: item[1])
+    if worst > 0:
+        text = f"the force on {name} stands at its limit in {100 * worst:.3g} % of the samples"
+        return Finding("saturation", worst, 0.0, "of the samples", "warning", text)
+    return Finding("saturation", 0.0, 0.0, "of the samples", "ok", "no law reached its limit")
+
+
+def finite_finding(q: Array, v: Array) -> Finding:
+    """Finding "finite": the number of values that are not finite; any is an error."""
+    bad = int(np.count_nonzero(~np.isfinite(q))) + int(np.count_nonzero(~np.isfinite(v)))
+    severity = "error" if bad else "ok"
+    text = f"{bad} values are not finite; do not trust this run" if bad else "all values are finite"
+    return Finding("finite", float(bad), 0.0, "values", severity, text)
+
+
+def _row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+    relations = {r.name for r in mechanism.relations}
+    offset: list[int] = []
+    angle: list[int] = []
+    relation: list[int] = []
+    for item in constraints.items:
+        rows = range(constraints.slices[item.name].start, constraints.slices[item.name].stop)
+        for i in rows:
+            if item.name in relations:
+                relation.append(i)
+            else:
+                (angle if "_" in constraints.rows[i].removeprefix(item.name) else offset).append(i)
+    return offset, angle, relation
+
+
+def _largest(values: Array) -> float:
+    """Largest absolute value; NaN anywhere counts as infinite."""
+    return float(np.max(np.abs(values))) if np.all(np.isfinite(values)) else float("inf")
+
+
+def _idle_rows(mechanism: Mechanism, held: Sequence[str]) -> list[Array]:
+    """Rows of independent rates that are not held, one for each local freedom."""
+    best = structure(mechanism)
+    names = list(mechanism.rate_names)
+    free = [n for n in best.independent if n not in held and n in names]
+    return [np.eye(mechanism.nv)[names.index(n)] for n in free[: len(best.idle)]]

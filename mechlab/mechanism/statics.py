@@ -1,0 +1,77 @@
+"""Statics with numpy alone: which drive forces hold a pose, and how well."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism, Spring
+
+
+def spring_pull(tree: TreeKinematics, spring: Spring) -> tuple[Array, float, float]:
+    """Row c (nv,) with length rate = c @ v, the length [m] and the pull [N] of a spring in the present state."""
+    ra, pa = tree.pose(spring.body_a)
+    rb, pb = tree.pose(spring.body_b)
+    a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
+    length = float(np.linalg.norm(b - a))
+    if length < 1e-12:
+        return np.zeros(tree.mechanism.nv), 0.0, 0.0
+    along = (b - a) / length
+    row = along @ (tree.jacobian(spring.body_b, b)[:3] - tree.jacobian(spring.body_a, a)[:3])
+    pull = spring.stiffness * (length - spring.rest_length) + spring.damping * float(row @ tree.v)
+    return row, length, pull
+
+
+def passive_force(tree: TreeKinematics) -> Array:
+    """(nv,) force of springs and dampers of joints, shafts and between points. Dry friction is not in it."""
+    m = tree.mechanism
+    out = np.zeros(m.nv)
+    for item in (*m.joints, *m.shafts):
+        if getattr(item, "kind", "") == "spherical":
+            s = m.v_slice[item.name]
+            out[s] -= item.damping * tree.v[s]
+            continue
+        if item.damping or item.stiffness:
+            row = m.row(item.name)
+            stretch = float(m.value(item.name, tree.q)) - item.spring_rest
+            out -= row * (item.stiffness * stretch + item.damping * float(row @ tree.v))
+    for spring in m.springs:
+        row, _, pull = spring_pull(tree, spring)
+        out -= row * pull
+    return out
+
+
+def holding_forces(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> dict[str, float]:
+    """Forces of the named joints or shafts that hold the mechanism at rest in the assembled pose q (nq,).
+
+    Solves B^T f + J^T r = h(q, 0) - passive in the least-squares sense. Raises MechlabError when these drives cannot
+    hold the pose (the remainder exceeds 1e-6 of the load).
+    """
+    forces, rest, load = _balance(mechanism, q, drives)
+    if rest > 1e-6 * max(load, 1e-12):
+        raise MechlabError(
+            f"{mechanism.name}: the drives {', '.join(drives) or 'none'} cannot hold this pose: {rest:.3g} of a load of {load:.3g} stays."
+        )
+    return forces
+
+
+def nearest_holding_forces(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> dict[str, float]:
+    """As `holding_forces`, but the best that the drives can do when they cannot hold the pose."""
+    return _balance(mechanism, q, drives)[0]
+
+
+def _balance(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> tuple[dict[str, float], float, float]:
+    tree = TreeKinematics(mechanism, q)
+    load = tree.bias_force() - passive_force(tree)
+    rows = [mechanism.row(n) for n in drives]
+    matrix = np.vstack([np.array(rows).reshape(-1, mechanism.nv), ConstraintSet(mechanism).jacobian(tree)]).T
+    solution = np.linalg.lstsq(matrix, load, rcond=1e-11)[0] if matrix.shape[1] else np.zeros(0)
+    rest = float(np.max(np.abs(matrix @ solution - load), initial=0.0))
+    return dict(zip(drives, solution[: len(drives)].tolist(), strict=True)), rest, float(np.max(np.abs(load), initial=0.0))
+
+

@@ -1,0 +1,101 @@
+"""Running the checks of entries: every check with its witnesses, its difference, and whether it passed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mechlab.errors import EngineMissing, MechlabError
+from mechlab.experiment.check import Check, Measured
+from mechlab.study.design import Design
+from mechlab.study.tables import number, table
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One check that ran: `missing` names an engine that is not installed; `error` says why it could not be measured."""
+
+    mechanism: str
+    check: Check
+    measured: Measured | None
+    seconds: float
+    error: str = ""
+    missing: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """True when it was measured and is within its tolerance."""
+        return self.measured is not None and self.measured.passed
+
+    @property
+    def verdict(self) -> str:
+        """One word."""
+        return "pass" if self.passed else "not checked" if self.missing else "FAIL"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        m = self.measured
+        return {
+            "mechanism": self.mechanism, "id": self.check.id, "text": self.check.text, "source": self.check.source,
+            "verdict": self.verdict, "passed": self.passed, "difference": m.difference if m else None,
+            "tolerance": m.tolerance if m else None, "witnesses": dict(m.values) if m else {},
+            "expected": m.expected if m else None, "note": m.note if m else "", "error": self.error or self.missing,
+            "seconds": self.seconds,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """All outcomes."""
+
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def exit_code(self) -> int:
+        """3 when a check failed."""
+        return 3 if any(o.verdict == "FAIL" for o in self.outcomes) else 0
+
+    @property
+    def message(self) -> str:
+        """One sentence: how many passed, which failed."""
+        failed = [f"{o.mechanism} {o.check.id}" for o in self.outcomes if o.verdict == "FAIL"]
+        text = f"{sum(o.passed for o in self.outcomes)} of {len(self.outcomes)} checks passed"
+        return text + (f"; failed: {', '.join(failed)}" if failed else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {"checks": [o.to_dict() for o in self.outcomes], "message": self.message}
+
+    def text(self) -> str:
+        """A table and a sentence."""
+        rows = []
+        for o in self.outcomes:
+            said = ", ".join(o.measured.values) if o.measured else ""
+            rows.append([o.mechanism, o.check.id, o.verdict, number(o.measured.difference if o.measured else None),
+                         number(o.measured.tolerance if o.measured else None), o.check.text, said or o.error or o.missing])  # fmt: skip
+        return table(["mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses"], rows) + f"\n\n{self.message}."
+
+
+def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:
+    """Run every check of the designs. A check that raises has failed, unless what it lacks is an engine."""
+    outcomes = []
+    for design in designs:
+        for check in design.entry.checks:
+            if progress:
+                progress(f"{design.name} {check.id}: {check.text}")
+            outcomes.append(_run(design, check))
+    return CheckReport(tuple(outcomes))
+
+
+def _run(design: Design, check: Check) -> Outcome:
+    start = time.perf_counter()
+    measured, error, missing = None, "", ""
+    try:
+        measured = check.run(design.parameters)
+    except EngineMissing as cause:
+        missing = str(cause)
+    except MechlabError as cause:
+        error = str(cause)
+    return Outcome(design.name, check, measured, time.perf_counter() - start, error, missing)

@@ -1,0 +1,48 @@
+"""The ledger of printed claims: what a source says, what the witnesses compute, the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Entry
+from mechlab.study.tables import number, table
+
+
+@dataclass(frozen=True)
+class ClaimReport:
+    """Claims with their findings."""
+
+    items: tuple[tuple[str, Claim, Finding], ...]
+    exit_code: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form: {"claims": [{"id", "where", "text", "printed", "computed", "verdict"}]}."""
+        rows = []
+        for mechanism, claim, finding in self.items:
+            rows.append(
+                {"mechanism": mechanism, "id": claim.id, "where": claim.where, "text": claim.text, "printed": claim.printed,
+                 "computed": finding.computed, "verdict": finding.sentence, "kind": finding.verdict.value}
+            )  # fmt: skip
+        return {"claims": rows, "counts": self.counts}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many claims got which verdict."""
+        return {v.value: sum(1 for _, _, f in self.items if f.verdict is v) for v in Verdict}
+
+    def text(self) -> str:
+        """A block for each claim, and the counts."""
+        blocks = []
+        for mechanism, claim, finding in self.items:
+            rows = [["printed", number(claim.printed, 6)]] + [[k, number(v, 6)] for k, v in finding.computed.items()]
+            blocks.append(f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}")
+        counts = ", ".join(f"{n} {name}" for name, n in self.counts.items() if n)
+        return "\n\n".join([*blocks, f"{len(self.items)} claims: {counts or 'none'}."])
+
+
+def judge(entries: Sequence[Entry]) -> ClaimReport:
+    """Test every claim of the entries anew."""
+    return ClaimReport(tuple((e.name, c, c.test()) for e in entries for c in e.claims))

@@ -1,0 +1,211 @@
+"""A design: an entry with chosen parameters. It makes mechanisms, scenes and engine models; it is what `load` gives."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, make_dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.laws import Constant
+from mechlab.experiment.parameters import describe, make, parameter
+from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import Settings
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.structure import Structure, structure
+
+
+@dataclass(frozen=True)
+class Design:
+    """An entry and its parameters. `given` are the parameters that the user set (they outrank those of a scene)."""
+
+    entry: Entry
+    parameters: Any
+    given: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.entry.name
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on doubtful parameters."""
+        return self.entry.warnings(self.parameters) if self.entry.warnings else ()
+
+    def fidelity(self, fidelity: str | None = None) -> str:
+        """The fidelity asked for, or the default one; raises MechlabError that lists them."""
+        if fidelity is None:
+            return self.entry.default_fidelity
+        if fidelity not in self.entry.fidelities:
+            raise unknown(f"{self.name}: fidelity", fidelity, self.entry.fidelities)
+        return fidelity
+
+    def mechanism(self, fidelity: str | None = None) -> Mechanism:
+        """The mechanism at a fidelity. Raises MechlabError for `kinematic`, which is closed form only."""
+        chosen = self.fidelity(fidelity)
+        if chosen == "kinematic":
+            others = [f for f in self.entry.fidelities if f != "kinematic"]
+            raise MechlabError(f"{self.name}: fidelity 'kinematic' is closed form only and has no Mechanism; the cheapest that has one is {others[0]!r}.")
+        return self.entry.build(self.parameters, chosen)
+
+    def structure(self, fidelity: str | None = None) -> Structure:
+        """Degrees of freedom, redundancies, independent coordinates."""
+        return structure(self.mechanism(fidelity))
+
+    def to_mujoco(self, fidelity: str | None = None, settings: Settings | None = None) -> tuple[Any, Any]:
+        """(MjModel, MjData) of the generated MJCF, in the reference pose."""
+        from mechlab.simulate import to_mujoco
+
+        return to_mujoco(self.mechanism(fidelity), settings)
+
+    def to_pinocchio(self, fidelity: str | None = None) -> tuple[Any, Any]:
+        """(pinocchio.Model, ConstraintSet): the tree, and what closes and couples it."""
+        from mechlab.mechanism import ConstraintSet
+        from mechlab.solve import to_pinocchio
+
+        m = self.mechanism(fidelity)
+        return to_pinocchio(m).model, ConstraintSet(m)
+
+    def save(self, out: Any, fidelity: str | None = None) -> dict[str, Any]:
+        """Write NAME.xml, scene.xml, NAME.urdf, NAME.json and geometry; each is reloaded by its consumer first."""
+        from mechlab.study.files import write_verified
+
+        return write_verified(self.mechanism(fidelity), out)
+
+    def show(self, fidelity: str | None = None) -> None:
+        """Print parameters, bodies, freedoms, scenes and questions."""
+        from mechlab.study.sheet import describe_design
+
+        print(describe_design(self, fidelity).text())
+
+    def _repr_html_(self) -> str:
+        from mechlab.study.sheet import describe_design
+
+        return describe_design(self, None).html()
+
+    # -- scenes --------------------------------------------------------------------------------------------------------
+
+    def scene(
+        self,
+        name: str | None = None,
+        fidelity: str | None = None,
+        duration: float | None = None,
+        extra: Mapping[str, float] | None = None,
+    ) -> Scene:
+        """A scene with the user's changes. `extra` holds initial values X_0, X_rate_0 and constant loads X_force.
+
+        Parameters of the scene outrank defaults, those that the user gave outrank the scene's.
+        Raises MechlabError for unknown names.
+        """
+        chosen = name or self.entry.default_scene
+        if chosen not in self.entry.scenes:
+            raise unknown(f"{self.name}: scene", chosen, self.entry.scenes)
+        recipe = self.entry.scenes[chosen]
+        p = replace(self.parameters, **{k: v for k, v in recipe.overrides.items() if k not in self.given})
+        level = self.fidelity(fidelity or recipe.fidelity)
+        scene = recipe.make(p, level)
+        if duration is not None:
+            if not 0.0 < duration < 1e6:
+                raise MechlabError(f"{self.name}: duration must be positive, got {duration!r} s.")
+            scene = replace(scene, duration=duration)
+        return replace(_with_extra(self, scene, extra or {}), name=chosen)
+
+    def for_scene(self, name: str | None) -> Design:
+        """The same design with the overrides of a scene taken into its parameters."""
+        chosen = name or self.entry.default_scene
+        if chosen not in self.entry.scenes:
+            raise unknown(f"{self.name}: scene", chosen, self.entry.scenes)
+        changes = {k: v for k, v in self.entry.scenes[chosen].overrides.items() if k not in self.given}
+        return replace(self, parameters=replace(self.parameters, **changes))
+
+
+def initial_keys(mechanism: Mechanism) -> tuple[str, ...]:
+    """What can be given to a simulation beside parameters: X_0, X_rate_0, X_force for every joint and shaft X."""
+    return tuple(f"{n}{s}" for n in mechanism.scalar_names for s in ("_0", "_rate_0", "_force"))
+
+
+def _with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Scene:
+    if not extra:
+        return scene
+    m = design.mechanism(scene.fidelity)
+    names = set(m.scalar_names)
+    initial, rates, laws = dict(scene.initial), dict(scene.initial_rates), list(scene.laws)
+    for key, value in extra.items():
+        for suffix, take in (("_rate_0", rates), ("_0", initial)):
+            if key.endswith(suffix) and key.removesuffix(suffix) in names:
+                take[key.removesuffix(suffix)] = float(value)
+                break
+        else:
+            if key.endswith("_force") and key.removesuffix("_force") in names:
+                laws.append(Constant(key.removesuffix("_force"), float(value)))
+                continue
+            raise unknown(f"{design.name}: quantity", key, {*initial_keys(m), *(i.name for i in describe(design.entry.parameters))})
+    return replace(scene, initial=initial, initial_rates=rates, laws=tuple(laws))
+
+
+def design(entry: Entry, values: Mapping[str, Any]) -> Design:
+    """A design from an entry and parameter values; raises MechlabError for unknown names or values out of range."""
+    chosen = make(entry.parameters, values, entry.name)
+    given = {k: getattr(chosen, k) for k in values}
+    return Design(entry, chosen, given)
+
+
+# -- mechanisms without an entry -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class NoParameters:
+    """A bare Mechanism has no parameters."""
+
+
+def entry_of(mechanism: Mechanism) -> Entry:
+    """An entry for a bare Mechanism: one fidelity, the scene `free-motion`."""
+    return _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary)
+
+
+def entry_of_function(function: Callable[..., Mechanism], name: str | None = None) -> Entry:
+    """An entry for a user's function: its keyword arguments are the parameters, their defaults give the kinds.
+
+    Raises MechlabError when an argument has no default.
+    """
+    fields: list[tuple[str, type, Any]] = []
+    for key, argument in inspect.signature(function).parameters.items():
+        if argument.default is inspect.Parameter.empty or argument.kind in (argument.VAR_KEYWORD, argument.VAR_POSITIONAL):
+            raise MechlabError(f"{function.__name__}: argument {key!r} needs a default value; it becomes a parameter of the mechanism.")
+        fields.append((key, _kind(argument.default), parameter(argument.default, "", "")))
+    cls = make_dataclass(f"{function.__name__}_parameters", fields, frozen=True)
+
+    def build(p: Any, fidelity: str) -> Mechanism:
+        made = function(**asdict(p))
+        if not isinstance(made, Mechanism):
+            raise MechlabError(
+                f"{function.__name__}() returned {type(made).__name__}, expected a Mechanism: end it with `return b.build()` or `b.assemble(guess)`."
+            )
+        return made
+
+    summary = (inspect.getdoc(function) or "").split("\n")[0]
+    return _entry(name or function.__name__, cls, build, summary)
+
+
+def _kind(default: object) -> type:
+    if isinstance(default, tuple):
+        return tuple[int, ...] if all(isinstance(x, int) for x in default) else tuple[float, ...]  # type: ignore[return-value]
+    for kind in (Fraction, str):
+        if isinstance(default, kind):
+            return kind
+    return float
+
+
+def _entry(name: str, cls: type[Any], build: Callable[[Any, str], Mechanism], summary: str) -> Entry:
+    def free(p: Any, fidelity: str) -> Scene:
+        return Scene("free-motion", fidelity, 2.0, text="the mechanism moves under its own weight from the given initial state")
+
+    return Entry(
+        name=name, title=name, summary=summary, parameters=cls, build=build, fidelities={"full": "as written"},
+        default_fidelity="full", scenes={"free-motion": SceneRecipe(free, "full", "moves freely from its initial state")},
+        default_scene="free-motion",
+    )  # fmt: skip

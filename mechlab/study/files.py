@@ -1,0 +1,115 @@
+"""Model files that are reloaded by their consumers before anybody gets them."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.formats import from_json, write_files
+from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+
+
+def write_verified(mechanism: Mechanism, out: str | Path) -> dict[str, Path]:
+    """Write the files of a mechanism into `out` and return them by kind; nothing is left behind when one is refused.
+
+    Raises MechlabError naming the file and its consumer.
+    """
+    out = Path(out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=out, prefix=".part-") as scratch:
+            written = write_files(mechanism, Path(scratch))
+            verify(mechanism, Path(scratch))
+            moved: dict[str, Path] = {}
+            for kind, path in written.items():
+                moved[kind] = out / path.relative_to(scratch)
+            for item in sorted(Path(scratch).iterdir()):
+                target = out / item.name
+                if target.is_dir() and item.is_dir():
+                    shutil.rmtree(target)
+                item.replace(target)
+    except OSError as error:
+        raise MechlabError(f"cannot write into {out}: {error.strerror or error}.") from None
+    return moved
+
+
+def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:
+    """Reload every file by its consumer and compare with the Mechanism; returns what was compared.
+
+    JSON reads back equal; MuJoCo compiles NAME.xml and scene.xml and agrees in mass and mobility; Pinocchio reads the
+    URDF and the sidecar and agrees in the closure; yourdfpy loads the URDF. Raises MechlabError for the first that fails.
+    """
+    name = mechanism.name
+    sidecar = (folder / f"{name}.json").read_text()
+    if from_json(sidecar) != mechanism:
+        raise MechlabError(f"{name}.json does not read back as the same mechanism.")
+    found: dict[str, Any] = {"json": "equal"}
+    found |= _mujoco(mechanism, folder)
+    found |= _pinocchio(mechanism, folder, sidecar)
+    found |= _yourdfpy(mechanism, folder)
+    return found
+
+
+def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:
+    import mujoco
+
+    masses = {}
+    for file in (f"{m.name}.xml", "scene.xml"):
+        try:
+            model = mujoco.MjModel.from_xml_path(str(folder / file))
+        except ValueError as error:
+            raise MechlabError(f"MuJoCo refuses {file}: {error}") from None
+        masses[file] = float(model.body_mass.sum())
+        if abs(masses[file] - m.total_mass) > 1e-5 * max(1.0, m.total_mass):
+            raise MechlabError(f"{file}: MuJoCo finds {masses[file]:.9g} kg, the mechanism has {m.total_mass:.9g} kg.")
+    return {"mujoco": masses}
+
+
+def _pinocchio(m: Mechanism, folder: Path, sidecar: str) -> dict[str, Any]:
+    try:
+        import pinocchio as pin
+    except ImportError:
+        return {"pinocchio": "not installed"}
+    try:
+        tree = pin.buildModelFromUrdf(str(folder / f"{m.name}.urdf"))
+    except ValueError as error:
+        raise MechlabError(f"Pinocchio refuses {m.name}.urdf: {error}") from None
+    mass = pin.computeTotalMass(tree)
+    moving = sum(b.inertia.mass for b in m.bodies)
+    if abs(mass - moving) > 1e-5 * max(1.0, moving) and not _welded_to_ground(m):
+        raise MechlabError(f"{m.name}.urdf: Pinocchio finds {mass:.9g} kg, the mechanism has {moving:.9g} kg.")
+    from mechlab.solve import PinKinematics
+
+    again = from_json(sidecar)
+    gap = float(np.max(np.abs(ConstraintSet(again).residual(PinKinematics(again))), initial=0.0))
+    if gap > 1e-12:
+        raise MechlabError(f"{m.name}.json: closed by {gap:.3g} in Pinocchio, expected 1e-12.")
+    return {"pinocchio": {"nv": tree.nv, "gap": gap}}
+
+
+def _welded_to_ground(m: Mechanism) -> bool:
+    """Bodies without a joint on the ground belong to the universe in Pinocchio, which drops their mass."""
+    return any(not b.joints for b in m.bodies)
+
+
+def _yourdfpy(m: Mechanism, folder: Path) -> dict[str, Any]:
+    import yourdfpy
+
+    robot = yourdfpy.URDF.load(str(folder / f"{m.name}.urdf"), load_meshes=False, build_scene_graph=True)
+    bodies = {b.name for b in m.bodies}
+    missing = bodies - set(robot.link_map)
+    if missing:
+        raise MechlabError(f"{m.name}.urdf: yourdfpy does not find the links {', '.join(sorted(missing))}.")
+    tree = TreeKinematics(m)
+    base = robot.base_link
+    worst = 0.0
+    for name in sorted(bodies):
+        worst = max(worst, float(np.abs(robot.get_transform(name, base) - tree.matrix(name)).max()))
+    if worst > 1e-9:
+        raise MechlabError(f"{m.name}.urdf: a link stands {worst:.3g} off in yourdfpy.")
+    return {"yourdfpy": {"links": len(robot.link_map), "difference": worst}}

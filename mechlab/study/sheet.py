@@ -1,0 +1,166 @@
+"""What a mechanism is, in tables: for `show`, for a notebook, and for the sheet in models/NAME/README.md."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from mechlab.experiment.parameters import describe
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.structure import structure
+from mechlab.study.check import CheckReport
+from mechlab.study.claims import ClaimReport
+from mechlab.study.design import Design, initial_keys
+from mechlab.study.tables import markdown, number, table
+
+Rows = tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]
+
+
+@dataclass(frozen=True)
+class Description:
+    """Sentences and tables on a design at a fidelity."""
+
+    title: str
+    sentences: tuple[str, ...]
+    tables: dict[str, Rows]
+    data: dict[str, Any] = field(default_factory=dict)
+    exit_code: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return self.data
+
+    def text(self) -> str:
+        """For a terminal."""
+        parts = [self.title, "=" * len(self.title), *self.sentences]
+        for name, (headers, rows) in self.tables.items():
+            parts.append(f"\n{name}\n{table(headers, rows)}")
+        return "\n".join(parts)
+
+    def html(self) -> str:
+        """For a notebook."""
+        out = [f"<h3>{html.escape(self.title)}</h3>"] + [f"<p>{html.escape(s)}</p>" for s in self.sentences]
+        for name, (headers, rows) in self.tables.items():
+            head = "".join(f"<th>{html.escape(h)}</th>" for h in headers)
+            body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+            out.append(f"<h4>{html.escape(name)}</h4><table><tr>{head}</tr>{body}</table>")
+        return "".join(out)
+
+
+def parameter_rows(design: Design) -> Rows:
+    """Name, value, unit, range, meaning, source of each parameter."""
+    rows = []
+    for info in describe(design.entry.parameters):
+        value = getattr(design.parameters, info.name)
+        shown = ", ".join(_shown(x) for x in value) if isinstance(value, tuple) else "none" if value is None else _shown(value)
+        rows.append((info.name, shown, info.unit, info.range_text, info.text, info.source))
+    return ("parameter", "value", "unit", "range", "meaning", "source"), tuple(rows)
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+def body_rows(m: Mechanism) -> Rows:
+    """Name, parent, joints, mass of each body."""
+    rows = [(b.name, b.parent, ", ".join(f"{j.name} ({j.kind})" for j in b.joints) or "welded", f"{b.inertia.mass:.4g}") for b in m.bodies]
+    return ("body", "parent", "joints", "mass [kg]"), tuple(rows)
+
+
+def closing_rows(m: Mechanism) -> Rows:
+    """Loops, relations and shafts."""
+    from mechlab.mechanism.model import LOOP_ROWS
+
+    rows = [(x.name, f"{x.kind} loop", str(LOOP_ROWS[x.kind]), f"{x.body_a} - {x.body_b}") for x in m.loops]
+    for r in m.relations:
+        rows.append((r.name, f"{r.kind} relation", "1", _sum(r.coefficients) + " = 0"))
+    for s in m.shafts:
+        rows.append((s.name, "shaft", "-", f"{_sum(s.coefficients)}; inertia {s.inertia:.4g} kg m2"))
+    return ("name", "kind", "rows", "between"), tuple(rows)
+
+
+def _sum(coefficients: Sequence[tuple[str, Any]]) -> str:
+    text = " ".join(f"{'-' if c < 0 else '+'} {'' if abs(c) == 1 else str(abs(c)) + ' '}{n}" for n, c in coefficients)
+    return text.removeprefix("+ ")
+
+
+def describe_design(design: Design, fidelity: str | None = None) -> Description:
+    """Parameters, structure, bodies, fidelities, scenes and questions of a design."""
+    entry = design.entry
+    level = design.fidelity(fidelity)
+    sentences = [entry.summary]
+    if entry.chain:
+        sentences.append(f"Chain: {entry.chain}.")
+    tables: dict[str, Rows] = {"Parameters": parameter_rows(design)}
+    data: dict[str, Any] = {
+        "name": entry.name, "title": entry.title, "summary": entry.summary, "chain": entry.chain, "fidelity": level,
+        "parameters": {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)},
+        "fidelities": dict(entry.fidelities), "scenes": {n: r.text for n, r in entry.scenes.items()},
+        "questions": [{"given": q.given, "optional": dict(q.optional), "answers": q.answers, "witnesses": list(q.witnesses)} for q in entry.questions],
+        "parameter_info": [{"name": i.name, "unit": i.unit, "range": i.range_text, "text": i.text, "source": i.source} for i in describe(entry.parameters)],
+        "warnings": design.warnings,
+    }  # fmt: skip
+    if level == "kinematic":
+        sentences.append("Fidelity kinematic: closed form only, no bodies.")
+    else:
+        m = design.mechanism(level)
+        found = structure(m)
+        sentences.append(f"Fidelity {level}: {len(m.bodies)} bodies, {found.sentence}.")
+        sentences.append(f"Independent: {', '.join(found.independent) or 'none'}.")
+        if found.reference_rank < found.rank:
+            sentences.append(f"The reference pose is singular: rank {found.reference_rank} there, {found.rank} elsewhere.")
+        tables["Bodies"] = body_rows(m)
+        if m.loops or m.relations or m.shafts:
+            tables["Loops, relations, shafts"] = closing_rows(m)
+        if found.redundant:
+            tables["Redundant rows"] = (("row",), tuple((r.sentence,) for r in found.redundant))
+        data["structure"] = {
+            "bodies": len(m.bodies), "nq": m.nq, "nv": m.nv, "rows": found.rows, "rank": found.rank, "freedoms": found.freedoms,
+            "mobility": found.mobility, "idle": found.idle, "independent": found.independent, "driven": found.driven,
+            "redundant": [r.sentence for r in found.redundant], "sentence": found.sentence,
+        }  # fmt: skip
+        data["joints"] = [{"name": j.name, "kind": j.kind, "zero": j.zero, "range": j.range} for j in m.joints]
+        data["bodies"] = [{"name": b.name, "parent": b.parent, "joints": [j.name for j in b.joints], "mass": b.inertia.mass} for b in m.bodies]
+        data["initial"] = initial_keys(m)
+    sentences += [f"Warning: {w}" for w in design.warnings]
+    tables["Fidelities"] = (("fidelity", "what it is"), tuple(entry.fidelities.items()))
+    tables["Scenes"] = (("scene", "what happens"), tuple((n + (" (default)" if n == entry.default_scene else ""), r.text) for n, r in entry.scenes.items()))
+    if entry.questions:
+        rows = tuple((" ".join(q.given) + (f" [{' '.join(q.optional)}]" if q.optional else ""), " ".join(q.answers), ", ".join(q.witnesses)) for q in entry.questions)
+        tables["Questions"] = (("given", "answers", "witnesses"), rows)
+    return Description(entry.title, tuple(sentences), tables, data)
+
+
+def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, picture: str) -> str:
+    """The README of models/NAME as markdown: picture, what it is, parameters, formulas, freedoms, checks, claims."""
+    entry = design.entry
+    lines = [f"# {entry.title}", "", f"![{entry.title}]({picture})", "", entry.summary, ""]
+    if entry.chain:
+        lines += [f"Chain: {entry.chain}.", ""]
+    lines += ["## Degrees of freedom", ""]
+    rows = []
+    for level, text in entry.fidelities.items():
+        if level == "kinematic":
+            rows.append((level, text, "-", "-", "-"))
+            continue
+        m = design.mechanism(level)
+        found = structure(m)
+        local = f" = {found.mobility} + {len(found.idle)} local" if found.idle else ""
+        rows.append((level, text, str(len(m.bodies)), f"{found.nv} / {found.rows} (rank {found.rank})", f"{found.freedoms}{local}"))
+    lines += [markdown(("fidelity", "what it is", "bodies", "coordinates / rows", "freedoms"), rows), ""]
+    lines += ["## Parameters", "", markdown(*parameter_rows(design)), ""]
+    if entry.formulas:
+        lines += ["## Formulas", "", entry.formulas, ""]
+    if entry.sources:
+        lines += [f"Sources: {'; '.join(entry.sources)}.", ""]
+    scenes = tuple((n, r.text) for n, r in entry.scenes.items())
+    lines += ["## Scenes", "", markdown(("scene", "what happens"), scenes), ""]
+    outcome = [(o.check.id, o.check.text, ", ".join(o.measured.values) if o.measured else "-", number(o.measured.tolerance if o.measured else None, 2), o.verdict)
+               for o in checks.outcomes]  # fmt: skip
+    lines += ["## Checks", "", markdown(("check", "what", "witnesses", "tolerance", "verdict"), outcome), ""]
+    if claims.items:
+        said = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
+        lines += ["## Claims of the source", "", markdown(("claim", "where", "what it says", "printed", "verdict"), said), ""]
+    return "\n".join(lines).rstrip() + "\n"
