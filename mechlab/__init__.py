@@ -1,1 +1,44 @@
-"""mechlab: a mechanism lab."""
+"""mechlab: a mechanism lab. Describe a mechanism once; get model files, answers, motion and a page, each with witnesses.
+
+>>> import mechlab as ml
+>>> ml.solve("fourbar", crank_angle=1.0).max_difference < 1e-9
+True
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mechlab.api import check, claims, find, generate, list_entries, load, run, show, simulate, solve, story, view
+    from mechlab.errors import MechlabError
+    from mechlab.experiment.parameters import parameter
+    from mechlab.experiment.settings import Settings
+    from mechlab.formats import load_recording, save_recording
+    from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape, spherical, universal
+
+_HOMES = {
+    "mechlab.api": ("check", "claims", "find", "generate", "list_entries", "load", "run", "show", "simulate", "solve", "story", "view"),
+    "mechlab.errors": ("MechlabError",),
+    "mechlab.experiment.parameters": ("parameter",),
+    "mechlab.experiment.settings": ("Settings",),
+    "mechlab.formats": ("load_recording", "save_recording"),
+    "mechlab.mechanism": (
+        "Builder", "Inertia", "Mechanism", "Placement", "prismatic", "revolute", "shape", "spherical", "universal",
+    ),
+}  # fmt: skip
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Builder", "Inertia", "Mechanism", "MechlabError", "Placement", "Settings", "check", "claims", "find", "generate",
+    "list_entries", "load", "load_recording", "parameter", "prismatic", "revolute", "run", "save_recording", "shape", "show",
+    "simulate", "solve", "spherical", "story", "universal", "view",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Public names are imported when they are first used: `import mechlab` stays fast."""
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'mechlab' has no attribute {name!r}")

@@ -39,7 +39,8 @@ class Answer:
 
 @dataclass(frozen=True)
 class Question:
-    """Chosen by the keys that are given: all of `given`, any of `optional` (with defaults). Answers `answers`.
+    """Chosen by the keys that are given: all of `given`, any of `optional` (with
+    defaults; None: absent unless given). Answers `answers`.
 
     witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi.
     """
@@ -48,7 +49,7 @@ class Question:
     given: tuple[str, ...]
     answers: tuple[str, ...]
     witnesses: Mapping[str, Witness]
-    optional: Mapping[str, float] = field(default_factory=dict)
+    optional: Mapping[str, float | None] = field(default_factory=dict)
     angles: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     text: str = ""

@@ -26,7 +26,9 @@ class HeadInertias:
     bevel_transverse, bevel_mass, bevel_offset: one double bevel, about its axis Y and across it at its centre, +-offset
     along Y. planet_axial, planet_mass, planet_offset: one planet with its input bevel, axis parallel Z at y = +-offset.
     transfer_gear: one loose gear on the central axis. input_gear: one input gear with its rotor. third_shaft: shaft 3
-    with its rotor. Raises MechlabError for a value that is negative or not finite.
+    with its rotor. planet_sense: +1 for the source's signs, in which every spur mesh keeps the sense of rotation, -1 for
+    real external meshes, where the planets turn against the carrier. Raises MechlabError for a value that is negative
+    or not finite, or a sense other than +-1.
     """
 
     output_axial: float = 3e-5
@@ -45,10 +47,13 @@ class HeadInertias:
     transfer_gear: float = 2e-5
     input_gear: float = 2.04e-3
     third_shaft: float = 2.04e-3
+    planet_sense: int = 1
 
     def __post_init__(self) -> None:
+        if self.planet_sense not in (-1, 1):
+            raise MechlabError(f"planet_sense = {self.planet_sense!r}; expected +1 or -1")
         for field in fields(self):
-            if number(field.name, getattr(self, field.name)) < 0.0:
+            if field.name != "planet_sense" and number(field.name, getattr(self, field.name)) < 0.0:
                 raise MechlabError(f"{field.name} = {getattr(self, field.name)!r}; expected zero or more")
 
     @property
@@ -146,7 +151,7 @@ def _constant_part(geom: Delta6, j: HeadInertias) -> FloatArray:
         transfer = (planet_ratio * bevel_ratio, sign * planet_ratio, 1.0)
         rows += [
             (j.bevel_axial, (sign * bevel_ratio, 1.0, 0.0)),
-            (j.planet_axial, (bevel_ratio, sign, 1.0)),
+            (j.planet_axial, (j.planet_sense * bevel_ratio, j.planet_sense * sign, 1.0)),
             (j.transfer_gear, transfer),
             (j.input_gear, (spur * transfer[0], spur * transfer[1], spur)),
         ]

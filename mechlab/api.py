@@ -1,0 +1,306 @@
+"""The public API: finds a mechanism in the catalog, a user's file or an object, and hands it on.
+
+Every verb of the command line is one function here; `Design` (what `load` gives) carries the parameters.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mechlab import catalog
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.entry import Entry
+from mechlab.experiment.question import Answers
+from mechlab.experiment.recording import Recording
+from mechlab.mechanism import Mechanism
+from mechlab.study.ask import ask, parameters_and_rest
+from mechlab.study.check import CheckReport, run_checks
+from mechlab.study.claims import ClaimReport, judge
+from mechlab.study.design import Design, design, entry_of, entry_of_function
+from mechlab.study.results import FilesResult, RunResult, SimulateResult, SolveResult, TableResult
+from mechlab.study.sheet import Description, describe_design
+
+if TYPE_CHECKING:
+    from mechlab.view.story import Story
+
+Source = str | Path | Mechanism | Design | Entry | Callable[..., Mechanism]
+
+
+# -- finding a mechanism ---------------------------------------------------------------------------------------------------
+
+
+def load(source: Source, **parameters: Any) -> Design:
+    """A Design from a catalog name, "file.py:function", a .json, .xml (MJCF) or .urdf file, a function or a Mechanism.
+
+    Keyword arguments are parameters. Raises MechlabError for an unknown name, listing the catalog.
+    """
+    if isinstance(source, Design):
+        return design(source.entry, dict(source.given) | parameters)
+    return design(find(source), parameters)
+
+
+def find(source: Source) -> Entry:
+    """The entry behind a source; see `load`."""
+    if isinstance(source, Entry):
+        return source
+    if isinstance(source, Design):
+        return source.entry
+    if isinstance(source, Mechanism):
+        return entry_of(source)
+    if callable(source):
+        return entry_of_function(source)
+    text = str(source)
+    if text in catalog.NAMES:
+        return catalog.entry(text)
+    path, _, name = text.rpartition(":") if ".py:" in text else (text, "", "")
+    if text.endswith(".py") or path.endswith(".py"):
+        return _from_python(Path(path or text), name)
+    suffix = Path(text).suffix.lower()
+    if suffix in (".json", ".xml", ".urdf"):
+        return entry_of(_from_file(Path(text), suffix))
+    raise unknown("mechanism", text, [*catalog.NAMES, "FILE.py:FUNCTION", "FILE.json", "FILE.xml", "FILE.urdf"])
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
+
+
+def _from_file(path: Path, suffix: str) -> Mechanism:
+    from mechlab.formats import from_json, from_mjcf, from_urdf
+
+    reader = {".json": from_json, ".xml": from_mjcf, ".urdf": from_urdf}[suffix]
+    try:
+        return reader(_read(path))
+    except MechlabError as error:
+        raise MechlabError(f"{path}: {error}") from None
+
+
+def _from_python(path: Path, name: str) -> Entry:
+    """The entry of a user's function. Errors of the file are told with its own line."""
+    if not path.is_file():
+        raise MechlabError(f"there is no file {path}.")
+    spec = importlib.util.spec_from_file_location(f"mechlab_user_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise MechlabError(f"{path} is not a Python file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    _guarded(path, lambda: spec.loader.exec_module(module))  # type: ignore[union-attr]
+    own = {n: f for n, f in vars(module).items() if callable(f) and getattr(f, "__module__", "") == spec.name and not isinstance(f, type)}
+    if not name:
+        if len(own) != 1:
+            raise MechlabError(f"{path} defines {', '.join(own) or 'no function'}: say which one, as {path}:FUNCTION.")
+        name = next(iter(own))
+    if isinstance(getattr(module, name, None), Entry):
+        return getattr(module, name)  # type: ignore[no-any-return]
+    if name not in own:
+        raise unknown(f"{path}: function", name, own)
+    function = own[name]
+
+    def guarded(**values: Any) -> Mechanism:
+        return _guarded(path, lambda: function(**values))  # type: ignore[no-any-return]
+
+    guarded.__name__, guarded.__doc__ = function.__name__, function.__doc__
+    guarded.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
+    return entry_of_function(guarded, name)
+
+
+def _guarded(path: Path, work: Callable[[], Any]) -> Any:
+    try:
+        return work()
+    except MechlabError as error:
+        raise type(error)(f"{path}{_line(error, path)}: {error}") from None
+    except SyntaxError as error:
+        raise MechlabError(f"{path}, line {error.lineno}: {error.msg}.") from None
+    except Exception as error:
+        raise MechlabError(f"{path}{_line(error, path)}: {type(error).__name__}: {error}") from None
+
+
+def _line(error: BaseException, path: Path) -> str:
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == path]
+    return f", line {lines[-1]}" if lines else ""
+
+
+# -- the verbs -------------------------------------------------------------------------------------------------------------
+
+
+def list_entries() -> TableResult:
+    """The catalog."""
+    entries = [catalog.entry(n) for n in catalog.NAMES]
+    rows = tuple((e.name, e.title, ", ".join(e.fidelities), ", ".join(e.scenes), e.summary) for e in entries)
+    data = {"mechanisms": [{"name": e.name, "title": e.title, "summary": e.summary, "fidelities": list(e.fidelities), "scenes": list(e.scenes)} for e in entries]}
+    return TableResult(("name", "title", "fidelities", "scenes", "summary"), rows, data)
+
+
+def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None) -> Description:
+    """Parameters, structure, bodies, fidelities, scenes, questions."""
+    return describe_design(load(source, **dict(values or {})), fidelity)
+
+
+def generate(source: Source, values: Mapping[str, Any] | None = None, out: str | Path = "out", fidelity: str | None = None) -> FilesResult:
+    """Model files, each reloaded by its consumer."""
+    d = load(source, **dict(values or {}))
+    m = d.mechanism(fidelity)
+    from mechlab.study.files import write_verified
+
+    files = write_verified(m, out)
+    return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings)
+
+
+def solve(source: Source, **values: Any) -> Answers:
+    """Answers of all witnesses; keyword arguments are parameters and given quantities, numbers or arrays."""
+    return solve_values(source, values).answers
+
+
+def solve_values(source: Source, values: Mapping[str, Any]) -> SolveResult:
+    """As `solve`, from a mapping."""
+    base = load(source)
+    parameters, given = parameters_and_rest(base.entry.parameters, values)
+    return SolveResult(ask(load(base, **parameters), given))
+
+
+def simulate(
+    source: Source,
+    values: Mapping[str, Any] | None = None,
+    scene: str | None = None,
+    duration: float | None = None,
+    timestep: float | None = None,
+    max_error: float | None = None,
+    engine: str | None = None,
+    fidelity: str | None = None,
+    at: Sequence[float] | None = None,
+    settings: Any = None,
+    **more: Any,
+) -> SimulateResult:
+    """Run a scene. Values (a mapping or keywords): parameters, X_0, X_rate_0 (initial), X_force (constant loads)."""
+    from mechlab.study.run import run_scene
+
+    base = load(source)
+    parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}) | more)
+    chosen = load(base, **parameters)
+    numbers = {k: _number(k, v) for k, v in extra.items()}
+    recording = run_scene(
+        chosen, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
+        settings=settings, at=tuple(at or ()), extra=numbers,
+    )  # fmt: skip
+    return SimulateResult(recording, tuple(at or ()), chosen.warnings)
+
+
+def _number(key: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
+
+
+def check(sources: Source | Sequence[Source] = (), values: Mapping[str, Any] | None = None) -> CheckReport:
+    """Every check of the mechanisms (default: the whole catalog)."""
+    many = [sources] if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources) else list(sources)
+    return run_checks([load(s, **dict(values or {})) for s in many or catalog.NAMES])
+
+
+def claims(sources: Source | Sequence[Source] = ()) -> ClaimReport:
+    """The ledger of printed claims (default: the whole catalog)."""
+    many = [sources] if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources) else list(sources)
+    return judge([find(s) for s in many or catalog.NAMES])
+
+
+def run(
+    source: Source,
+    values: Mapping[str, Any] | None = None,
+    out: str | Path = "out",
+    progress: Callable[[str], None] = lambda line: None,
+) -> RunResult:
+    """The whole pipeline: files, checks, a run of the default scene, the page."""
+    from mechlab.study.pipeline import pipeline
+
+    return pipeline(load(source, **dict(values or {})), Path(out), _page, progress)
+
+
+# -- looking ---------------------------------------------------------------------------------------------------------------
+
+
+def story(source: Source | Recording, values: Mapping[str, Any] | None = None) -> Story:
+    """The Story of a Recording (or of its .npz), or the still one of a mechanism."""
+    from mechlab.view.from_recording import mechanism_story
+
+    if isinstance(source, Recording):
+        return _recorded(source)
+    if isinstance(source, str | Path) and str(source).endswith(".npz"):
+        from mechlab.formats import load_recording
+
+        return _recorded(load_recording(source))
+    d = load(source, **dict(values or {}))
+    return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+
+
+def view(
+    source: Source | Recording,
+    values: Mapping[str, Any] | None = None,
+    html: str | Path | None = None,
+    png: str | Path | None = None,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    wait: bool = True,
+) -> FilesResult:
+    """A page or picture of a run or a mechanism; without a file a live page on 127.0.0.1 until interrupted.
+
+    A mechanism that has a default scene is simulated first, so that it moves.
+    """
+    shown: Any = source
+    if not isinstance(source, Recording) and not str(source).endswith(".npz") and html is not None:
+        shown = simulate(source, values).recording
+    told = story(shown, None if isinstance(shown, Recording) else values)
+    files: dict[str, Path] = {}
+    if html is not None:
+        from mechlab.view import write_page
+
+        files["page"] = write_page(told, Path(html))
+    if png is not None:
+        from mechlab.view.picture import write_png
+
+        files["picture"] = write_png(told, Path(png))
+    if files:
+        return FilesResult(next(iter(files.values())).parent, files)
+    from mechlab.view.live import serve
+
+    with serve(told, host=host, port=port) as server:
+        if wait:
+            server.wait()
+        return FilesResult(Path("."), {}, f"served on {server.url}")
+
+
+def _facts(d: Design) -> dict[str, str]:
+    from mechlab.study.sheet import parameter_rows
+
+    return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
+
+
+def _recorded(recording: Recording) -> Story:
+    from mechlab.view.from_recording import recording_story
+
+    drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
+    s = recording.settings
+    facts |= {"engine": f"{s.engine}, {s.integrator}, step {s.timestep:g} s"}
+    if recording.name in catalog.NAMES:
+        entry = catalog.entry(recording.name)
+        d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
+        title = entry.title
+        facts |= _facts(d)
+        if entry.expand is not None:
+            drawn = entry.expand(d.parameters, recording)
+    return recording_story(recording, drawn, title=title, facts=facts, channels=tuple(n for n in recording.channels if n.startswith("error_")))
+
+
+def _page(d: Design, simulation: SimulateResult, path: Path) -> Path:
+    from mechlab.view import write_page
+
+    return write_page(_recorded(simulation.recording), path)

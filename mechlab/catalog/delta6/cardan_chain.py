@@ -1,0 +1,82 @@
+"""One double cardan by itself: shaft, cross, rod, cross, shaft. Does it pass rotation on at a constant ratio?
+
+The upper shaft turns in a slider, which is free to follow, the lower one in the ground. In the delta both shafts are
+parallel and the two forks of the rod are in phase; here either can be wrong by an angle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from mechlab.catalog.delta6.witnesses import Witness
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.mechanism import Builder, Inertia, Mechanism, newton, prismatic, revolute
+from mechlab.mechanism.geometry import Array, Vector, axis_rotation, vector
+
+PART = Inertia.box(0.05, 0.02, 0.02, 0.02)
+STEP = math.radians(15.0)
+"""Largest turn of the input between two poses of a sweep: Newton then stays in its assembly mode."""
+
+
+@lru_cache(maxsize=16)
+def cardan_chain(length: float, bend: float, misphase: float = 0.0, tilt: float = 0.0) -> Mechanism:
+    """The chain with a rod of `length` [m] bent by `bend` against the upper shaft in the reference pose, its lower fork
+    turned about the rod by `misphase` and the lower shaft leaning by `tilt` in the plane of rod and upper shaft [rad].
+
+    Joints: follow (slider), turn_in, fork_a, fork_b, ankle_b, ankle_a, turn_out; turn_out of a perfect chain is turn_in.
+    Raises MechlabError for a bend outside (0, 90 deg).
+    """
+    if not 0.0 < bend < 0.5 * math.pi:
+        raise MechlabError(f"cardan_chain: bend = {bend:g} rad; expected a value between 0 and pi / 2.")
+    z = np.array([0.0, 0.0, 1.0])
+    along = np.array([math.sin(bend), 0.0, -math.cos(bend)])
+    upper_b = np.array([0.0, 1.0, 0.0])
+    upper_a = np.cross(upper_b, z)
+    lower_b = axis_rotation(along, misphase) @ upper_b
+    lower_z = axis_rotation(upper_b, tilt) @ z
+    lower_a = np.cross(lower_b, lower_z)
+    lower_a /= np.linalg.norm(lower_a)
+    span = _vec(length * along)
+    b = Builder("cardan_chain", summary="one double cardan: shaft, cross, rod, cross, shaft")
+    b.body("slider", prismatic("follow", "z"), inertia=PART)
+    b.body("shaft_in", revolute("turn_in", "z"), parent="slider", inertia=PART)
+    b.body("cross_in", revolute("fork_a", _vec(upper_a)), parent="shaft_in", inertia=PART)
+    b.body("rod", revolute("fork_b", _vec(upper_b)), parent="cross_in", inertia=Inertia.rod(0.1, (0.0, 0.0, 0.0), span, 0.004))
+    b.body("cross_out", revolute("ankle_b", _vec(lower_b)), parent="rod", at=span, inertia=PART)
+    b.body("shaft_out", revolute("turn_out", _vec(lower_z)), at=span, inertia=PART)
+    b.body("half_out", revolute("ankle_a", _vec(lower_a)), parent="shaft_out", inertia=PART)
+    b.loop("cardan", "cross_out", "half_out", kind="fixed")
+    b.drive("turn_in")
+    return b.build()
+
+
+def turned(witness: Witness, inputs: Sequence[float]) -> Array:
+    """(n,) angle of the lower shaft for angles of the upper one, in this order, by Newton on the witness's own rows.
+
+    Raises NoSolution when the chain does not close.
+    """
+    m = witness.mechanism
+    row = m.row("turn_in")
+
+    def evaluate(q: Array, target: float) -> tuple[Array, Array]:
+        residual, jacobian = witness.at(q).closing()
+        return np.append(residual, row @ q - target), np.vstack([jacobian, row])
+
+    q, now, out = m.reference(), 0.0, []
+    for angle in inputs:
+        for target in np.linspace(now, angle, 1 + max(1, math.ceil(abs(angle - now) / STEP)))[1:]:
+            found = newton(lambda x, s=float(target): evaluate(x, s), lambda x, dv: x + dv, q)  # type: ignore[misc]
+            if not found.closed:
+                raise NoSolution(f"cardan_chain: does not close at an input of {target:.6g} rad: open by {found.residual:.3g}")
+            q = found.q
+        now = angle
+        out.append(float(m.row("turn_out") @ q))
+    return np.array(out)
+
+
+def _vec(v: Array) -> Vector:
+    return vector(v.tolist(), "cardan_chain: axis")

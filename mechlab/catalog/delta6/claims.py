@@ -1,0 +1,5 @@
+"""Claims (being written)."""
+
+from mechlab.experiment.check import Claim
+
+CLAIMS: tuple[Claim, ...] = ()

@@ -1,0 +1,53 @@
+"""JSON text that people can read and that is the same byte for byte: short lists on one line, duplicates and NaN refused."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from mechlab.errors import MechlabError
+
+WIDTH = 120
+
+
+def dump(value: Any, indent: int = 0) -> str:
+    """JSON of dicts, lists and scalars; whatever fits on a line stays on one. Floats have 17 digits where they need them."""
+    flat = json.dumps(value, ensure_ascii=False, allow_nan=False)
+    if not isinstance(value, dict | list) or not value or (indent and len(flat) + indent <= WIDTH and _plain(value)):
+        return flat
+    pad = " " * (indent + 1)
+    if isinstance(value, dict):
+        items = [f"{json.dumps(k, ensure_ascii=False)}: {dump(v, indent + 1)}" for k, v in value.items()]
+        return "{\n" + pad + f",\n{pad}".join(items) + "\n" + " " * indent + "}"
+    return "[\n" + pad + f",\n{pad}".join(dump(v, indent + 1) for v in value) + "\n" + " " * indent + "]"
+
+
+def _plain(value: Any) -> bool:
+    """True for a dict or list without a dict inside."""
+    items = value.values() if isinstance(value, dict) else value
+    return not any(isinstance(v, dict) or (isinstance(v, list) and not _plain(v)) for v in items)
+
+
+def parse(text: str, what: str) -> dict[str, Any]:
+    """The JSON object in `text`; raises MechlabError that says where it is not JSON, or repeats a key, or holds a NaN."""
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        out: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in out:
+                raise MechlabError(f"{what}: the key {key!r} is written twice in one object.")
+            out[key] = value
+        return out
+
+    def refuse(constant: str) -> float:
+        raise MechlabError(f"{what}: {constant} is no number that a mechanism can have.")
+
+    try:
+        value = json.loads(text, object_pairs_hook=once, parse_constant=refuse)
+    except ValueError as error:
+        raise MechlabError(f"{what} is not JSON: {error}.") from None
+    except RecursionError:
+        raise MechlabError(f"{what} is nested too deeply to be a mechanism.") from None
+    if not isinstance(value, dict):
+        raise MechlabError(f"{what}: expected a JSON object, got {type(value).__name__}.")
+    return value

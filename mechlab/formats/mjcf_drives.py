@@ -1,0 +1,174 @@
+"""Tendons, actuators, sensors and the keyframe of an MJCF file."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.settings import Settings
+from mechlab.formats import mjcf_names as names
+from mechlab.formats.mjcf_loops import Connector
+from mechlab.formats.statics import hold
+from mechlab.formats.xml_text import add
+from mechlab.mechanism.model import Coefficients, Drive, Mechanism, Shaft
+
+
+def write_tendons(root: ET.Element, m: Mechanism, s: Settings, size: float) -> None:
+    """The <tendon> section: shafts and relations as fixed tendons, springs and distance loops as spatial ones."""
+    distances = [x for x in m.loops if x.kind == "distance"]
+    if not (m.shafts or m.relations or m.springs or distances):
+        return
+    section = add(root, "tendon")
+    for shaft in m.shafts:
+        _terms(add(section, "fixed", name=shaft.name, **_shaft(shaft, s)), shaft.coefficients)
+    for relation in m.relations:
+        _terms(add(section, "fixed", name=names.tendon_name(m, relation.name)), relation.coefficients)
+    for spring in m.springs:
+        passive: dict[str, object] = {"stiffness": spring.stiffness, "damping": spring.damping}
+        element = add(
+            section, "spatial", name=names.tendon_name(m, spring.name), springlength=spring.rest_length, **passive,
+            width=0.01 * size,
+        )  # fmt: skip
+        _ends(element, spring.name)
+    for loop in distances:
+        _ends(add(section, "spatial", name=names.tendon_name(m, loop.name), width=0.01 * size), loop.name)
+
+
+def _shaft(shaft: Shaft, s: Settings) -> dict[str, object]:
+    """Attributes of a shaft: its tendon length is sum c q, so that the armature adds inertia c c^T to the mass matrix."""
+    out: dict[str, object] = {}
+    for key, value in (("armature", shaft.inertia), ("damping", shaft.damping), ("stiffness", shaft.stiffness)):
+        if value:
+            out[key] = value
+    if shaft.stiffness:
+        rest = shaft.spring_rest - shaft.zero
+        # MuJoCo reads the springlength -1 as "not given"
+        out["springlength"] = math.nextafter(-1.0, 0.0) if rest == -1.0 else rest
+    if shaft.friction:
+        out |= {"frictionloss": shaft.friction, "solreffriction": s.solref, "solimpfriction": s.solimp}
+    if shaft.zero:
+        out["user"] = shaft.zero
+    return out
+
+
+def _terms(element: ET.Element, coefficients: Coefficients) -> None:
+    for joint, c in coefficients:
+        add(element, "joint", joint=joint, coef=float(c))
+
+
+def _ends(element: ET.Element, name: str) -> None:
+    for site in names.site_names(name):
+        add(element, "site", site=site)
+
+
+def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, float]:
+    """The <actuator> section; returns for each drive the control that holds the reference pose as well as it can.
+
+    A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate; one without is a motor, force =
+    ctrl, whose damping acts beside it. Ranges of the controls are for the sliders of a viewer: clamping is switched off.
+    """
+    controls: dict[str, float] = {}
+    if not m.drives:
+        return controls
+    forces = hold(m).forces
+    section = add(root, "actuator")
+    joints = {j.name for j in m.joints}
+    for drive in m.drives:
+        if drive.limit == 0.0:
+            raise MechlabError(f"{m.name}: drive {drive.name!r}: a force limit of 0 cannot be written as MJCF; leave it out.")
+        target = {"joint" if drive.on in joints else "tendon": drive.on}
+        limits = None if drive.limit is None else (-drive.limit, drive.limit)
+        force = forces[drive.name]
+        value = float(f"{force / drive.stiffness if drive.stiffness else force:.12g}")
+        controls[drive.name] = value
+        common: dict[str, object] = {"ctrlrange": _slider(m, drive, value, size), "forcerange": limits}
+        if drive.stiffness:
+            servo = {"kp": drive.stiffness, "kv": drive.damping or None}
+            add(section, "position", name=drive.name, **target, **servo, **common)
+        else:
+            add(section, "motor", name=drive.name, **target, damping=drive.damping or None, **common)
+    return controls
+
+
+def _slider(m: Mechanism, drive: Drive, value: float, size: float) -> tuple[float, float]:
+    """Range of the control that a viewer offers; it contains the control of the keyframe."""
+    if not drive.stiffness:
+        most = _round_up(max(4.0 * abs(value), 0.1 * m.total_mass * 9.81 * size, 1e-6))
+        return (-most, most) if drive.limit is None else (-drive.limit, drive.limit)
+    joint = next((j for j in m.joints if j.name == drive.on), None)
+    if joint is not None and joint.range is not None:
+        low, high = joint.range[0] - joint.zero, joint.range[1] - joint.zero
+    elif joint is not None and joint.kind == "prismatic":
+        low, high = -size, size
+    else:
+        low, high = -math.pi, math.pi
+    return (min(low, value), max(high, value))
+
+
+def _round_up(x: float) -> float:
+    """The next number of the series 1, 2, 5, 10."""
+    power = math.floor(math.log10(x))
+    for factor in (1, 2, 5):
+        if float(f"{factor}e{power}") >= x:
+            return float(f"{factor}e{power}")
+    return float(f"1e{power + 1}")
+
+
+def write_sensors(root: ET.Element, m: Mechanism) -> None:
+    """The <sensor> section: pos: and rate: of joints and shafts, force: of drives, gap: of loops and relations, at: of frames."""
+    section = add(root, "sensor")
+    for joint in m.joints:
+        if joint.nv == 1:
+            add(section, "jointpos", name=f"pos:{joint.name}", joint=joint.name)
+            add(section, "jointvel", name=f"rate:{joint.name}", joint=joint.name)
+        else:
+            add(section, "ballquat", name=f"pos:{joint.name}", joint=joint.name)
+            add(section, "ballangvel", name=f"rate:{joint.name}", joint=joint.name)
+    for shaft in m.shafts:
+        add(section, "tendonpos", name=f"pos:{shaft.name}", tendon=shaft.name)
+        add(section, "tendonvel", name=f"rate:{shaft.name}", tendon=shaft.name)
+    for drive in m.drives:
+        add(section, "actuatorfrc", name=f"force:{drive.name}", actuator=drive.name)
+    for loop in m.loops:
+        a, b = names.site_names(loop.name)
+        ends = {"objtype": "site", "objname": b, "reftype": "site", "refname": a}
+        add(section, "framepos", name=f"gap:{loop.name}", **ends)
+    for relation in m.relations:
+        add(section, "tendonpos", name=f"gap:{relation.name}", tendon=names.tendon_name(m, relation.name))
+    for spring in m.springs:
+        add(section, "tendonpos", name=f"length:{spring.name}", tendon=names.tendon_name(m, spring.name))
+    for frame in m.frames:
+        add(section, "framepos", name=f"at:{frame.name}", objtype="site", objname=frame.name)
+    if not len(section):
+        root.remove(section)
+
+
+def write_home(root: ET.Element, m: Mechanism, plan: tuple[Connector, ...], controls: dict[str, float]) -> None:
+    """The keyframe `home`: the reference pose, with the controls that hold it."""
+    qpos: list[float] = []
+    for kind in _dof_order(m, plan):
+        qpos += [1.0, 0.0, 0.0, 0.0] if kind == "spherical" else [0.0]
+    attributes: dict[str, object] = {"qpos": qpos}
+    if controls:
+        attributes["ctrl"] = [controls[d.name] for d in m.drives]
+    add(add(root, "keyframe"), "key", name="home", **attributes)
+
+
+def _dof_order(m: Mechanism, plan: tuple[Connector, ...]) -> list[str]:
+    """Kinds of all joints in the order in which MuJoCo numbers them: depth-first, connectors after the other children."""
+    children: dict[str, list[str]] = {}
+    for body in m.bodies:
+        children.setdefault(body.parent, []).append(body.name)
+    out: list[str] = []
+
+    def visit(name: str) -> None:
+        for child in children.get(name, []):
+            out.extend(j.kind for j in m.body(child).joints)
+            visit(child)
+        for c in plan:
+            if c.host == name:
+                out.extend(kind for kind, _ in c.joints)
+
+    visit("ground")
+    return out

@@ -1,0 +1,180 @@
+"""Loops in MJCF: which equality stands for which kind, and where a loop needs a connector body.
+
+    spherical    connect of two sites                                             3 rows
+    fixed        weld of two sites                                                6 rows
+    revolute     connect at the point, and another one along the axis             6 rows, 5 of them independent
+    distance     spatial tendon held at its length                                1 row; positions only, see below
+    universal, cylindrical, prismatic
+                 a connector body with the joints of that kind, welded            6 rows, 2, 2, 1 more joints
+
+Reactions of a revolute loop: force = f_point + f_axis, moment = d z x f_axis, with d = `spread(m)`.
+
+MuJoCo's tendon equality ignores the term of the acceleration that is quadratic in the rates, so that a distance loop is
+right in positions only.
+
+**Connector bodies.** A joint that MuJoCo has no equality for is cut one body further: the body at one end is split in
+equal shares, its own and one for each connector; a connector hangs on the other end by the joint and is welded to the
+body (as Simbody's MultibodyGraphMaker does). The dynamics is the same. A connector of negligible mass is no
+substitute: MuJoCo scales the softness of a row by the inverse mass of both bodies, and the weld becomes soft.
+All coordinates of a connector are 0 in the reference pose.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.settings import Settings
+from mechlab.formats import mjcf_names as names
+from mechlab.formats.xml_text import add
+from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
+from mechlab.mechanism.inertia import Inertia
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import GROUND, Loop, Mechanism
+
+Z: Vector = (0.0, 0.0, 1.0)
+TORQUESCALE = 20.0
+"""Scale of the angular rows of a weld. MuJoCo estimates their inverse inertia without the factor torquescale / 2 of the
+rows, so that 2 makes its estimate right and a smaller one makes the weld soft in rotation; 20 makes it 100 times harder."""
+
+
+@dataclass(frozen=True)
+class Connector:
+    """A connector body: child of `host`, welded to `guest`, with one or two joints (kind, axis in its own frame)."""
+
+    loop: Loop
+    host: str
+    guest: str
+    placement: Placement
+    joints: tuple[tuple[str, Vector], ...]
+    inertia: Inertia
+
+
+def connectors(m: Mechanism) -> tuple[Connector, ...]:
+    """The connector bodies that the loops of a mechanism need in MJCF, in the order of the loops."""
+    loops = [x for x in m.loops if x.kind in ("universal", "cylindrical", "prismatic")]
+    if not loops:
+        return ()
+    guests = {x.name: _guest(m, x) for x in loops}
+    count = Counter(guests.values())
+    tree = TreeKinematics(m)
+    return tuple(_connector(m, tree, x, guests[x.name], 1.0 / (1 + count[guests[x.name]])) for x in loops)
+
+
+def _guest(m: Mechanism, loop: Loop) -> str:
+    for name in (loop.body_b, loop.body_a):
+        if name != GROUND and m.body(name).inertia.mass > 0.0:
+            return name
+    raise MechlabError(
+        f"{m.name}: loop {loop.name!r} of kind {loop.kind!r} needs a body with mass at one end to be written as MJCF; "
+        f"{loop.body_a!r} and {loop.body_b!r} have none."
+    )
+
+
+def _connector(m: Mechanism, tree: TreeKinematics, loop: Loop, guest: str, share: float) -> Connector:
+    a, b = (loop.body_a, loop.placement_a), (loop.body_b, loop.placement_b)
+    (host, host_frame), (_, own_frame) = (a, b) if guest == loop.body_b else (b, a)
+    r_host, p_host = tree.pose(host)
+    r_guest, p_guest = tree.pose(guest)
+    rotation = r_host.T @ r_guest @ own_frame.rotation
+    placement = Placement.of(rotation, r_host.T @ (p_guest + r_guest @ own_frame.translation - p_host))
+    if loop.kind == "universal":
+        own, other = (1, 0) if guest == loop.body_b else (0, 1)
+        across = rotation.T @ host_frame.rotation[:, other]
+        across[own] = 0.0  # the pins of a closed universal joint are at right angles
+        across /= np.linalg.norm(across)
+        first: Vector = (float(across[0]), float(across[1]), float(across[2]))
+        second: Vector = (0.0, 1.0, 0.0) if own == 1 else (1.0, 0.0, 0.0)
+        joints: tuple[tuple[str, Vector], ...] = (("hinge", first), ("hinge", second))
+    elif loop.kind == "cylindrical":
+        joints = (("slide", Z), ("hinge", Z))
+    else:
+        joints = (("slide", Z),)
+    whole = m.body(guest).inertia
+    frame = own_frame.rotation.T
+    part = whole.at(tuple(-(frame @ own_frame.translation)), frame)  # type: ignore[arg-type]
+    return Connector(loop, host, guest, placement, joints, scaled(part, share))
+
+
+def scaled(inertia: Inertia, share: float) -> Inertia:
+    """The same part with a share of its mass."""
+    t = tuple(share * x for x in inertia.tensor)
+    return replace(inertia, mass=share * inertia.mass, tensor=t)  # type: ignore[arg-type]
+
+
+def own_share(m: Mechanism, plan: tuple[Connector, ...], body: str) -> Inertia:
+    """Inertia that is left in a body beside its connectors."""
+    whole = m.body(body).inertia
+    count = sum(1 for c in plan if c.guest == body)
+    return scaled(whole, 1.0 / (1 + count)) if count else whole
+
+
+def spread(m: Mechanism) -> float:
+    """Characteristic length [m] of a mechanism: half its largest extent in the reference pose, two digits."""
+    tree = TreeKinematics(m)
+    points = [np.zeros(3)]
+    for body in m.bodies:
+        r, p = tree.pose(body.name)
+        points += [p, p + r @ np.array(body.inertia.com)]
+    for loop in m.loops:
+        for body_name, frame in ((loop.body_a, loop.placement_a), (loop.body_b, loop.placement_b)):
+            r, p = tree.pose(body_name)
+            points.append(p + r @ frame.translation)
+    extent = float(np.max(np.ptp(np.array(points), axis=0)))
+    return float(f"{extent / 2.0:.2g}") if extent > 1e-6 else 0.1
+
+
+def loop_ends(m: Mechanism, plan: tuple[Connector, ...], distance: float) -> dict[str, list[tuple[str, Placement]]]:
+    """MJCF body name -> the sites (name, placement) that the loops and springs need in it."""
+    out: dict[str, list[tuple[str, Placement]]] = {}
+    cut = {c.loop.name: c for c in plan}
+    along = Placement((0.0, 0.0, distance))
+    for loop in m.loops:
+        end_a, end_b = names.site_names(loop.name)
+        a, b = names.body_name(loop.body_a), names.body_name(loop.body_b)
+        out.setdefault(a, []).append((end_a, loop.placement_a))
+        out.setdefault(b, []).append((end_b, loop.placement_b))
+        if loop.name in cut:
+            out.setdefault(names.connector_name(loop.name), []).append((names.connector_name(loop.name), IDENTITY))
+        if loop.kind == "revolute":
+            axis_a, axis_b = names.axis_site_names(loop.name)
+            out[a].append((axis_a, loop.placement_a @ along))
+            out[b].append((axis_b, loop.placement_b @ along))
+    for spring in m.springs:
+        end_a, end_b = names.site_names(spring.name)
+        out.setdefault(names.body_name(spring.body_a), []).append((end_a, Placement(spring.point_a)))
+        out.setdefault(names.body_name(spring.body_b), []).append((end_b, Placement(spring.point_b)))
+    return out
+
+
+def write_equalities(root: ET.Element, m: Mechanism, plan: tuple[Connector, ...], s: Settings) -> None:
+    """The <equality> section: every loop, then every relation, each by its name."""
+    if not (m.loops or m.relations):
+        return
+    section = add(root, "equality")
+    if plan:
+        section.append(ET.Comment(" A body NAME:connector takes a share of the inertia of the body it is welded to. "))
+    cut = {c.loop.name: c for c in plan}
+    soft: dict[str, object] = {"solref": s.solref, "solimp": s.solimp}
+    scale = None if s.impedance is None else TORQUESCALE
+    for loop in m.loops:
+        a, b = names.site_names(loop.name)
+        if loop.kind == "distance":
+            add(section, "tendon", name=loop.name, tendon1=names.tendon_name(m, loop.name), **soft)
+        elif loop.kind == "fixed":
+            add(section, "weld", name=loop.name, site1=a, site2=b, torquescale=scale, **soft)
+        elif loop.name in cut:
+            own = b if cut[loop.name].guest == loop.body_b else a
+            connector = names.connector_name(loop.name)
+            add(section, "weld", name=loop.name, site1=connector, site2=own, torquescale=scale, **soft)
+        else:
+            add(section, "connect", name=loop.name, site1=a, site2=b, **soft)
+        if loop.kind == "revolute":
+            a, b = names.axis_site_names(loop.name)
+            add(section, "connect", name=names.axis_name(loop.name), site1=a, site2=b, **soft)
+    for relation in m.relations:
+        add(section, "tendon", name=relation.name, tendon1=names.tendon_name(m, relation.name), **soft)

@@ -1,0 +1,192 @@
+"""MJCF text -> Mechanism: the files that mechlab writes, and the part of MJCF that a Mechanism has a place for.
+
+Read: bodies, hinge, slide, ball and free joints, inertias (of <inertial> or of primitive geoms), default classes, connect,
+weld, joint and tendon equalities, fixed tendons, two-site spatial tendons, motors and servos, sites. Contacts, sensors,
+keyframes and visual settings are not part of a Mechanism and are left out; anything else raises and is named.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections import Counter
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.formats.fractions_of_floats import exact
+from mechlab.formats.mjcf_read_drives import Tendons, read_drives, read_tendons
+from mechlab.formats.mjcf_read_tree import Tree, read_tree
+from mechlab.formats.mjcf_source import Names, Source, fail, floats, refuse
+from mechlab.formats.xml_text import label
+from mechlab.mechanism.geometry import IDENTITY, Placement
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Body, Coefficients, Frame, LinearRelation, Loop, Mechanism, Spring
+
+CONNECTOR_KINDS = {
+    ("revolute", "revolute"): "universal",
+    ("prismatic", "revolute"): "cylindrical",
+    ("prismatic",): "prismatic",
+}
+
+
+def from_mjcf(content: str) -> Mechanism:
+    """The Mechanism in an MJCF text (without includes); raises MechlabError that names what it cannot read."""
+    source = Source(content)
+    tree = read_tree(source)
+    tendons = read_tendons(source, tree)
+    names = Names("equality")
+    loops, relations = _equalities(source, tree, tendons, names)
+    frames = Names("site")
+    return Mechanism(
+        name=_mechanism_name(source),
+        bodies=tuple(tree.bodies),
+        loops=tuple(loops),
+        relations=tuple(relations),
+        shafts=tuple(tendons.shafts.values()),
+        springs=tuple(_spring(tendons, n, names) for n in tendons.springs),
+        drives=read_drives(source, tree, tendons),
+        frames=tuple(Frame(frames.add(n), b, p) for n, (b, p) in tree.sites.items() if not (source.ours and ":" in n)),
+        gravity=_gravity(source),
+        ground_shapes=tuple(tree.ground_shapes),
+    )
+
+
+def _mechanism_name(source: Source) -> str:
+    name = source.root.get("model", "model")
+    return "".join(c if c.isalnum() or c in "_-." else "_" for c in name) or "model"
+
+
+def _gravity(source: Source) -> tuple[float, float, float]:
+    gravity = (0.0, 0.0, -9.81)
+    for option in source.section("option"):
+        refuse(option, "wind", "density", "viscosity")
+        g = floats(option, "gravity", 3)
+        if g is not None:
+            gravity = (g[0], g[1], g[2])
+        for flag in option.findall("flag"):
+            for key in ("gravity", "equality", "spring", "damper", "actuation"):
+                if flag.get(key) == "disable":
+                    raise fail(flag, f"{key} is switched off; a Mechanism cannot say that.")
+    return gravity
+
+
+def _spring(tendons: Tendons, name: str, names: Names) -> Spring:
+    spring = tendons.springs[name]
+    return Spring(
+        names.add(name.removesuffix(":tendon")), spring.body_a, spring.body_b, spring.point_a, spring.point_b,
+        spring.stiffness, spring.damping, spring.rest_length,
+    )  # fmt: skip
+
+
+def _equalities(
+    source: Source, tree: Tree, tendons: Tendons, names: Names
+) -> tuple[list[Loop], list[LinearRelation]]:
+    elements = [source.attributes(e) for e in source.items("equality") if e.get("active", "true") != "false"]
+    given = {e.get("name") for e in elements}
+    second = {e.get("name") for e in elements if source.ours and (e.get("name") or "").endswith(":axis")}
+    guests: Counter[str] = Counter()
+    reference = TreeKinematics(Mechanism("reading", tuple(_plain(b) for b in tree.bodies)))
+    loops: list[Loop] = []
+    relations: list[LinearRelation] = []
+    for e in elements:
+        if e.get("name") in second:
+            continue
+        if e.tag in ("connect", "weld"):
+            revolute = f"{e.get('name')}:axis" in second and f"{e.get('name')}" in given
+            loops.append(_loop(source, tree, reference, e, names.add(e.get("name")), revolute, guests))
+        elif e.tag == "tendon" and e.get("tendon1") in tendons.distances:
+            _no_offset(e)
+            a, b = tendons.distances[e.get("tendon1", "")]
+            loops.append(_distance(reference, names.add(e.get("name")), tree.sites[a], tree.sites[b]))
+        elif e.tag in ("tendon", "joint"):
+            relations.append(LinearRelation(names.add(e.get("name")), _relation(tree, tendons, e)))
+        else:
+            raise fail(e, "mechlab does not read this kind of equality.")
+    for body, count in guests.items():
+        tree.restore(body, count)
+    return loops, relations
+
+
+def _plain(body: Body) -> Body:
+    """The body with a mass, so that the tree alone is sound for reading poses."""
+    from mechlab.mechanism.inertia import Inertia
+
+    return Body(body.name, body.parent, body.placement, body.joints, Inertia(1.0, (0.0, 0.0, 0.0), (1, 1, 1, 0, 0, 0)))
+
+
+def _loop(
+    source: Source, tree: Tree, reference: TreeKinematics, e: ET.Element, name: str, revolute: bool, guests: Counter[str]
+) -> Loop:
+    kind = "spherical" if e.tag == "connect" or e.get("torquescale") == "0" else "fixed"
+    site1, site2 = e.get("site1"), e.get("site2")
+    if source.ours and e.get("name") in tree.connectors:
+        _, kinds = tree.connectors[e.get("name", "")]
+        a, b = tree.sites[f"{e.get('name')}:a"], tree.sites[f"{e.get('name')}:b"]
+        guests[a[0] if site2 == f"{e.get('name')}:a" else b[0]] += 1
+        return Loop(name, CONNECTOR_KINDS[kinds], a[0], b[0], a[1], b[1])
+    if site1 is not None or site2 is not None:
+        for site in (site1, site2):
+            if site not in tree.sites:
+                raise fail(e, f"there is no site {site!r}.")
+        (a_body, a_at), (b_body, b_at) = tree.sites[site1 or ""], tree.sites[site2 or ""]
+        return Loop(name, "revolute" if revolute else kind, a_body, b_body, a_at, b_at)
+    one_body = tree.body_names.find(e.get("body1"), e)
+    two = tree.body_names.find(e.get("body2", "world"), e)
+    anchor = floats(e, "anchor", 3) or (0.0, 0.0, 0.0)
+    point = Placement((anchor[0], anchor[1], anchor[2]))
+    if e.tag == "connect":
+        a_at = tree.frame_of[one_body] @ point
+        return Loop(name, kind, one_body, two, a_at, _seen(reference, one_body, a_at, two))
+    b_at = tree.frame_of[two] @ point
+    relpose = floats(e, "relpose", 7)
+    if relpose is None or not any(relpose[3:]):
+        return Loop(name, kind, one_body, two, _seen(reference, two, b_at, one_body), b_at)
+    r = relpose
+    a_at = tree.frame_of[one_body] @ Placement((r[0], r[1], r[2]), (r[3], r[4], r[5], r[6]))
+    return Loop(name, kind, one_body, two, a_at, b_at)
+
+
+def _seen(reference: TreeKinematics, body: str, placement: Placement, other: str) -> Placement:
+    """A frame fixed in `body`, seen from the body `other`, in the reference pose."""
+    r, p = reference.pose(body)
+    ro, po = reference.pose(other)
+    return Placement.of(ro.T @ r @ placement.rotation, ro.T @ (p + r @ placement.translation - po))
+
+
+def _distance(
+    reference: TreeKinematics, name: str, a: tuple[str, Placement], b: tuple[str, Placement]
+) -> Loop:
+    far = _seen(reference, b[0], b[1], a[0]).translation - a[1].translation
+    ends = (Placement(a[1].position), Placement(b[1].position)) if a[1] == b[1] == IDENTITY else (a[1], b[1])
+    return Loop(name, "distance", a[0], b[0], *ends, length=float(np.linalg.norm(far)))
+
+
+def _no_offset(e: ET.Element) -> tuple[float, ...]:
+    """polycoef; raises when it is not linear or has an offset in the reference pose."""
+    poly = floats(e, "polycoef") or (0.0, 1.0)
+    if any(poly[2:]):
+        raise fail(e, "a nonlinear polycoef is not read.")
+    if poly[0] != 0.0:
+        raise fail(e, f"the offset {poly[0]:g} of polycoef means that the reference pose is not assembled.")
+    return poly
+
+
+def _relation(tree: Tree, tendons: Tendons, e: ET.Element) -> Coefficients:
+    poly = _no_offset(e)
+    ratio = poly[1] if len(poly) > 1 else 0.0
+    if e.tag == "joint":
+        first = ((tree.joint_names.find(e.get("joint1"), e), 1.0),)
+        other = () if e.get("joint2") is None else ((tree.joint_names.find(e.get("joint2"), e), 1.0),)
+    else:
+        first = tendons.terms(e.get("tendon1"), e)
+        other = () if e.get("tendon2") is None else tendons.terms(e.get("tendon2"), e)
+    total: dict[str, float] = {}
+    for name, c in first:
+        total[name] = total.get(name, 0.0) + c
+    for name, c in other:
+        total[name] = total.get(name, 0.0) - ratio * c
+    terms = tuple((n, exact(c)) for n, c in total.items() if c != 0.0)
+    if not terms or not all(math.isfinite(c) for c in total.values()):
+        raise MechlabError(f"{label(e)}: it couples nothing.")
+    return terms

@@ -1,0 +1,126 @@
+"""Tendons and actuators of an MJCF text: shafts, springs, drives."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mechlab.errors import unknown
+from mechlab.formats.fractions_of_floats import exact
+from mechlab.formats.mjcf_read_tree import Tree
+from mechlab.formats.mjcf_source import Names, Source, fail, floats, one, refuse
+from mechlab.formats.xml_text import label
+from mechlab.mechanism.model import Drive, Shaft, Spring
+
+
+@dataclass
+class Tendons:
+    """What the tendons of a text mean. Keys are MJCF names."""
+
+    fixed: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
+    shafts: dict[str, Shaft] = field(default_factory=dict)
+    springs: dict[str, Spring] = field(default_factory=dict)
+    distances: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+    def terms(self, name: str | None, element: ET.Element) -> tuple[tuple[str, float], ...]:
+        """(joint, coefficient) of a fixed tendon that `element` refers to."""
+        if name not in self.fixed:
+            raise unknown(f"{label(element)}: fixed tendon", name, self.fixed)
+        return self.fixed[name]
+
+
+def read_tendons(source: Source, tree: Tree) -> Tendons:
+    """All tendons. A fixed one that only an equality uses is a relation, any other is a shaft."""
+    out = Tendons()
+    held = {e.get(k) for e in source.items("equality") if e.tag == "tendon" for k in ("tendon1", "tendon2")}
+    driven = {e.get("tendon") for e in source.items("actuator")}
+    shaft_names = Names("shaft")
+    for joint in tree.joint_names.given.values():
+        shaft_names.add(joint)
+    for child in source.items("tendon"):
+        e = source.attributes(child)
+        refuse(e, "range", "springyield", "actuatorfrcrange")
+        name = child.get("name") or f"tendon_{len(out.fixed) + len(out.springs) + 1}"
+        if e.tag == "fixed":
+            out.fixed[name] = tuple((tree.joint_names.find(j.get("joint"), e), one(j, "coef")) for j in child)
+            passive = any(one(e, k) for k in ("damping", "armature", "frictionloss", "stiffness"))
+            if passive or name in driven or name not in held:
+                out.shafts[name] = _shaft(source, tree, e, shaft_names.add(name), out.fixed[name])
+        elif e.tag == "spatial":
+            _spatial(tree, e, child, name, out, name in held)
+        else:
+            raise fail(e, "mechlab does not read this kind of tendon.")
+    return out
+
+
+def _shaft(source: Source, tree: Tree, e: ET.Element, name: str, terms: tuple[tuple[str, float], ...]) -> Shaft:
+    start = sum(c * tree.ref[j] for j, c in terms)
+    user = floats(e, "user") or ()
+    zero = user[0] if source.ours and user else start
+    rest = floats(e, "springlength")
+    if rest is not None and len(set(rest)) > 1:
+        raise fail(e, "a spring with a dead band is not read.")
+    at = sum(c * tree.spring_at[j] for j, c in terms) if rest is None or rest[0] == -1.0 else rest[0]
+    stiffness = one(e, "stiffness")
+    coefficients = tuple((j, exact(c)) for j, c in terms)
+    return Shaft(
+        name, coefficients, zero, one(e, "armature"), one(e, "damping"), one(e, "frictionloss"), stiffness,
+        at - start + zero if stiffness else 0.0,
+    )  # fmt: skip
+
+
+def _spatial(tree: Tree, e: ET.Element, child: ET.Element, name: str, out: Tendons, held: bool) -> None:
+    refuse(e, "armature", "frictionloss")
+    sites = [s.get("site", "") for s in child]
+    if len(sites) != 2 or any(s.tag != "site" for s in child):
+        raise fail(e, "only spatial tendons between two sites are read.")
+    for site in sites:
+        if site not in tree.sites:
+            raise unknown(f"{label(e)}: site", site, tree.sites)
+    if held:
+        out.distances[name] = (sites[0], sites[1])
+    stiffness, damping = one(e, "stiffness"), one(e, "damping")
+    if not (stiffness or damping):
+        return
+    rest = floats(e, "springlength")
+    if rest is None or rest[0] == -1.0 or len(set(rest)) > 1:
+        raise fail(e, "a spring needs one springlength.")
+    (body_a, at_a), (body_b, at_b) = tree.sites[sites[0]], tree.sites[sites[1]]
+    out.springs[name] = Spring(name, body_a, body_b, at_a.position, at_b.position, stiffness, damping, rest[0])
+
+
+def read_drives(source: Source, tree: Tree, tendons: Tendons) -> tuple[Drive, ...]:
+    """Motors, position and velocity servos on joints and fixed tendons."""
+    clamped = not any(f.get("clampctrl") == "disable" for o in source.section("option") for f in o.findall("flag"))
+    names = Names("actuator")
+    out = []
+    for child in source.items("actuator"):
+        e = source.attributes(child)
+        if e.tag not in ("motor", "position", "velocity"):
+            raise fail(e, "only motors, position and velocity servos are read.")
+        refuse(e, "armature", "dampratio", "timeconst", "delay")
+        on = _target(tree, tendons, e)
+        gear = np.array(floats(e, "gear") or (1.0,))
+        if np.any(gear[1:]) or gear[0] <= 0.0:
+            raise fail(e, "only a positive scalar gear is read.")
+        g = float(gear[0])
+        stiffness = one(e, "kp", 1.0) * g * g if e.tag == "position" else 0.0
+        speed = one(e, "kv", 1.0 if e.tag == "velocity" else 0.0) * g * g
+        limits = floats(e, "forcerange", 2)
+        if limits is None and clamped and e.tag == "motor":
+            limits = floats(e, "ctrlrange", 2)
+        if limits is not None and limits[0] != -limits[1]:
+            raise fail(e, f"the force range {limits} is not symmetric, which a Drive has no place for.")
+        limit = None if limits is None else limits[1] * g
+        out.append(Drive(names.add(child.get("name"), on), on, stiffness, speed + one(e, "damping") * g * g, limit))
+    return tuple(out)
+
+
+def _target(tree: Tree, tendons: Tendons, e: ET.Element) -> str:
+    if e.get("joint") is not None:
+        return tree.joint_names.find(e.get("joint"), e)
+    if e.get("tendon") in tendons.shafts:
+        return tendons.shafts[e.get("tendon", "")].name
+    raise fail(e, "it must act on a joint or on a fixed tendon.")

@@ -1,0 +1,208 @@
+"""Bodies, joints and sites of an MJCF text."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from mechlab.formats.mjcf_loops import scaled
+from mechlab.formats.mjcf_names import BASE
+from mechlab.formats.mjcf_read_geoms import geom_inertia, geom_shape
+from mechlab.formats.mjcf_source import Names, Source, fail, floats, one, refuse
+from mechlab.mechanism.builder import floating
+from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
+from mechlab.mechanism.inertia import Inertia
+from mechlab.mechanism.model import GROUND, Body, Joint
+from mechlab.mechanism.shape import Shape
+
+KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical"}
+SKIPPED = ("light", "camera", "geom", "site", "inertial", "joint", "freejoint", "body")
+
+
+@dataclass
+class Tree:
+    """What was read of the tree: bodies depth-first, sites, connector bodies, the reference angle of each joint."""
+
+    bodies: list[Body] = field(default_factory=list)
+    ground_shapes: list[Shape] = field(default_factory=list)
+    sites: dict[str, tuple[str, Placement]] = field(default_factory=dict)
+    connectors: dict[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)
+    ref: dict[str, float] = field(default_factory=dict)
+    spring_at: dict[str, float] = field(default_factory=dict)
+    body_names: Names = field(default_factory=lambda: Names("body"))
+    joint_names: Names = field(default_factory=lambda: Names("joint"))
+    frame_of: dict[str, Placement] = field(default_factory=dict)
+    """MJCF body frame in the frame of the body of the Mechanism, which stands at its joints."""
+
+    def restore(self, body: str, connectors: int) -> None:
+        """Give a body back the shares of its connectors."""
+        k = next(i for i, b in enumerate(self.bodies) if b.name == body)
+        self.bodies[k] = replace(self.bodies[k], inertia=scaled(self.bodies[k].inertia, 1.0 + connectors))
+
+
+@dataclass(frozen=True)
+class _Joint:
+    joint: tuple[Joint, ...]
+    pos: Vector
+
+
+def read_tree(source: Source) -> Tree:
+    """The bodies of the text. The one fixed body `base` at the origin is the ground."""
+    tree = Tree()
+    tree.body_names.given["world"] = GROUND
+    tree.frame_of[GROUND] = IDENTITY
+    for world in source.section("worldbody"):
+        _content(source, tree, world, GROUND, IDENTITY, None)
+    return tree
+
+
+def _content(
+    source: Source, tree: Tree, element: ET.Element, name: str, inner: Placement, childclass: str | None
+) -> tuple[Inertia, list[Shape]]:
+    """Geoms, sites and child bodies of an element; `inner` is its frame in the frame of body `name`."""
+    inertia, shapes = Inertia(), []
+    for child in element:
+        if child.tag not in SKIPPED:
+            raise fail(child, "mechlab does not read this element; flatten the model (save it from MuJoCo) first.")
+        if child.tag == "geom":
+            geom = source.attributes(child, childclass)
+            found = geom_shape(source, geom)
+            if found is not None:
+                shapes.append(replace(found, placement=inner @ found.placement))
+            if name != GROUND and element.find("inertial") is None and source.inertia_from_geoms != "false":
+                inertia += geom_inertia(source, geom).at(inner.position, inner.rotation)
+        elif child.tag == "site" and child.get("name"):
+            site = source.attributes(child, childclass)
+            tree.sites[child.get("name", "")] = (name, inner @ source.placement(site))
+        elif child.tag == "body":
+            _body(source, tree, child, name, inner, childclass, ())
+    if name == GROUND:
+        tree.ground_shapes += shapes
+    return inertia, shapes
+
+
+def _is_base(element: ET.Element, parent: str, placement: Placement) -> bool:
+    own = {"name": BASE}
+    fixed = all(element.find(t) is None for t in ("joint", "freejoint", "inertial"))
+    return parent == GROUND and element.attrib == own and fixed and placement == IDENTITY
+
+
+def _body(
+    source: Source, tree: Tree, element: ET.Element, parent: str, outer: Placement, childclass: str | None,
+    before: tuple[_Joint, ...],
+) -> None:  # fmt: skip
+    refuse(element, "gravcomp", "mocap")
+    childclass = element.get("childclass") or childclass
+    placement = outer @ source.placement(element)
+    given = element.get("name") or ""
+    if _is_base(element, parent, placement):
+        tree.body_names.given[BASE] = GROUND
+        _content(source, tree, element, GROUND, IDENTITY, childclass)
+        return
+    if source.ours and given.endswith(":connector"):
+        kinds = tuple(KINDS[j.get("type", "hinge")] for j in element.findall("joint"))
+        tree.connectors[given.removesuffix(":connector")] = (parent, kinds)
+        return
+    joints = (*before, *_joints(source, tree, element, childclass, given))
+    if source.ours and ":stage" in given:
+        child = element.find("body")
+        if child is None:
+            raise fail(element, "a stage of a body must carry it.")
+        _body(source, tree, child, parent, placement, childclass, joints)
+        return
+    name = tree.body_names.add(given.removesuffix(":body") or None)
+    tree.body_names.given[given] = name
+    parent, placement, inner, own = _anchored(tree, name, parent, placement, joints)
+    tree.frame_of[name] = inner
+    slot = len(tree.bodies)
+    tree.bodies.append(Body(name, parent, placement, own))
+    inertia, shapes = _content(source, tree, element, name, inner, childclass)
+    written = element.find("inertial")
+    if written is not None and source.inertia_from_geoms != "true":
+        inertia = _inertial(source, written).at(inner.position, inner.rotation) if inner != IDENTITY else _inertial(
+            source, written
+        )  # fmt: skip
+    tree.bodies[slot] = replace(tree.bodies[slot], inertia=inertia, shapes=tuple(shapes))
+
+
+def _anchored(
+    tree: Tree, name: str, parent: str, placement: Placement, joints: tuple[_Joint, ...]
+) -> tuple[str, Placement, Placement, tuple[Joint, ...]]:
+    """Joints that act away from the body origin: the frame of the body moves there, with bodies in between if they differ."""
+    groups: list[tuple[Vector, list[Joint]]] = []
+    for item in joints:
+        slides = all(j.kind == "prismatic" for j in item.joint)
+        if groups and (slides or item.pos == groups[-1][0]):
+            groups[-1][1].extend(item.joint)
+        else:
+            groups.append(((0.0, 0.0, 0.0) if slides else item.pos, list(item.joint)))
+    if len(groups) > 1 and all(j.kind == "prismatic" for j in groups[0][1]):
+        groups[1] = (groups[1][0], groups[0][1] + groups[1][1])
+        groups = groups[1:]
+    at: Vector = (0.0, 0.0, 0.0)
+    for k, (pos, group) in enumerate(groups):
+        step = Placement((pos[0] - at[0], pos[1] - at[1], pos[2] - at[2]))
+        placement, at = placement @ step, pos
+        if k < len(groups) - 1:
+            between = tree.body_names.add(f"{name}.{k + 1}")
+            tree.bodies.append(Body(between, parent, placement, tuple(group)))
+            parent, placement = between, IDENTITY
+    inner = IDENTITY if not any(at) else Placement((-at[0], -at[1], -at[2]))
+    return parent, placement, inner, tuple(groups[-1][1]) if groups else ()
+
+
+def _joints(source: Source, tree: Tree, element: ET.Element, childclass: str | None, body: str) -> list[_Joint]:
+    out = []
+    for child in element:
+        if child.tag == "freejoint" or (child.tag == "joint" and child.get("type") == "free"):
+            name = tree.joint_names.add(child.get("name"), f"{body or 'body'}_free")
+            out.append(_Joint(floating(name), (0.0, 0.0, 0.0)))
+        elif child.tag == "joint":
+            out.append(_joint(source, tree, source.attributes(child, childclass)))
+    return out
+
+
+def _joint(source: Source, tree: Tree, e: ET.Element) -> _Joint:
+    refuse(e, "springdamper", "actuatorfrcrange", "actuatorgravcomp")
+    kind = e.get("type", "hinge")
+    if kind not in KINDS:
+        raise fail(e, f"unknown joint type {kind!r}.")
+    name = tree.joint_names.add(e.get("name"))
+    angle = source.angle if kind == "hinge" else 1.0
+    ref = one(e, "ref") * angle
+    user = floats(e, "user") or ()
+    zero = user[0] if source.ours and user else ref
+    pos = floats(e, "pos", 3) or (0.0, 0.0, 0.0)
+    axis = floats(e, "axis", 3) or (0.0, 0.0, 1.0)
+    spring_at = one(e, "springref") * angle
+    limits = floats(e, "range", 2)
+    if e.get("limited", "auto") == "false" or (e.get("limited", "auto") == "auto" and not source.autolimits):
+        limits = None
+    if limits is not None and kind == "ball":
+        raise fail(e, "the range of a ball joint is not read.")
+    shift = zero - ref
+    tree.ref[name], tree.spring_at[name] = ref, spring_at
+    joint = Joint(
+        name, KINDS[kind], (0.0, 0.0, 1.0) if kind == "ball" else unit(axis, f"joint {name!r}: axis"), zero,
+        None if limits is None else (limits[0] * angle + shift, limits[1] * angle + shift),
+        one(e, "damping"), one(e, "armature"), one(e, "frictionloss"), one(e, "stiffness"),
+        spring_at + shift if one(e, "stiffness") and kind != "ball" else 0.0,
+    )  # fmt: skip
+    return _Joint((joint,), (pos[0], pos[1], pos[2]))
+
+
+def _inertial(source: Source, e: ET.Element) -> Inertia:
+    placement = source.placement(e)
+    mass = one(e, "mass")
+    full = floats(e, "fullinertia", 6)
+    if full is not None:
+        return Inertia(mass, placement.position, (full[0], full[1], full[2], full[3], full[4], full[5]))
+    principal = np.diag(floats(e, "diaginertia", 3) or (0.0, 0.0, 0.0))
+    if source.ours and mass <= 2e-15:
+        return Inertia()
+    if placement.quaternion != IDENTITY.quaternion:
+        principal = placement.rotation @ principal @ placement.rotation.T
+    t = principal
+    return Inertia(mass, placement.position, (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2]))

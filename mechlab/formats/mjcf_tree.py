@@ -1,0 +1,152 @@
+"""The tree of bodies in MJCF: joints, inertias, geoms for the eye, sites."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+
+import numpy as np
+
+from mechlab.experiment.settings import Settings
+from mechlab.formats import mjcf_names as names
+from mechlab.formats.mjcf_loops import Connector, own_share
+from mechlab.formats.xml_text import add, pose
+from mechlab.mechanism.geometry import IDENTITY, Placement
+from mechlab.mechanism.inertia import Inertia
+from mechlab.mechanism.model import GROUND, Joint, Mechanism
+from mechlab.mechanism.shape import Shape
+
+JOINT_TYPES = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
+FLOOR = 2e-15
+"""Mass [kg] and moment [kg m2] of a moving body that has none: just above what MuJoCo refuses."""
+SMALLEST_MOMENT = 2e-14
+"""Smallest principal moment [kg m2] of a full tensor: just above what MuJoCo's diagonalisation refuses."""
+NUDGE = 4e-14
+"""Relative isotropic addition to a tensor on the edge of what is possible (rods, plates), so that rounding in MuJoCo's
+diagonalisation cannot break the triangle inequality."""
+
+MeshFiles = Mapping[Shape, str]
+
+
+def write_tree(
+    root: ET.Element,
+    m: Mechanism,
+    s: Settings,
+    plan: tuple[Connector, ...],
+    sites: Mapping[str, list[tuple[str, Placement]]],
+    meshes: Mapping[str, str],
+    mesh_files: MeshFiles,
+    size: float,
+) -> None:
+    """The <worldbody> with one fixed body `base` around everything. `meshes`: file -> name of its mesh asset."""
+    world = add(root, "worldbody")
+    elements = {GROUND: add(world, "body", name=names.BASE)}
+    for item in m.ground_shapes:
+        _geom(elements[GROUND], item, meshes, mesh_files)
+    for body in m.bodies:
+        stages = joint_stages(body.joints)
+        element, placement = elements[body.parent], body.placement
+        for k, joints in enumerate(stages):
+            last = k == len(stages) - 1
+            name = names.body_name(body.name) if last else names.stage_name(body.name, k + 1)
+            element = add(element, "body", name=name, **pose(placement))
+            placement = IDENTITY
+            for joint in joints:
+                _joint(element, joint, s)
+            if not last:
+                _inertial(element, Inertia(), True)
+        elements[body.name] = element
+        _inertial(element, own_share(m, plan, body.name), bool(body.joints))
+        for item in body.shapes:
+            _geom(element, item, meshes, mesh_files)
+    for shaft in m.shafts:
+        for item in shaft.shapes:
+            _geom(elements[shaft.body], item, meshes, mesh_files, shaft.placement)
+    for c in plan:
+        element = add(elements[c.host], "body", name=names.connector_name(c.loop.name), **pose(c.placement))
+        for k, (kind, axis) in enumerate(c.joints):
+            add(element, "joint", name=names.connector_joint(c.loop.name, k + 1), type=kind, axis=axis)
+        _inertial(element, c.inertia, True)
+        elements[names.connector_name(c.loop.name)] = element
+    by_mjcf_name = {e.get("name"): e for e in elements.values()}
+    for frame in m.frames:
+        element = elements[frame.body]
+        add(element, "site", name=frame.name, class_="frame", size=(0.02 * size,), **pose(frame.placement))
+    for body_name, items in sites.items():
+        for name, placement in items:
+            add(by_mjcf_name[body_name], "site", name=name, class_="end", size=(0.02 * size,), **pose(placement))
+
+
+def joint_stages(joints: tuple[Joint, ...]) -> list[tuple[Joint, ...]]:
+    """The joints of one body as MuJoCo allows them in one: no turn after a ball joint, at most 6 rates.
+
+    All but the last group go to bodies of their own, which have a mass of FLOOR.
+    """
+    out: list[list[Joint]] = [[]]
+    for joint in joints:
+        rates = sum(j.nv for j in out[-1]) + joint.nv
+        balls = any(j.kind == "spherical" for j in out[-1])
+        if rates > 6 or (balls and joint.kind != "prismatic"):
+            out.append([])
+        out[-1].append(joint)
+    return [tuple(group) for group in out]
+
+
+def _joint(element: ET.Element, joint: Joint, s: Settings) -> None:
+    """A joint whose qpos is the coordinate of the Mechanism; the physical value is user[0] + qpos."""
+    attributes: dict[str, object] = {"name": joint.name, "type": JOINT_TYPES[joint.kind]}
+    if joint.kind != "spherical":
+        attributes["axis"] = joint.axis
+    if joint.range is not None:
+        attributes["range"] = (joint.range[0] - joint.zero, joint.range[1] - joint.zero)
+        attributes |= {"solreflimit": s.solref, "solimplimit": s.solimp}
+    for key, value in (("damping", joint.damping), ("armature", joint.armature), ("stiffness", joint.stiffness)):
+        if value:
+            attributes[key] = value
+    if joint.stiffness and joint.kind != "spherical" and joint.spring_rest != joint.zero:
+        attributes["springref"] = joint.spring_rest - joint.zero
+    if joint.friction:
+        attributes |= {"frictionloss": joint.friction, "solreffriction": s.solref, "solimpfriction": s.solimp}
+    if joint.zero:
+        attributes["user"] = joint.zero
+    add(element, "joint", **attributes)
+
+
+def _inertial(element: ET.Element, inertia: Inertia, moves: bool) -> None:
+    """MuJoCo's order of fullinertia is xx yy zz xy xz yz, as ours."""
+    if inertia.mass == 0.0 and not moves:
+        return
+    if inertia.mass < FLOOR:
+        add(element, "inertial", pos=inertia.com, mass=FLOOR, diaginertia=(FLOOR, FLOOR, FLOOR))
+    else:
+        add(element, "inertial", pos=inertia.com, mass=inertia.mass, fullinertia=safe_tensor(inertia))
+
+
+def safe_tensor(inertia: Inertia) -> tuple[float, ...]:
+    """The tensor (xx, yy, zz, xy, xz, yz), lifted by SMALLEST_MOMENT and NUDGE where MuJoCo would refuse it."""
+    xx, yy, zz, xy, xz, yz = inertia.tensor
+    a, b, c = np.linalg.eigvalsh(inertia.matrix())
+    nudge = NUDGE * (xx + yy + zz)
+    lift = nudge if a + b < c * (1.0 + NUDGE) or a < nudge else 0.0
+    if a < SMALLEST_MOMENT + nudge:
+        lift += SMALLEST_MOMENT
+    return (xx + lift, yy + lift, zz + lift, xy, xz, yz)
+
+
+def _geom(
+    element: ET.Element, item: Shape, meshes: Mapping[str, str], mesh_files: MeshFiles, inside: Placement | None = None
+) -> None:
+    placement = item.placement if inside is None else inside @ item.placement
+    p = item.parameters
+    attributes: dict[str, object]
+    if item in mesh_files:
+        attributes = {"type": "mesh", "mesh": meshes[mesh_files[item]]}
+    elif item.kind == "box":
+        attributes = {"type": "box", "size": (p["x"] / 2.0, p["y"] / 2.0, p["z"] / 2.0)}
+    elif item.kind == "cylinder":
+        attributes = {"type": "cylinder", "size": (p["radius"], p["length"] / 2.0)}
+    elif item.kind == "sphere":
+        attributes = {"type": "sphere", "size": (p["radius"],)}
+    else:
+        return
+    add(element, "geom", class_="looks", **attributes, **pose(placement), rgba=item.color)

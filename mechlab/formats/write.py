@@ -1,0 +1,139 @@
+"""The files of a mechanism in a folder: NAME.xml, scene.xml, NAME.urdf, NAME.json and the meshes. All of them or none.
+
+Everything is written into a temporary folder beside the target and read back there; only then it is moved into place. Other
+files of the folder stay as they are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import tempfile
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.settings import Settings
+from mechlab.formats.mechanism_json import from_json, to_json
+from mechlab.formats.mjcf import to_mjcf
+from mechlab.formats.mjcf_scene import scene_mjcf
+from mechlab.formats.urdf import to_urdf, urdf_map
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.shape import Shape
+
+MESHES = "meshes"
+PRIMITIVES = ("box", "sphere")
+"""Kinds that MJCF and URDF draw themselves; a cylinder too, unless it has a chamfer."""
+
+Verify = Callable[[Path, Mechanism], None]
+
+
+def write_files(
+    m: Mechanism, out_dir: str | Path, settings: Settings | None = None, verify: Verify | None = None
+) -> dict[str, Path]:
+    """Write the files of a mechanism into `out_dir`, which is made if it does not exist; returns label -> path.
+
+    Labels: "mjcf", "scene", "urdf", "json", and "meshes/FILE" for each mesh. `verify(folder, mechanism)` may reload the files
+    by their consumers and raise before anything is moved into place. Raises MechlabError when the folder cannot be written.
+    """
+    out = Path(out_dir)
+    with _staging(out) as stage:
+        names = _write(m, stage, settings)
+        check_texts(stage, m)
+        if verify is not None:
+            verify(stage, m)
+        _publish(stage, out, names)
+    return {label: out / name for label, name in names.items()}
+
+
+def _write(m: Mechanism, folder: Path, settings: Settings | None) -> dict[str, str]:
+    meshes = write_meshes(m, folder)
+    texts = {
+        f"{m.name}.xml": to_mjcf(m, settings, mesh_files=meshes),
+        "scene.xml": scene_mjcf(m),
+        f"{m.name}.urdf": to_urdf(m, meshes),
+        f"{m.name}.json": to_json(m, {"urdf": urdf_map(m).to_dict(m)}),
+    }
+    if len(texts) < 4:
+        raise MechlabError(f"a mechanism cannot be called {m.name!r}: scene.xml is the name of another file.")
+    for name, content in texts.items():
+        (folder / name).write_bytes(content.encode("utf-8"))
+    labels = dict(zip(("mjcf", "scene", "urdf", "json"), texts, strict=True))
+    return labels | {f: f for f in sorted(set(meshes.values()))}
+
+
+def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
+    """Write one OBJ for each different solid of the mechanism that is no primitive; returns shape -> file in `folder`."""
+    from mechlab.shapes import mesh, write_obj
+
+    shapes = [s for b in m.bodies for s in b.shapes] + list(m.ground_shapes) + [s for x in m.shafts for s in x.shapes]
+    wanted = [s for s in shapes if not _primitive(s)]
+    if wanted:
+        (folder / MESHES).mkdir(exist_ok=True)
+    files: dict[Shape, str] = {}
+    for item in wanted:
+        key = hashlib.sha256(repr((item.kind, item.size)).encode()).hexdigest()[:8]
+        file = f"{MESHES}/{item.kind}_{key}.obj"
+        files[item] = file
+        if not (folder / file).exists():
+            write_obj(mesh(item.kind, item.parameters), folder / file)
+    return files
+
+
+def _primitive(item: Shape) -> bool:
+    return item.kind in PRIMITIVES or (item.kind == "cylinder" and not item.parameters.get("chamfer"))
+
+
+def check_texts(folder: Path, m: Mechanism) -> None:
+    """Read the written texts back: the XML parses, the files it names exist, the JSON is the same mechanism."""
+    for name in (f"{m.name}.xml", "scene.xml", f"{m.name}.urdf"):
+        root = ET.fromstring((folder / name).read_text("utf-8"))
+        for element in root.iter():
+            file = element.get("file") or element.get("filename")
+            if file is not None and not (folder / file).is_file():
+                raise MechlabError(f"{name} names the file {file!r}, which was not written.")
+    if from_json((folder / f"{m.name}.json").read_text("utf-8")) != m:
+        raise MechlabError(f"{m.name}.json does not read back as the same mechanism; please report this.")
+
+
+@contextmanager
+def _staging(out: Path) -> Iterator[Path]:
+    """A temporary folder beside `out`, removed in the end."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        if out.exists() and not out.is_dir():
+            raise MechlabError(f"cannot write to {out}: it is a file, expected a folder.")
+        if out.is_dir() and not os.access(out, os.W_OK | os.X_OK):
+            raise MechlabError(f"cannot write to {out}: permission denied. Choose another folder.")
+        stage = Path(tempfile.mkdtemp(prefix=f".{out.name}.", suffix=".part", dir=out.parent))
+    except OSError as error:
+        raise MechlabError(f"cannot write to {out}: {error.strerror or error}. Choose another folder.") from None
+    try:
+        yield stage
+    except OSError as error:
+        raise MechlabError(f"cannot write to {out}: {error.strerror or error}.") from None
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
+
+
+def _publish(stage: Path, out: Path, names: dict[str, str]) -> None:
+    """Move the files into place; if one move fails, those already there are taken back as far as possible."""
+    out.mkdir(exist_ok=True)
+    moved: list[tuple[Path, bytes | None]] = []
+    try:
+        for name in names.values():
+            target = out / name
+            target.parent.mkdir(exist_ok=True)
+            before = target.read_bytes() if target.is_file() else None
+            os.replace(stage / name, target)
+            moved.append((target, before))
+    except OSError:
+        for target, before in reversed(moved):
+            if before is None:
+                target.unlink(missing_ok=True)
+            else:
+                target.write_bytes(before)
+        raise

@@ -1,0 +1,10 @@
+"""Methods as data: Butcher tableaux, one loop that runs them all; step-size control. Functions of (t, state) only."""
+
+from mechlab.integrate.adaptive import ADAPTIVE, Outcome, Trajectory, integrate_adaptive
+from mechlab.integrate.fixed import Stopped, integrate_fixed, step
+from mechlab.integrate.tableau import EULER, HEUN, RK4, RK38, TABLEAUX, Tableau
+
+__all__ = [
+    "ADAPTIVE", "EULER", "HEUN", "RK4", "RK38", "TABLEAUX", "Outcome", "Stopped", "Tableau", "Trajectory",
+    "integrate_adaptive", "integrate_fixed", "step",
+]  # fmt: skip

@@ -1,0 +1,128 @@
+"""Integration with step-size control: scipy's DOP853 (Hairer & Wanner) and Radau, with dense output and a clear end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechlab.errors import MechlabError, unknown
+
+Array = NDArray[np.float64]
+ADAPTIVE = ("DOP853", "Radau")
+
+
+class Outcome(Enum):
+    """How an integration ended, as a sentence."""
+
+    COMPLETE = "complete"
+    STEP_TOO_SMALL = (
+        "the step size fell below rounding: a singularity, an impact or a stiff problem; try Radau or stop before it"
+    )
+    NOT_FINITE = "the right-hand side is not finite"
+    TOO_MANY = "the largest number of evaluations was reached; try a larger tolerance, or Radau for a stiff problem"
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """An integration: times (n,) and states (n, m) of the accepted steps, evaluations, outcome, and `at(t)` in
+    between."""
+
+    t: Array
+    y: Array
+    evaluations: int
+    outcome: Outcome
+    dense: Callable[[ArrayLike], Array]
+
+    @property
+    def complete(self) -> bool:
+        """True when the end time was reached."""
+        return self.outcome is Outcome.COMPLETE
+
+    @property
+    def last_step(self) -> float:
+        """Size of the last step before the final one, a good first step for a continuation; 0 when unknown."""
+        steps = np.abs(np.diff(self.t))
+        return float(np.max(steps[-2:])) if len(steps) else 0.0
+
+    def at(self, t: ArrayLike) -> Array:
+        """(..., m) state at times t (...,) by dense output; raises MechlabError for a time that was not reached."""
+        times = np.asarray(t, dtype=float)
+        low, high = min(self.t[0], self.t[-1]), max(self.t[0], self.t[-1])
+        room = 1e-12 * max(abs(low), abs(high), 1e-300)
+        if not np.all((times >= low - room) & (times <= high + room)):
+            raise MechlabError(f"time {t!r} lies outside the integration ({low:g} to {high:g}; {self.outcome.value}).")
+        return np.moveaxis(self.dense(times), 0, -1)
+
+
+class _Stop(Exception):
+    def __init__(self, outcome: Outcome) -> None:
+        self.outcome = outcome
+
+
+def integrate_adaptive(
+    f: Callable[[float, Array], Array],
+    t0: float,
+    y0: ArrayLike,
+    t1: float,
+    *,
+    method: str = "DOP853",
+    rtol: float = 1e-9,
+    atol: float | ArrayLike = 1e-12,
+    first_step: float | None = None,
+    max_step: float = np.inf,
+    most_evaluations: int = 10_000_000,
+) -> Trajectory:
+    """dy/dt = f(t, y) from y0 (m,) at t0 to t1 (either direction). Never returns a state that is not finite: an
+    integration that cannot go on ends with an `outcome` and the steps done so far. An exception raised by f reaches
+    the caller.
+
+    Raises MechlabError for an unknown method, or times that are not finite and apart.
+    """
+    from scipy.integrate import DOP853, OdeSolution, Radau
+
+    if method not in ADAPTIVE:
+        raise unknown("method", method, ADAPTIVE)
+    if not (np.isfinite(t0) and np.isfinite(t1) and t0 != t1):
+        raise MechlabError(f"times: expected two different finite numbers, got {t0!r} and {t1!r}.")
+    count = 0
+
+    def checked(t: float, y: Array) -> Array:
+        nonlocal count
+        count += 1
+        if count > most_evaluations:
+            raise _Stop(Outcome.TOO_MANY)
+        dy = np.asarray(f(t, y), dtype=float)
+        if not np.all(np.isfinite(dy)):
+            raise _Stop(Outcome.NOT_FINITE)
+        return dy
+
+    start = np.array(y0, dtype=float)
+    times, states, pieces = [float(t0)], [start], []
+    outcome = Outcome.COMPLETE
+    try:
+        first = None if not first_step else min(first_step, abs(t1 - t0), max_step)
+        kind = DOP853 if method == "DOP853" else Radau
+        solver = kind(checked, t0, start, t1, rtol=rtol, atol=atol, first_step=first, max_step=max_step)
+        while solver.status == "running":
+            solver.step()
+            if solver.status == "failed":
+                outcome = Outcome.STEP_TOO_SMALL
+                break
+            pieces.append(solver.dense_output())
+            times.append(float(solver.t))
+            states.append(solver.y.copy())
+    except _Stop as stop:
+        outcome = stop.outcome
+    if pieces:
+        dense: Callable[[ArrayLike], Array] = OdeSolution(times, pieces)
+    else:
+        dense = _constant(start)
+    return Trajectory(np.array(times), np.array(states), count, outcome, dense)
+
+
+def _constant(y: Array) -> Callable[[ArrayLike], Array]:
+    return lambda t: np.multiply.outer(y, np.ones(np.shape(t)))

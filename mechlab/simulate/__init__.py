@@ -1,0 +1,8 @@
+"""MuJoCo: Mechanism + Scene + Settings -> Recording, and its own answers to questions by Newton on its kinematics."""
+
+from mechlab.simulate.model import MujocoMap, to_mujoco
+from mechlab.simulate.plant import MujocoPlant
+from mechlab.simulate.runner import run
+from mechlab.simulate.solve_newton import accelerations, assemble, frame_motion, rates
+
+__all__ = ["MujocoMap", "MujocoPlant", "accelerations", "assemble", "frame_motion", "rates", "run", "to_mujoco"]

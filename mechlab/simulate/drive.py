@@ -1,0 +1,61 @@
+"""The laws of a scene, acting on a MuJoCo run inside the engine's control callback."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from mechlab.experiment.laws import Law, applied_force
+from mechlab.mechanism.model import Mechanism
+from mechlab.simulate.plant import MujocoPlant
+
+_RK4 = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
+
+
+class Driver:
+    """Applies the laws at every evaluation of the equations of motion, and integrates their work.
+
+    `forces`: joint or shaft -> force of all laws on it, at the last evaluation. `work` [J] is integrated with the
+    weights of the method: the four stages of RK4, or the trapezoidal rule for the methods of one evaluation a step.
+    """
+
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant) -> None:
+        self.mechanism, self.laws, self.plant = mechanism, laws, plant
+        self.targets = tuple(dict.fromkeys(name for law in laws for name in law.targets()))
+        self.forces: dict[str, float] = dict.fromkeys(self.targets, 0.0)
+        self.work = 0.0
+        self.evaluations = 0
+        self._rk4 = bool(plant.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4)
+        self._stage = 0
+        self._last: tuple[float, float] | None = None
+        self.sampling = False
+
+    def __call__(self) -> None:
+        """One evaluation: the engine's state is current, its forces are not computed yet."""
+        plant = self.plant
+        total, forces = applied_force(self.mechanism, self.laws, plant.t, plant)
+        plant.data.qfrc_applied[plant.map.dof] = total
+        self.forces = forces
+        self.evaluations += 1
+        power = sum(f * plant.rate(name) for name, f in forces.items())
+        if self._rk4:
+            if not self.sampling:
+                self.work += _RK4[self._stage] * float(plant.model.opt.timestep) * power
+                self._stage = (self._stage + 1) % 4
+            return
+        if self._last is not None:
+            self.work += 0.5 * (plant.t - self._last[0]) * (power + self._last[1])
+        self._last = (plant.t, power)
+
+    def now(self) -> list[float]:
+        """Forces in the order of `targets`."""
+        return [self.forces.get(name, 0.0) for name in self.targets]
+
+
+def passive(model: mujoco.MjModel) -> None:
+    """Take the actuators of the file out of a model: their groups are disabled, and their damping, which MuJoCo applies
+    also in disabled groups, is set to zero. The control callback still runs."""
+    for group in np.unique(model.actuator_group):
+        model.opt.disableactuator |= 1 << int(group)
+    model.actuator_damping[:] = 0.0
+    model.actuator_dampingpoly[:] = 0.0

@@ -1,0 +1,127 @@
+"""Constrained dynamics on Pinocchio: mass matrix, bias, constraint rows of a state, and the accelerations that
+follow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from mechlab.errors import Untrustworthy
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.solve.constraints import PinConstraints
+from mechlab.solve.kinematics import PinKinematics
+from mechlab.solve.kkt import Factors, dense, factor
+from mechlab.solve.model import PinModel
+from mechlab.solve.passive import Passive
+
+
+class PinPlant:
+    """A Mechanism at one state (t, q, v); implements `mechlab.experiment.laws.Plant`. `set(q, v, t)` first; then ask.
+
+    Everything is computed when it is first asked for, and kept until the next `set`.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism | PinModel, q: ArrayLike | None = None, v: ArrayLike | None = None, t: float = 0.0
+    ) -> None:
+        self.kin = PinKinematics(mechanism)
+        self.mechanism = self.kin.mechanism
+        self.constraints = PinConstraints(self.kin)
+        self.passive = Passive(self.mechanism)
+        self._zeros = {n: self.mechanism.zero(n) for n in self.mechanism.scalar_names}
+        self.evaluations = 0
+        self.set(self.mechanism.reference() if q is None else q, v, t)
+
+    def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> PinPlant:
+        """Move to coordinates q (nq,), rates v (nv,) (default zero), time t [s]."""
+        self.kin.set(q, v)
+        self.q, self.v, self.t = self.kin.q, self.kin.v, float(t)
+        self._mass: Array | None = None
+        self._bias: Array | None = None
+        self._rows: tuple[Array, Array, Array] | None = None
+        self._row_bias: Array | None = None
+        self._factors: Factors | None = None
+        return self
+
+    def value(self, name: str) -> float:
+        """Physical value of a joint or shaft [rad or m]."""
+        row = self.mechanism.row(name)
+        return self._zeros[name] + float(row @ self.q[self.passive.columns])
+
+    def rate(self, name: str) -> float:
+        """Rate of a joint or shaft."""
+        return float(self.mechanism.row(name) @ self.v)
+
+    def mass_matrix(self) -> Array:
+        """(nv, nv): Pinocchio's composite rigid body algorithm with armatures, and J c c^T of every shaft."""
+        if self._mass is None:
+            pin.crba(self.kin.model, self.kin.data, self.kin.q_pin)
+            upper = np.triu(self.kin.data.M)
+            mass = upper + np.triu(upper, 1).T
+            self._mass = mass + self.passive.inertia if self.passive.has_shaft_inertia else mass
+        return self._mass
+
+    def bias(self) -> Array:
+        """(nv,) h of M a + h = applied + J^T r: Coriolis, centrifugal, gravity, damping, stiffness, springs.
+
+        Dry friction is not in it: it has no value at rest. The runner adds it smoothed and says so.
+        """
+        if self._bias is None:
+            nle = pin.nonLinearEffects(self.kin.model, self.kin.data, self.kin.q_pin, self.v)
+            self._bias = nle + self.passive.force(self.kin, self.v)
+        return self._bias
+
+    def _evaluate(self) -> tuple[Array, Array, Array]:
+        if self._rows is None:
+            self._rows = self.constraints.evaluate()
+        return self._rows
+
+    def residual(self) -> Array:
+        """(rows,) constraint residual."""
+        return self._evaluate()[0]
+
+    def jacobian(self) -> Array:
+        """(rows, nv) constraint Jacobian."""
+        return self._evaluate()[1]
+
+    def constraint_bias(self) -> Array:
+        """(rows,) dJ/dt v."""
+        if self._row_bias is None:
+            self._row_bias = self.constraints.bias()
+        return self._row_bias
+
+    def lines(self) -> Array:
+        """(loop rows, 6) force line of each loop row on body b: force, moment about the world's origin, per unit."""
+        return self._evaluate()[2]
+
+    def factors(self) -> Factors | None:
+        """Factors of mass matrix and constraint rows; None when the mass matrix is singular by itself."""
+        if self._factors is None:
+            self._factors = factor(self.mass_matrix(), self.jacobian())
+        return self._factors
+
+    def accelerations(self, force: ArrayLike) -> tuple[Array, Array]:
+        """(nv,) accelerations and (rows,) reactions under the generalised `force` (nv,) of drives and loads.
+
+        Reactions are conjugate to the rows: J^T r acts on the tree; the smallest ones where rows are redundant. Raises
+        Untrustworthy when the equations have no solution (a motion without inertia).
+        """
+        self.evaluations += 1
+        net = np.asarray(force, dtype=float) - self.bias()
+        factors = self.factors()
+        if factors is not None:
+            return factors.accelerations(net, self.constraint_bias())
+        a, r, gap = dense(self.mass_matrix(), self.jacobian(), net, self.constraint_bias())
+        if not gap <= 1e-6 * max(1.0, float(np.max(np.abs(net)))):
+            raise Untrustworthy(
+                f"{self.mechanism.name}: a motion that the constraints allow has no inertia; give the parts that move "
+                "in it a mass."
+            )
+        return a, r
+
+
+def accelerations(mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
+    """Accelerations (nv,) and reactions (rows,) of a mechanism at one state: see `PinPlant.accelerations`."""
+    return PinPlant(mechanism, q, v).accelerations(force)

@@ -1,0 +1,98 @@
+"""Constrained dynamics as linear algebra: M a + h = tau + J^T r, J a + b = 0, with redundant rows.
+
+    D r = -b - J M^-1 (tau - h),   D = J M^-1 J^T
+
+Full rank is the fast path: two Cholesky factors. Rows that repeat others make D singular: then the reactions are
+those of the smallest norm among all that are possible (Udwadia & Kalaba 1992), and the accelerations are unique
+anyhow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
+
+from mechlab.mechanism.geometry import Array
+
+PIVOT = 1e-5
+RANK = 1e-10
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Factors of one state: solve as often as needed with `accelerations` and `correction`.
+
+    chol (nv, nv) lower factor of M; y = L^-1 J^T; `rank` of the constraint rows; pseudo (rows, rows): inverse of D
+    where the fast path was not possible; null (rows, k): combinations of reactions that do nothing.
+    """
+
+    chol: Array
+    y: Array
+    scale: Array
+    small: Array | None
+    pseudo: Array | None
+    null: Array | None
+    rank: int
+
+    def reactions(self, right: Array) -> Array:
+        """(rows,) r of D r = right, the smallest one when rows are redundant."""
+        if not len(right):
+            return np.zeros(0)
+        if self.small is not None:
+            return np.asarray(dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
+        assert self.pseudo is not None and self.null is not None
+        out = self.pseudo @ right
+        return np.asarray(out - self.null @ (self.null.T @ out))
+
+    def accelerations(self, force: Array, bias: Array) -> tuple[Array, Array]:
+        """(nv,) accelerations and (rows,) reactions from force = tau - h (nv,) and bias b (rows,)."""
+        half = dtrtrs(self.chol, force, lower=1)[0]
+        r = self.reactions(-bias - self.y.T @ half)
+        return dtrtrs(self.chol, half + self.y @ r, lower=1, trans=1)[0], r
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest change dv, measured by the kinetic energy, with J dv = -residual."""
+        return np.asarray(dtrtrs(self.chol, self.y @ self.reactions(-residual), lower=1, trans=1)[0])
+
+
+def factor(mass: Array, jacobian: Array) -> Factors | None:
+    """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`)."""
+    chol, info = dpotrf(mass, lower=1, clean=1)
+    if info != 0 or not np.min(np.diagonal(chol)) > 1e-9 * np.max(np.diagonal(chol)):
+        return None
+    rows = len(jacobian)
+    if not rows:
+        return Factors(chol, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
+    y = dtrtrs(chol, jacobian.T, lower=1)[0]
+    delassus = y.T @ y
+    size = np.sqrt(np.diagonal(delassus))
+    void = size < 1e-12 * np.max(size, initial=0.0)
+    scale = np.where(void, 1.0, size)
+    scaled = delassus / np.outer(scale, scale)
+    if not void.any():
+        small, info = dpotrf(scaled, lower=1)
+        if info == 0 and np.min(np.diagonal(small)) > PIVOT:
+            return Factors(chol, y, scale, small, None, None, rows)
+    scaled[void] = 0.0
+    scaled[:, void] = 0.0
+    values, vectors = np.linalg.eigh(scaled)
+    keep = values > RANK * max(values[-1], 1e-300)
+    pseudo = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(scale, scale)
+    null = np.linalg.qr(vectors[:, ~keep] / scale[:, None])[0]
+    return Factors(chol, y, scale, None, pseudo, null, int(np.count_nonzero(keep)))
+
+
+def dense(mass: Array, jacobian: Array, force: Array, bias: Array) -> tuple[Array, Array, float]:
+    """Accelerations, reactions and the largest violation of J a + b = 0 from the whole KKT matrix by least squares.
+
+    For a mass matrix that is singular by itself (a massless link that only the loops hold); slower by ten times.
+    """
+    nv, rows = len(mass), len(jacobian)
+    matrix = np.zeros((nv + rows, nv + rows))
+    matrix[:nv, :nv], matrix[nv:, :nv], matrix[:nv, nv:] = mass, jacobian, -jacobian.T
+    solution = np.linalg.lstsq(matrix, np.concatenate([force, -bias]), rcond=1e-13)[0]
+    a, r = solution[:nv], solution[nv:]
+    gap = float(np.max(np.abs(matrix @ solution - np.concatenate([force, -bias])), initial=0.0))
+    return a, r, gap

@@ -1,0 +1,141 @@
+"""Asking a design: the question that the given keys make, put to every witness; the generic question for any Mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.parameters import describe
+from mechlab.experiment.question import Answer, Answers, Question, choose
+from mechlab.mechanism import Mechanism, Status
+from mechlab.study.design import Design
+from mechlab.study.tables import number, table
+from mechlab.study.witness import engine_answer, quantities, split
+
+
+def parameters_and_rest(entry_parameters: type[Any], values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The keys that are parameters, and the others."""
+    names = {i.name for i in describe(entry_parameters)}
+    return {k: v for k, v in values.items() if k in names}, {k: v for k, v in values.items() if k not in names}
+
+
+def ask(design: Design, given: Mapping[str, Any]) -> Answers:
+    """The answers of all witnesses to the question that the given keys make.
+
+    Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
+    """
+    values = {k: _numeric(k, v) for k, v in given.items()}
+    keys = set(values)
+    entry = design.entry
+    special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
+    if special:
+        question = choose(entry.questions, keys, design.name)
+    else:
+        question = _generic(design, values)
+    complete = {k: d for k, d in question.optional.items() if d is not None} | values
+    answers = {name: _ask_one(name, witness, design, complete) for name, witness in question.witnesses.items()}
+    warnings = design.warnings
+    return Answers(question.name, answers, question.angles, question.units, _parameters(design), values, warnings)
+
+
+def _parameters(design: Design) -> dict[str, Any]:
+    return {i.name: getattr(design.parameters, i.name) for i in describe(design.entry.parameters)}
+
+
+def _numeric(key: str, value: Any) -> Any:
+    if hasattr(value, "points"):
+        value = value.points()
+    try:
+        array = np.asarray([float(x) for x in value] if isinstance(value, tuple | list) else value, dtype=float)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
+    if not np.all(np.isfinite(array)):
+        raise MechlabError(f"{key}: expected a finite number, got {value!r}.")
+    return float(array) if array.ndim == 0 else array
+
+
+def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any]) -> Answer:
+    """One witness; the closed form takes arrays at once, an engine one pose after the other."""
+    try:
+        shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
+        if not shape:
+            return _plain(witness(design.parameters, values))
+        if name == "analytic":
+            return _plain(witness(design.parameters, values))
+        flat = {k: np.broadcast_to(v, shape).ravel() for k, v in values.items()}
+        said = [witness(design.parameters, {k: float(v[i]) for k, v in flat.items()}) for i in range(int(np.prod(shape)))]
+    except EngineMissing as missing:
+        return Answer(cannot=str(missing))
+    except ValueError as error:
+        raise MechlabError(f"{design.name}: the given arrays do not broadcast: {error}.") from None
+    if any(a.cannot for a in said):
+        return next(a for a in said if a.cannot)
+    worst = max(said, key=lambda a: (a.status.exit_code, a.status is not Status.SOLVED))
+    keys = [k for k in said[0].values if all(k in a.values for a in said)]
+    arrays = {k: np.array([a.values[k] for a in said]).reshape(shape) for k in keys}
+    return Answer(arrays, worst.status, worst.notes)
+
+
+def _plain(answer: Answer) -> Answer:
+    """Zero-dimensional arrays as floats."""
+    return replace(answer, values={k: float(v) if np.ndim(v) == 0 else v for k, v in answer.values.items()})
+
+
+def _generic(design: Design, values: Mapping[str, Any]) -> Question:
+    """The question every Mechanism answers: joint, shaft and frame names, with rates and accelerations."""
+    m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+    known = set(quantities(m))
+    strange = sorted(set(values) - known)
+    if strange:
+        asked = {k for q in design.entry.questions for k in (*q.given, *q.optional)}
+        raise unknown(f"{design.name}: quantity", strange[0], known | asked | {i.name for i in describe(design.entry.parameters)})
+    if not values:
+        listing = "; ".join(" ".join(q.given) for q in design.entry.questions)
+        raise MechlabError(
+            f"{design.name}: nothing is given. Give joints, shafts or points (with _rate, _accel): {', '.join(m.scalar_names)}"
+            + (f"; or one of: {listing}." if listing else ".")
+        )
+    wanted = _wanted(m, values)
+
+    def witness(engine: str) -> Any:
+        return lambda p, given: engine_answer(engine, m, given, wanted)
+
+    slides = {j.name for j in m.joints if j.kind == "prismatic"}
+    angles = tuple(k for k in m.scalar_names if k not in slides)
+    return Question("generic", tuple(values), wanted, {"pinocchio": witness("pinocchio"), "mujoco": witness("mujoco")}, angles=angles)
+
+
+def _wanted(m: Mechanism, values: Mapping[str, Any]) -> tuple[str, ...]:
+    _, rate, accel = split(m, {k: 0.0 for k in values})
+    points = [f"{f.name}_{a}" for f in m.frames for a in "xyz"]
+    names = [*m.scalar_names, *points]
+    wanted = [n for n in names if n not in values]
+    if rate or accel:
+        wanted += [f"{n}_rate" for n in names if f"{n}_rate" not in values]
+        wanted += [f"{n}_accel" for n in names if f"{n}_accel" not in values]
+    return tuple(wanted)
+
+
+def answers_text(answers: Answers) -> str:
+    """A table with a column for each witness, the largest difference, the status and the notes."""
+    names = list(answers.answers)
+    keys = list(dict.fromkeys(k for a in answers.answers.values() for k in a.values))
+    rows = [[k, answers.units.get(k, ""), *(number(a.values.get(k), 10) for a in answers.answers.values())] for k in keys]
+    parts = [table(["quantity", "unit", *names], rows)] if rows else []
+    for name, answer in answers.answers.items():
+        if answer.cannot:
+            parts.append(f"{name}: {answer.cannot}")
+        if answer.modes:
+            labels = list(dict.fromkeys(k for mode in answer.modes for k in mode))
+            parts.append(f"{name}: {len(answer.modes)} modes\n" + table(labels, [[number(mode.get(k), 8) for k in labels] for mode in answer.modes]))
+        parts += [f"{name}: {note}" for note in answer.notes]
+    difference = answers.max_difference
+    if difference is not None:
+        parts.append(f"largest difference between witnesses: {difference:.3g}")
+    parts.append(f"status: {answers.status.value}")
+    parts += [f"warning: {w}" for w in answers.warnings]
+    return "\n".join(parts)

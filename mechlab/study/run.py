@@ -1,0 +1,119 @@
+"""Running a scene of a design with an engine: settings, engine, channels of the entry, provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib import metadata
+from typing import Any
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.health import Health, measured
+from mechlab.experiment.parameters import describe
+from mechlab.experiment.recording import Recording
+from mechlab.experiment.settings import ENGINES, PRESETS, Settings
+from mechlab.study.design import Design
+from mechlab.study.witness import room
+
+HALVINGS = 7
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of what numbers depend on."""
+    out = {}
+    for name in ("mechlab", "numpy", "scipy", "mujoco", "pin"):
+        try:
+            out[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return out
+
+
+def run_scene(
+    design: Design,
+    scene: str | None = None,
+    *,
+    engine: str | None = None,
+    fidelity: str | None = None,
+    duration: float | None = None,
+    timestep: float | None = None,
+    max_error: float | None = None,
+    settings: Settings | str | None = None,
+    at: Sequence[float] = (),
+    extra: Mapping[str, float] | None = None,
+) -> Recording:
+    """A Recording of a scene. `settings`: a Settings, the name of a preset, or None for the scene's own.
+
+    max_error: the timestep is halved until the run changes by less than that between two timesteps (largest difference
+    of any joint, at the common samples); the estimate stands in the health record, as an error when it is not reached.
+    Raises MechlabError for unknown names and engines that cannot run the scene.
+    """
+    lived = design.for_scene(scene)
+    level = fidelity
+    if engine is not None and engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
+    if fidelity == "kinematic":
+        lived.mechanism(fidelity)
+    made = lived.scene(scene, level, duration, extra)
+    chosen = PRESETS[settings] if isinstance(settings, str) else settings or made.settings
+    if engine == "pinocchio" and chosen.engine != "pinocchio":
+        chosen = replace(chosen, engine="pinocchio", integrator="RK4")
+    if timestep is not None:
+        chosen = replace(chosen, timestep=timestep)
+    for t in at:
+        if not 0.0 <= t <= made.duration:
+            raise MechlabError(f"{design.name}: the time {t:g} s lies outside the run (0 to {made.duration:g} s).")
+    if engine == "analytic":
+        if lived.entry.reference is None:
+            raise MechlabError(f"{design.name}: it has no closed form to simulate with; engines: mujoco, pinocchio.")
+        if extra:
+            raise MechlabError(f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}.")
+        return _complete(lived, lived.entry.reference(lived.parameters, made), made.fidelity)
+    if engine in ("hybrid", "one_freedom"):
+        raise MechlabError(f"{design.name}: engine {engine} has no model of it; engines: mujoco, pinocchio" + (", analytic." if lived.entry.reference else "."))
+
+    def once(s: Settings) -> Recording:
+        return room(s.engine).run(lived.mechanism(made.fidelity), made, s, list(at) or None)  # type: ignore[no-any-return]
+
+    recording = once(chosen) if max_error is None else _refine(once, chosen, max_error, made.duration)
+    return _complete(lived, recording, made.fidelity)
+
+
+def _complete(design: Design, recording: Recording, fidelity: str) -> Recording:
+    entry = design.entry
+    parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
+    full = replace(recording, name=entry.name, fidelity=recording.fidelity or fidelity, parameters=parameters, versions=versions())
+    extra = {k: (unit, f(design.parameters, full)) for k, (unit, f) in entry.channels.items() if _fits(f, design, full)}
+    return full.with_channels({k: v for k, (_, v) in extra.items()}, {k: u for k, (u, _) in extra.items()})
+
+
+def _fits(function: Any, design: Design, recording: Recording) -> bool:
+    try:
+        function(design.parameters, recording)
+    except MechlabError:
+        return False
+    return True
+
+
+def _refine(once: Any, settings: Settings, max_error: float, duration: float) -> Recording:
+    import numpy as np
+
+    if not max_error > 0:
+        raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
+    coarse = once(settings)
+    estimate = float("inf")
+    for _ in range(HALVINGS):
+        settings = replace(settings, timestep=0.5 * settings.timestep)
+        fine = once(settings)
+        if not fine.health.trusted:
+            coarse = fine
+            continue
+        names = [n for n in fine.mechanism.scalar_names if n in coarse.channels]
+        times = np.linspace(0.0, min(coarse.t[-1], fine.t[-1]), 101)
+        gaps = [abs(coarse.at(n, t) - fine.at(n, t)) for n in names for t in times]
+        estimate = max(gaps, default=float("inf"))
+        coarse = fine
+        if estimate <= max_error:
+            break
+    finding = measured("max_error", estimate, max_error, "rad or m", "change between the last two timesteps")
+    return replace(coarse, health=coarse.health + Health((finding,)))

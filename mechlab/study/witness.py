@@ -1,0 +1,146 @@
+"""An engine as a witness: it assembles the mechanism, then finds rates and accelerations, all by its own kinematics.
+
+Quantities are named: a joint or shaft X, X_rate, X_accel; a point FRAME_x of a frame, FRAME_x_rate, FRAME_x_accel; its
+angular velocity FRAME_wx and angular acceleration FRAME_wx_rate, world axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import EngineMissing, NoSolution, unknown
+from mechlab.experiment.question import Answer
+from mechlab.mechanism import Mechanism, Status, singularity
+from mechlab.mechanism.geometry import Array
+
+ENGINES = {"pinocchio": "mechlab.solve", "mujoco": "mechlab.simulate"}
+LETTERS = ("x", "y", "z", "wx", "wy", "wz")
+
+
+def room(engine: str) -> Any:
+    """The room of an engine; raises EngineMissing when the engine is not installed."""
+    if engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
+    try:
+        return import_module(ENGINES[engine])
+    except ModuleNotFoundError as error:
+        raise EngineMissing(f"{engine} is not installed ({error.name} is missing); pip install {'pin' if engine == 'pinocchio' else engine}.") from None
+
+
+def split(m: Mechanism, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float], dict[str, float]]:
+    """Given quantities as values, rates and accelerations, keyed by joint, shaft or frame coordinate."""
+    points = {f"{f.name}_{a}" for f in m.frames for a in LETTERS[:3]}
+    spins = {f"{f.name}_{a}" for f in m.frames for a in LETTERS[3:]}
+    plain = set(m.scalar_names) | points | {f"{f.name}_rotation" for f in m.frames}
+    position: dict[str, Any] = {}
+    rate: dict[str, float] = {}
+    accel: dict[str, float] = {}
+    for key, value in values.items():
+        if key in plain:
+            position[key] = value
+        elif key in spins:
+            rate[key] = value
+        elif key.removesuffix("_rate") in spins:
+            accel[key.removesuffix("_rate")] = value
+        elif key.removesuffix("_rate") in plain:
+            rate[key.removesuffix("_rate")] = value
+        elif key.removesuffix("_accel") in plain:
+            accel[key.removesuffix("_accel")] = value
+        else:
+            raise unknown(f"{m.name}: quantity", key, quantities(m))
+    return position, rate, accel
+
+
+def quantities(m: Mechanism) -> tuple[str, ...]:
+    """All quantities that can be given or asked for."""
+    names = list(m.scalar_names) + [f"{f.name}_{a}" for f in m.frames for a in LETTERS[:3]]
+    spins = [f"{f.name}_{a}" for f in m.frames for a in LETTERS[3:]]
+    return (*names, *(f"{n}_rate" for n in names), *(f"{n}_accel" for n in names), *spins, *(f"{n}_rate" for n in spins))
+
+
+def engine_answer(
+    engine: str,
+    m: Mechanism,
+    given: Mapping[str, Any],
+    wanted: Sequence[str],
+    start: ArrayLike | None = None,
+    steps: int = 10,
+    output: str | None = None,
+) -> Answer:
+    """The wanted quantities from the given ones, by one engine.
+
+    start: pose to begin from (default: the reference pose), in whose assembly mode the answer is; the engine checks and
+    closes it itself. output: a frame whose singular positions are reported (kind serial). A pose that does not close has
+    no values: its status and a note say why.
+    """
+    try:
+        r = room(engine)
+    except EngineMissing as missing:
+        return Answer(cannot=str(missing))
+    position, rate, accel = split(m, given)
+    found = r.assemble(m, position, start=start, steps=steps)
+    if not found.closed and not found.status.exit_code == 0:
+        return Answer(status=found.status, notes=(f"{engine}: {found.status.value}; the loops stay open by {found.residual:.3g}",))
+    try:
+        values, notes = _motion(r, m, found.q, rate, accel, wanted)
+    except NoSolution as cause:
+        return Answer(status=Status.BOUNDARY, notes=(str(cause),))
+    kinds = singularity(m, found.q, _output_rows(m, found.q, output))
+    if kinds:
+        sentence = f"singular position ({', '.join(kinds)})"
+        return Answer(values, Status.BOUNDARY, (*notes, sentence), details={"singular": list(kinds)})
+    return Answer(values, Status.SOLVED, notes)
+
+
+def _output_rows(m: Mechanism, q: Array, output: str | None) -> Array | None:
+    if output is None:
+        return None
+    from mechlab.mechanism import TreeKinematics
+
+    frame = m.frame(output)
+    tree = TreeKinematics(m, q)
+    rotation, origin = tree.pose(frame.body)
+    return tree.jacobian(frame.body, origin + rotation @ frame.placement.translation)
+
+
+def _motion(
+    r: Any, m: Mechanism, q: Array, rate: Mapping[str, float], accel: Mapping[str, float], wanted: Iterable[str]
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    wanted = tuple(wanted)
+    v = r.rates(m, q, rate) if rate else np.zeros(m.nv)
+    a = r.accelerations(m, q, v, accel) if rate or accel else np.zeros(m.nv)
+    frames: dict[str, tuple[Array, Array, Array]] = {}
+    values: dict[str, Any] = {}
+    for key in wanted:
+        values[key] = _quantity(r, m, key, q, v, a, frames)
+    return values, ()
+
+
+def _quantity(r: Any, m: Mechanism, key: str, q: Array, v: Array, a: Array, frames: dict[str, tuple[Array, Array, Array]]) -> float:
+    for suffix, vector in (("_rate", v), ("_accel", a)):
+        name = key.removesuffix(suffix)
+        if key.endswith(suffix) and name in m.scalar_names:
+            return float(m.row(name) @ vector)
+    if key in m.scalar_names:
+        return float(m.value(key, q))
+    for frame in m.frames:
+        rest = key.removeprefix(f"{frame.name}_")
+        if rest == key:
+            continue
+        if frame.name not in frames:
+            frames[frame.name] = r.frame_motion(m, frame.name, q, v, a)
+        pose, velocity, acceleration = frames[frame.name]
+        letter, _, order = rest.partition("_")
+        if letter not in LETTERS or order not in ("", "rate", "accel"):
+            continue
+        k = LETTERS.index(letter)
+        if k < 3:
+            return float({"": pose[k, 3], "rate": velocity[k], "accel": acceleration[k]}[order])
+        if order != "accel":
+            return float(velocity[k] if order == "" else acceleration[k])
+    raise unknown(f"{m.name}: quantity", key, quantities(m))
