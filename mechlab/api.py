@@ -155,6 +155,24 @@ def generate(source: Source, values: Mapping[str, Any] | None = None, out: str |
     return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings)
 
 
+def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pictures: bool = True) -> FilesResult:
+    """A folder for each mechanism of the catalog: model files of its richest fidelity, sheet (README.md), picture.png."""
+    from mechlab.study.files import write_verified
+    from mechlab.study.sheet import model_sheet
+
+    files: dict[str, Path] = {}
+    for name in names or catalog.NAMES:
+        d = load(name)
+        folder = Path(out) / name
+        write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder)
+        sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png")
+        (folder / "README.md").write_text(sheet)
+        if pictures:
+            view(name, png=folder / "picture.png")
+        files[name] = folder
+    return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)")
+
+
 def solve(source: Source, **values: Any) -> Answers:
     """Answers of all witnesses; keyword arguments are parameters and given quantities, numbers or arrays."""
     return solve_values(source, values).answers

@@ -12,6 +12,6 @@ from mechlab.formats.urdf_read import from_urdf
 from mechlab.formats.write import write_files
 
 __all__ = [
-    "Connector", "Hold", "connectors", "from_json", "from_mjcf", "from_urdf", "hold", "load_recording", "save_recording",
-    "scene_mjcf", "to_json", "to_mjcf", "to_urdf", "urdf_map", "write_files",
+    "Connector", "Hold", "connectors", "from_json", "from_mjcf", "from_urdf", "hold", "load_recording",
+    "save_recording", "scene_mjcf", "to_json", "to_mjcf", "to_urdf", "urdf_map", "write_files",
 ]  # fmt: skip

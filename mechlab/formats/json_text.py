@@ -1,4 +1,4 @@
-"""JSON text that people can read and that is the same byte for byte: short lists on one line, duplicates and NaN refused."""
+"""JSON text for people to read, the same byte for byte: short lists on one line, duplicates and NaN refused."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ WIDTH = 120
 
 
 def dump(value: Any, indent: int = 0) -> str:
-    """JSON of dicts, lists and scalars; whatever fits on a line stays on one. Floats have 17 digits where they need them."""
+    """JSON of dicts, lists and scalars; what fits on a line stays on one. Floats have up to 17 digits."""
     flat = json.dumps(value, ensure_ascii=False, allow_nan=False)
     if not isinstance(value, dict | list) or not value or (indent and len(flat) + indent <= WIDTH and _plain(value)):
         return flat
@@ -29,7 +29,7 @@ def _plain(value: Any) -> bool:
 
 
 def parse(text: str, what: str) -> dict[str, Any]:
-    """The JSON object in `text`; raises MechlabError that says where it is not JSON, or repeats a key, or holds a NaN."""
+    """The JSON object in `text`; raises MechlabError where it is not JSON, repeats a key, or holds a NaN."""
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         out: dict[str, Any] = {}

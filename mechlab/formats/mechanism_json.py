@@ -1,8 +1,8 @@
 """A Mechanism as JSON, and back: the whole of it, exactly. What is read is equal to what was written.
 
 The JSON has the shape of the dataclasses: one key for each field. Exact ratios are texts ("7/5"), sizes of shapes and
-coefficients are objects, vectors are lists, quaternions are (w, x, y, z). The reader wants every field that has no default,
-and tolerates other top-level keys only if they are listed in EXTRA_KEYS.
+coefficients are objects, vectors are lists, quaternions are (w, x, y, z). The reader wants every field that has no
+default, and tolerates other top-level keys only if they are listed in EXTRA_KEYS.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def to_json(mechanism: Mechanism, extra: Mapping[str, Any] | None = None) -> str
 def from_json(text: str) -> Mechanism:
     """The Mechanism in JSON text.
 
-    Raises MechlabError when it is not JSON, of another format or schema, has unknown or missing keys or values of a wrong
-    type (named by their path, as in bodies[3].joints[0].axis), or when the mechanism is not sound.
+    Raises MechlabError when it is not JSON, of another format or schema, has unknown or missing keys or values of a
+    wrong type (named by their path, as in bodies[3].joints[0].axis), or when the mechanism is not sound.
     """
     data = parse(text, "the mechanism")
     if data.pop("format", None) != FORMAT:
@@ -54,10 +54,8 @@ def from_json(text: str) -> Mechanism:
 
 def _encode(value: Any) -> Any:
     if is_dataclass(value):
-        return {
-            f.name: {k: _encode(v) for k, v in getattr(value, f.name)} if f.name in _PAIRS else _encode(getattr(value, f.name))
-            for f in fields(value)
-        }  # fmt: skip
+        items = {f.name: getattr(value, f.name) for f in fields(value)}
+        return {n: {k: _encode(x) for k, x in v} if n in _PAIRS else _encode(v) for n, v in items.items()}
     if isinstance(value, Fraction):
         return str(value)
     if isinstance(value, tuple | list):

@@ -32,7 +32,9 @@ def to_mjcf(
     size = loops.spread(m)
     root = ET.Element("mujoco", {"model": m.name})
     root.append(
-        ET.Comment(" Written by mechlab. SI units, radians. qpos is 0 in the reference pose; physical value = user + qpos. ")
+        ET.Comment(
+            " Written by mechlab. SI units, radians. qpos is 0 in the reference pose; physical value = user + qpos. "
+        )
     )
     add(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false", fusestatic="false")
     _option(root, m, s)

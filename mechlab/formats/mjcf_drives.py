@@ -36,7 +36,7 @@ def write_tendons(root: ET.Element, m: Mechanism, s: Settings, size: float) -> N
 
 
 def _shaft(shaft: Shaft, s: Settings) -> dict[str, object]:
-    """Attributes of a shaft: its tendon length is sum c q, so that the armature adds inertia c c^T to the mass matrix."""
+    """Attributes of a shaft. Its tendon length is sum c q: the armature adds inertia c c^T to the mass matrix."""
     out: dict[str, object] = {}
     for key, value in (("armature", shaft.inertia), ("damping", shaft.damping), ("stiffness", shaft.stiffness)):
         if value:
@@ -65,8 +65,8 @@ def _ends(element: ET.Element, name: str) -> None:
 def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, float]:
     """The <actuator> section; returns for each drive the control that holds the reference pose as well as it can.
 
-    A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate; one without is a motor, force =
-    ctrl, whose damping acts beside it. Ranges of the controls are for the sliders of a viewer: clamping is switched off.
+    A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate; one without is a motor,
+    force = ctrl, whose damping acts beside it. Ranges of the controls are for the sliders of a viewer: clamping is off.
     """
     controls: dict[str, float] = {}
     if not m.drives:
@@ -76,7 +76,9 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
     joints = {j.name for j in m.joints}
     for drive in m.drives:
         if drive.limit == 0.0:
-            raise MechlabError(f"{m.name}: drive {drive.name!r}: a force limit of 0 cannot be written as MJCF; leave it out.")
+            raise MechlabError(
+                f"{m.name}: drive {drive.name!r}: a force limit of 0 cannot be written as MJCF; leave it out."
+            )
         target = {"joint" if drive.on in joints else "tendon": drive.on}
         limits = None if drive.limit is None else (-drive.limit, drive.limit)
         force = forces[drive.name]
@@ -116,7 +118,8 @@ def _round_up(x: float) -> float:
 
 
 def write_sensors(root: ET.Element, m: Mechanism) -> None:
-    """The <sensor> section: pos: and rate: of joints and shafts, force: of drives, gap: of loops and relations, at: of frames."""
+    """The <sensor> section, by prefix: pos: and rate: of joints and shafts, force: of drives, gap: of loops and
+    relations, length: of springs, at: of frames. Reactions of loops and gears have no sensor: they are in efc_force."""
     section = add(root, "sensor")
     for joint in m.joints:
         if joint.nv == 1:
@@ -156,7 +159,7 @@ def write_home(root: ET.Element, m: Mechanism, plan: tuple[Connector, ...], cont
 
 
 def _dof_order(m: Mechanism, plan: tuple[Connector, ...]) -> list[str]:
-    """Kinds of all joints in the order in which MuJoCo numbers them: depth-first, connectors after the other children."""
+    """Kinds of all joints in the order of MuJoCo: depth-first, connectors after the other children."""
     children: dict[str, list[str]] = {}
     for body in m.bodies:
         children.setdefault(body.parent, []).append(body.name)

@@ -38,8 +38,8 @@ from mechlab.mechanism.model import GROUND, Loop, Mechanism
 
 Z: Vector = (0.0, 0.0, 1.0)
 TORQUESCALE = 20.0
-"""Scale of the angular rows of a weld. MuJoCo estimates their inverse inertia without the factor torquescale / 2 of the
-rows, so that 2 makes its estimate right and a smaller one makes the weld soft in rotation; 20 makes it 100 times harder."""
+"""Scale of the angular rows of a weld. MuJoCo estimates their inverse inertia without the factor torquescale / 2 of
+the rows, so that 2 makes its estimate right, less makes the weld soft in rotation, and 20 makes it 100 times harder."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _connector(m: Mechanism, tree: TreeKinematics, loop: Loop, guest: str, share
         joints = (("slide", Z),)
     whole = m.body(guest).inertia
     frame = own_frame.rotation.T
-    part = whole.at(tuple(-(frame @ own_frame.translation)), frame)  # type: ignore[arg-type]
+    part = whole.at(tuple(-(frame @ own_frame.translation)), frame)
     return Connector(loop, host, guest, placement, joints, scaled(part, share))
 
 

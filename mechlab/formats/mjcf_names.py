@@ -1,4 +1,4 @@
-"""Names in an MJCF file. What mechlab adds carries a ':', which no name of a Mechanism may have, so nothing can collide."""
+"""Names in an MJCF file. What mechlab adds carries a ':', which no name of a Mechanism may have: nothing collides."""
 
 from __future__ import annotations
 

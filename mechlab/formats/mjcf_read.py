@@ -1,8 +1,8 @@
 """MJCF text -> Mechanism: the files that mechlab writes, and the part of MJCF that a Mechanism has a place for.
 
-Read: bodies, hinge, slide, ball and free joints, inertias (of <inertial> or of primitive geoms), default classes, connect,
-weld, joint and tendon equalities, fixed tendons, two-site spatial tendons, motors and servos, sites. Contacts, sensors,
-keyframes and visual settings are not part of a Mechanism and are left out; anything else raises and is named.
+Read: bodies, hinge, slide, ball and free joints, inertias (of <inertial> or of primitive geoms), default classes,
+connect, weld, joint and tendon equalities, fixed tendons, two-site spatial tendons, motors and servos, sites. Contacts,
+sensors, keyframes and visual settings are not part of a Mechanism and are left out; anything else raises and is named.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.formats.fractions_of_floats import exact
-from mechlab.formats.mjcf_read_drives import Tendons, read_drives, read_tendons
+from mechlab.formats.mjcf_read_drives import Tendons, Terms, read_drives, read_tendons
 from mechlab.formats.mjcf_read_tree import Tree, read_tree
-from mechlab.formats.mjcf_source import Names, Source, fail, floats, refuse
-from mechlab.formats.xml_text import label
+from mechlab.formats.mjcf_source import Names, Source, fail, refuse
+from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Body, Coefficients, Frame, LinearRelation, Loop, Mechanism, Spring
@@ -79,9 +79,7 @@ def _spring(tendons: Tendons, name: str, names: Names) -> Spring:
     )  # fmt: skip
 
 
-def _equalities(
-    source: Source, tree: Tree, tendons: Tendons, names: Names
-) -> tuple[list[Loop], list[LinearRelation]]:
+def _equalities(source: Source, tree: Tree, tendons: Tendons, names: Names) -> tuple[list[Loop], list[LinearRelation]]:
     elements = [source.attributes(e) for e in source.items("equality") if e.get("active", "true") != "false"]
     given = {e.get("name") for e in elements}
     second = {e.get("name") for e in elements if source.ours and (e.get("name") or "").endswith(":axis")}
@@ -116,7 +114,13 @@ def _plain(body: Body) -> Body:
 
 
 def _loop(
-    source: Source, tree: Tree, reference: TreeKinematics, e: ET.Element, name: str, revolute: bool, guests: Counter[str]
+    source: Source,
+    tree: Tree,
+    reference: TreeKinematics,
+    e: ET.Element,
+    name: str,
+    revolute: bool,
+    guests: Counter[str],
 ) -> Loop:
     kind = "spherical" if e.tag == "connect" or e.get("torquescale") == "0" else "fixed"
     site1, site2 = e.get("site1"), e.get("site2")
@@ -154,9 +158,7 @@ def _seen(reference: TreeKinematics, body: str, placement: Placement, other: str
     return Placement.of(ro.T @ r @ placement.rotation, ro.T @ (p + r @ placement.translation - po))
 
 
-def _distance(
-    reference: TreeKinematics, name: str, a: tuple[str, Placement], b: tuple[str, Placement]
-) -> Loop:
+def _distance(reference: TreeKinematics, name: str, a: tuple[str, Placement], b: tuple[str, Placement]) -> Loop:
     far = _seen(reference, b[0], b[1], a[0]).translation - a[1].translation
     ends = (Placement(a[1].position), Placement(b[1].position)) if a[1] == b[1] == IDENTITY else (a[1], b[1])
     return Loop(name, "distance", a[0], b[0], *ends, length=float(np.linalg.norm(far)))
@@ -176,8 +178,8 @@ def _relation(tree: Tree, tendons: Tendons, e: ET.Element) -> Coefficients:
     poly = _no_offset(e)
     ratio = poly[1] if len(poly) > 1 else 0.0
     if e.tag == "joint":
-        first = ((tree.joint_names.find(e.get("joint1"), e), 1.0),)
-        other = () if e.get("joint2") is None else ((tree.joint_names.find(e.get("joint2"), e), 1.0),)
+        first: Terms = ((tree.joint_names.find(e.get("joint1"), e), 1.0),)
+        other: Terms = () if e.get("joint2") is None else ((tree.joint_names.find(e.get("joint2"), e), 1.0),)
     else:
         first = tendons.terms(e.get("tendon1"), e)
         other = () if e.get("tendon2") is None else tendons.terms(e.get("tendon2"), e)

@@ -10,21 +10,23 @@ import numpy as np
 from mechlab.errors import unknown
 from mechlab.formats.fractions_of_floats import exact
 from mechlab.formats.mjcf_read_tree import Tree
-from mechlab.formats.mjcf_source import Names, Source, fail, floats, one, refuse
-from mechlab.formats.xml_text import label
+from mechlab.formats.mjcf_source import Names, Source, fail, one, refuse
+from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.model import Drive, Shaft, Spring
+
+Terms = tuple[tuple[str, float], ...]
 
 
 @dataclass
 class Tendons:
     """What the tendons of a text mean. Keys are MJCF names."""
 
-    fixed: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
+    fixed: dict[str, Terms] = field(default_factory=dict)
     shafts: dict[str, Shaft] = field(default_factory=dict)
     springs: dict[str, Spring] = field(default_factory=dict)
     distances: dict[str, tuple[str, str]] = field(default_factory=dict)
 
-    def terms(self, name: str | None, element: ET.Element) -> tuple[tuple[str, float], ...]:
+    def terms(self, name: str | None, element: ET.Element) -> Terms:
         """(joint, coefficient) of a fixed tendon that `element` refers to."""
         if name not in self.fixed:
             raise unknown(f"{label(element)}: fixed tendon", name, self.fixed)
@@ -55,7 +57,7 @@ def read_tendons(source: Source, tree: Tree) -> Tendons:
     return out
 
 
-def _shaft(source: Source, tree: Tree, e: ET.Element, name: str, terms: tuple[tuple[str, float], ...]) -> Shaft:
+def _shaft(source: Source, tree: Tree, e: ET.Element, name: str, terms: Terms) -> Shaft:
     start = sum(c * tree.ref[j] for j, c in terms)
     user = floats(e, "user") or ()
     zero = user[0] if source.ours and user else start

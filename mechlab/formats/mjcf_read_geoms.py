@@ -7,7 +7,8 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from mechlab.formats.mjcf_source import Source, along, fail, floats, one, refuse
+from mechlab.formats.mjcf_source import Source, along, fail, one, refuse
+from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.shape import Color, Shape, shape

@@ -10,7 +10,8 @@ import numpy as np
 from mechlab.formats.mjcf_loops import scaled
 from mechlab.formats.mjcf_names import BASE
 from mechlab.formats.mjcf_read_geoms import geom_inertia, geom_shape
-from mechlab.formats.mjcf_source import Names, Source, fail, floats, one, refuse
+from mechlab.formats.mjcf_source import Names, Source, fail, one, refuse
+from mechlab.formats.xml_text import floats
 from mechlab.mechanism.builder import floating
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
 from mechlab.mechanism.inertia import Inertia
@@ -130,7 +131,7 @@ def _body(
 def _anchored(
     tree: Tree, name: str, parent: str, placement: Placement, joints: tuple[_Joint, ...]
 ) -> tuple[str, Placement, Placement, tuple[Joint, ...]]:
-    """Joints that act away from the body origin: the frame of the body moves there, with bodies in between if they differ."""
+    """Joints that act away from the body origin: its frame moves there, with bodies in between if they differ."""
     groups: list[tuple[Vector, list[Joint]]] = []
     for item in joints:
         slides = all(j.kind == "prismatic" for j in item.joint)

@@ -17,8 +17,8 @@ from mechlab.mechanism.model import Mechanism
 def scene_mjcf(m: Mechanism) -> str:
     """MJCF text of scene.xml, which includes NAME.xml beside it.
 
-    The floor lies below the mechanism; where gravity does not act along -z, a planar mechanism is seen from above and the
-    floor is its drawing board.
+    The floor lies below the mechanism; where gravity does not act along -z, a planar mechanism is seen from above and
+    the floor is its drawing board.
     """
     size = spread(m)
     low, centre = _extent(m)
@@ -46,8 +46,8 @@ def scene_mjcf(m: Mechanism) -> str:
     world = add(root, "worldbody")
     # nearly upright and near the model: MuJoCo's shadow map is coarse elsewhere
     down = np.array([0.1, 0.15, -1.0])
-    add(world, "light", name="scene:sun", pos=_rounded(centre - 6.0 * size * down), dir=down.tolist(), type="directional",
-        diffuse=(0.45, 0.45, 0.45))  # fmt: skip
+    add(world, "light", name="scene:sun", pos=_rounded(centre - 6.0 * size * down), dir=down.tolist(),
+        type="directional", diffuse=(0.45, 0.45, 0.45))  # fmt: skip
     add(world, "geom", name="scene:floor", type="plane", size=(0.0, 0.0, 0.05), pos=(0.0, 0.0, float(f"{floor:.3g}")),
         material="scene:grid", contype=0, conaffinity=0)  # fmt: skip
     return text(root)

@@ -1,4 +1,4 @@
-"""An MJCF text as its reader sees it: compiler options, default classes, orientations, names that a Mechanism may have."""
+"""An MJCF text as its reader sees it: compiler options, default classes, orientations, names for a Mechanism."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from mechlab.formats.xml_text import floats, label, parse
 from mechlab.mechanism.geometry import Array, Placement, axis_rotation, frame_along, matrix_to_quaternion
 
 TOP = (
-    "compiler", "option", "size", "statistic", "visual", "asset", "default", "custom", "worldbody", "tendon", "equality",
-    "actuator", "sensor", "keyframe", "contact",
+    "compiler", "option", "size", "statistic", "visual", "asset", "default", "custom", "worldbody", "tendon",
+    "equality", "actuator", "sensor", "keyframe", "contact",
 )  # fmt: skip
 DEFAULT_TAG = {"fixed": "tendon", "spatial": "tendon", "connect": "equality", "weld": "equality"}
 
@@ -87,7 +87,9 @@ class Source:
         if quat is not None:
             return Placement((pos[0], pos[1], pos[2]), (quat[0], quat[1], quat[2], quat[3]))
         turned = self._rotation(element)
-        return Placement((pos[0], pos[1], pos[2]), (1.0, 0.0, 0.0, 0.0) if turned is None else matrix_to_quaternion(turned))
+        return Placement(
+            (pos[0], pos[1], pos[2]), (1.0, 0.0, 0.0, 0.0) if turned is None else matrix_to_quaternion(turned)
+        )
 
     def _rotation(self, element: ET.Element) -> Array | None:
         axisangle = floats(element, "axisangle", 4)

@@ -24,9 +24,10 @@ def save_recording(recording: Recording, path: str | Path) -> Path:
     """Write a recording to `path`, whole or not at all; raises MechlabError when that is not possible."""
     path = Path(path)
     header = {
-        "schema": 1, "name": recording.name, "scene": recording.scene, "fidelity": recording.fidelity, "parameters": recording.parameters,
-        "settings": asdict(recording.settings), "versions": recording.versions, "cost": asdict(recording.cost), "units": recording.units,
-        "channels": list(recording.channels), "health": [f.to_dict() for f in recording.health.findings],
+        "schema": 1, "name": recording.name, "scene": recording.scene, "fidelity": recording.fidelity,
+        "parameters": recording.parameters, "settings": asdict(recording.settings), "versions": recording.versions,
+        "cost": asdict(recording.cost), "units": recording.units, "channels": list(recording.channels),
+        "health": [f.to_dict() for f in recording.health.findings],
         "mechanism": json.loads(to_json(recording.mechanism)),
     }  # fmt: skip
     arrays = {"t": recording.t, "q": recording.q, "v": recording.v}
@@ -65,7 +66,6 @@ def load_recording(path: str | Path) -> Recording:
         t=arrays["t"], q=arrays["q"], v=arrays["v"],
         channels=dict(zip(header["channels"], arrays["channels"], strict=True)), units=header["units"],
         health=Health(tuple(Finding(**f) for f in header["health"])),
-        cost=Cost(**header["cost"]), settings=Settings(**header["settings"]), scene=header["scene"], name=header["name"],
-        fidelity=header["fidelity"], parameters=header["parameters"], versions=header["versions"],
+        cost=Cost(**header["cost"]), settings=Settings(**header["settings"]), scene=header["scene"],
+        name=header["name"], fidelity=header["fidelity"], parameters=header["parameters"], versions=header["versions"],
     )  # fmt: skip
-

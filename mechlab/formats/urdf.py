@@ -1,4 +1,6 @@
-"""The tree of a Mechanism as URDF, for tools that read it; loops, gears of three joints, shafts and gravity stay in the JSON.
+"""The tree of a Mechanism as URDF, for tools that read it.
+
+Loops, gears between three joints, shafts and gravity stay in the JSON beside it.
 
 * The root link is `base`, the ground. Joint values are coordinates: 0 in the reference pose.
 * URDF has one joint a link: further joints of a body get links BODY__JOINT before it.
@@ -29,6 +31,7 @@ from mechlab.mechanism.shape import Shape
 ROOT = "base"
 MASSLESS = 2e-14
 """Mass [kg] and moment [kg m2] of a moving link that has none."""
+FILLED: tuple[float, ...] = (MASSLESS, MASSLESS, MASSLESS, 0.0, 0.0, 0.0)
 WIDE = 1e9
 """Limit of a joint, an effort or a rate that has none."""
 
@@ -46,7 +49,7 @@ class UrdfMap:
         follow = {n: {"joint": f.leader, "multiplier": str(f.ratio)} for n, f in mimics(m).items()}
         return {
             "root": ROOT, "bodies": self.bodies, "frames": self.frames, "joints": self.joints, "mimic": follow,
-            "not_in_urdf": [x.name for x in (*m.loops, *m.shafts, *m.springs)]
+            "not_in_urdf": [x.name for x in m.loops] + [x.name for x in m.shafts] + [x.name for x in m.springs]
             + [r.name for r in m.relations if len(r.coefficients) != 2],
             "gravity": list(m.gravity),
         }  # fmt: skip
@@ -75,7 +78,7 @@ def urdf_map(m: Mechanism) -> UrdfMap:
 
 
 def to_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None) -> str:
-    """The tree of the mechanism as URDF text; `mesh_files`: the file of each shape that has one, relative to the URDF."""
+    """The tree of the mechanism as URDF text; `mesh_files`: the file of each shape that has one, relative to it."""
     files = mesh_files or {}
     names = urdf_map(m)
     root = ET.Element("robot", {"name": m.name})
@@ -147,13 +150,10 @@ def _link(root: ET.Element, name: str, body: Body, moves: bool, files: Mapping[S
 def _inertial(link: ET.Element, inertia: Inertia, moves: bool) -> None:
     if inertia.mass == 0.0 and not moves:
         return
-    if inertia.mass == 0.0:
-        mass, t = MASSLESS, (MASSLESS, MASSLESS, MASSLESS, 0.0, 0.0, 0.0)
-    else:
-        mass, t = inertia.mass, safe_tensor(inertia)
+    t = FILLED if inertia.mass == 0.0 else safe_tensor(inertia)
     section = add(link, "inertial")
     add(section, "origin", xyz=inertia.com, rpy=(0.0, 0.0, 0.0))
-    add(section, "mass", value=mass)
+    add(section, "mass", value=inertia.mass or MASSLESS)
     add(section, "inertia", ixx=t[0], ixy=t[3], ixz=t[4], iyy=t[1], iyz=t[5], izz=t[2])
 
 

@@ -1,4 +1,4 @@
-"""Relations between two joints as mimics: every follower names an independent leader, so that no chain can contradict."""
+"""Relations between two joints as mimics. Every follower names an independent leader: no chain can contradict."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""URDF text -> Mechanism: a tree; mimics become relations. What URDF cannot say (loops, gears) is in the JSON beside it.
+"""URDF text -> Mechanism: a tree; mimics become relations. What URDF cannot say (loops, gears) is in the JSON.
 
-The root link is the ground: its mass does not matter. Fixed links without mass, looks and children become frames. Meshes are
-left out: a Mechanism's shapes are made from parameters. Values are those of the URDF: the physical value of a joint.
+The root link is the ground: its mass does not matter. Fixed links without mass, looks and children become frames.
+Meshes are left out: a Mechanism's shapes are made from parameters. The physical value of a joint is its value in the URDF.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from mechlab.mechanism.builder import depth_first, floating
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import GROUND, Body, Frame, Joint, LinearRelation, Mechanism
-from mechlab.mechanism.shape import Color, Shape, shape
+from mechlab.mechanism.shape import Color, Shape
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 UNLIMITED = 1e8
@@ -40,7 +40,9 @@ def from_urdf(content: str) -> Mechanism:
         above[child] = joint
     roots = [n for n in links if n not in above]
     if len(roots) != 1:
-        raise MechlabError(f"a URDF has exactly one root link; this one has {len(roots)}: {', '.join(roots) or 'a cycle'}.")
+        raise MechlabError(
+            f"a URDF has exactly one root link; this one has {len(roots)}: {', '.join(roots) or 'a cycle'}."
+        )
     colors = {m.get("name", ""): c for m in root.findall("material") if (c := _rgba(m)) is not None}
     zeros = {name: _zero(joints, name, ()) for name in joints}
     parents = {_end(j, "parent", links) for j in joints.values()}
@@ -189,7 +191,7 @@ def _shapes(link: ET.Element, colors: dict[str, Color]) -> list[Shape]:
             elif solid.tag in ("cylinder", "sphere"):
                 size = {k: _value(solid, k, 0.0) for k in ("radius", "length") if k in solid.attrib}
             if size:
-                out.append(shape(solid.tag, _origin(visual), color or (0.62, 0.66, 0.72, 1.0), **size))
+                out.append(Shape(solid.tag, tuple(sorted(size.items())), _origin(visual), color or Shape.color))
     return out
 
 

@@ -1,7 +1,7 @@
 """The files of a mechanism in a folder: NAME.xml, scene.xml, NAME.urdf, NAME.json and the meshes. All of them or none.
 
-Everything is written into a temporary folder beside the target and read back there; only then it is moved into place. Other
-files of the folder stay as they are.
+Everything is written into a temporary folder beside the target and read back there; only then it is moved into place.
+Other files of the folder stay as they are.
 """
 
 from __future__ import annotations
@@ -36,8 +36,9 @@ def write_files(
 ) -> dict[str, Path]:
     """Write the files of a mechanism into `out_dir`, which is made if it does not exist; returns label -> path.
 
-    Labels: "mjcf", "scene", "urdf", "json", and "meshes/FILE" for each mesh. `verify(folder, mechanism)` may reload the files
-    by their consumers and raise before anything is moved into place. Raises MechlabError when the folder cannot be written.
+    Labels: "mjcf", "scene", "urdf", "json", and "meshes/FILE" for each mesh. `verify(folder, mechanism)` may reload
+    the files by their consumers and raise before anything is moved into place. Raises MechlabError when the folder
+    cannot be written.
     """
     out = Path(out_dir)
     with _staging(out) as stage:
@@ -66,10 +67,10 @@ def _write(m: Mechanism, folder: Path, settings: Settings | None) -> dict[str, s
 
 
 def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
-    """Write one OBJ for each different solid of the mechanism that is no primitive; returns shape -> file in `folder`."""
+    """Write one OBJ for each different solid that is no primitive; returns shape -> file, relative to `folder`."""
     from mechlab.shapes import mesh, write_obj
 
-    shapes = [s for b in m.bodies for s in b.shapes] + list(m.ground_shapes) + [s for x in m.shafts for s in x.shapes]
+    shapes = [*m.ground_shapes, *(s for b in m.bodies for s in b.shapes), *(s for x in m.shafts for s in x.shapes)]
     wanted = [s for s in shapes if not _primitive(s)]
     if wanted:
         (folder / MESHES).mkdir(exist_ok=True)

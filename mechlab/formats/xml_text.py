@@ -21,7 +21,7 @@ def numbers(values: Iterable[float]) -> str:
 
 
 def add(parent: ET.Element, tag: str, **attributes: object) -> ET.Element:
-    """A child element. Floats and tuples become numbers, None is left out; a trailing _ of a name is dropped (class_)."""
+    """A child element. Floats and tuples become numbers, None is left out, a trailing _ of a name is dropped."""
     return ET.SubElement(parent, tag, {k.rstrip("_"): _text(v) for k, v in attributes.items() if v is not None})
 
 

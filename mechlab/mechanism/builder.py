@@ -266,7 +266,7 @@ class Builder:
         """The Mechanism, closed by Newton from `guess` (joint name -> value away from the placements as given).
 
         Joints in `hold` keep their guess exactly. The closed pose becomes the reference pose: placements absorb it, and
-        it is added to each joint's `zero`. Raises MechlabError that names the loop that stays open.
+        it is added to the `zero` of each joint and shaft. Raises MechlabError that names the loop that stays open.
         """
         m = self._open(self.bodies)
         q = m.reference()
@@ -285,6 +285,7 @@ class Builder:
             )
         bodies = [_rebase(b, m, found.q) for b in depth_first(self.bodies)]
         self.bodies = bodies
+        self.shafts = [replace(s, zero=float(m.value(s.name, found.q))) for s in self.shafts]
         return self.build()
 
 

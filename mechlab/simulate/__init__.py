@@ -3,6 +3,6 @@
 from mechlab.simulate.model import MujocoMap, to_mujoco
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.runner import run
-from mechlab.simulate.solve_newton import accelerations, assemble, frame_motion, rates
+from mechlab.simulate.solve_newton import accelerations_of, assemble, frame_motion, rates
 
-__all__ = ["MujocoMap", "MujocoPlant", "accelerations", "assemble", "frame_motion", "rates", "run", "to_mujoco"]
+__all__ = ["MujocoMap", "MujocoPlant", "accelerations_of", "assemble", "frame_motion", "rates", "run", "to_mujoco"]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 
+from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law, applied_force
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.plant import MujocoPlant
+from mechlab.simulate.stepping import RATE_LIMIT
 
 _RK4 = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
 
@@ -38,6 +43,8 @@ class Driver:
         self.forces = forces
         self.evaluations += 1
         power = sum(f * plant.rate(name) for name, f in forces.items())
+        if not math.isfinite(power):
+            self._refuse(forces)
         if self._rk4:
             if not self.sampling:
                 self.work += _RK4[self._stage] * float(plant.model.opt.timestep) * power
@@ -46,6 +53,17 @@ class Driver:
         if self._last is not None:
             self.work += 0.5 * (plant.t - self._last[0]) * (power + self._last[1])
         self._last = (plant.t, power)
+
+    def _refuse(self, forces: Mapping[str, float]) -> None:
+        """Raise MechlabError for a force that is not finite in a state that is sound; in a blow-up let it pass."""
+        data = self.plant.data
+        if not np.all(np.abs(data.qvel) < RATE_LIMIT) or not np.all(np.isfinite(data.qpos)):
+            return
+        for name, f in forces.items():
+            if not math.isfinite(f):
+                raise MechlabError(
+                    f"{self.mechanism.name}: the laws give {name!r} the force {f} at t = {self.plant.t:.6g} s."
+                )
 
     def now(self) -> list[float]:
         """Forces in the order of `targets`."""

@@ -35,8 +35,9 @@ class ExactDynamics:
         force = data.qfrc_smooth + rows[other].T @ data.efc_force[other]
         free = np.linalg.solve(self._mass, np.column_stack([force, jacobian.T]))
         compliance = jacobian @ free[:, 1:]
-        # Scaled to a unit diagonal, so that rows in metres and in radians are cut off alike.
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(compliance), 1e-300))
+        # Scaled to a unit diagonal, so that rows in metres and in radians are cut off alike; void rows stay void.
+        diagonal = np.diag(compliance)
+        scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-14 * np.max(diagonal, initial=1e-300)))
         scaled = compliance * scale[:, None] * scale
         reaction = scale * np.linalg.lstsq(scaled, -scale * (bias + jacobian @ free[:, 0]), rcond=1e-11)[0]
         return free[:, 0] + free[:, 1:] @ reaction, reaction

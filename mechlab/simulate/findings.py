@@ -11,11 +11,11 @@ import numpy as np
 
 from mechlab.experiment.energy import dissipation, energy_finding, work
 from mechlab.experiment.health import Finding, Health
-from mechlab.experiment.observe import finite_finding, kinematic_findings, saturation_finding
+from mechlab.experiment.observe import kinematic_findings, saturation_finding
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
 from mechlab.simulate.stepping import BlowUp
 
 LOOKED_AT = 250
@@ -59,8 +59,7 @@ def health(
     some = np.unique(np.linspace(0, len(t) - 1, min(len(t), LOOKED_AT)).round().astype(int))
     out: list[Finding] = []
     if blow_up is not None:
-        out.append(_blown(blow_up, scene, settings))
-    out.append(finite_finding(q, v))
+        out.append(_blown(mechanism, blow_up, scene, settings))
     out += kinematic_findings(mechanism, q[some], v[some])
     if mechanism.relations:
         out.append(_slip(*samples.slip))
@@ -81,10 +80,11 @@ def health(
     return Health(tuple(out))
 
 
-def _blown(blow_up: BlowUp, scene: Scene, settings: Settings) -> Finding:
+def _blown(mechanism: Mechanism, blow_up: BlowUp, scene: Scene, settings: Settings) -> Finding:
     tips = [f"a smaller timestep (now {settings.timestep:g} s)"]
-    if settings.integrator == "RK4":
-        tips.append("the preset 'stiff'")
+    parts: tuple[Joint | Shaft | Spring, ...] = (*mechanism.joints, *mechanism.shafts, *mechanism.springs)
+    if any(x.stiffness or x.damping for x in parts) and settings.integrator != "discrete":
+        tips.append("the preset 'stiff', which is implicit in springs and dampers of the mechanism (not in laws)")
     if scene.laws:
         tips.append("softer laws, such as smaller gains of a servo, or more inertia where it acts")
     text = f"the run blew up at t = {blow_up.t:.6g} s and was stopped: {blow_up.reason}. Try {', or '.join(tips)}"

@@ -41,7 +41,7 @@ class Reactions:
     and LOOP_mx _my _mz [N m] on body b at its end of the loop, world axes; no moments for spherical loops. LOOP_load
     [N] of a distance loop pushes its ends apart. A mechanism with a distance loop is read by `ExactDynamics`, which
     gives the loads of relations, distance loops and spherical loops. Rows that repeat others share their load equally:
-    in an overconstrained mechanism (a planar one closed by a revolute loop) this says how the engine shares it, no more.
+    in an overconstrained mechanism this says how the engine shares it, no more.
     """
 
     def __init__(self, map_: MujocoMap) -> None:

@@ -108,6 +108,8 @@ class _Samples:
         mujoco.mj_forward(self.model, data)
         self.driver.sampling = False
         if not np.all(np.isfinite(data.qacc)):
+            if not self.t:
+                raise MechlabError(f"{self.map.mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
             return
         self.t.append(t)
         self.q.append(self.map.coordinates(data.qpos))

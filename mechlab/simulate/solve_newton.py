@@ -80,7 +80,7 @@ def rates(m: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
     return map_.rates(_solved(m, matrix, wanted, "rates", tuple(given)))
 
 
-def accelerations(m: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
+def accelerations_of(m: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
     """(nv,) accelerations that keep all constraints at the pose q (nq,) and rates v (nv,) and have the `given` ones.
 
     given: as of `rates`, second derivatives. dJ/dt v is exact, from mj_jacDot (see `Closure`). Raises NoSolution when

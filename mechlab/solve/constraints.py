@@ -20,6 +20,8 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Loop
 from mechlab.solve.kinematics import PinKinematics
 
+_NEXT = np.array([1, 2, 0])
+
 
 class PinConstraints:
     """residual, jacobian and bias of all rows at the state of a PinKinematics; loops in order, then relations."""
@@ -27,6 +29,8 @@ class PinConstraints:
     def __init__(self, kin: PinKinematics) -> None:
         m = kin.mechanism
         self.kin = kin
+        self._pose = -1
+        self._seen: tuple[Array, ...] = ()
         names = ConstraintSet(m)
         self.rows, self.slices = names.rows, names.slices
         self.loops = m.loops
@@ -70,8 +74,7 @@ class PinConstraints:
         kin = self.kin
         if not len(self.loop_of_row):
             return self._relation_q @ kin.q, self.relations, np.zeros((0, 6))
-        a, b = self.frames()
-        residual, lines, _, _ = self._lines(a, b)
+        residual, lines, _, _, _, _ = self._look()
         jacobian = self.selection * (lines @ kin.spatial)
         if len(self.relations):
             return (
@@ -81,11 +84,19 @@ class PinConstraints:
             )
         return residual, jacobian, lines
 
+    def _look(self) -> tuple[Array, ...]:
+        """Residual, lines W (rows, 6), directions u and w (rows, 3) of the loop rows, frames a and b; once for each
+        pose."""
+        if self._pose != self.kin.pose_count:
+            a, b = self.frames()
+            self._seen = (*self._lines(a, b), a, b)
+            self._pose = self.kin.pose_count
+        return self._seen
+
     def _lines(self, a: Array, b: Array) -> tuple[Array, Array, Array, Array]:
-        """Residual, lines W (rows, 6), directions u and w (rows, 3) of the loop rows."""
         k = self.loop_of_row
-        u = np.take_along_axis(a[k, :3, :3], self._u[:, None, None], axis=2)[:, :, 0]
-        w = np.take_along_axis(b[k, :3, :3], self._w[:, None, None], axis=2)[:, :, 0]
+        u = a[k, :3, self._u]
+        w = b[k, :3, self._w]
         pb = b[k, :3, 3]
         d = pb - a[k, :3, 3]
         residual = np.einsum("ij,ij->i", u, d)
@@ -117,8 +128,7 @@ class PinConstraints:
         kin = self.kin
         if kin.still or not len(self.loop_of_row):
             return out
-        a, b = self.frames()
-        _, lines, u, w = self._lines(a, b)
+        _, lines, u, w, a, b = self._look()
         k = self.loop_of_row
         twists, rates = kin.twists()
         va, vb = twists[self._a[k]], twists[self._b[k]]
@@ -156,8 +166,5 @@ def _fixed(kin: PinKinematics, loops: tuple[Loop, ...], side: str) -> Array:
 
 def _cross(a: Array, b: Array) -> Array:
     """Row-wise cross product of (n, 3) and (n, 3)."""
-    out = np.empty_like(a)
-    out[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
-    out[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
-    out[:, 2] = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return out
+    a_next, b_next = a.take(_NEXT, axis=1), b.take(_NEXT, axis=1)
+    return (a * b_next - a_next * b).take(_NEXT, axis=1)

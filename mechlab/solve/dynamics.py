@@ -31,6 +31,7 @@ class PinPlant:
         self.constraints = PinConstraints(self.kin)
         self.passive = Passive(self.mechanism)
         self._zeros = {n: self.mechanism.zero(n) for n in self.mechanism.scalar_names}
+        self._lower = np.tril_indices(self.mechanism.nv, -1)
         self.evaluations = 0
         self.set(self.mechanism.reference() if q is None else q, v, t)
 
@@ -43,6 +44,13 @@ class PinPlant:
         self._rows: tuple[Array, Array, Array] | None = None
         self._row_bias: Array | None = None
         self._factors: Factors | None = None
+        return self
+
+    def set_rates(self, v: ArrayLike, t: float | None = None) -> PinPlant:
+        """The same pose with other rates: mass matrix, constraint rows and factors are kept."""
+        mass, rows, factors = self._mass, self._rows, self._factors
+        self.set(self.q, v, self.t if t is None else t)
+        self._mass, self._rows, self._factors = mass, rows, factors
         return self
 
     def value(self, name: str) -> float:
@@ -58,8 +66,8 @@ class PinPlant:
         """(nv, nv): Pinocchio's composite rigid body algorithm with armatures, and J c c^T of every shaft."""
         if self._mass is None:
             pin.crba(self.kin.model, self.kin.data, self.kin.q_pin)
-            upper = np.triu(self.kin.data.M)
-            mass = upper + np.triu(upper, 1).T
+            mass = self.kin.data.M.copy()
+            mass[self._lower] = mass.T[self._lower]
             self._mass = mass + self.passive.inertia if self.passive.has_shaft_inertia else mass
         return self._mass
 
@@ -101,6 +109,13 @@ class PinPlant:
         if self._factors is None:
             self._factors = factor(self.mass_matrix(), self.jacobian())
         return self._factors
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest change of the rates, or displacement, that takes `residual` (rows,) away: J dv = -residual."""
+        factors = self.factors()
+        if factors is not None:
+            return factors.correction(residual)
+        return np.asarray(-np.linalg.lstsq(self.jacobian(), residual, rcond=1e-11)[0], dtype=float)
 
     def accelerations(self, force: ArrayLike) -> tuple[Array, Array]:
         """(nv,) accelerations and (rows,) reactions under the generalised `force` (nv,) of drives and loads.

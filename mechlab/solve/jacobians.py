@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.structure import singularity
+from mechlab.mechanism.structure import null_space, singularity
 from mechlab.solve.constraints import PinConstraints
 from mechlab.solve.kinematics import PinKinematics
 from mechlab.solve.quantities import Quantities
@@ -22,10 +22,10 @@ from mechlab.solve.quantities import Quantities
 class OutputJacobian:
     """The linear map between drive rates and the twist of a frame (linear at its origin, angular; world axes).
 
-    matrix (6, drives): twist = matrix @ drive rates. inverse (drives, 6): drive rates from a twist, solved through
-    the constraints by itself; only twists that the mechanism allows make sense. rates (nv, drives): all rates.
-    values: singular values of `matrix`. singularities: see `mechlab.mechanism.singularity`. free: largest motion left
-    over with the drives held is possible (local freedoms, a parallel singularity): number of such motions.
+    matrix (6, drives): twist = matrix @ drive rates. inverse (drives, 6): drive rates from a twist, by all motions
+    that the constraints allow, not from `matrix`; a twist that is not allowed is replaced by the nearest. rates (nv,
+    drives): all rates. values: singular values of `matrix`. singularities: see `mechlab.mechanism.singularity`. free:
+    number of motions left over with the drives held (local freedoms, a parallel singularity).
     """
 
     frame: str
@@ -63,15 +63,15 @@ def output_jacobian(
     closure = PinConstraints(kin).jacobian()
     actuation = np.array([mechanism.row(n) for n in names])
     rates, rank = _solve(closure, actuation)
-    allowed, _ = _solve(closure, twist)
     matrix = twist @ rates
+    basis = null_space(closure)
     return OutputJacobian(
         frame=frame,
         drives=names,
         matrix=matrix,
-        inverse=actuation @ allowed,
+        inverse=actuation @ basis @ np.linalg.pinv(twist @ basis, rcond=1e-10),
         rates=rates,
-        values=np.linalg.svd(matrix, compute_uv=False),
+        values=np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=float),
         singularities=singularity(mechanism, np.asarray(q, dtype=float), twist),
         free=mechanism.nv - rank,
     )
@@ -84,7 +84,7 @@ def _solve(closure: Array, rows: Array) -> tuple[Array, int]:
     scale = np.where(norms > 1e-14, norms, 1.0)
     right = np.concatenate([np.zeros((len(closure), len(rows))), np.eye(len(rows))])
     x, _, rank, _ = np.linalg.lstsq(matrix / scale[:, None], right / scale[:, None], rcond=1e-10)
-    return x, int(rank)
+    return np.asarray(x, dtype=float), int(rank)
 
 
 def rates(mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:

@@ -24,6 +24,8 @@ class PinKinematics:
         self.mechanism = self.pin.mechanism
         self.model = self.pin.model
         self.data = self.pin.create_data()
+        self.pose_count = 0
+        self.q = np.zeros(0)
         self.support = np.zeros((self.model.njoints, self.model.nv))
         for j in range(1, self.model.njoints):
             for i in list(self.model.supports[j])[1:]:
@@ -36,8 +38,11 @@ class PinKinematics:
         m = self.mechanism
         if v is not None and np.shape(v) != (m.nv,):
             raise MechlabError(f"{m.name}: rates have shape {np.shape(v)}, expected ({m.nv},).")
-        self.q = np.asarray(q, dtype=float)
-        self.q_pin = self.pin.to_pin(self.q)
+        q = np.asarray(q, dtype=float)
+        if not np.array_equal(q, self.q):
+            self.q = q.copy()
+            self.q_pin = self.pin.to_pin(q)
+            self.pose_count += 1
         self.still = v is None
         self.v = np.zeros(m.nv) if v is None else np.asarray(v, dtype=float)
         if self.still:

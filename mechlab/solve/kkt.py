@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 
 from mechlab.mechanism.geometry import Array
 
@@ -24,11 +24,12 @@ RANK = 1e-10
 class Factors:
     """Factors of one state: solve as often as needed with `accelerations` and `correction`.
 
-    chol (nv, nv) lower factor of M; y = L^-1 J^T; `rank` of the constraint rows; pseudo (rows, rows): inverse of D
-    where the fast path was not possible; null (rows, k): combinations of reactions that do nothing.
+    root (nv, nv) L^-1 of M = L L^T (explicit: at these sizes many times faster than solving); y = L^-1 J^T; `rank` of
+    the constraint rows; pseudo (rows, rows): inverse of D where the fast path was not possible; null (rows, k):
+    combinations of reactions that do nothing.
     """
 
-    chol: Array
+    root: Array
     y: Array
     scale: Array
     small: Array | None
@@ -48,13 +49,13 @@ class Factors:
 
     def accelerations(self, force: Array, bias: Array) -> tuple[Array, Array]:
         """(nv,) accelerations and (rows,) reactions from force = tau - h (nv,) and bias b (rows,)."""
-        half = dtrtrs(self.chol, force, lower=1)[0]
+        half = self.root @ force
         r = self.reactions(-bias - self.y.T @ half)
-        return dtrtrs(self.chol, half + self.y @ r, lower=1, trans=1)[0], r
+        return self.root.T @ (half + self.y @ r), r
 
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest change dv, measured by the kinetic energy, with J dv = -residual."""
-        return np.asarray(dtrtrs(self.chol, self.y @ self.reactions(-residual), lower=1, trans=1)[0])
+        return np.asarray(self.root.T @ (self.y @ self.reactions(-residual)))
 
 
 def factor(mass: Array, jacobian: Array) -> Factors | None:
@@ -62,26 +63,29 @@ def factor(mass: Array, jacobian: Array) -> Factors | None:
     chol, info = dpotrf(mass, lower=1, clean=1)
     if info != 0 or not np.min(np.diagonal(chol)) > 1e-9 * np.max(np.diagonal(chol)):
         return None
+    root = dtrtri(chol, lower=1)[0]
     rows = len(jacobian)
     if not rows:
-        return Factors(chol, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
-    y = dtrtrs(chol, jacobian.T, lower=1)[0]
+        return Factors(root, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
+    y = root @ jacobian.T
     delassus = y.T @ y
     size = np.sqrt(np.diagonal(delassus))
     void = size < 1e-12 * np.max(size, initial=0.0)
     scale = np.where(void, 1.0, size)
     scaled = delassus / np.outer(scale, scale)
-    if not void.any():
-        small, info = dpotrf(scaled, lower=1)
-        if info == 0 and np.min(np.diagonal(small)) > PIVOT:
-            return Factors(chol, y, scale, small, None, None, rows)
     scaled[void] = 0.0
     scaled[:, void] = 0.0
+    scaled[void, void] = 1.0
+    small, info = dpotrf(scaled, lower=1)
+    if info == 0 and np.min(np.diagonal(small)) > PIVOT:
+        y[:, void] = 0.0
+        return Factors(root, y, np.where(void, np.inf, scale), small, None, None, rows - int(np.count_nonzero(void)))
+    scaled[void, void] = 0.0
     values, vectors = np.linalg.eigh(scaled)
     keep = values > RANK * max(values[-1], 1e-300)
     pseudo = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(scale, scale)
     null = np.linalg.qr(vectors[:, ~keep] / scale[:, None])[0]
-    return Factors(chol, y, scale, None, pseudo, null, int(np.count_nonzero(keep)))
+    return Factors(root, y, scale, None, pseudo, null, int(np.count_nonzero(keep)))
 
 
 def dense(mass: Array, jacobian: Array, force: Array, bias: Array) -> tuple[Array, Array, float]:

@@ -46,6 +46,17 @@ class Passive:
             out -= spring_force(kin, spring)
         return np.asarray(out)
 
+    def loss(self, kin: Kinematics, v: Array) -> float:
+        """Power [W] lost in dampers, without dry friction."""
+        power = float(v @ self.damping @ v)
+        for spring in self.springs:
+            if spring.damping:
+                a, b, _ = spring_ends(kin, spring)
+                relative = kin.velocity(spring.body_b, b)[:3] - kin.velocity(spring.body_a, a)[:3]
+                square = float((b - a) @ (b - a))
+                power += spring.damping * float((b - a) @ relative) ** 2 / square if square > 1e-24 else 0.0
+        return power
+
     def friction_force(self, v: Array, width: Array | float) -> Array:
         """(nv,) dry friction as it acts on the joints: -friction tanh(rate / width), `width` the rate at which it is
         smoothed."""

@@ -10,6 +10,7 @@ from typing import Any
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.check import Check, Measured
 from mechlab.study.design import Design
+from mechlab.study.generic_checks import generic_checks
 from mechlab.study.tables import number, table
 
 
@@ -79,10 +80,10 @@ class CheckReport:
 
 
 def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:
-    """Run every check of the designs. A check that raises has failed, unless what it lacks is an engine."""
+    """Run every check of the designs; those without checks of their own get the generic ones. A check that raises has failed, unless what it lacks is an engine."""
     outcomes = []
     for design in designs:
-        for check in design.entry.checks:
+        for check in design.entry.checks or generic_checks(design.entry):
             if progress:
                 progress(f"{design.name} {check.id}: {check.text}")
             outcomes.append(_run(design, check))

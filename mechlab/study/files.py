@@ -27,7 +27,7 @@ def write_verified(mechanism: Mechanism, out: str | Path) -> dict[str, Path]:
             verify(mechanism, Path(scratch))
             moved: dict[str, Path] = {}
             for kind, path in written.items():
-                moved[kind] = out / path.relative_to(scratch)
+                moved[kind.partition("/")[0]] = out / Path(*path.relative_to(scratch).parts[:1])
             for item in sorted(Path(scratch).iterdir()):
                 target = out / item.name
                 if target.is_dir() and item.is_dir():

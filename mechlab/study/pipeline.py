@@ -22,7 +22,7 @@ def pipeline(design: Design, out: Path, page: PagePrinter, progress: Callable[[s
     level = fidelity or _richest(design)
     progress(f"files of fidelity {level}")
     files = dict(write_verified(design.mechanism(level), out))
-    progress(f"{len(design.entry.checks)} checks, each with its witnesses")
+    progress("checks, each with its witnesses")
     checks = run_checks([design])
     progress(f"simulation of scene {design.entry.default_scene}")
     simulation = SimulateResult(run_scene(design))

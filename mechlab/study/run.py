@@ -11,6 +11,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.health import Health, measured
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
+from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import ENGINES, PRESETS, Settings
 from mechlab.study.design import Design
 from mechlab.study.witness import room
@@ -68,7 +69,7 @@ def run_scene(
             raise MechlabError(f"{design.name}: it has no closed form to simulate with; engines: mujoco, pinocchio.")
         if extra:
             raise MechlabError(f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}.")
-        return _complete(lived, lived.entry.reference(lived.parameters, made), made.fidelity)
+        return _complete(lived, lived.entry.reference(lived.parameters, made), made)
     if engine in ("hybrid", "one_freedom"):
         raise MechlabError(f"{design.name}: engine {engine} has no model of it; engines: mujoco, pinocchio" + (", analytic." if lived.entry.reference else "."))
 
@@ -76,23 +77,18 @@ def run_scene(
         return room(s.engine).run(lived.mechanism(made.fidelity), made, s, list(at) or None)  # type: ignore[no-any-return]
 
     recording = once(chosen) if max_error is None else _refine(once, chosen, max_error, made.duration)
-    return _complete(lived, recording, made.fidelity)
+    return _complete(lived, recording, made)
 
 
-def _complete(design: Design, recording: Recording, fidelity: str) -> Recording:
+def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
+    """Provenance, and the channels of the entry that the scene asks for."""
     entry = design.entry
     parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
-    full = replace(recording, name=entry.name, fidelity=recording.fidelity or fidelity, parameters=parameters, versions=versions())
-    extra = {k: (unit, f(design.parameters, full)) for k, (unit, f) in entry.channels.items() if _fits(f, design, full)}
-    return full.with_channels({k: v for k, (_, v) in extra.items()}, {k: u for k, (u, _) in extra.items()})
-
-
-def _fits(function: Any, design: Design, recording: Recording) -> bool:
-    try:
-        function(design.parameters, recording)
-    except MechlabError:
-        return False
-    return True
+    level = recording.fidelity or scene.fidelity
+    full = replace(recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions())
+    asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
+    values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
+    return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})
 
 
 def _refine(once: Any, settings: Settings, max_error: float, duration: float) -> Recording:

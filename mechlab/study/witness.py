@@ -78,14 +78,14 @@ def engine_answer(
     closes it itself. output: a frame whose singular positions are reported (kind serial). A pose that does not close has
     no values: its status and a note say why.
     """
+    position, rate, accel = split(m, given)
     try:
         r = room(engine)
+        found = r.assemble(m, position, start=start, steps=steps)
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
-    position, rate, accel = split(m, given)
-    found = r.assemble(m, position, start=start, steps=steps)
     if not found.closed and not found.status.exit_code == 0:
-        return Answer(status=found.status, notes=(f"{engine}: {found.status.value}; the loops stay open by {found.residual:.3g}",))
+        return Answer(status=found.status, notes=(_why(m, position, found),))
     try:
         values, notes = _motion(r, m, found.q, rate, accel, wanted)
     except NoSolution as cause:
@@ -95,6 +95,15 @@ def engine_answer(
         sentence = f"singular position ({', '.join(kinds)})"
         return Answer(values, Status.BOUNDARY, (*notes, sentence), details={"singular": list(kinds)})
     return Answer(values, Status.SOLVED, notes)
+
+
+def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:
+    """How near the search came: what of the given is missed, or what stays open."""
+    missed = {n: abs(float(m.value(n, found.q)) - float(given[n])) for n in given if n in m.scalar_names}
+    worst = max(missed, key=lambda n: missed[n]) if missed else ""
+    reached = f"; {worst} is missed by {missed[worst]:.4g}" if worst and missed[worst] > 1e-9 else ""
+    gap = f"; the loops stay open by {found.residual:.3g}" if found.residual > 1e-9 else ""
+    return found.status.value + reached + gap
 
 
 def _output_rows(m: Mechanism, q: Array, output: str | None) -> Array | None:
@@ -113,7 +122,7 @@ def _motion(
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     wanted = tuple(wanted)
     v = r.rates(m, q, rate) if rate else np.zeros(m.nv)
-    a = r.accelerations(m, q, v, accel) if rate or accel else np.zeros(m.nv)
+    a = r.accelerations_of(m, q, v, accel) if rate or accel else np.zeros(m.nv)
     frames: dict[str, tuple[Array, Array, Array]] = {}
     values: dict[str, Any] = {}
     for key in wanted:

@@ -1,5 +1,10 @@
-"""Checks of the delta (being written)."""
+"""The checks A1 to A14 of the delta: each compares witnesses that do not share code, or holds them to a known number."""
 
+from __future__ import annotations
+
+from mechlab.catalog.delta6 import checks_dynamics, checks_pose, checks_runs, checks_source, checks_train
 from mechlab.experiment.check import Check
 
-CHECKS: tuple[Check, ...] = ()
+_PARTS = (checks_source, checks_pose, checks_train, checks_dynamics, checks_runs)
+
+CHECKS: tuple[Check, ...] = tuple(sorted((c for part in _PARTS for c in part.CHECKS), key=lambda c: int(c.id[1:])))

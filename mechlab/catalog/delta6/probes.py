@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,12 @@ HEAD_CENTRE_SWING = 0.05
 def reach(p: Delta6Parameters) -> float:
     """Horizontal distance from the home pose to the nearest horizontal rod [m]."""
     return float(closed.reach_margin(p.geometry, np.zeros(3)))
+
+
+def without_stops(p: Delta6Parameters) -> Delta6Parameters:
+    """The same delta with slider stops that no probe reaches: what stops do to a motion is not what the checks ask."""
+    home = p.geometry.home_height + p.platform_height + p.slider_height
+    return replace(p, slider_min=min(p.slider_min, home - 1.0), slider_max=max(p.slider_max, home + 1.0))
 
 
 def random_poses(p: Delta6Parameters, count: int, share: float = 0.5, seed: int = 3) -> tuple[Array, Array]:

@@ -61,9 +61,8 @@ def _targets(p: Delta6Parameters) -> tuple[tuple[str, Motion], ...]:
 def head_tracking(p: Delta6Parameters, fidelity: str) -> Scene:
     """The source's control example: computed torque on the head while its centre is held."""
     gains = (HOLD_GAINS,) * 3 + ((p.position_gain, p.velocity_gain),) * 3
-    start = source_targets(0.0)
-    initial = dict(zip(ANGLES, (start.angles + SOURCE_START_ANGLES).tolist(), strict=True))
-    rates = dict(zip(ANGLES, (start.rates + SOURCE_START_RATES).tolist(), strict=True))
+    initial = dict(zip(ANGLES, SOURCE_START_ANGLES.tolist(), strict=True))
+    rates = dict(zip(ANGLES, SOURCE_START_RATES.tolist(), strict=True))
     return Scene(
         "head-tracking", fidelity, 3.0, (ComputedTorque(drive_names(), _targets(p), gains),),
         initial={f"O_{a}": 0.0 for a in "xyz"} | initial, initial_rates={f"O_{a}": 0.0 for a in "xyz"} | rates,
@@ -147,7 +146,9 @@ def reference(p: Delta6Parameters, scene: Scene) -> Recording:
         raise unknown("delta6: scene with a closed form", scene.name, [n for n in SCENES if n.startswith("head")])
     t = np.linspace(0.0, scene.duration, max(2, round(scene.duration / 2e-3) + 1))
     wanted = source_targets(t)
-    answer = error_response(t[:, None], SOURCE_START_ANGLES, SOURCE_START_RATES, p.velocity_gain, p.position_gain)
+    start = source_targets(0.0)
+    error, error_rate = SOURCE_START_ANGLES - start.angles, SOURCE_START_RATES - start.rates
+    answer = error_response(t[:, None], error, error_rate, p.velocity_gain, p.position_gain)
     angles, rates = wanted.angles + answer.error, wanted.rates + answer.error_rate
     m = build(p, "minimal")
     q = coordinates(p, "minimal", np.zeros((len(t), 3)), angles)

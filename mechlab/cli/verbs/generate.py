@@ -5,21 +5,29 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from mechlab.cli.arguments import one_name
+from mechlab.cli.arguments import one_name, refuse_values
 from mechlab.cli.output import Result
 from mechlab.values import Value
 
-POSITIONALS = "NAME [key=value ...] -o DIR"
+POSITIONALS = "[NAME] [key=value ...] -o DIR"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of this verb."""
     parser.add_argument("-o", dest="out", metavar="DIR", required=True, help="folder for the files")
     parser.add_argument("--fidelity", metavar="F", help="level of fidelity: minimal, parts, full")
+    parser.add_argument(
+        "--catalog", action="store_true", help="the whole catalog, a folder each, with sheet and picture"
+    )
 
 
 def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
     """MJCF, scene, URDF, JSON and geometry, each reloaded by its consumer."""
+    if options.catalog:
+        refuse_values(values, "generate --catalog")
+        from mechlab import api
+
+        return api.generate_catalog(Path(options.out), names)
     name = one_name(names, "generate")
     from mechlab import api
 

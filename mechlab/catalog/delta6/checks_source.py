@@ -1,0 +1,120 @@
+"""Checks A1, A2, A6, A10: numbers of the source, always with the source's parameters."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mechlab.analytic import delta6 as closed
+from mechlab.catalog.delta6.build import build
+from mechlab.catalog.delta6.graded import Quantity, graded
+from mechlab.catalog.delta6.masses import vec
+from mechlab.catalog.delta6.parameters import Delta6Parameters, legs
+from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
+from mechlab.catalog.delta6.tooth_statics import loss, sliding
+from mechlab.catalog.delta6.witnesses import Witness, response, witnesses
+from mechlab.experiment.check import Check, Measured
+from mechlab.mechanism.geometry import Array
+
+SOURCE_3_1 = "thesis abstract, chapter 4, velocity example of the translation"
+
+
+def _translation(w: Witness) -> Array:
+    """Slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows 2 (G, -h): 15 numbers."""
+    inverse = response(w, (*CENTRE, *ANGLES))[:, :3].sum(axis=1)
+    forward = response(w, (*SLIDERS, *ANGLES))[:, :3].sum(axis=1)
+    rotation, origin = w.pose("platform")
+    rows = [2.0 * (origin + rotation @ vec(leg.lower) - w.pose(f"rod_{leg.index}")[1]) for leg in legs(SOURCE)]
+    rates = [w.mechanism.row(n) @ inverse for n in SLIDERS] + [w.mechanism.row(n) @ forward for n in CENTRE]
+    return np.concatenate([rates, np.ravel(rows)])
+
+
+def a1(p: Delta6Parameters) -> Measured:
+    """The source's velocity example of the translation."""
+    geom = SOURCE.geometry
+    home, ones = np.zeros(3), np.ones(3)
+    rows, _ = closed.implicit_matrices(geom, home)
+    said = {
+        "analytic": np.concatenate(
+            [closed.slider_rates(geom, home, ones), closed.platform_velocity(geom, home, ones), rows.ravel()]
+        )
+    }
+    said |= {w.name: _translation(w) for w in witnesses(build(SOURCE, "minimal"))}
+    expected = [1.27086, 1.79385, -0.06471, 0.0, 0.0, 1.0]
+    expected += [-0.39159, 0.23374, -0.58277, -0.00663, -0.456, -0.58277, 0.39822, 0.22226, -0.58277]
+    # The expected numbers have five decimals: 5e-6 of rounding.
+    return Measured(said, 1e-5, expected, "slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows of A")
+
+
+def _gear_train(w: Witness) -> Array:
+    """phi rates for unit rates of alpha, beta, gamma together, and the other way round."""
+    forward = response(w, (*CENTRE, *ANGLES))[:, 3:].sum(axis=1)
+    back = response(w, (*CENTRE, *ROTARY))[:, 3:].sum(axis=1)
+    return np.array([w.mechanism.row(n) @ forward for n in ROTARY] + [w.mechanism.row(n) @ back for n in ANGLES])
+
+
+def a2(p: Delta6Parameters) -> Measured:
+    """The source's velocity example of the rotation."""
+    geom, ones = SOURCE.geometry, np.ones(3)
+    said = {"analytic": np.concatenate([closed.drives_from_angles(geom, ones), closed.angles_from_drives(geom, ones)])}
+    said |= {w.name: _gear_train(w) for w in witnesses(build(SOURCE, "parts"))}
+    # -0.5109 has four decimals: 5e-5 of rounding.
+    note = "K (1, 1, 1) and K^-1 (1, 1, 1) through nine gear meshes; the source prints the latter as (0, -0.51, 1): alpha and beta swapped"
+    return Measured(said, 5e-5, [1.4, 2.966, 1.0, -0.5109, 0.0, 1.0], note)
+
+
+def _count_from_parts(bend_limit: float | None) -> list[int]:
+    """Workspace counts from where the crosses of the `full` mechanism stand, node by node."""
+    from mechlab.mechanism import TreeKinematics
+
+    tree = TreeKinematics(build(SOURCE, "full"))
+    nodes = np.arange(-100, 101) / 100.0
+    x, y = np.meshgrid(nodes, nodes, indexing="ij")
+    tops = []
+    for i in (1, 2, 3):
+        upper, lower = tree.pose(f"cross_{i}")[1], tree.pose(f"half_{i}")[1]
+        span = lower - upper
+        radicand = span @ span - (x + span[0]) ** 2 - (y + span[1]) ** 2
+        height = np.sqrt(np.where(radicand >= 0.0, radicand, np.nan))
+        if bend_limit is not None:
+            height[np.arccos(height / np.sqrt(span @ span)) > bend_limit] = np.nan
+        zero = tree.mechanism.zero(f"q{i}")
+        tops.append(height + zero + span[2])
+    stacked = np.array(tops)
+    reached = np.isfinite(stacked).all(axis=0)
+    drives = stacked[:, reached][:, :, None] + nodes
+    inside = ((drives >= SOURCE.slider_min) & (drives <= SOURCE.slider_max)).all(axis=0)
+    return [int(reached.sum()), int(inside.sum())]
+
+
+def a6(p: Delta6Parameters) -> Measured:
+    """The workspace on the source's grid, without and with a bend limit of the cardans."""
+    said: dict[str, list[int]] = {"analytic": [], "numpy": []}
+    for bend in (None, math.radians(45.0), math.radians(60.0)):
+        counts = closed.workspace_counts(SOURCE.geometry, SOURCE.slider_min, SOURCE.slider_max, bend)
+        said["analytic"] += [counts.xy_nodes, counts.voxels]
+        said["numpy"] += _count_from_parts(bend)
+    expected = [811, 18_724, 55, 2_003, 362, 10_885]
+    return Measured(said, 0.0, expected, "nodes (x, y) and voxels: no bend limit, 45 deg, 60 deg; sliders 0.25 to 0.65 m")
+
+
+def a10(p: Delta6Parameters) -> Measured:
+    """Sliding and friction in one mesh, against statics of the tooth contact."""
+    velocity = closed.sliding_velocity(closed.contact_point(closed.tip_distance(20, 0.03)), 0.3, 0.3).velocity
+    losses = [closed.approach_loss(19, 19, 0.16), closed.approach_loss(20, 20, 0.16), closed.recess_loss(20, 20, 0.16)]
+    direct = [loss(19, 19, 0.16, "approach"), loss(20, 20, 0.16, "approach"), loss(20, 20, 0.16, "recess")]
+    return graded(
+        # four printed decimals
+        Quantity("sliding velocity of 20 teeth at the tip [m/s]", 5e-5, {"analytic": velocity, "statics": sliding(20, 0.03)}, [0.1296, -0.0472]),
+        Quantity("loss factors at f = 0.16", 1e-5, {"analytic": losses, "statics": direct}, [1.09066, 1.08670, 1.07679]),
+        Quantity("closed form against statics", 1e-12, {"analytic": [*velocity, *losses], "statics": [*sliding(20, 0.03), *direct]}),
+    )  # fmt: skip
+
+
+CHECKS = (
+    Check("A1", "velocity example of the translation (source's parameters)", a1, SOURCE_3_1),
+    Check("A2", "velocity example of the rotation, through the gears (source's parameters)", a2, "thesis abstract, chapter 4, velocity example of the rotation"),
+    Check("A6", "workspace counts on the grid of 0.01 m (source's parameters)", a6, "thesis abstract, chapter 3, workspace; counts of the grid"),
+    Check("A10", "sliding velocity and friction loss of a gear mesh", a10, "thesis abstract, chapter 5, equations and table 1"),
+)  # fmt: skip

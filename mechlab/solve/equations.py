@@ -1,0 +1,151 @@
+"""Equations of motion as functions of (t, state): what the integrators call, and the projection onto the constraints.
+
+The state is y = (q, v, work): coordinates (nq,), rates (nv,), work done on the mechanism less what dampers took [J].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws import Law, applied_force
+from mechlab.mechanism.geometry import Array, quaternion_product
+from mechlab.mechanism.kinematics import integrate
+from mechlab.mechanism.model import Mechanism
+from mechlab.solve.dynamics import PinPlant
+
+FASTEST = 1e6
+CLOSED = 1e-13
+LOST = 1e-3
+FRICTION_WIDTH = 1e-4
+
+
+class BlowUp(Exception):
+    """The motion cannot go on: when, and why in words."""
+
+    def __init__(self, t: float, reason: str) -> None:
+        super().__init__(reason)
+        self.t = t
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Everything at one instant: accelerations (nv,), reactions (rows,), forces of the laws by joint or shaft, power
+    [W]."""
+
+    a: Array
+    reactions: Array
+    forces: dict[str, float]
+    power: float
+
+
+class Equations:
+    """The equations of motion of a mechanism under laws, on Pinocchio.
+
+    Dry friction is smoothed: -friction tanh(rate / width), where `width` [rad/s or m/s] is at least 1e-4 and wide
+    enough for a step of size h to be stable. `corrected` is the largest projection so far [m or rad].
+    """
+
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> None:
+        self.mechanism = mechanism
+        self.plant = PinPlant(mechanism)
+        self.laws = laws
+        self.corrected = 0.0
+        for law in laws:
+            for name in law.targets():
+                mechanism.row(name)
+        self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
+        self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
+        self.columns = self.plant.passive.columns
+        rows = self.plant.passive.friction_rows
+        inverse = np.linalg.pinv(self.plant.mass_matrix()) if len(rows) else np.zeros((0, 0))
+        softness = np.einsum("ij,jk,ik->i", rows, inverse, rows) if len(rows) else np.zeros(0)
+        self.width = np.maximum(FRICTION_WIDTH, h * self.plant.passive.friction * softness)
+
+    def start(self, q: Array, v: Array) -> Array:
+        """The state (q, v, 0)."""
+        return np.concatenate([q, v, [0.0]])
+
+    def split(self, y: Array) -> tuple[Array, Array]:
+        """q (nq,) and v (nv,) of a state."""
+        nq = self.mechanism.nq
+        return y[:nq], y[nq:-1]
+
+    def move(self, t: float, y: Array) -> PinPlant:
+        """The plant at a state; raises BlowUp when the state is not finite or too fast."""
+        q, v = self.split(y)
+        if not np.all(np.isfinite(y)):
+            raise BlowUp(t, "the state is not finite")
+        fastest = int(np.argmax(np.abs(v))) if len(v) else 0
+        if len(v) and abs(v[fastest]) > FASTEST:
+            name = self.mechanism.rate_names[fastest]
+            raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {FASTEST:g}")
+        plant = self.plant
+        if not np.array_equal(plant.q, q):
+            return plant.set(q.copy(), v.copy(), t)
+        if not np.array_equal(plant.v, v):
+            plant.set_rates(v.copy(), t)
+        plant.t = t
+        return plant
+
+    def instant(self, t: float, y: Array) -> Instant:
+        """Accelerations, reactions and forces at a state."""
+        plant = self.move(t, y)
+        try:
+            force, by_name = applied_force(self.mechanism, self.laws, t, plant)
+            rough = plant.passive.friction_force(plant.v, self.width)
+            a, reactions = plant.accelerations(force + rough)
+        except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
+            raise BlowUp(t, str(problem)) from problem
+        if not np.all(np.isfinite(a)):
+            raise BlowUp(t, "the accelerations are not finite (is a law's force not finite?)")
+        power = float((force + rough) @ plant.v) - plant.passive.loss(plant.kin, plant.v)
+        return Instant(a, reactions, by_name, power)
+
+    def slope(self, t: float, y: Array) -> Array:
+        """dy/dt."""
+        now = self.instant(t, y)
+        q, v = self.split(y)
+        out = np.empty_like(y)
+        dq = out[: self.mechanism.nq]
+        dq[self.columns] = v
+        for qs, vs in zip(self.quaternions, self.turns, strict=True):
+            dq[qs] = 0.5 * quaternion_product(q[qs], np.concatenate([[0.0], v[vs]]))
+        out[self.mechanism.nq : -1] = now.a
+        out[-1] = now.power
+        return out
+
+    def project(self, t: float, y: Array) -> Array:
+        """The nearest state on the constraints, in the sense of the kinetic energy; quaternions of unit length."""
+        y = y.copy()
+        q, v = self.split(y)
+        for qs in self.quaternions:
+            q[qs] /= np.linalg.norm(q[qs])
+        plant = self.move(t, y)
+        if not len(plant.constraints):
+            return y
+        before = q.copy()
+        for _ in range(6):
+            residual = plant.residual()
+            size = float(np.max(np.abs(residual)))
+            if size < CLOSED:
+                break
+            if not size < LOST:
+                raise BlowUp(t, f"the closure was lost: a loop or gear is open by {size:.3g} after one step")
+            plant.set(integrate(self.mechanism, plant.q, plant.correction(residual)), v.copy(), t)
+        q[:] = plant.q
+        self.corrected = max(self.corrected, float(np.max(np.abs(q - before))))
+        v += plant.correction(plant.jacobian() @ v)
+        plant.set_rates(v.copy(), t)
+        return y
+
+    def semi_implicit(self, t: float, y: Array, h: float) -> Array:
+        """The state after one step of the semi-implicit Euler method: rates first, then coordinates with the new
+        rates."""
+        now = self.instant(t, y)
+        q, v = self.split(y)
+        faster = v + h * now.a
+        return np.concatenate([integrate(self.mechanism, q, h * faster), faster, [y[-1] + h * now.power]])
