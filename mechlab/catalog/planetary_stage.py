@@ -82,7 +82,7 @@ def _azimuth(p: Parameters, k: int) -> float:
 def _sun_shapes(p: Parameters) -> tuple[Shape, ...]:
     m, z = p.module, p.teeth[0]
     return (
-        shape("spur_gear", color=BRASS, name="sun", teeth=z, module=m, width=8 * m, bore=0.25 * m * z, phase=0.0),
+        shape("spur_gear", color=BRASS, name="sun", teeth=z, module=m, width=8 * m, bore=0.12 * m * z, phase=0.0),
         shape("cylinder", Placement((0.0, 0.0, 8 * m)), BRASS, "shaft", radius=0.12 * m * z, length=24 * m),
     )
 
@@ -90,7 +90,7 @@ def _sun_shapes(p: Parameters) -> tuple[Shape, ...]:
 def _planet_shapes(p: Parameters, k: int) -> tuple[Shape, ...]:
     m, (sun, planet, _) = p.module, p.teeth
     return (
-        shape("spur_gear", color=STEEL, name="planet", teeth=planet, module=m, width=8 * m, bore=0.2 * m * planet,
+        shape("spur_gear", color=STEEL, name="planet", teeth=planet, module=m, width=8 * m, bore=0.09 * m * planet,
               phase=external_phase(sun, 0.0, planet, _azimuth(p, k)), holes=5),
     )  # fmt: skip
 

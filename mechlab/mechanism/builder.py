@@ -43,6 +43,7 @@ AxisLike = str | Sequence[float]
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
 Z: Vector = (0.0, 0.0, 1.0)
+PIN: Color = (0.28, 0.31, 0.36, 1.0)
 
 
 def _axis(axis: AxisLike, what: str) -> Vector:
@@ -145,9 +146,11 @@ class Builder:
         axis = np.array(joint.axis) if joint.kind == "revolute" and abs(joint.axis[0]) < 0.5 else np.array(Z)
         facing = np.column_stack([np.array(X), np.cross(axis, X), axis])
         place = Placement.of(facing, layer * axis)
-        looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.35 * w)
+        looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.18 * w)
+        ends = (layer * axis, layer * axis + np.array([length, 0.0, 0.0]))
+        pins = [shape("cylinder", Placement.of(facing, p), PIN, f"pin_{k}", radius=0.18 * w, length=0.9 * w) for k, p in enumerate(ends)]
         rod = Inertia.rod(m, (0.0, 0.0, 0.0), (length, 0.0, 0.0), w / 4)
-        return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=[looks])
+        return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=[looks, *pins])
 
     def frame(
         self, name: str, body: str, at: Sequence[float] = (0.0, 0.0, 0.0), turned: Placement = IDENTITY

@@ -125,6 +125,8 @@ def _plots(recording: Recording, keep: Array, wanted: Sequence[str] | None) -> t
     titles = {"forces": "drive forces", "points": "points", "drives": "drives", "asked": "channels"}
     plots = []
     for (kind, unit), series in groups.items():
-        title = {"N": "forces of linear drives", "N m": "torques of rotary drives"}.get(unit, titles[kind])
+        title = titles[kind]
+        if kind in ("drives", "forces"):
+            title = {"m": "linear drives", "rad": "rotary drives", "N": "forces of linear drives", "N m": "torques of rotary drives"}.get(unit, title)
         plots.append(Plot(title, unit, series))
     return tuple(plots[:6])

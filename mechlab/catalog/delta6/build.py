@@ -57,6 +57,7 @@ def _drives(b: Builder) -> None:
 
 
 def _points(b: Builder, p: Delta6Parameters) -> None:
+    b.shaft("idler", {"gamma": -1}, body="platform", placement=looks.idler_placement(p), shapes=looks.idler(p))
     b.frame("O", "platform")
     b.frame("D", "output", at=(p.head_offset, 0.0, 0.0))
 

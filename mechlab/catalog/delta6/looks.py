@@ -22,7 +22,7 @@ TEAL = (0.20, 0.58, 0.56, 1.0)
 RED = (0.76, 0.27, 0.25, 1.0)
 PALE = (0.86, 0.88, 0.91, 1.0)
 
-FLOOR = -0.24
+FLOOR = -0.17
 """Height of the base plate below the home head centre [m]."""
 SPUR_LEVEL = (-0.014, -0.024, -0.034)
 """Heights of the three lower gears below the lower crosses [m]."""
@@ -65,8 +65,8 @@ def ground(p: Delta6Parameters) -> Shapes:
     """Base plate, three pairs of guide columns, top ring."""
     top = p.slider_max - p.slider_height + 0.09
     reach = abs(p.platform_radius + p.radial_offset) + _guide_arm(p)
-    out = [shape("disc", _at((0.0, 0.0, FLOOR - 0.008)), PALE, "base", radius=reach + 0.05, thickness=0.016, bore=0.07)]
-    out.append(shape("ring", _at((0.0, 0.0, top)), PALE, "top", outer=reach + 0.03, inner=reach - 0.03, thickness=0.012))
+    out = [shape("disc", _at((0.0, 0.0, FLOOR - 0.008)), PALE, "base", radius=reach + 0.04, thickness=0.016, bore=0.1)]
+    out.append(shape("ring", _at((0.0, 0.0, top)), PALE, "top", outer=reach + 0.016, inner=reach - 0.016, thickness=0.012))
     for leg in legs(p):
         frame = _columns(leg.tangent, -leg.radial)
         foot = leg.upper + _guide_arm(p) * leg.radial
@@ -153,7 +153,7 @@ def platform(p: Delta6Parameters) -> Shapes:
     for leg in legs(p):
         out.append(
             shape("link", _at((leg.lower[0], leg.lower[1], z), _columns(leg.tangent, np.cross([0, 0, 1.0], leg.tangent))), BLUE,
-                  f"ear_{leg.index}", length=p.rod_spacing, width=0.018, thickness=0.008, bore=0.006)
+                  f"ear_{leg.index}", length=p.rod_spacing, width=0.018, thickness=0.008, bore=0.0045)
         )  # fmt: skip
     return tuple(out)
 
@@ -175,8 +175,23 @@ def spur(p: Delta6Parameters, i: int) -> Shapes:
     a, _, module = _spur_sizes(p, i)
     azimuth = p.leg_azimuths[i - 1] + math.pi
     return (
-        shape("spur_gear", _at((0.0, 0.0, SPUR_LEVEL[i - 1])), BRASS, f"N{i}", teeth=a, module=module, width=0.007, bore=0.006, phase=azimuth),
+        shape("spur_gear", _at((0.0, 0.0, SPUR_LEVEL[i - 1])), BRASS, f"N{i}", teeth=a, module=module, width=0.007, bore=0.0045, phase=azimuth),
     )
+
+
+def idler_placement(p: Delta6Parameters) -> Placement:
+    """The idler between the gear of shaft 3 and the gear of the carrier: halfway."""
+    azimuth = p.leg_azimuths[2]
+    level = p.platform_height + SPUR_LEVEL[2]
+    return _at((0.5 * p.platform_radius * math.cos(azimuth), 0.5 * p.platform_radius * math.sin(azimuth), level))
+
+
+def idler(p: Delta6Parameters) -> Shapes:
+    """Idler that gives shaft 3 and the carrier the same sense, 1:1. It has no mass and no coordinate of its own."""
+    a, b, module = _spur_sizes(p, 3)
+    azimuth = p.leg_azimuths[2]
+    phase = external_phase(b, azimuth, b, azimuth)
+    return (shape("spur_gear", color=STEEL, name="idler", teeth=b, module=module, width=0.007, bore=0.004, phase=phase),)
 
 
 def central(p: Delta6Parameters, i: int) -> Shapes:
@@ -189,8 +204,8 @@ def central(p: Delta6Parameters, i: int) -> Shapes:
     big = external_phase(a, b, azimuth + math.pi, azimuth + math.pi)
     height = level - PLANET_LEVEL[i - 1]
     return (
-        shape("spur_gear", _at((0.0, 0.0, level)), STEEL, "outer_rim", teeth=b, module=module, width=0.006, bore=0.011, phase=big, holes=6),
-        shape("spur_gear", _at((0.0, 0.0, PLANET_LEVEL[i - 1])), STEEL, "inner_rim", teeth=c, module=fine, width=0.006, bore=0.011, phase=side),
+        shape("spur_gear", _at((0.0, 0.0, level)), STEEL, "outer_rim", teeth=b, module=module, width=0.006, bore=0.0075, phase=big, holes=6),
+        shape("spur_gear", _at((0.0, 0.0, PLANET_LEVEL[i - 1])), STEEL, "inner_rim", teeth=c, module=fine, width=0.006, bore=0.0075, phase=side),
         shape("tube", _at((0.0, 0.0, PLANET_LEVEL[i - 1] + 0.5 * height)), STEEL, "sleeve", outer=0.0075 if i == 1 else 0.0095, inner=0.0055 if i == 1 else 0.0077, length=abs(height)),
     )
 
@@ -207,16 +222,16 @@ def planet(p: Delta6Parameters, i: int) -> Shapes:
     phase = external_phase(c, d, side, side)
     z = PLANET_LEVEL[i - 1]
     return (
-        shape("spur_gear", _at((0.0, 0.0, z)), BRASS, "planet", teeth=d, module=fine, width=0.006, bore=0.004, phase=phase),
-        _bevel("Nz", BRASS, np.eye(3), BEVEL_PITCH, 18, math.pi / 4),
+        shape("spur_gear", _at((0.0, 0.0, z)), BRASS, "planet", teeth=d, module=fine, width=0.006, bore=0.002, phase=phase),
+        _bevel("Nz", BRASS, np.eye(3), BEVEL_PITCH, 18, math.pi / 4, bore=0.002),
         shape("cylinder", _at((0.0, 0.0, 0.5 * (z + BEVEL_PITCH) + 0.004)), DARK, "pin", radius=0.002, length=z - BEVEL_PITCH + 0.016),
     )
 
 
-def _bevel(name: str, color: tuple[float, float, float, float], rotation: Array, radius: float, count: int, pitch: float, phase: float = 0.0) -> Shape:
+def _bevel(name: str, color: tuple[float, float, float, float], rotation: Array, radius: float, count: int, pitch: float, phase: float = 0.0, bore: float = 0.0036) -> Shape:
     return shape(
         "bevel_gear", _at((0.0, 0.0, 0.0), rotation), color, name, teeth=count, module=2.0 * radius / count, pitch_angle=pitch,
-        width=0.006, bore=0.004, phase=phase,
+        width=0.006, bore=bore, phase=phase,
     )  # fmt: skip
 
 
@@ -246,7 +261,12 @@ def bevel(p: Delta6Parameters, i: int) -> Shapes:
 
 def carrier(p: Delta6Parameters) -> Shapes:
     """Carrier of the head: bridge with the planet pins, two cheeks that hold the crossbar, gear of shaft 3."""
-    out = [shape("box", _at((0.0, 0.0, 0.0305)), RED, "bridge", x=0.016, y=2 * PLANET_OFFSET + 0.03, z=0.004)]
+    a, b, module = _spur_sizes(p, 3)
+    level, azimuth = p.platform_height + SPUR_LEVEL[2], p.leg_azimuths[2]
+    out = [
+        shape("box", _at((0.0, 0.0, 0.0305)), RED, "bridge", x=0.016, y=2 * PLANET_OFFSET + 0.03, z=0.004),
+        shape("spur_gear", _at((0.0, 0.0, level)), RED, "gear", teeth=b, module=module, width=0.006, bore=0.0098, phase=azimuth),
+    ]
     for y in (1.0, -1.0):
         out.append(shape("box", _at((0.0, y * (PLANET_OFFSET + 0.013), 0.012)), RED, "cheek", x=0.014, y=0.005, z=0.041))
     return tuple(out)

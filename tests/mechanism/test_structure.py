@@ -1,0 +1,69 @@
+"""Freedoms, redundancies and singularities against counts that are known by hand."""
+
+import math
+
+import numpy as np
+
+from mechlab.catalog import entry
+from mechlab.mechanism import close, singularity, structure
+from tests.mechanism.samples import fourbar, planetary
+
+
+def test_fourbar_has_one_freedom_and_one_void_row() -> None:
+    found = structure(fourbar())
+    assert (found.nv, found.rows, found.rank, found.freedoms, found.mobility) == (3, 3, 2, 1, 1)
+    assert [r.sentence for r in found.redundant] == ["pin.z is void: no motion can violate it"]
+    assert found.independent == ("crank",)
+
+
+def test_planetary_redundancy_is_named_with_its_combination() -> None:
+    found = structure(planetary())
+    assert (found.rows, found.rank, found.freedoms) == (6, 4, 2)
+    assert {r.row for r in found.redundant} == {"outer_1", "outer_2"}
+    for item in found.redundant:
+        assert dict(item.combination)["outer_0"] == 1.0 or math.isclose(dict(item.combination)["outer_0"], 1.0)
+
+
+def test_delta_counts() -> None:
+    delta = entry("delta6")
+    p = delta.parameters()
+    expected = {"minimal": (10, 15, 9, 6, 0), "parts": (16, 18, 12, 6, 0), "full": (34, 45, 36, 9, 3)}
+    for fidelity, (bodies, nv, rows, freedoms, idle) in expected.items():
+        m = delta.build(p, fidelity)
+        found = structure(m)
+        assert (len(m.bodies), found.nv, found.rows, found.freedoms, len(found.idle)) == (bodies, nv, rows, freedoms, idle)
+        assert found.rank == rows and not found.redundant
+        assert found.mobility == 6 == found.driven
+    assert structure(delta.build(p, "full")).idle == ("spin of plain_1", "spin of plain_2", "spin of plain_3")
+
+
+def test_singularity_of_the_fourbar_at_a_dead_centre() -> None:
+    """With crank 0.1, coupler 0.3, rocker 0.25, ground 0.3 the rocker is at its limit where crank and coupler align."""
+    m = fourbar()
+    assert singularity(m, m.reference()) == ()
+    # Rocker driven instead: at its outer limit |AC| = crank + coupler = 0.4, from the triangle with 0.3 and 0.25.
+    from dataclasses import replace
+
+    from mechlab.mechanism import Drive
+
+    other = replace(m, drives=(Drive("rocker", "rocker"),))
+    inner = math.acos((0.3**2 + 0.25**2 - 0.4**2) / (2 * 0.3 * 0.25))
+    crank = math.acos((0.3**2 + 0.4**2 - 0.25**2) / (2 * 0.3 * 0.4))
+    found = close(other, None, {"crank": crank}, steps=10)
+    assert found.closed
+    assert math.isclose(float(m.value("rocker", found.q)), math.pi - inner, abs_tol=1e-9)
+    assert "parallel" in singularity(other, found.q)
+    assert "parallel" not in singularity(m, found.q)
+
+
+def test_head_of_the_delta_is_serially_singular_at_beta_90_degrees() -> None:
+    delta = entry("delta6")
+    m = delta.build(delta.parameters(), "minimal")
+    from mechlab.mechanism import TreeKinematics
+
+    for beta, expected in ((math.pi / 2, ("serial",)), (1.0, ())):
+        q = m.reference()
+        q[m.q_slice["beta"]] = beta
+        tree = TreeKinematics(m, q)
+        rotation, origin = tree.pose("output")
+        assert singularity(m, q, tree.jacobian("output", origin + rotation @ np.array([0.05, 0, 0]))) == expected
