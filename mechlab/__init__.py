@@ -18,7 +18,17 @@ if TYPE_CHECKING:
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.settings import Settings
     from mechlab.formats import load_recording, save_recording
-    from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape, spherical, universal
+    from mechlab.mechanism import (
+        Builder,
+        Inertia,
+        Mechanism,
+        Placement,
+        prismatic,
+        revolute,
+        shape,
+        spherical,
+        universal,
+    )
 
 _HOMES = {
     "mechlab.api": ("check", "claims", "find", "generate", "list_entries", "load", "run", "show", "simulate", "solve", "story", "view"),

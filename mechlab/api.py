@@ -94,19 +94,23 @@ def _from_python(path: Path, name: str) -> Entry:
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     _guarded(path, lambda: spec.loader.exec_module(module))  # type: ignore[union-attr]
-    own = {n: f for n, f in vars(module).items() if callable(f) and getattr(f, "__module__", "") == spec.name and not isinstance(f, type)}
+    own = {
+        n: f
+        for n, f in vars(module).items()
+        if callable(f) and getattr(f, "__module__", "") == spec.name and not isinstance(f, type)
+    }
     if not name:
         if len(own) != 1:
             raise MechlabError(f"{path} defines {', '.join(own) or 'no function'}: say which one, as {path}:FUNCTION.")
         name = next(iter(own))
     if isinstance(getattr(module, name, None), Entry):
-        return getattr(module, name)  # type: ignore[no-any-return]
+        return getattr(module, name)
     if name not in own:
         raise unknown(f"{path}: function", name, own)
     function = own[name]
 
     def guarded(**values: Any) -> Mechanism:
-        return _guarded(path, lambda: function(**values))  # type: ignore[no-any-return]
+        return _guarded(path, lambda: function(**values))
 
     guarded.__name__, guarded.__doc__ = function.__name__, function.__doc__
     guarded.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
@@ -136,7 +140,18 @@ def list_entries() -> TableResult:
     """The catalog."""
     entries = [catalog.entry(n) for n in catalog.NAMES]
     rows = tuple((e.name, e.title, ", ".join(e.fidelities), ", ".join(e.scenes), e.summary) for e in entries)
-    data = {"mechanisms": [{"name": e.name, "title": e.title, "summary": e.summary, "fidelities": list(e.fidelities), "scenes": list(e.scenes)} for e in entries]}
+    data = {
+        "mechanisms": [
+            {
+                "name": e.name,
+                "title": e.title,
+                "summary": e.summary,
+                "fidelities": list(e.fidelities),
+                "scenes": list(e.scenes),
+            }
+            for e in entries
+        ]
+    }
     return TableResult(("name", "title", "fidelities", "scenes", "summary"), rows, data)
 
 
@@ -145,14 +160,18 @@ def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str 
     return describe_design(load(source, **dict(values or {})), fidelity)
 
 
-def generate(source: Source, values: Mapping[str, Any] | None = None, out: str | Path = "out", fidelity: str | None = None) -> FilesResult:
+def generate(
+    source: Source, values: Mapping[str, Any] | None = None, out: str | Path = "out", fidelity: str | None = None
+) -> FilesResult:
     """Model files, each reloaded by its consumer."""
     d = load(source, **dict(values or {}))
     m = d.mechanism(fidelity)
     from mechlab.study.files import write_verified
 
     files = write_verified(m, out)
-    return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings)
+    return FilesResult(
+        Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings
+    )
 
 
 def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pictures: bool = True) -> FilesResult:
@@ -221,13 +240,21 @@ def _number(key: str, value: Any) -> float:
 
 def check(sources: Source | Sequence[Source] = (), values: Mapping[str, Any] | None = None) -> CheckReport:
     """Every check of the mechanisms (default: the whole catalog)."""
-    many = [sources] if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources) else list(sources)
+    many = (
+        [sources]
+        if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources)
+        else list(sources)
+    )
     return run_checks([load(s, **dict(values or {})) for s in many or catalog.NAMES])
 
 
 def claims(sources: Source | Sequence[Source] = ()) -> ClaimReport:
     """The ledger of printed claims (default: the whole catalog)."""
-    many = [sources] if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources) else list(sources)
+    many = (
+        [sources]
+        if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources)
+        else list(sources)
+    )
     return judge([find(s) for s in many or catalog.NAMES])
 
 
@@ -315,7 +342,13 @@ def _recorded(recording: Recording) -> Story:
         facts |= _facts(d)
         if entry.expand is not None:
             drawn = entry.expand(d.parameters, recording)
-    return recording_story(recording, drawn, title=title, facts=facts, channels=tuple(n for n in recording.channels if n.startswith("error_")))
+    return recording_story(
+        recording,
+        drawn,
+        title=title,
+        facts=facts,
+        channels=tuple(n for n in recording.channels if n.startswith("error_")),
+    )
 
 
 def _page(d: Design, simulation: SimulateResult, path: Path) -> Path:

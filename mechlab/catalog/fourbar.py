@@ -18,7 +18,7 @@ import numpy as np
 from mechlab.analytic import fourbar as closed_form
 from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry, SceneRecipe
-from mechlab.experiment.laws import Constant, Servo
+from mechlab.experiment.laws import Constant, Law, Servo
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.question import Answer, Question
@@ -73,9 +73,17 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     psi, chi = float(pose.coupler_angle), float(pose.rocker_angle)
     b = Builder("fourbar", gravity=(0.0, 0.0, -p.gravity), summary="planar four-bar linkage")
     layer = 0.045 * max(p.lengths)
-    for name, length, color, lift in (("crank", p.crank, BLUE, 0.0), ("coupler", p.coupler, ORANGE, 1.0), ("rocker", p.rocker, TEAL, 0.0)):
+    for name, length, color, lift in (
+        ("crank", p.crank, BLUE, 0.0),
+        ("coupler", p.coupler, ORANGE, 1.0),
+        ("rocker", p.rocker, TEAL, 0.0),
+    ):
         joint = {"crank": "crank_angle", "coupler": "coupler_joint", "rocker": "rocker_angle"}[name]
-        parent, at = ("crank", (p.crank, 0.0, 0.0)) if name == "coupler" else ("ground", (0.0 if name == "crank" else p.ground, 0.0, 0.0))
+        parent, at = (
+            ("crank", (p.crank, 0.0, 0.0))
+            if name == "coupler"
+            else ("ground", (0.0 if name == "crank" else p.ground, 0.0, 0.0))
+        )
         b.bar(name, revolute(joint, AXIS), length, parent=parent, at=at, mass=p.mass_per_length * length,
               width=0.03 * max(p.lengths) + 0.05 * length, color=color, layer=layer * lift)  # fmt: skip
     b.loop("pin", "coupler", "rocker", (p.coupler, 0.0, 0.0), (p.rocker, 0.0, 0.0))
@@ -107,7 +115,9 @@ def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
     found = closed_form.solve(*p.lengths, given["crank_angle"], given["crank_rate"], given["crank_accel"], mode=p.mode)
     if not np.all(found.assembles):
         gap = float(np.max(np.where(found.assembles, 0.0, found.gap)))
-        return Answer(status=Status.NO_ASSEMBLY, notes=(f"the bars are {gap:.6g} m short of meeting",), details={"gap": gap})
+        return Answer(
+            status=Status.NO_ASSEMBLY, notes=(f"the bars are {gap:.6g} m short of meeting",), details={"gap": gap}
+        )
     values: dict[str, Any] = {}
     for bar in ("coupler", "rocker"):
         values[f"{bar}_angle"] = getattr(found, f"{bar}_angle")
@@ -119,7 +129,11 @@ def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
 
 def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
     names = [f"{a}{s}" for a in ANGLES for s in ("", "_rate", "_accel")]
-    asked = {"crank_angle": given["crank_angle"], "crank_angle_rate": given["crank_rate"], "crank_angle_accel": given["crank_accel"]}
+    asked = {
+        "crank_angle": given["crank_angle"],
+        "crank_angle_rate": given["crank_rate"],
+        "crank_angle_accel": given["crank_accel"],
+    }
     answer = engine_answer(engine, build(p, "minimal"), asked, names)
     return Answer(_named(answer.values), answer.status, answer.notes, cannot=answer.cannot)
 
@@ -147,13 +161,13 @@ QUESTION = Question(
 
 
 def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
-    laws = {
+    laws: dict[str, tuple[Law, ...]] = {
         "driven-crank": (Servo("crank_angle", Ramp(start_angle(p), p.speed), stiffness=200.0, damping=2.0),),
         "free-run": (),
         "constant-torque": (Constant("crank_angle", p.torque),),
-    }[name]
+    }
     start = 0.0 if name == "constant-torque" else p.speed
-    return Scene(name, fidelity, 2.0, laws, {"crank_angle": start_angle(p)}, {"crank_angle": start}, tolerance=1e-4)
+    return Scene(name, fidelity, 2.0, laws[name], {"crank_angle": start_angle(p)}, {"crank_angle": start}, tolerance=1e-4)
 
 
 def _driven(p: Parameters, fidelity: str) -> Scene:
@@ -198,14 +212,24 @@ def reference(p: Parameters, scene: Scene) -> Recording:
     start = [scene.initial["crank_angle"], scene.initial_rates["crank_angle"]]
     found = solve_ivp(rhs, (0.0, scene.duration), start, method="DOP853", t_eval=t, rtol=1e-12, atol=1e-12)
     pose = closed_form.solve(*p.lengths, found.y[0], found.y[1], mode=p.mode)
-    values = {"crank_angle": found.y[0], "coupler_joint": np.unwrap(pose.coupler_angle) - found.y[0], "rocker_angle": np.unwrap(pose.rocker_angle)}
-    rates = {"crank_angle": found.y[1], "coupler_joint": pose.coupler_rate - found.y[1], "rocker_angle": pose.rocker_rate}
+    values = {
+        "crank_angle": found.y[0],
+        "coupler_joint": np.unwrap(pose.coupler_angle) - found.y[0],
+        "rocker_angle": np.unwrap(pose.rocker_angle),
+    }
+    rates = {
+        "crank_angle": found.y[1],
+        "coupler_joint": pose.coupler_rate - found.y[1],
+        "rocker_angle": pose.rocker_rate,
+    }
     q = np.column_stack([values[j.name] - j.zero for j in m.joints])
     turns = np.round(q[0] / (2 * np.pi)) * 2 * np.pi
     q = q - turns
     v = np.column_stack([rates[j.name] for j in m.joints])
     channels, units = basic_channels(m, q, v)
-    return Recording(m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal")
+    return Recording(
+        m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
+    )
 
 
 # 5. Checks: each compares witnesses that do not share code.
@@ -236,7 +260,9 @@ def _check_energy(p: Parameters) -> Measured:
     settings = Settings(timestep=7e-4)
     end = {
         "mujoco": run_mujoco(build(p, "minimal"), scene, settings).channel("crank_angle_rate")[-1],
-        "pinocchio": run_pinocchio(build(p, "minimal"), scene, Settings(engine="pinocchio", timestep=7e-4)).channel("crank_angle_rate")[-1],
+        "pinocchio": run_pinocchio(build(p, "minimal"), scene, Settings(engine="pinocchio", timestep=7e-4)).channel(
+            "crank_angle_rate"
+        )[-1],
     }
     # Second-order softness of MuJoCo's loop at 0.7 ms: 1e-4 relative (measured order 2), on a speed of 2 pi.
     return Measured(end, 2e-3 * max(1.0, abs(p.speed)), expected, "crank speed after a free run of 2 s")

@@ -25,7 +25,12 @@ from mechlab.mechanism.shape import Shape
 from mechlab.shapes import external_phase, internal_phase
 from mechlab.study.witness import engine_answer
 
-BRASS, STEEL, BLUE, RED = (0.83, 0.68, 0.29, 1.0), (0.62, 0.66, 0.72, 1.0), (0.16, 0.42, 0.75, 1.0), (0.76, 0.27, 0.25, 1.0)
+BRASS, STEEL, BLUE, RED = (
+    (0.83, 0.68, 0.29, 1.0),
+    (0.62, 0.66, 0.72, 1.0),
+    (0.16, 0.42, 0.75, 1.0),
+    (0.76, 0.27, 0.25, 1.0),
+)
 
 
 @dataclass(frozen=True)
@@ -50,13 +55,18 @@ class Parameters:
             raise unknown("planetary_stage: ring", self.ring, ("held", "free"))
         found = closed_form.conditions(sun, planet, ring, self.planets)
         if not found.coaxial:
-            raise MechlabError(f"planetary_stage: teeth = {sun}, {planet}, {ring}: the axes do not align; the ring needs {sun + 2 * planet} teeth.")
+            raise MechlabError(
+                f"planetary_stage: teeth = {sun}, {planet}, {ring}: the axes do not align; the ring needs {sun + 2 * planet} teeth."
+            )
         if not found.even:
             raise MechlabError(
-                f"planetary_stage: {self.planets} planets cannot stand at equal angles: (sun + ring) / planets = {sun + ring}/{self.planets} is not whole."
+                f"planetary_stage: {self.planets} planets cannot stand at equal angles: "
+                f"(sun + ring) / planets = {sun + ring}/{self.planets} is not whole."
             )
         if not found.neighbours:
-            raise MechlabError(f"planetary_stage: {self.planets} planets of {planet} teeth overlap; take fewer planets or smaller ones.")
+            raise MechlabError(
+                f"planetary_stage: {self.planets} planets of {planet} teeth overlap; take fewer planets or smaller ones."
+            )
 
     @property
     def orbit(self) -> float:
@@ -68,7 +78,16 @@ class Parameters:
         """The same stage for the closed form."""
         sun, planet, ring = self.teeth
         return closed_form.PlanetaryStage(
-            sun, planet, ring, self.planets, self.J_sun, self.J_planet, self.J_ring, self.J_carrier, self.planet_mass, self.orbit
+            sun,
+            planet,
+            ring,
+            self.planets,
+            self.J_sun,
+            self.J_planet,
+            self.J_ring,
+            self.J_carrier,
+            self.planet_mass,
+            self.orbit,
         )
 
 
@@ -107,7 +126,18 @@ def _carrier_shapes(p: Parameters) -> tuple[Shape, ...]:
     for k in range(p.planets):
         a = _azimuth(p, k)
         arm = Placement.of(axis_rotation((0, 0, 1.0), a), (0.0, 0.0, -8 * m))
-        out.append(shape("link", arm, RED, f"arm_{k + 1}", length=p.orbit, width=0.2 * p.orbit, thickness=4 * m, bore=0.05 * p.orbit))
+        out.append(
+            shape(
+                "link",
+                arm,
+                RED,
+                f"arm_{k + 1}",
+                length=p.orbit,
+                width=0.2 * p.orbit,
+                thickness=4 * m,
+                bore=0.05 * p.orbit,
+            )
+        )
         pin = (p.orbit * math.cos(a), p.orbit * math.sin(a), -1.5 * m)
         out.append(shape("cylinder", Placement(pin), RED, f"pin_{k + 1}", radius=0.09 * m * p.teeth[1], length=14 * m))
     return tuple(out)
@@ -154,9 +184,17 @@ def _minimal(b: Builder, p: Parameters) -> None:
         turn: dict[str, object] = {"carrier": -Fraction(ring, planet)}
         b.ground(*_ring_shapes(p))
     else:
-        b.body("sun", revolute("sun_on_carrier"), parent="carrier", inertia=_disc(p.J_sun, 0.5 * p.module * sun), shapes=_sun_shapes(p))
+        b.body(
+            "sun",
+            revolute("sun_on_carrier"),
+            parent="carrier",
+            inertia=_disc(p.J_sun, 0.5 * p.module * sun),
+            shapes=_sun_shapes(p),
+        )
         b.shaft("sun", {"carrier": 1, "sun_on_carrier": 1})
-        b.shaft("ring", {"carrier": 1, "sun_on_carrier": -Fraction(sun, ring)}, inertia=p.J_ring, shapes=_ring_shapes(p))
+        b.shaft(
+            "ring", {"carrier": 1, "sun_on_carrier": -Fraction(sun, ring)}, inertia=p.J_ring, shapes=_ring_shapes(p)
+        )
         spin = {"carrier": 1, "sun_on_carrier": -Fraction(sun, planet)}
         turn = {"sun_on_carrier": -Fraction(sun, planet)}
     for k in range(p.planets):
@@ -234,7 +272,11 @@ def _question(first: str, second: str) -> Question:
     )  # fmt: skip
 
 
-QUESTIONS = (_question("sun_rate", "ring_rate"), _question("sun_rate", "carrier_rate"), _question("ring_rate", "carrier_rate"))
+QUESTIONS = (
+    _question("sun_rate", "ring_rate"),
+    _question("sun_rate", "carrier_rate"),
+    _question("ring_rate", "carrier_rate"),
+)
 
 
 # -- scenes, reference, checks -----------------------------------------------------------------------------------------------
@@ -256,7 +298,9 @@ def reference(p: Parameters, scene: Scene) -> Recording:
     a = np.array([float(names[j.name]) for j in m.joints])
     q, v = 0.5 * t[:, None] ** 2 * a, t[:, None] * a
     channels, units = basic_channels(m, q, v)
-    return Recording(m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal")
+    return Recording(
+        m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
+    )
 
 
 def _accelerations(p: Parameters) -> closed_form.StageAccelerations:
@@ -316,7 +360,9 @@ def _check_run(p: Parameters) -> Measured:
     for fidelity in ("minimal", "full"):
         scene = _scene(p, fidelity)
         end[f"mujoco {fidelity}"] = run_mujoco(build(p, fidelity), scene, Settings()).channel("sun_rate")[-1]
-    end["pinocchio full"] = run_pinocchio(build(p, "full"), _scene(p, "full"), Settings(engine="pinocchio")).channel("sun_rate")[-1]
+    end["pinocchio full"] = run_pinocchio(build(p, "full"), _scene(p, "full"), Settings(engine="pinocchio")).channel(
+        "sun_rate"
+    )[-1]
     # Softness of MuJoCo's gear rows: slip 4e-7 rad at 1 N m, its rate well below 1e-4 rad/s; the minimal model has no rows.
     return Measured(end, 1e-4, float(acc.sun) * 0.5, "sun speed after 0.5 s under constant torques [rad/s]")
 
@@ -347,6 +393,7 @@ ENTRY = Entry(
     reference=reference,
     expand=expand,
     chain="2K-H epicyclic",
-    formulas="Willis: z_sun (w_sun - w_carrier) = -z_ring (w_ring - w_carrier); z_planet (w_planet - w_carrier) = -z_sun (w_sun - w_carrier).",
+    formulas="Willis: z_sun (w_sun - w_carrier) = -z_ring (w_ring - w_carrier);\n"
+    "z_planet (w_planet - w_carrier) = -z_sun (w_sun - w_carrier).",
     sources=("Willis 1841",),
 )

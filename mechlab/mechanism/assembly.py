@@ -79,7 +79,7 @@ def newton(
     for k in range(iterations):
         if size < tolerance:
             return Assembly(q, size, k, Status.SOLVED)
-        dv = -np.linalg.lstsq(jacobian, residual, rcond=1e-11)[0]
+        dv = np.asarray(-np.linalg.lstsq(jacobian, residual, rcond=1e-11)[0], dtype=np.float64)
         biggest = float(np.max(np.abs(dv), initial=0.0))
         if not np.isfinite(biggest):
             break

@@ -26,6 +26,7 @@ from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import (
     GROUND,
+    LOOP_ROWS,
     Body,
     Drive,
     Frame,
@@ -148,7 +149,10 @@ class Builder:
         place = Placement.of(facing, layer * axis)
         looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.18 * w)
         ends = (layer * axis, layer * axis + np.array([length, 0.0, 0.0]))
-        pins = [shape("cylinder", Placement.of(facing, p), PIN, f"pin_{k}", radius=0.18 * w, length=0.9 * w) for k, p in enumerate(ends)]
+        pins = [
+            shape("cylinder", Placement.of(facing, p), PIN, f"pin_{k}", radius=0.18 * w, length=0.9 * w)
+            for k, p in enumerate(ends)
+        ]
         rod = Inertia.rod(m, (0.0, 0.0, 0.0), (length, 0.0, 0.0), w / 4)
         return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=[looks, *pins])
 
@@ -281,7 +285,8 @@ class Builder:
         if not found.closed:
             constraints = ConstraintSet(m)
             residual = constraints.residual(TreeKinematics(m, found.q))
-            worst = int(np.argmax(np.abs(residual)))
+            loops = sum(LOOP_ROWS[x.kind] for x in m.loops)  # a loop that cannot meet also keeps relations open
+            worst = int(np.argmax(np.abs(residual[: loops or None])))
             raise MechlabError(
                 f"{self.name}: it does not close: {constraints.rows[worst]} stays open by {abs(residual[worst]):.3g} "
                 f"({found.status.value}). Are the lengths long enough to meet? Is the guess near the mode you want?"
@@ -315,8 +320,8 @@ def _rebase(body: Body, m: Mechanism, q: Array) -> Body:
         for r in moves[k + 1 :]:
             after = after @ r
         axis = joint.axis if np.array_equal(after, np.eye(3)) else unit(after.T @ np.array(joint.axis), "axis")
-        x = float(q[m.q_slice[joint.name].start]) if joint.nv == 1 else 0.0
-        joints.append(replace(joint, axis=axis, zero=joint.zero + x))
+        moved = float(q[m.q_slice[joint.name].start]) if joint.nv == 1 else 0.0
+        joints.append(replace(joint, axis=axis, zero=joint.zero + moved))
     placement = body.placement
     if np.any(shift) or not np.array_equal(turn, np.eye(3)):
         placement = placement @ Placement.of(turn, shift)

@@ -36,8 +36,15 @@ _LOOP_TABLE: dict[str, tuple[str, tuple[tuple[str, str], ...]]] = {
 class Constraint(Protocol):
     """Rows that must vanish: r(q) = 0, with J = dr/dq and b = dJ/dt v, so that d2r/dt2 = J a + b."""
 
-    name: str
-    rows: tuple[str, ...]
+    @property
+    def name(self) -> str:
+        """Name of the loop or relation."""
+        ...
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Names of the rows."""
+        ...
 
     def residual(self, kin: Kinematics) -> Array:
         """(rows,) r(q) [m, or a dimensionless sine of an angle]."""

@@ -296,10 +296,10 @@ class Mechanism:
 
     def zero(self, name: str) -> float:
         """Physical value of a joint or shaft at the reference pose."""
-        for item in (*self.joints, *self.shafts):
-            if item.name == name:
-                return item.zero
-        raise unknown(f"{self.name}: joint or shaft", name, self._rows)
+        zeros = {j.name: j.zero for j in self.joints} | {s.name: s.zero for s in self.shafts}
+        if name not in zeros:
+            raise unknown(f"{self.name}: joint or shaft", name, self._rows)
+        return zeros[name]
 
     def value(self, name: str, q: Array) -> Array:
         """Physical value of a joint or shaft at coordinates q (..., nq): zero + coordinate."""

@@ -10,7 +10,7 @@ from mechlab.errors import MechlabError
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import Mechanism, Spring
+from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
 
 
 def spring_pull(tree: TreeKinematics, spring: Spring) -> tuple[Array, float, float]:
@@ -31,11 +31,12 @@ def passive_force(tree: TreeKinematics) -> Array:
     """(nv,) force of springs and dampers of joints, shafts and between points. Dry friction is not in it."""
     m = tree.mechanism
     out = np.zeros(m.nv)
-    for item in (*m.joints, *m.shafts):
-        if getattr(item, "kind", "") == "spherical":
-            s = m.v_slice[item.name]
-            out[s] -= item.damping * tree.v[s]
-            continue
+    for joint in m.joints:
+        if joint.kind == "spherical":
+            s = m.v_slice[joint.name]
+            out[s] -= joint.damping * tree.v[s]
+    turning: list[Joint | Shaft] = [j for j in m.joints if j.nv == 1]
+    for item in (*turning, *m.shafts):
         if item.damping or item.stiffness:
             row = m.row(item.name)
             stretch = float(m.value(item.name, tree.q)) - item.spring_rest
@@ -72,6 +73,8 @@ def _balance(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> tuple[dic
     matrix = np.vstack([np.array(rows).reshape(-1, mechanism.nv), ConstraintSet(mechanism).jacobian(tree)]).T
     solution = np.linalg.lstsq(matrix, load, rcond=1e-11)[0] if matrix.shape[1] else np.zeros(0)
     rest = float(np.max(np.abs(matrix @ solution - load), initial=0.0))
-    return dict(zip(drives, solution[: len(drives)].tolist(), strict=True)), rest, float(np.max(np.abs(load), initial=0.0))
-
-
+    return (
+        dict(zip(drives, solution[: len(drives)].tolist(), strict=True)),
+        rest,
+        float(np.max(np.abs(load), initial=0.0)),
+    )

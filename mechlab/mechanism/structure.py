@@ -258,7 +258,7 @@ def singularity(
         if len(held) < wanted or held[wanted - 1] < threshold:
             kinds.append("parallel")
     if output is not None and basis.shape[1]:
-        values = np.linalg.svd(output @ basis, compute_uv=False)
+        values = np.asarray(np.linalg.svd(output @ basis, compute_uv=False), dtype=np.float64)
         wanted = min(output.shape[0], best.mobility)
         if len(values) < wanted or values[wanted - 1] < threshold * max(1.0, values[0]):
             kinds.append("serial")

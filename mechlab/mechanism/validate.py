@@ -37,7 +37,7 @@ def _names(m: Mechanism) -> None:
     groups = {
         "body": [GROUND] + [b.name for b in m.bodies],
         "joint, shaft": [j.name for j in m.joints] + [s.name for s in m.shafts],
-        "loop, relation, spring": [x.name for x in (*m.loops, *m.relations, *m.springs)],
+        "loop, relation, spring": [x.name for x in m.loops] + [x.name for x in m.relations] + [x.name for x in m.springs],
         "drive": [d.name for d in m.drives],
         "frame": [f.name for f in m.frames],
     }
@@ -156,14 +156,16 @@ def _attachments(m: Mechanism) -> None:
 
 def _linear(m: Mechanism) -> None:
     kinds = {j.name: j.kind for j in m.joints}
-    for item in (*m.shafts, *m.relations):
-        what = f"{m.name}: {'shaft' if item in m.shafts else 'relation'} {item.name!r}"
-        if not item.coefficients:
+    sums = [(f"shaft {s.name!r}", s.coefficients) for s in m.shafts]
+    sums += [(f"relation {r.name!r}", r.coefficients) for r in m.relations]
+    for title, coefficients in sums:
+        what = f"{m.name}: {title}"
+        if not coefficients:
             raise MechlabError(f"{what} has no coefficients.")
-        for name, count in Counter(n for n, _ in item.coefficients).items():
+        for name, count in Counter(n for n, _ in coefficients).items():
             if count > 1:
                 raise MechlabError(f"{what} names joint {name!r} {count} times.")
-        for name, c in item.coefficients:
+        for name, c in coefficients:
             if name not in kinds:
                 raise unknown(f"{what}: joint", name, kinds)
             if kinds[name] == "spherical":

@@ -17,7 +17,9 @@ from mechlab.study.tables import number, table
 from mechlab.study.witness import engine_answer, quantities, split
 
 
-def parameters_and_rest(entry_parameters: type[Any], values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def parameters_and_rest(
+    entry_parameters: type[Any], values: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """The keys that are parameters, and the others."""
     names = {i.name for i in describe(entry_parameters)}
     return {k: v for k, v in values.items() if k in names}, {k: v for k, v in values.items() if k not in names}
@@ -67,7 +69,9 @@ def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any])
         if name == "analytic":
             return _plain(witness(design.parameters, values))
         flat = {k: np.broadcast_to(v, shape).ravel() for k, v in values.items()}
-        said = [witness(design.parameters, {k: float(v[i]) for k, v in flat.items()}) for i in range(int(np.prod(shape)))]
+        said = [
+            witness(design.parameters, {k: float(v[i]) for k, v in flat.items()}) for i in range(int(np.prod(shape)))
+        ]
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     except ValueError as error:
@@ -92,7 +96,9 @@ def _generic(design: Design, values: Mapping[str, Any]) -> Question:
     strange = sorted(set(values) - known)
     if strange:
         asked = {k for q in design.entry.questions for k in (*q.given, *q.optional)}
-        raise unknown(f"{design.name}: quantity", strange[0], known | asked | {i.name for i in describe(design.entry.parameters)})
+        raise unknown(
+            f"{design.name}: quantity", strange[0], known | asked | {i.name for i in describe(design.entry.parameters)}
+        )
     if not values:
         listing = "; ".join(" ".join(q.given) for q in design.entry.questions)
         raise MechlabError(
@@ -106,11 +112,17 @@ def _generic(design: Design, values: Mapping[str, Any]) -> Question:
 
     slides = {j.name for j in m.joints if j.kind == "prismatic"}
     angles = tuple(k for k in m.scalar_names if k not in slides)
-    return Question("generic", tuple(values), wanted, {"pinocchio": witness("pinocchio"), "mujoco": witness("mujoco")}, angles=angles)
+    return Question(
+        "generic",
+        tuple(values),
+        wanted,
+        {"pinocchio": witness("pinocchio"), "mujoco": witness("mujoco")},
+        angles=angles,
+    )
 
 
 def _wanted(m: Mechanism, values: Mapping[str, Any]) -> tuple[str, ...]:
-    _, rate, accel = split(m, {k: 0.0 for k in values})
+    _, rate, accel = split(m, dict.fromkeys(values, 0.0))
     points = [f"{f.name}_{a}" for f in m.frames for a in "xyz"]
     names = [*m.scalar_names, *points]
     wanted = [n for n in names if n not in values]
@@ -124,14 +136,19 @@ def answers_text(answers: Answers) -> str:
     """A table with a column for each witness, the largest difference, the status and the notes."""
     names = list(answers.answers)
     keys = list(dict.fromkeys(k for a in answers.answers.values() for k in a.values))
-    rows = [[k, answers.units.get(k, ""), *(number(a.values.get(k), 10) for a in answers.answers.values())] for k in keys]
+    rows = [
+        [k, answers.units.get(k, ""), *(number(a.values.get(k), 10) for a in answers.answers.values())] for k in keys
+    ]
     parts = [table(["quantity", "unit", *names], rows)] if rows else []
     for name, answer in answers.answers.items():
         if answer.cannot:
             parts.append(f"{name}: {answer.cannot}")
         if answer.modes:
             labels = list(dict.fromkeys(k for mode in answer.modes for k in mode))
-            parts.append(f"{name}: {len(answer.modes)} modes\n" + table(labels, [[number(mode.get(k), 8) for k in labels] for mode in answer.modes]))
+            parts.append(
+                f"{name}: {len(answer.modes)} modes\n"
+                + table(labels, [[number(mode.get(k), 8) for k in labels] for mode in answer.modes])
+            )
         parts += [f"{name}: {note}" for note in answer.notes]
     difference = answers.max_difference
     if difference is not None:

@@ -76,11 +76,17 @@ class CheckReport:
             said = ", ".join(o.measured.values) if o.measured else ""
             rows.append([o.mechanism, o.check.id, o.verdict, number(o.measured.difference if o.measured else None),
                          number(o.measured.tolerance if o.measured else None), o.check.text, said or o.error or o.missing])  # fmt: skip
-        return table(["mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses"], rows) + f"\n\n{self.message}."
+        return (
+            table(["mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses"], rows)
+            + f"\n\n{self.message}."
+        )
 
 
 def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:
-    """Run every check of the designs; those without checks of their own get the generic ones. A check that raises has failed, unless what it lacks is an engine."""
+    """Run every check of the designs; those without checks of their own get the generic ones.
+
+    A check that raises has failed, unless what it lacks is an engine.
+    """
     outcomes = []
     for design in designs:
         for check in design.entry.checks or generic_checks(design.entry):

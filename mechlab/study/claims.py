@@ -38,7 +38,9 @@ class ClaimReport:
         blocks = []
         for mechanism, claim, finding in self.items:
             rows = [["printed", number(claim.printed, 6)]] + [[k, number(v, 6)] for k, v in finding.computed.items()]
-            blocks.append(f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}")
+            blocks.append(
+                f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
+            )
         counts = ", ".join(f"{n} {name}" for name, n in self.counts.items() if n)
         return "\n\n".join([*blocks, f"{len(self.items)} claims: {counts or 'none'}."])
 

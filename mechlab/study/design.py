@@ -49,7 +49,9 @@ class Design:
         chosen = self.fidelity(fidelity)
         if chosen == "kinematic":
             others = [f for f in self.entry.fidelities if f != "kinematic"]
-            raise MechlabError(f"{self.name}: fidelity 'kinematic' is closed form only and has no Mechanism; the cheapest that has one is {others[0]!r}.")
+            raise MechlabError(
+                f"{self.name}: fidelity 'kinematic' is closed form only and has no Mechanism; the cheapest that has one is {others[0]!r}."
+            )
         return self.entry.build(self.parameters, chosen)
 
     def structure(self, fidelity: str | None = None) -> Structure:
@@ -143,7 +145,11 @@ def _with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Sce
             if key.endswith("_force") and key.removesuffix("_force") in names:
                 laws.append(Constant(key.removesuffix("_force"), float(value)))
                 continue
-            raise unknown(f"{design.name}: quantity", key, {*initial_keys(m), *(i.name for i in describe(design.entry.parameters))})
+            raise unknown(
+                f"{design.name}: quantity",
+                key,
+                {*initial_keys(m), *(i.name for i in describe(design.entry.parameters))},
+            )
     return replace(scene, initial=initial, initial_rates=rates, laws=tuple(laws))
 
 
@@ -174,8 +180,13 @@ def entry_of_function(function: Callable[..., Mechanism], name: str | None = Non
     """
     fields: list[tuple[str, type, Any]] = []
     for key, argument in inspect.signature(function).parameters.items():
-        if argument.default is inspect.Parameter.empty or argument.kind in (argument.VAR_KEYWORD, argument.VAR_POSITIONAL):
-            raise MechlabError(f"{function.__name__}: argument {key!r} needs a default value; it becomes a parameter of the mechanism.")
+        if argument.default is inspect.Parameter.empty or argument.kind in (
+            argument.VAR_KEYWORD,
+            argument.VAR_POSITIONAL,
+        ):
+            raise MechlabError(
+                f"{function.__name__}: argument {key!r} needs a default value; it becomes a parameter of the mechanism."
+            )
         fields.append((key, _kind(argument.default), parameter(argument.default, "", "")))
     cls = make_dataclass(f"{function.__name__}_parameters", fields, frozen=True)
 
@@ -183,7 +194,8 @@ def entry_of_function(function: Callable[..., Mechanism], name: str | None = Non
         made = function(**asdict(p))
         if not isinstance(made, Mechanism):
             raise MechlabError(
-                f"{function.__name__}() returned {type(made).__name__}, expected a Mechanism: end it with `return b.build()` or `b.assemble(guess)`."
+                f"{function.__name__}() returned {type(made).__name__}, expected a Mechanism: "
+                "end it with `return b.build()` or `return b.assemble(guess)`."
             )
         return made
 
@@ -193,7 +205,7 @@ def entry_of_function(function: Callable[..., Mechanism], name: str | None = Non
 
 def _kind(default: object) -> type:
     if isinstance(default, tuple):
-        return tuple[int, ...] if all(isinstance(x, int) for x in default) else tuple[float, ...]  # type: ignore[return-value]
+        return tuple[int, ...] if all(isinstance(x, int) for x in default) else tuple[float, ...]
     for kind in (Fraction, str):
         if isinstance(default, kind):
             return kind
@@ -202,7 +214,9 @@ def _kind(default: object) -> type:
 
 def _entry(name: str, cls: type[Any], build: Callable[[Any, str], Mechanism], summary: str) -> Entry:
     def free(p: Any, fidelity: str) -> Scene:
-        return Scene("free-motion", fidelity, 2.0, text="the mechanism moves under its own weight from the given initial state")
+        return Scene(
+            "free-motion", fidelity, 2.0, text="the mechanism moves under its own weight from the given initial state"
+        )
 
     return Entry(
         name=name, title=name, summary=summary, parameters=cls, build=build, fidelities={"full": "as written"},

@@ -25,7 +25,12 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
         Check("G2", "mass matrix", lambda p: _mass(mechanism(p)), "three implementations"),
         Check("G3", "velocity and gravity terms", lambda p: _bias(mechanism(p)), "three implementations"),
         Check("G4", "closure of the reference pose", lambda p: _closure(mechanism(p)), "zero by definition"),
-        Check("G5", "constraint Jacobian against finite differences", lambda p: _jacobian(mechanism(p)), "central differences"),
+        Check(
+            "G5",
+            "constraint Jacobian against finite differences",
+            lambda p: _jacobian(mechanism(p)),
+            "central differences",
+        ),
     )
 
 
@@ -73,7 +78,11 @@ def _collect(m: Mechanism, k: int) -> dict[str, list[Array]]:
 
 def _relative(said: dict[str, list[Array]], tolerance: float, note: str) -> Measured:
     scale = max(1e-12, max(float(np.max(np.abs(x), initial=0.0)) for x in said["numpy"]))
-    return Measured({k: np.array(v) / scale for k, v in said.items()}, tolerance, note=f"{note}, relative to the largest entry {scale:.3g}")
+    return Measured(
+        {k: np.array(v) / scale for k, v in said.items()},
+        tolerance,
+        note=f"{note}, relative to the largest entry {scale:.3g}",
+    )
 
 
 def _poses(m: Mechanism) -> Measured:
@@ -111,4 +120,6 @@ def _jacobian(m: Mechanism) -> Measured:
         gap = constraints.residual(tree.set(ahead)) - constraints.residual(tree.set(behind))
         differences.append(gap / (2 * step))
     # Central differences of step 1e-6: truncation 1e-12, rounding 1e-10.
-    return Measured({"formula": np.array(analytic), "differences": np.array(differences)}, 1e-7, note="J v at random rates")
+    return Measured(
+        {"formula": np.array(analytic), "differences": np.array(differences)}, 1e-7, note="J v at random rates"
+    )

@@ -16,7 +16,9 @@ from mechlab.study.run import run_scene
 PagePrinter = Callable[[Design, SimulateResult, Path], Path]
 
 
-def pipeline(design: Design, out: Path, page: PagePrinter, progress: Callable[[str], None], fidelity: str | None = None) -> RunResult:
+def pipeline(
+    design: Design, out: Path, page: PagePrinter, progress: Callable[[str], None], fidelity: str | None = None
+) -> RunResult:
     """Generate, check, simulate, view; `page(design, simulation, path)` writes the page. Prints a line before each stage."""
     out = Path(out)
     level = fidelity or _richest(design)

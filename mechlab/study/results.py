@@ -88,7 +88,10 @@ class SimulateResult:
         columns = [{n: s[n] for n in names} for s in self.samples()] + [r.final()]
         heads = ["channel", "unit", *(f"t = {t:g} s" for t in times[: len(columns) - 1]), f"t = {r.t[-1]:g} s (end)"]
         rows = [[n, r.units.get(n, ""), *(number(c[n], 7) for c in columns)] for n in names]
-        lines = [f"{r.name}, scene {r.scene}, fidelity {r.fidelity}, engine {r.settings.engine} ({r.settings.integrator}, {r.settings.timestep:g} s)"]
+        lines = [
+            f"{r.name}, scene {r.scene}, fidelity {r.fidelity}, "
+            f"engine {r.settings.engine} ({r.settings.integrator}, {r.settings.timestep:g} s)"
+        ]
         lines += [table(heads, rows), "", "health"]
         lines += [f"  {f.severity:8s}{f.sentence}" for f in r.health.findings]
         lines += [f"  note    {n}" for n in self.notes]
@@ -117,12 +120,23 @@ class FilesResult:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
-        return {"folder": str(self.folder), "files": {k: str(v) for k, v in self.files.items()}, "message": self.sentence, "warnings": list(self.warnings)}
+        return {
+            "folder": str(self.folder),
+            "files": {k: str(v) for k, v in self.files.items()},
+            "message": self.sentence,
+            "warnings": list(self.warnings),
+        }
 
     def text(self) -> str:
         """Where the files are."""
         rows = [[k, str(v)] for k, v in self.files.items()]
-        return "\n".join([table(["what", "file"], rows), *([self.sentence] if self.sentence else []), *(f"warning: {w}" for w in self.warnings)])
+        return "\n".join(
+            [
+                table(["what", "file"], rows),
+                *([self.sentence] if self.sentence else []),
+                *(f"warning: {w}" for w in self.warnings),
+            ]
+        )
 
 
 @dataclass(frozen=True)
@@ -170,5 +184,12 @@ class RunResult:
         """Check table, health, where everything is."""
         rows = [[k, str(v)] for k, v in self.files.items()]
         health = [f"  {f.severity:8s}{f.sentence}" for f in self.simulation.recording.health.findings]
-        parts = [self.checks.text(), "", f"run of scene {self.simulation.recording.scene}:", *health, "", table(["what", "where"], rows)]
+        parts = [
+            self.checks.text(),
+            "",
+            f"run of scene {self.simulation.recording.scene}:",
+            *health,
+            "",
+            table(["what", "where"], rows),
+        ]
         return "\n".join([*parts, *(f"warning: {w}" for w in self.warnings)])

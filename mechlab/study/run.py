@@ -68,13 +68,18 @@ def run_scene(
         if lived.entry.reference is None:
             raise MechlabError(f"{design.name}: it has no closed form to simulate with; engines: mujoco, pinocchio.")
         if extra:
-            raise MechlabError(f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}.")
+            raise MechlabError(
+                f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}."
+            )
         return _complete(lived, lived.entry.reference(lived.parameters, made), made)
     if engine in ("hybrid", "one_freedom"):
-        raise MechlabError(f"{design.name}: engine {engine} has no model of it; engines: mujoco, pinocchio" + (", analytic." if lived.entry.reference else "."))
+        raise MechlabError(
+            f"{design.name}: engine {engine} has no model of it; engines: mujoco, pinocchio"
+            + (", analytic." if lived.entry.reference else ".")
+        )
 
     def once(s: Settings) -> Recording:
-        return room(s.engine).run(lived.mechanism(made.fidelity), made, s, list(at) or None)  # type: ignore[no-any-return]
+        return room(s.engine).run(lived.mechanism(made.fidelity), made, s, list(at) or None)
 
     recording = once(chosen) if max_error is None else _refine(once, chosen, max_error, made.duration)
     return _complete(lived, recording, made)

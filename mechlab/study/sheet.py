@@ -54,7 +54,13 @@ def parameter_rows(design: Design) -> Rows:
     rows = []
     for info in describe(design.entry.parameters):
         value = getattr(design.parameters, info.name)
-        shown = ", ".join(_shown(x) for x in value) if isinstance(value, tuple) else "none" if value is None else _shown(value)
+        shown = (
+            ", ".join(_shown(x) for x in value)
+            if isinstance(value, tuple)
+            else "none"
+            if value is None
+            else _shown(value)
+        )
         rows.append((info.name, shown, info.unit, info.range_text, info.text, info.source))
     return ("parameter", "value", "unit", "range", "meaning", "source"), tuple(rows)
 
@@ -65,7 +71,10 @@ def _shown(value: Any) -> str:
 
 def body_rows(m: Mechanism) -> Rows:
     """Name, parent, joints, mass of each body."""
-    rows = [(b.name, b.parent, ", ".join(f"{j.name} ({j.kind})" for j in b.joints) or "welded", f"{b.inertia.mass:.4g}") for b in m.bodies]
+    rows = [
+        (b.name, b.parent, ", ".join(f"{j.name} ({j.kind})" for j in b.joints) or "welded", f"{b.inertia.mass:.4g}")
+        for b in m.bodies
+    ]
     return ("body", "parent", "joints", "mass [kg]"), tuple(rows)
 
 
@@ -98,8 +107,12 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         "name": entry.name, "title": entry.title, "summary": entry.summary, "chain": entry.chain, "fidelity": level,
         "parameters": {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)},
         "fidelities": dict(entry.fidelities), "scenes": {n: r.text for n, r in entry.scenes.items()},
-        "questions": [{"given": q.given, "optional": dict(q.optional), "answers": q.answers, "witnesses": list(q.witnesses)} for q in entry.questions],
-        "parameter_info": [{"name": i.name, "unit": i.unit, "range": i.range_text, "text": i.text, "source": i.source} for i in describe(entry.parameters)],
+        "questions": [
+            {"given": q.given, "optional": dict(q.optional), "answers": q.answers, "witnesses": list(q.witnesses)} for q in entry.questions
+        ],
+        "parameter_info": [
+            {"name": i.name, "unit": i.unit, "range": i.range_text, "text": i.text, "source": i.source} for i in describe(entry.parameters)
+        ],
         "warnings": design.warnings,
     }  # fmt: skip
     if level == "kinematic":
@@ -110,7 +123,9 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         sentences.append(f"Fidelity {level}: {len(m.bodies)} bodies, {found.sentence}.")
         sentences.append(f"Independent: {', '.join(found.independent) or 'none'}.")
         if found.reference_rank < found.rank:
-            sentences.append(f"The reference pose is singular: rank {found.reference_rank} there, {found.rank} elsewhere.")
+            sentences.append(
+                f"The reference pose is singular: rank {found.reference_rank} there, {found.rank} elsewhere."
+            )
         tables["Bodies"] = body_rows(m)
         if m.loops or m.relations or m.shafts:
             tables["Loops, relations, shafts"] = closing_rows(m)
@@ -122,13 +137,26 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
             "redundant": [r.sentence for r in found.redundant], "sentence": found.sentence,
         }  # fmt: skip
         data["joints"] = [{"name": j.name, "kind": j.kind, "zero": j.zero, "range": j.range} for j in m.joints]
-        data["bodies"] = [{"name": b.name, "parent": b.parent, "joints": [j.name for j in b.joints], "mass": b.inertia.mass} for b in m.bodies]
+        data["bodies"] = [
+            {"name": b.name, "parent": b.parent, "joints": [j.name for j in b.joints], "mass": b.inertia.mass}
+            for b in m.bodies
+        ]
         data["initial"] = initial_keys(m)
     sentences += [f"Warning: {w}" for w in design.warnings]
     tables["Fidelities"] = (("fidelity", "what it is"), tuple(entry.fidelities.items()))
-    tables["Scenes"] = (("scene", "what happens"), tuple((n + (" (default)" if n == entry.default_scene else ""), r.text) for n, r in entry.scenes.items()))
+    tables["Scenes"] = (
+        ("scene", "what happens"),
+        tuple((n + (" (default)" if n == entry.default_scene else ""), r.text) for n, r in entry.scenes.items()),
+    )
     if entry.questions:
-        rows = tuple((" ".join(q.given) + (f" [{' '.join(q.optional)}]" if q.optional else ""), " ".join(q.answers), ", ".join(q.witnesses)) for q in entry.questions)
+        rows = tuple(
+            (
+                " ".join(q.given) + (f" [{' '.join(q.optional)}]" if q.optional else ""),
+                " ".join(q.answers),
+                ", ".join(q.witnesses),
+            )
+            for q in entry.questions
+        )
         tables["Questions"] = (("given", "answers", "witnesses"), rows)
     return Description(entry.title, tuple(sentences), tables, data)
 
@@ -148,7 +176,15 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
         m = design.mechanism(level)
         found = structure(m)
         local = f" = {found.mobility} + {len(found.idle)} local" if found.idle else ""
-        rows.append((level, text, str(len(m.bodies)), f"{found.nv} / {found.rows} (rank {found.rank})", f"{found.freedoms}{local}"))
+        rows.append(
+            (
+                level,
+                text,
+                str(len(m.bodies)),
+                f"{found.nv} / {found.rows} (rank {found.rank})",
+                f"{found.freedoms}{local}",
+            )
+        )
     lines += [markdown(("fidelity", "what it is", "bodies", "coordinates / rows", "freedoms"), rows), ""]
     lines += ["## Parameters", "", markdown(*parameter_rows(design)), ""]
     if entry.formulas:
@@ -157,10 +193,18 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
         lines += [f"Sources: {'; '.join(entry.sources)}.", ""]
     scenes = tuple((n, r.text) for n, r in entry.scenes.items())
     lines += ["## Scenes", "", markdown(("scene", "what happens"), scenes), ""]
-    outcome = [(o.check.id, o.check.text, ", ".join(o.measured.values) if o.measured else "-", number(o.measured.tolerance if o.measured else None, 2), o.verdict)
-               for o in checks.outcomes]  # fmt: skip
+    outcome = []
+    for o in checks.outcomes:
+        said = ", ".join(o.measured.values) if o.measured else "-"
+        limit = number(o.measured.tolerance if o.measured else None, 2)
+        outcome.append((o.check.id, o.check.text, said, limit, o.verdict))
     lines += ["## Checks", "", markdown(("check", "what", "witnesses", "tolerance", "verdict"), outcome), ""]
     if claims.items:
         said = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
-        lines += ["## Claims of the source", "", markdown(("claim", "where", "what it says", "printed", "verdict"), said), ""]
+        lines += [
+            "## Claims of the source",
+            "",
+            markdown(("claim", "where", "what it says", "printed", "verdict"), said),
+            "",
+        ]
     return "\n".join(lines).rstrip() + "\n"

@@ -29,8 +29,13 @@ def number(value: Any, digits: int = 3) -> str:
 def table(headers: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Left-aligned columns, a rule under the headers."""
     cells = [[str(c) for c in row] for row in rows]
-    widths = [max(len(headers[k]), *(len(row[k]) for row in cells)) if cells else len(headers[k]) for k in range(len(headers))]
-    lines = ["  ".join(h.ljust(w) for h, w in zip(headers, widths, strict=True)).rstrip(), "  ".join("-" * w for w in widths)]
+    widths = [
+        max(len(headers[k]), *(len(row[k]) for row in cells)) if cells else len(headers[k]) for k in range(len(headers))
+    ]
+    lines = [
+        "  ".join(h.ljust(w) for h, w in zip(headers, widths, strict=True)).rstrip(),
+        "  ".join("-" * w for w in widths),
+    ]
     lines += ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in cells]
     return "\n".join(lines)
 

@@ -29,7 +29,9 @@ def room(engine: str) -> Any:
     try:
         return import_module(ENGINES[engine])
     except ModuleNotFoundError as error:
-        raise EngineMissing(f"{engine} is not installed ({error.name} is missing); pip install {'pin' if engine == 'pinocchio' else engine}.") from None
+        raise EngineMissing(
+            f"{engine} is not installed ({error.name} is missing); pip install {'pin' if engine == 'pinocchio' else engine}."
+        ) from None
 
 
 def split(m: Mechanism, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float], dict[str, float]]:
@@ -60,7 +62,13 @@ def quantities(m: Mechanism) -> tuple[str, ...]:
     """All quantities that can be given or asked for."""
     names = list(m.scalar_names) + [f"{f.name}_{a}" for f in m.frames for a in LETTERS[:3]]
     spins = [f"{f.name}_{a}" for f in m.frames for a in LETTERS[3:]]
-    return (*names, *(f"{n}_rate" for n in names), *(f"{n}_accel" for n in names), *spins, *(f"{n}_rate" for n in spins))
+    return (
+        *names,
+        *(f"{n}_rate" for n in names),
+        *(f"{n}_accel" for n in names),
+        *spins,
+        *(f"{n}_rate" for n in spins),
+    )
 
 
 def engine_answer(
@@ -130,7 +138,9 @@ def _motion(
     return values, ()
 
 
-def _quantity(r: Any, m: Mechanism, key: str, q: Array, v: Array, a: Array, frames: dict[str, tuple[Array, Array, Array]]) -> float:
+def _quantity(
+    r: Any, m: Mechanism, key: str, q: Array, v: Array, a: Array, frames: dict[str, tuple[Array, Array, Array]]
+) -> float:
     for suffix, vector in (("_rate", v), ("_accel", a)):
         name = key.removesuffix(suffix)
         if key.endswith(suffix) and name in m.scalar_names:

@@ -11,11 +11,11 @@ from mechlab.experiment.recording import Recording, frame_positions
 from mechlab.mechanism import GROUND, Mechanism, body_poses
 from mechlab.mechanism.geometry import Array
 from mechlab.shapes import mesh
-from mechlab.view.story import Part, Plot, Story
+from mechlab.view.story import Part, Plot, Severity, Story
 
 MAX_FRAMES = 401
 MAX_SERIES = 6
-WORDS = {"ok": "ok", "warning": "warning", "error": "error"}
+WORDS: dict[str, Severity] = {"ok": "ok", "warning": "warning", "error": "error"}
 
 
 def mechanism_story(mechanism: Mechanism, title: str = "", facts: Mapping[str, str] | None = None) -> Story:
@@ -89,7 +89,12 @@ def _scene(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tupl
         carrier = bodies[:, index[shaft.body]] if shaft.body in index else still
         turn = still.copy()
         angle = mechanism.value(shaft.name, q) - shaft.zero
-        turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
+        turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1] = (
+            np.cos(angle),
+            -np.sin(angle),
+            np.sin(angle),
+            np.cos(angle),
+        )
         names.append(f"{shaft.name} (shaft)" if shaft.name in index else shaft.name)
         poses.append(carrier @ shaft.placement.matrix() @ turn)
         owners.append((names[-1], shaft.shapes))
@@ -99,7 +104,14 @@ def _scene(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tupl
         for k, item in enumerate(shapes):
             solid = mesh(item.kind, item.parameters)
             parts.append(
-                Part(owner, item.name or f"{item.kind}_{k}", solid.vertices, solid.faces, item.color, item.placement.matrix())
+                Part(
+                    owner,
+                    item.name or f"{item.kind}_{k}",
+                    solid.vertices,
+                    solid.faces.astype(np.int64),
+                    item.color,
+                    item.placement.matrix(),
+                )
             )
     return tuple(names), np.stack(poses, axis=1), tuple(parts)
 
@@ -116,7 +128,13 @@ def _plots(recording: Recording, keep: Array, wanted: Sequence[str] | None) -> t
         if name not in recording.channels:
             continue
         unit = recording.units.get(name, "")
-        kind = "forces" if name.endswith("_force") else "points" if unit == "m" and name[-2:] in ("_x", "_y", "_z") else "drives"
+        kind = (
+            "forces"
+            if name.endswith("_force")
+            else "points"
+            if unit == "m" and name[-2:] in ("_x", "_y", "_z")
+            else "drives"
+        )
         if wanted and name in wanted:
             kind = "asked"
         series = groups.setdefault((kind, unit), {})
@@ -127,6 +145,11 @@ def _plots(recording: Recording, keep: Array, wanted: Sequence[str] | None) -> t
     for (kind, unit), series in groups.items():
         title = titles[kind]
         if kind in ("drives", "forces"):
-            title = {"m": "linear drives", "rad": "rotary drives", "N": "forces of linear drives", "N m": "torques of rotary drives"}.get(unit, title)
+            title = {
+                "m": "linear drives",
+                "rad": "rotary drives",
+                "N": "forces of linear drives",
+                "N m": "torques of rotary drives",
+            }.get(unit, title)
         plots.append(Plot(title, unit, series))
     return tuple(plots[:6])

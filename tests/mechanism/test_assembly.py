@@ -43,7 +43,9 @@ def test_a_path_that_ends_at_a_fold_says_so() -> None:
     """Driving the rocker past its limit angle: the path ends where two modes meet."""
     m = fourbar()
     limit = math.pi - math.acos((0.3**2 + 0.25**2 - 0.4**2) / (2 * 0.3 * 0.25))
-    beyond = close(m, None, {"rocker": limit + 0.2 if limit > float(m.value("rocker", m.reference())) else limit - 0.2}, steps=20)
+    beyond = close(
+        m, None, {"rocker": limit + 0.2 if limit > float(m.value("rocker", m.reference())) else limit - 0.2}, steps=20
+    )
     assert beyond.status in (Status.CHANGE_POINT, Status.NOT_CONVERGED) and np.all(np.isfinite(beyond.q))
 
 

@@ -31,7 +31,13 @@ def test_delta_counts() -> None:
     for fidelity, (bodies, nv, rows, freedoms, idle) in expected.items():
         m = delta.build(p, fidelity)
         found = structure(m)
-        assert (len(m.bodies), found.nv, found.rows, found.freedoms, len(found.idle)) == (bodies, nv, rows, freedoms, idle)
+        assert (len(m.bodies), found.nv, found.rows, found.freedoms, len(found.idle)) == (
+            bodies,
+            nv,
+            rows,
+            freedoms,
+            idle,
+        )
         assert found.rank == rows and not found.redundant
         assert found.mobility == 6 == found.driven
     assert structure(delta.build(p, "full")).idle == ("spin of plain_1", "spin of plain_2", "spin of plain_3")

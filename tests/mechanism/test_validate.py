@@ -6,7 +6,19 @@ from fractions import Fraction
 import pytest
 
 from mechlab.errors import MechlabError
-from mechlab.mechanism import Body, Builder, Drive, Frame, Inertia, Joint, LinearRelation, Loop, Mechanism, Shaft, revolute
+from mechlab.mechanism import (
+    Body,
+    Builder,
+    Drive,
+    Frame,
+    Inertia,
+    Joint,
+    LinearRelation,
+    Loop,
+    Mechanism,
+    Shaft,
+    revolute,
+)
 from tests.mechanism.samples import fourbar
 
 MASS = Inertia.cylinder(1.0, 0.05, 0.1)
@@ -25,7 +37,10 @@ def bodies(*changes: Body) -> Mechanism:
         (lambda: bodies(Body("a", inertia=MASS), Body("b", inertia=MASS), Body("c", "a", inertia=MASS)), "depth-first"),
         (lambda: bodies(Body("a", inertia=MASS), Body("a", inertia=MASS)), "'a' is used 2 times"),
         (lambda: bodies(Body("a", joints=(Joint("j"),))), "'a' moves but has no mass"),
-        (lambda: bodies(Body("a", joints=(Joint("j", "helical"),), inertia=MASS)), "'helical' does not exist.*revolute"),
+        (
+            lambda: bodies(Body("a", joints=(Joint("j", "helical"),), inertia=MASS)),
+            "'helical' does not exist.*revolute",
+        ),
         (lambda: bodies(Body("a", joints=(Joint("j", axis=(0, 0, 2)),), inertia=MASS)), "unit vector"),
         (lambda: bodies(Body("a", joints=(Joint("j", damping=-1.0),), inertia=MASS)), "damping.*>= 0"),
         (lambda: bodies(Body("a", joints=(Joint("j", damping=float("nan")),), inertia=MASS)), "damping"),
@@ -65,5 +80,7 @@ def test_unknown_names_list_what_exists() -> None:
 
 def test_the_builder_sorts_depth_first() -> None:
     b = Builder("m")
-    b.body("c", revolute("c"), parent="a", inertia=MASS).body("b", revolute("b"), inertia=MASS).body("a", revolute("a"), inertia=MASS)
+    b.body("c", revolute("c"), parent="a", inertia=MASS).body("b", revolute("b"), inertia=MASS).body(
+        "a", revolute("a"), inertia=MASS
+    )
     assert [x.name for x in b.build().bodies] == ["b", "a", "c"]

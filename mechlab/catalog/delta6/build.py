@@ -75,13 +75,20 @@ def _gears(b: Builder, p: Delta6Parameters, shafts: tuple[str, str, str]) -> Non
     """Central gears, planets and double bevels as bodies, and the nine relations of the train from the lower shafts."""
     kp = p.k_transfer / p.k_spur
     for i, side in ((1, 1.0), (2, -1.0)):
-        b.body(f"central_{i}", revolute(f"rho{i}", "z"), parent="platform", inertia=masses.CENTRAL, shapes=looks.central(p, i))
+        b.body(
+            f"central_{i}",
+            revolute(f"rho{i}", "z"),
+            parent="platform",
+            inertia=masses.CENTRAL,
+            shapes=looks.central(p, i),
+        )
         b.body(
             f"planet_{i}", revolute(f"nu{i}", "-z"), parent="carrier", at=(0.0, side * PLANET_OFFSET, 0.0),
             inertia=masses.PLANET, shapes=looks.planet(p, i),
         )  # fmt: skip
         b.body(
-            f"bevel_{i}", revolute(f"p{i}", "-y" if i == 1 else "y"), parent="tee", inertia=masses.BEVEL.at((0.0, side * BEVEL_OFFSET, 0.0)),
+            f"bevel_{i}", revolute(f"p{i}", "-y" if i == 1 else "y"), parent="tee",
+            inertia=masses.BEVEL.at((0.0, side * BEVEL_OFFSET, 0.0)),
             shapes=looks.bevel(p, i),
         )  # fmt: skip
     for i, shaft in zip((1, 2), shafts, strict=False):
@@ -147,7 +154,14 @@ def _shafts(b: Builder, p: Delta6Parameters) -> None:
     }
     for leg in legs(p):
         i = leg.index
-        b.shaft(f"phi{i}", rows[i], inertia=spin, body="platform", placement=looks.shaft_placement(leg), shapes=looks.spur(p, i))
+        b.shaft(
+            f"phi{i}",
+            rows[i],
+            inertia=spin,
+            body="platform",
+            placement=looks.shaft_placement(leg),
+            shapes=looks.spur(p, i, in_shaft=True),
+        )
     for i, sign in ((1, -1), (2, 1)):
         b.shaft(
             f"rho{i}", {"gamma": 1, "beta": sign * kp, "alpha": kp * p.k_bevel}, inertia=masses.CENTRAL.tensor[2],
@@ -171,7 +185,9 @@ def _parts(p: Delta6Parameters) -> Mechanism:
     _sliding_platform(b, p, carried)
     for leg in legs(p):
         i = leg.index
-        b.loop(f"rod{i}", f"slider_{i}", "platform", (0.0, 0.0, 0.0), vec(leg.lower), kind="distance", length=p.rod_length)
+        b.loop(
+            f"rod{i}", f"slider_{i}", "platform", (0.0, 0.0, 0.0), vec(leg.lower), kind="distance", length=p.rod_length
+        )
         joint = revolute(f"phi{i}", _sense(i), armature=p.rotor_inertia + masses.shaft_spin(p))
         b.body(f"N{i}", joint, parent="platform", at=vec(leg.lower), inertia=masses.SPUR, shapes=looks.spur(p, i))
     _head(b, p, masses.CARRIER, masses.TEE)
@@ -199,20 +215,45 @@ def _full(p: Delta6Parameters) -> Mechanism:
         _slider(b, p, leg, masses.slider(p))
         shaft = revolute(f"phi{i}", _sense(i), armature=p.rotor_inertia)
         b.body(f"stub_{i}", shaft, parent=f"slider_{i}", inertia=masses.STUB, shapes=looks.stub(p, leg, upper=True))
-        b.body(f"cross_{i}", revolute(f"fork{i}_a", vec(leg.fork_a)), parent=f"stub_{i}", inertia=masses.cross(p), shapes=looks.cross(leg))
+        b.body(
+            f"cross_{i}",
+            revolute(f"fork{i}_a", vec(leg.fork_a)),
+            parent=f"stub_{i}",
+            inertia=masses.cross(p),
+            shapes=looks.cross(leg),
+        )
         b.body(
             f"rod_{i}", revolute(f"fork{i}_b", vec(leg.fork_b)), parent=f"cross_{i}", inertia=masses.rod(p, leg),
             shapes=looks.cardan_rod(p, leg),
         )  # fmt: skip
-        b.body(f"ankle_{i}", revolute(f"ankle{i}_b", vec(leg.fork_b)), parent=f"rod_{i}", at=span, inertia=masses.cross(p, 0.5))
+        b.body(
+            f"ankle_{i}",
+            revolute(f"ankle{i}_b", vec(leg.fork_b)),
+            parent=f"rod_{i}",
+            at=span,
+            inertia=masses.cross(p, 0.5),
+        )
         beside = vec(p.rod_spacing * leg.tangent)
-        b.body(f"plain_{i}", spherical(f"ball{i}"), parent=f"slider_{i}", at=beside, inertia=masses.rod(p, leg), shapes=looks.plain_rod(p, leg))
+        b.body(
+            f"plain_{i}",
+            spherical(f"ball{i}"),
+            parent=f"slider_{i}",
+            at=beside,
+            inertia=masses.rod(p, leg),
+            shapes=looks.plain_rod(p, leg),
+        )
         b.loop(f"plain{i}", f"plain_{i}", "platform", span, vec(leg.lower + p.rod_spacing * leg.tangent))
         b.body(
             f"shaft_{i}", revolute(f"phi{i}_lower", _sense(i)), parent="platform", at=lower, inertia=masses.STUB + masses.SPUR,
             shapes=(*looks.stub(p, leg, upper=False), *looks.spur(p, i)),
         )  # fmt: skip
-        b.body(f"half_{i}", revolute(f"ankle{i}_a", vec(leg.fork_a)), parent=f"shaft_{i}", inertia=masses.cross(p, 0.5), shapes=looks.cross(leg))
+        b.body(
+            f"half_{i}",
+            revolute(f"ankle{i}_a", vec(leg.fork_a)),
+            parent=f"shaft_{i}",
+            inertia=masses.cross(p, 0.5),
+            shapes=looks.cross(leg),
+        )
         b.loop(f"cardan{i}", f"ankle_{i}", f"half_{i}", kind="fixed")
     b.body("platform", *floating("O"), inertia=masses.platform(p), shapes=looks.platform(p))
     _head(b, p, masses.CARRIER, masses.TEE)

@@ -45,7 +45,12 @@ def cardan_chain(length: float, bend: float, misphase: float = 0.0, tilt: float 
     b.body("slider", prismatic("follow", "z"), inertia=PART)
     b.body("shaft_in", revolute("turn_in", "z"), parent="slider", inertia=PART)
     b.body("cross_in", revolute("fork_a", _vec(upper_a)), parent="shaft_in", inertia=PART)
-    b.body("rod", revolute("fork_b", _vec(upper_b)), parent="cross_in", inertia=Inertia.rod(0.1, (0.0, 0.0, 0.0), span, 0.004))
+    b.body(
+        "rod",
+        revolute("fork_b", _vec(upper_b)),
+        parent="cross_in",
+        inertia=Inertia.rod(0.1, (0.0, 0.0, 0.0), span, 0.004),
+    )
     b.body("cross_out", revolute("ankle_b", _vec(lower_b)), parent="rod", at=span, inertia=PART)
     b.body("shaft_out", revolute("turn_out", _vec(lower_z)), at=span, inertia=PART)
     b.body("half_out", revolute("ankle_a", _vec(lower_a)), parent="shaft_out", inertia=PART)
@@ -71,7 +76,9 @@ def turned(witness: Witness, inputs: Sequence[float]) -> Array:
         for target in np.linspace(now, angle, 1 + max(1, math.ceil(abs(angle - now) / STEP)))[1:]:
             found = newton(lambda x, s=float(target): evaluate(x, s), lambda x, dv: x + dv, q)  # type: ignore[misc]
             if not found.closed:
-                raise NoSolution(f"cardan_chain: does not close at an input of {target:.6g} rad: open by {found.residual:.3g}")
+                raise NoSolution(
+                    f"cardan_chain: does not close at an input of {target:.6g} rad: open by {found.residual:.3g}"
+                )
             q = found.q
         now = angle
         out.append(float(m.row("turn_out") @ q))

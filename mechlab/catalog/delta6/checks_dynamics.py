@@ -13,7 +13,8 @@ from mechlab.catalog.delta6.graded import Quantity, graded
 from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SOURCE, probe_motion, without_stops
-from mechlab.catalog.delta6.witnesses import Witness, forces, response, witnesses
+from mechlab.catalog.delta6.responses import forces, response
+from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.check import Check, Measured
 from mechlab.mechanism.geometry import Array
 
@@ -81,7 +82,12 @@ def a9(p: Delta6Parameters) -> Measured:
     asked = closed.command(start, closed.SOURCE_START_ANGLES, closed.SOURCE_START_RATES)
     own = closed.error_response(1.0, e, de, p.velocity_gain, p.position_gain).error
     return graded(
-        Quantity("errors at 1 and 3 s, gains of the source [rad]", 5.1e-7, {"analytic": law, "exponential": _errors(e, de, kv, kp, (1.0, 3.0))}, printed),
+        Quantity(
+            "errors at 1 and 3 s, gains of the source [rad]",
+            5.1e-7,
+            {"analytic": law, "exponential": _errors(e, de, kv, kp, (1.0, 3.0))},
+            printed,
+        ),
         Quantity("command at 0 s [rad/s2]", 1e-9, {"analytic": asked}, [72.0, -202.0, 0.0]),
         # softness of the loops and of the sampled feedback: 1e-8 rad measured
         Quantity("errors at 1 s, gains as given [rad]", 1e-5, {"mujoco": _tracked(p)}, own),
@@ -135,7 +141,10 @@ def a12(p: Delta6Parameters) -> Measured:
     truth = found["full"]["numpy"]
     scale = np.repeat([np.abs(truth[:, :3]).max(), np.abs(truth[:, 3:]).max()], 3)
     # A rod turns with 1 / cos(bend) to cos(bend) of its shaft's speed; minimal lumps it at the mean speed.
-    ripple = [float(np.ptp(closed.rod_speed_ratio(closed.cardan_bend(x.geometry, np.zeros(3))[0], [0.0, 0.5 * np.pi]))) for x in (p, SOURCE)]
+    ripple = [
+        float(np.ptp(closed.rod_speed_ratio(closed.cardan_bend(x.geometry, np.zeros(3))[0], [0.0, 0.5 * np.pi])))
+        for x in (p, SOURCE)
+    ]
     relative = {f: {k: v / scale for k, v in said.items()} for f, said in found.items()}
     return graded(
         Quantity("full, between the witnesses", 1e-9, relative["full"]),
@@ -146,7 +155,17 @@ def a12(p: Delta6Parameters) -> Measured:
 
 
 CHECKS = (
-    Check("A8", "mass matrix and velocity terms of the head", a8, "Lagrange; numbers of the specification with the source's signs"),
+    Check(
+        "A8",
+        "mass matrix and velocity terms of the head",
+        a8,
+        "Lagrange; numbers of the specification with the source's signs",
+    ),
     Check("A9", "error law of the control; the source's gains and initial errors", a9, "e'' + kv e' + kp e = 0"),
-    Check("A12", "drive forces of minimal and parts against full, by inverse dynamics", a12, "constrained equations of the full mechanism"),
+    Check(
+        "A12",
+        "drive forces of minimal and parts against full, by inverse dynamics",
+        a12,
+        "constrained equations of the full mechanism",
+    ),
 )

@@ -12,7 +12,8 @@ from mechlab.catalog.delta6.graded import Quantity, graded
 from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names, legs
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE, probe_motion, random_poses, reach
-from mechlab.catalog.delta6.witnesses import Witness, accelerations, response, witnesses
+from mechlab.catalog.delta6.responses import accelerations, response
+from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.errors import NoSolution
 from mechlab.experiment.check import Check, Measured
 from mechlab.mechanism import integrate, newton, singularity
@@ -123,7 +124,9 @@ def a7(p: Delta6Parameters) -> Measured:
     gain = {"analytic": closed.drive_rate_gain(p.geometry, tilts) * np.cos(tilts)}
     for w in witnesses(build(p, "parts")):
         determinant[w.name] = np.array([np.linalg.det(_spin(w, p, b)) for b in betas])
-        gain[w.name] = np.array([np.linalg.norm(_phi(w, p, b) @ np.linalg.inv(_spin(w, p, b)), 2) * np.cos(b) for b in tilts])
+        gain[w.name] = np.array(
+            [np.linalg.norm(_phi(w, p, b) @ np.linalg.inv(_spin(w, p, b)), 2) * np.cos(b) for b in tilts]
+        )
     pole = np.array([0.3, np.pi / 2, -0.7])
     rotation = closed.rotation_matrix(*pole)
     found = closed.extract_angles(rotation)
@@ -202,7 +205,9 @@ def a13(p: Delta6Parameters) -> Measured:
         said[w.name] = np.array([_closes(w, start, x) for x in points])
     apart = np.array([0.0, 0.0, 3.0 * p.rod_length])
     assembly = closed.forward_position(p.geometry, apart)
-    none = float(bool(assembly.assembles) or bool(np.isfinite(assembly.position).any()) or not _refuses(assembly.require))
+    none = float(
+        bool(assembly.assembles) or bool(np.isfinite(assembly.position).any()) or not _refuses(assembly.require)
+    )
     return graded(
         Quantity("answered 0.1 mm inside, 1 um and 50 mm outside", 0.5, said, [1.0, 0.0, 0.0]),
         Quantity("answered for sliders that are too far apart", 0.5, {"analytic": none}, 0.0),

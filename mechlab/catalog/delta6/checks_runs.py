@@ -56,10 +56,19 @@ def a11(p: Delta6Parameters) -> Measured:
         complete = float(recording.t[-1])
         quantities.append(Quantity(f"drift of D in {fidelity} [m]", limit, {f"mujoco {fidelity}": drift.max()}, 0.0))
         quantities.append(Quantity(f"end of the run of {fidelity} [s]", 1e-9, {f"mujoco {fidelity}": complete}, 1.0))
-        open_by = [f"{f.name} {f.value:.2g}" for f in recording.health.findings if f.name in ("loop_gap", "relation_residual")]
+        open_by = [
+            f"{f.name} {f.value:.2g}" for f in recording.health.findings if f.name in ("loop_gap", "relation_residual")
+        ]
         travel = np.ptp(tool, axis=0).max()
         told.append(f"{fidelity}: {', '.join(open_by)}, D travels {travel:.2g} m, trusted: {recording.health.trusted}")
     return graded(*quantities, note="; ".join(told))
 
 
-CHECKS = (Check("A11", "drift of MuJoCo off the closed form in 1 s, preset accurate, step 0.97 ms", a11, "closed-form forward position"),)
+CHECKS = (
+    Check(
+        "A11",
+        "drift of MuJoCo off the closed form in 1 s, preset accurate, step 0.97 ms",
+        a11,
+        "closed-form forward position",
+    ),
+)

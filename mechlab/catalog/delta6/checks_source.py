@@ -13,7 +13,8 @@ from mechlab.catalog.delta6.masses import vec
 from mechlab.catalog.delta6.parameters import Delta6Parameters, legs
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
 from mechlab.catalog.delta6.tooth_statics import loss, sliding
-from mechlab.catalog.delta6.witnesses import Witness, response, witnesses
+from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.check import Check, Measured
 from mechlab.mechanism.geometry import Array
 
@@ -96,7 +97,9 @@ def a6(p: Delta6Parameters) -> Measured:
         said["analytic"] += [counts.xy_nodes, counts.voxels]
         said["numpy"] += _count_from_parts(bend)
     expected = [811, 18_724, 55, 2_003, 362, 10_885]
-    return Measured(said, 0.0, expected, "nodes (x, y) and voxels: no bend limit, 45 deg, 60 deg; sliders 0.25 to 0.65 m")
+    return Measured(
+        said, 0.0, expected, "nodes (x, y) and voxels: no bend limit, 45 deg, 60 deg; sliders 0.25 to 0.65 m"
+    )
 
 
 def a10(p: Delta6Parameters) -> Measured:

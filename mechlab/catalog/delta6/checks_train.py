@@ -76,7 +76,9 @@ def a5(p: Delta6Parameters) -> Measured:
     return graded(
         Quantity("forks in phase: output - input [deg]", 1e-8, in_phase, 0.0),
         Quantity("45 deg out of phase: output [rad]", 1e-10, out_of_phase),
-        Quantity("90 deg out of phase: half the swing [deg]", 1e-8, swing, math.degrees(math.asin((1.0 - k) / (1.0 + k)))),
+        Quantity(
+            "90 deg out of phase: half the swing [deg]", 1e-8, swing, math.degrees(math.asin((1.0 - k) / (1.0 + k)))
+        ),
         Quantity("the same at the bend of the source, 38.045 deg [deg]", 1e-3, {"analytic": source}, 13.557),
         note=f"bend {math.degrees(bend):.4g} deg",
     )
@@ -91,5 +93,10 @@ def _misphased(inputs: Array, bend: float, misphase: float) -> Array:
 
 CHECKS = (
     Check("A4", "degrees of freedom by rank: 6, 6, and 9 = 6 + 3 local", a4, "rank of the constraint Jacobian"),
-    Check("A5", "the cardan shafts pass rotation on at a constant ratio, with their forks in phase only", a5, "specification, section 4"),
+    Check(
+        "A5",
+        "the cardan shafts pass rotation on at a constant ratio, with their forks in phase only",
+        a5,
+        "specification, section 4",
+    ),
 )

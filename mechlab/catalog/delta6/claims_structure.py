@@ -12,7 +12,8 @@ from mechlab.catalog.delta6.cardan_chain import cardan_chain, turned
 from mechlab.catalog.delta6.parameters import drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
-from mechlab.catalog.delta6.witnesses import NumpyWitness, forces, response, witnesses
+from mechlab.catalog.delta6.responses import forces, response
+from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.experiment.check import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space, rank
@@ -105,7 +106,11 @@ def without_plain_rods() -> Finding:
     computed = {"numpy: free rotations of the platform, drives held": free}
     if free == 0:
         return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, f"something else holds the platform parallel: the three cardan rods leave it {free} rotations")
+    return Finding(
+        computed,
+        Verdict.HOLDS_ONLY_IF,
+        f"something else holds the platform parallel: the three cardan rods leave it {free} rotations",
+    )
 
 
 # -- decoupling ----------------------------------------------------------------------------------------------------------
@@ -147,7 +152,9 @@ def decoupled_forces() -> Finding:
     """Forces of the sliders while O stands still and the head turns at 1 Hz."""
     t = np.linspace(0.0, 1.0, 24, endpoint=False)[:, None]
     size, phase, w = np.array([0.6, 0.5, 0.4]), np.array([0.0, 1.0, 2.0]), 2.0 * math.pi
-    angles, rates, accel = (f * size * np.sin(w * t + phase + s) for f, s in ((1, 0.0), (w, 0.5 * math.pi), (w * w, math.pi)))
+    angles, rates, accel = (
+        f * size * np.sin(w * t + phase + s) for f, s in ((1, 0.0), (w, 0.5 * math.pi), (w * w, math.pi))
+    )
     witness = NumpyWitness(build(SOURCE, "minimal"))
     found = []
     for k, q in enumerate(coordinates(SOURCE, "minimal", np.zeros((len(t), 3)), angles)):
@@ -155,11 +162,19 @@ def decoupled_forces() -> Finding:
         found.append(forces(witness.at(q, v), SIX, [0.0, 0.0, 0.0, *accel[k]], drive_names())[:3])
     resting = forces(witness.at(witness.mechanism.reference()), SIX, np.zeros(6), drive_names())[:3]
     forces_on = np.array(found)
-    computed = {"numpy: slider force at rest [N]": resting.tolist(), "numpy: smallest [N]": float(forces_on.min()), "numpy: largest [N]": float(forces_on.max())}
+    computed = {
+        "numpy: slider force at rest [N]": resting.tolist(),
+        "numpy: smallest [N]": float(forces_on.min()),
+        "numpy: largest [N]": float(forces_on.max()),
+    }
     swing = float(np.ptp(forces_on)) / float(np.abs(resting).max())
     if swing < 1e-6:
         return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, f"the forces of the sliders change by {100 * swing:.1f} % when only the head turns: the output link has its mass 50 mm off O")
+    return Finding(
+        computed,
+        Verdict.FAILS,
+        f"the forces of the sliders change by {100 * swing:.1f} % when only the head turns: the output link has its mass 50 mm off O",
+    )
 
 
 # -- constant ratio ------------------------------------------------------------------------------------------------------
@@ -174,14 +189,20 @@ def constant_ratio() -> Finding:
         chain = cardan_chain(SOURCE.rod_length, bend, misphase, tilt)
         return {w.name: float(np.degrees(np.abs(turned(w, inputs) - inputs).max())) for w in witnesses(chain)}
 
-    cases = {"in phase, parallel": error(0.0, 0.0), "forks 90 deg out of phase": error(0.5 * math.pi, 0.0), "shafts 10 deg apart": error(0.0, math.radians(10.0))}
+    cases = {
+        "in phase, parallel": error(0.0, 0.0),
+        "forks 90 deg out of phase": error(0.5 * math.pi, 0.0),
+        "shafts 10 deg apart": error(0.0, math.radians(10.0)),
+    }
     computed = {f"{who}: {case}, output - input [deg]": x for case, said in cases.items() for who, x in said.items()}
     good, bad = max(cases["in phase, parallel"].values()), [min(said.values()) for said in list(cases.values())[1:]]
     if good > 1e-8:
         return Finding(computed, Verdict.FAILS, f"even in phase the output is off by {good:.3g} deg")
     if max(bad) < 1e-8:
         return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, "the two forks of every cardan rod are in phase and its shafts are parallel")
+    return Finding(
+        computed, Verdict.HOLDS_ONLY_IF, "the two forks of every cardan rod are in phase and its shafts are parallel"
+    )
 
 
 # -- singular positions --------------------------------------------------------------------------------------------------
@@ -191,7 +212,9 @@ def rotation_singular() -> Finding:
     """Rates of the rotary drives for an angular velocity of 1 rad/s, towards beta = 90 deg."""
     tilts = np.array([0.0, 60.0, 80.0, 89.0, 89.99])
     gains = closed.drive_rate_gain(SOURCE.geometry, np.radians(tilts))
-    computed: dict[str, object] = {f"analytic: largest drive rates at {b:g} deg": float(g) for b, g in zip(tilts, gains, strict=True)}
+    computed: dict[str, object] = {
+        f"analytic: largest drive rates at {b:g} deg": float(g) for b, g in zip(tilts, gains, strict=True)
+    }
     ranks = {}
     for w in witnesses(build(SOURCE, "parts")):
         w.at(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.5 * math.pi, -0.7])[0])
@@ -213,7 +236,11 @@ def translation_singular() -> Finding:
     computed |= {f"analytic: condition at {s:.9g} of it": c for s, c in zip(shares, values, strict=True)}
     if values[-1] < 1e3:
         return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, f"at the edge of the reach, {edge:.4g} m from the middle, a rod lies horizontal and the slider rates have no bound (type I)")
+    return Finding(
+        computed,
+        Verdict.FAILS,
+        f"at the edge of the reach, {edge:.4g} m from the middle, a rod lies horizontal and the slider rates have no bound (type I)",
+    )
 
 
 def _rod_triples(centre: Array) -> Array:
@@ -233,7 +260,9 @@ def uncontrolled_motion() -> Finding:
     computed = {"analytic: poses": len(inside), "analytic: smallest |det| of the rods": float(np.abs(triples).min()),
                 "analytic: signs": np.unique(np.sign(triples)).tolist(), "analytic: det K": determinant}  # fmt: skip
     if len(np.unique(np.sign(triples))) == 1 and determinant != 0.0:
-        return Finding(computed, Verdict.HOLDS, "with the drives held nothing moves, in no pose of the scan (which is no proof)")
+        return Finding(
+            computed, Verdict.HOLDS, "with the drives held nothing moves, in no pose of the scan (which is no proof)"
+        )
     return Finding(computed, Verdict.FAILS, "the rods are linearly dependent somewhere within the reach (type II)")
 
 

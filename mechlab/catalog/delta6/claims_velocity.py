@@ -9,10 +9,11 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.claims_kinematics import _gear_matrix
+from mechlab.catalog.delta6.claims_kinematics import gear_matrix
 from mechlab.catalog.delta6.claims_structure import THESIS
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, SOURCE
-from mechlab.catalog.delta6.witnesses import response, witnesses
+from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.witnesses import witnesses
 from mechlab.experiment.check import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 
@@ -34,7 +35,10 @@ def shows(value: Sequence[float] | Array, printed: Sequence[float] | Array, deci
 def digits() -> Finding:
     """Is there a delta of this kind whose A and B round to every printed digit?"""
     shifted = replace(SOURCE, radial_offset=0.22775)
-    cases = {"rod 0.37 m, offset 0.228 m, O = 0": (SOURCE, np.zeros(3)), "offset 0.22775 m, O = (0, -0.14, 0) mm": (shifted, np.array([0.0, -1.4e-4, 0.0]))}
+    cases = {
+        "rod 0.37 m, offset 0.228 m, O = 0": (SOURCE, np.zeros(3)),
+        "offset 0.22775 m, O = (0, -0.14, 0) mm": (shifted, np.array([0.0, -1.4e-4, 0.0])),
+    }
     computed: dict[str, object] = {}
     fits = []
     for name, (p, centre) in cases.items():
@@ -45,7 +49,11 @@ def digits() -> Finding:
     if fits[0]:
         return Finding(computed, Verdict.HOLDS)
     if any(fits):
-        return Finding(computed, Verdict.HOLDS, "every digit, for rods of 0.37 m with the guides 0.2278 m outside their platform joints and 3.3 mm beside them")
+        return Finding(
+            computed,
+            Verdict.HOLDS,
+            "every digit, for rods of 0.37 m with the guides 0.2278 m outside their platform joints and 3.3 mm beside them",
+        )
     return Finding(computed, Verdict.CANNOT, "no geometry tried gives these digits")
 
 
@@ -64,7 +72,10 @@ def translation_inverse() -> Finding:
     """Slider rates for V = (1, 1, 1)."""
     printed = [1.27, 1.79, -0.06]
     from_matrices = np.linalg.solve(-PRINTED_B, PRINTED_A @ np.ones(3))
-    computed = {"printed matrices": from_matrices.round(5).tolist(), "analytic": closed.slider_rates(SOURCE.geometry, np.zeros(3), np.ones(3)).round(5).tolist()}
+    computed = {
+        "printed matrices": from_matrices.round(5).tolist(),
+        "analytic": closed.slider_rates(SOURCE.geometry, np.zeros(3), np.ones(3)).round(5).tolist(),
+    }
     for w in witnesses(build(SOURCE, "full")):
         rates = response(w, (*CENTRE, *ANGLES))[:, :3].sum(axis=1)
         computed[w.name] = [round(float(w.mechanism.row(n) @ rates), 5) for n in SLIDERS]
@@ -72,7 +83,11 @@ def translation_inverse() -> Finding:
     if shows(from_matrices, printed, 2):
         return Finding(computed, Verdict.HOLDS)
     if geometry:
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, "A and B are carried with more digits than printed; the printed ones give 1.27, 1.80, -0.07")
+        return Finding(
+            computed,
+            Verdict.HOLDS_ONLY_IF,
+            "A and B are carried with more digits than printed; the printed ones give 1.27, 1.80, -0.07",
+        )
     return Finding(computed, Verdict.MISPRINT, str(from_matrices.round(2).tolist()))
 
 
@@ -83,7 +98,7 @@ def rotation_forward() -> Finding:
     """(alpha', beta', gamma') for unit rates of the rotary drives, signs aside."""
     printed = [0.0, -0.51, 1.0]
     found = {"printed matrix, B = -I": np.linalg.solve(PRINTED_ROTATION, np.ones(3))}
-    found |= {w.name: np.linalg.solve(_gear_matrix(w), np.ones(3)) for w in witnesses(build(SOURCE, "parts"))}
+    found |= {w.name: np.linalg.solve(gear_matrix(w), np.ones(3)) for w in witnesses(build(SOURCE, "parts"))}
     computed = {k: v.round(6).tolist() for k, v in found.items()}
     if all(shows(v, printed, 2) for v in found.values()):
         return Finding(computed, Verdict.HOLDS)
@@ -95,7 +110,10 @@ def rotation_forward() -> Finding:
 def rotation_sign() -> Finding:
     """A V = -(B) w as printed, with B = I."""
     printed = [1.4, 2.966, 1.0]
-    found = {"B = I as printed": np.linalg.solve(-np.eye(3), PRINTED_ROTATION @ np.ones(3)), "B = -I": PRINTED_ROTATION @ np.ones(3)}
+    found = {
+        "B = I as printed": np.linalg.solve(-np.eye(3), PRINTED_ROTATION @ np.ones(3)),
+        "B = -I": PRINTED_ROTATION @ np.ones(3),
+    }
     computed = {f"printed matrix, {k}": v.round(6).tolist() for k, v in found.items()}
     if shows(found["B = I as printed"], printed, 3):
         return Finding(computed, Verdict.HOLDS)
@@ -107,7 +125,7 @@ def rotation_sign() -> Finding:
 def rotation_inverse() -> Finding:
     """Rates of the rotary drives for unit rates of the angles."""
     found = {"analytic": closed.drives_from_angles(SOURCE.geometry, np.ones(3))}
-    found |= {w.name: _gear_matrix(w) @ np.ones(3) for w in witnesses(build(SOURCE, "parts"))}
+    found |= {w.name: gear_matrix(w) @ np.ones(3) for w in witnesses(build(SOURCE, "parts"))}
     computed = {k: v.round(9).tolist() for k, v in found.items()}
     if all(shows(v, [1.4, 2.966, 1.0], 3) for v in found.values()):
         return Finding(computed, Verdict.HOLDS)

@@ -47,7 +47,9 @@ def _columns(x: Array, y: Array) -> Array:
 @lru_cache(maxsize=256)
 def teeth(ratio: float, low: int = 60, high: int = 140) -> tuple[int, int]:
     """Whole numbers (a, b), a + b within limits, with b / a nearest to `ratio`."""
-    pairs = [(a, round(a * ratio)) for a in range(12, high) if low <= a + round(a * ratio) <= high and round(a * ratio) >= 12]
+    pairs = [
+        (a, round(a * ratio)) for a in range(12, high) if low <= a + round(a * ratio) <= high and round(a * ratio) >= 12
+    ]
     if not pairs:
         return (40, 40)
     return min(pairs, key=lambda ab: (round(abs(ab[1] / ab[0] - ratio), 6), ab[0]))
@@ -66,12 +68,22 @@ def ground(p: Delta6Parameters) -> Shapes:
     top = p.slider_max - p.slider_height + 0.09
     reach = abs(p.platform_radius + p.radial_offset) + _guide_arm(p)
     out = [shape("disc", _at((0.0, 0.0, FLOOR - 0.008)), PALE, "base", radius=reach + 0.04, thickness=0.016, bore=0.1)]
-    out.append(shape("ring", _at((0.0, 0.0, top)), PALE, "top", outer=reach + 0.016, inner=reach - 0.016, thickness=0.012))
+    out.append(
+        shape("ring", _at((0.0, 0.0, top)), PALE, "top", outer=reach + 0.016, inner=reach - 0.016, thickness=0.012)
+    )
     for leg in legs(p):
         frame = _columns(leg.tangent, -leg.radial)
         foot = leg.upper + _guide_arm(p) * leg.radial
         out.append(
-            shape("guide", _at((foot[0], foot[1], FLOOR), frame), STEEL, f"guide_{leg.index}", length=top - FLOOR, radius=0.008, spacing=0.06)
+            shape(
+                "guide",
+                _at((foot[0], foot[1], FLOOR), frame),
+                STEEL,
+                f"guide_{leg.index}",
+                length=top - FLOOR,
+                radius=0.008,
+                spacing=0.06,
+            )
         )
     return tuple(out)
 
@@ -82,11 +94,37 @@ def slider(p: Delta6Parameters, leg: Leg) -> Shapes:
     z = p.slider_height
     carriage = leg.radial * _guide_arm(p)
     return (
-        shape("slider", _at((carriage[0], carriage[1], z), frame), BLUE, "carriage", x=0.1, y=0.034, length=0.07, bore=0.0085, holes=2, spacing=0.06),
+        shape(
+            "slider",
+            _at((carriage[0], carriage[1], z), frame),
+            BLUE,
+            "carriage",
+            x=0.1,
+            y=0.034,
+            length=0.07,
+            bore=0.0085,
+            holes=2,
+            spacing=0.06,
+        ),
         shape("box", _at((carriage[0] * 0.45, carriage[1] * 0.45, z), frame), BLUE, "arm", x=0.04, y=0.05, z=0.03),
         shape("cylinder", _at((0.0, 0.0, z + 0.035)), DARK, "motor", radius=0.019, length=0.045, chamfer=0.003),
-        shape("box", _at(tuple(0.5 * p.rod_spacing * leg.tangent + np.array([0.0, 0.0, z])), frame), BLUE, "bar", x=p.rod_spacing + 0.02, y=0.014, z=0.014),
-        shape("cylinder", _at(tuple(p.rod_spacing * leg.tangent + np.array([0.0, 0.0, 0.5 * z]))), BLUE, "post", radius=0.005, length=z),
+        shape(
+            "box",
+            _at(tuple(0.5 * p.rod_spacing * leg.tangent + np.array([0.0, 0.0, z])), frame),
+            BLUE,
+            "bar",
+            x=p.rod_spacing + 0.02,
+            y=0.014,
+            z=0.014,
+        ),
+        shape(
+            "cylinder",
+            _at(tuple(p.rod_spacing * leg.tangent + np.array([0.0, 0.0, 0.5 * z]))),
+            BLUE,
+            "post",
+            radius=0.005,
+            length=z,
+        ),
     )
 
 
@@ -98,7 +136,9 @@ def rods(p: Delta6Parameters, leg: Leg) -> Shapes:
     """Both rods of a leg, for the fidelities in which they are one body."""
     return (
         shape("rod", _at((0.0, 0.0, 0.0), _along(leg)), ORANGE, "rod", length=p.rod_length, radius=0.006),
-        shape("rod", _at(vec(p.rod_spacing * leg.tangent), _along(leg)), STEEL, "plain", length=p.rod_length, radius=0.005),
+        shape(
+            "rod", _at(vec(p.rod_spacing * leg.tangent), _along(leg)), STEEL, "plain", length=p.rod_length, radius=0.005
+        ),
     )
 
 
@@ -108,7 +148,14 @@ def cardan_rod(p: Delta6Parameters, leg: Leg) -> Shapes:
     upper = _columns(leg.fork_b, np.cross(-u, leg.fork_b))
     lower = _columns(leg.fork_b, np.cross(u, leg.fork_b))
     return (
-        shape("cylinder", _at(tuple(0.5 * leg.span), _along(leg)), ORANGE, "shaft", radius=0.006, length=p.rod_length - 0.05),
+        shape(
+            "cylinder",
+            _at(tuple(0.5 * leg.span), _along(leg)),
+            ORANGE,
+            "shaft",
+            radius=0.006,
+            length=p.rod_length - 0.05,
+        ),
         shape("fork", _at((0.0, 0.0, 0.0), upper), ORANGE, "upper_fork", span=0.02, pin=0.003),
         shape("fork", _at(vec(leg.span), lower), ORANGE, "lower_fork", span=0.02, pin=0.003),
     )
@@ -136,7 +183,11 @@ def stub(p: Delta6Parameters, leg: Leg, upper: bool) -> Shapes:
 
 def cross(leg: Leg) -> Shapes:
     """The cross with its four pins."""
-    return (shape("cross", _at((0.0, 0.0, 0.0), _columns(leg.fork_a, leg.fork_b)), DARK, "cross", span=0.022, radius=0.0028),)
+    return (
+        shape(
+            "cross", _at((0.0, 0.0, 0.0), _columns(leg.fork_a, leg.fork_b)), DARK, "cross", span=0.022, radius=0.0028
+        ),
+    )
 
 
 # -- platform and gear train ---------------------------------------------------------------------------------------------
@@ -147,7 +198,9 @@ def platform(p: Delta6Parameters) -> Shapes:
     z = p.platform_height - 0.006
     azimuths = {f"azimuth_{i + 1}": float(a) for i, a in enumerate(p.leg_azimuths)}
     out = [
-        shape("triangle_platform", _at((0.0, 0.0, z)), BLUE, "plate", radius=p.platform_radius, height=0.008, **azimuths),
+        shape(
+            "triangle_platform", _at((0.0, 0.0, z)), BLUE, "plate", radius=p.platform_radius, height=0.008, **azimuths
+        ),
         shape("cylinder", _at((0.0, 0.0, 0.5 * z)), DARK, "axis", radius=0.005, length=z),
     ]
     for leg in legs(p):
@@ -170,13 +223,15 @@ def _spur_sizes(p: Delta6Parameters, i: int) -> tuple[int, int, float]:
     return a, b, 2.0 * p.platform_radius / (a + b) if i < 3 else 2.0 * p.platform_radius / (a + b + 48)
 
 
-def spur(p: Delta6Parameters, i: int) -> Shapes:
-    """The gear on lower shaft i, a tooth towards the central axis."""
+def spur(p: Delta6Parameters, i: int, in_shaft: bool = False) -> Shapes:
+    """The gear on lower shaft i, a tooth towards the central axis; `in_shaft`: seen from `shaft_placement`."""
     a, _, module = _spur_sizes(p, i)
+    place = _at((0.0, 0.0, SPUR_LEVEL[i - 1]))
+    if in_shaft and i < 3:
+        place = _at((0.0, 0.0, -SPUR_LEVEL[i - 1]), np.diag([1.0, -1.0, -1.0]))
     azimuth = p.leg_azimuths[i - 1] + math.pi
-    return (
-        shape("spur_gear", _at((0.0, 0.0, SPUR_LEVEL[i - 1])), BRASS, f"N{i}", teeth=a, module=module, width=0.007, bore=0.0045, phase=azimuth),
-    )
+    sizes = {"teeth": a, "module": module, "width": 0.007, "bore": 0.0045, "phase": azimuth}
+    return (shape("spur_gear", place, BRASS, f"N{i}", **sizes),)
 
 
 def idler_placement(p: Delta6Parameters) -> Placement:
@@ -191,7 +246,9 @@ def idler(p: Delta6Parameters) -> Shapes:
     a, b, module = _spur_sizes(p, 3)
     azimuth = p.leg_azimuths[2]
     phase = external_phase(b, azimuth, b, azimuth)
-    return (shape("spur_gear", color=STEEL, name="idler", teeth=b, module=module, width=0.007, bore=0.004, phase=phase),)
+    return (
+        shape("spur_gear", color=STEEL, name="idler", teeth=b, module=module, width=0.007, bore=0.004, phase=phase),
+    )
 
 
 def central(p: Delta6Parameters, i: int) -> Shapes:
@@ -201,12 +258,41 @@ def central(p: Delta6Parameters, i: int) -> Shapes:
     azimuth = p.leg_azimuths[i - 1]
     level = p.platform_height + SPUR_LEVEL[i - 1]
     side = 0.5 * math.pi if i == 1 else -0.5 * math.pi
-    big = external_phase(a, b, azimuth + math.pi, azimuth + math.pi)
+    big = external_phase(a, azimuth + math.pi, b, azimuth + math.pi)
     height = level - PLANET_LEVEL[i - 1]
     return (
-        shape("spur_gear", _at((0.0, 0.0, level)), STEEL, "outer_rim", teeth=b, module=module, width=0.006, bore=0.0075, phase=big, holes=6),
-        shape("spur_gear", _at((0.0, 0.0, PLANET_LEVEL[i - 1])), STEEL, "inner_rim", teeth=c, module=fine, width=0.006, bore=0.0075, phase=side),
-        shape("tube", _at((0.0, 0.0, PLANET_LEVEL[i - 1] + 0.5 * height)), STEEL, "sleeve", outer=0.0075 if i == 1 else 0.0095, inner=0.0055 if i == 1 else 0.0077, length=abs(height)),
+        shape(
+            "spur_gear",
+            _at((0.0, 0.0, level)),
+            STEEL,
+            "outer_rim",
+            teeth=b,
+            module=module,
+            width=0.006,
+            bore=0.0075,
+            phase=big,
+            holes=6,
+        ),
+        shape(
+            "spur_gear",
+            _at((0.0, 0.0, PLANET_LEVEL[i - 1])),
+            STEEL,
+            "inner_rim",
+            teeth=c,
+            module=fine,
+            width=0.006,
+            bore=0.0075,
+            phase=side,
+        ),
+        shape(
+            "tube",
+            _at((0.0, 0.0, PLANET_LEVEL[i - 1] + 0.5 * height)),
+            STEEL,
+            "sleeve",
+            outer=0.0075 if i == 1 else 0.0095,
+            inner=0.0055 if i == 1 else 0.0077,
+            length=abs(height),
+        ),
     )
 
 
@@ -219,16 +305,34 @@ def planet(p: Delta6Parameters, i: int) -> Shapes:
     """Planet gear with its bevel Nz; its frame stands on the planet axis at the height of the head centre."""
     c, d, fine = _planet_sizes(p)
     side = 0.5 * math.pi if i == 1 else -0.5 * math.pi
-    phase = external_phase(c, d, side, side)
+    phase = external_phase(c, side, d, side)
     z = PLANET_LEVEL[i - 1]
     return (
-        shape("spur_gear", _at((0.0, 0.0, z)), BRASS, "planet", teeth=d, module=fine, width=0.006, bore=0.002, phase=phase),
+        shape(
+            "spur_gear", _at((0.0, 0.0, z)), BRASS, "planet", teeth=d, module=fine, width=0.006, bore=0.002, phase=phase
+        ),
         _bevel("Nz", BRASS, np.eye(3), BEVEL_PITCH, 18, math.pi / 4, bore=0.002),
-        shape("cylinder", _at((0.0, 0.0, 0.5 * (z + BEVEL_PITCH) + 0.004)), DARK, "pin", radius=0.002, length=z - BEVEL_PITCH + 0.016),
+        shape(
+            "cylinder",
+            _at((0.0, 0.0, 0.5 * (z + BEVEL_PITCH) + 0.004)),
+            DARK,
+            "pin",
+            radius=0.002,
+            length=z - BEVEL_PITCH + 0.016,
+        ),
     )
 
 
-def _bevel(name: str, color: tuple[float, float, float, float], rotation: Array, radius: float, count: int, pitch: float, phase: float = 0.0, bore: float = 0.0036) -> Shape:
+def _bevel(
+    name: str,
+    color: tuple[float, float, float, float],
+    rotation: Array,
+    radius: float,
+    count: int,
+    pitch: float,
+    phase: float = 0.0,
+    bore: float = 0.0036,
+) -> Shape:
     return shape(
         "bevel_gear", _at((0.0, 0.0, 0.0), rotation), color, name, teeth=count, module=2.0 * radius / count, pitch_angle=pitch,
         width=0.006, bore=bore, phase=phase,
@@ -252,7 +356,15 @@ def bevel(p: Delta6Parameters, i: int) -> Shapes:
     return (
         Shape(first.kind, first.size, outer, first.color, first.name),
         _bevel("inner_rim", STEEL, to_side, OUTER_PITCH, a, inner),
-        shape("tube", Placement.of(to_side, (0.0, y * 0.0225, 0.0)), STEEL, "sleeve", outer=0.006, inner=0.004, length=0.011),
+        shape(
+            "tube",
+            Placement.of(to_side, (0.0, y * 0.0225, 0.0)),
+            STEEL,
+            "sleeve",
+            outer=0.006,
+            inner=0.004,
+            length=0.011,
+        ),
     )
 
 
@@ -265,17 +377,39 @@ def carrier(p: Delta6Parameters) -> Shapes:
     level, azimuth = p.platform_height + SPUR_LEVEL[2], p.leg_azimuths[2]
     out = [
         shape("box", _at((0.0, 0.0, 0.0305)), RED, "bridge", x=0.016, y=2 * PLANET_OFFSET + 0.03, z=0.004),
-        shape("spur_gear", _at((0.0, 0.0, level)), RED, "gear", teeth=b, module=module, width=0.006, bore=0.0098, phase=azimuth),
+        shape(
+            "spur_gear",
+            _at((0.0, 0.0, level)),
+            RED,
+            "gear",
+            teeth=b,
+            module=module,
+            width=0.006,
+            bore=0.0098,
+            phase=azimuth,
+        ),
     ]
     for y in (1.0, -1.0):
-        out.append(shape("box", _at((0.0, y * (PLANET_OFFSET + 0.013), 0.012)), RED, "cheek", x=0.014, y=0.005, z=0.041))
+        out.append(
+            shape("box", _at((0.0, y * (PLANET_OFFSET + 0.013), 0.012)), RED, "cheek", x=0.014, y=0.005, z=0.041)
+        )
     return tuple(out)
 
 
 def tee(p: Delta6Parameters) -> Shapes:
     """T-shaped carrier: crossbar along Y', stem along X'."""
     x_to_y = np.column_stack([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
-    return (shape("t_carrier", _at((0.0, 0.0, 0.0), x_to_y), TEAL, "tee", stem=max(0.02, p.head_offset - 0.012), crossbar=2 * (PLANET_OFFSET + 0.014), radius=0.0035),)
+    return (
+        shape(
+            "t_carrier",
+            _at((0.0, 0.0, 0.0), x_to_y),
+            TEAL,
+            "tee",
+            stem=max(0.02, p.head_offset - 0.012),
+            crossbar=2 * (PLANET_OFFSET + 0.014),
+            radius=0.0035,
+        ),
+    )
 
 
 def output(p: Delta6Parameters) -> Shapes:
@@ -285,6 +419,22 @@ def output(p: Delta6Parameters) -> Shapes:
     radius = OUTER_PITCH * b / a
     return (
         _bevel("VZ", BRASS, along_x, radius, b, math.atan2(b, a), phase=math.pi / b),
-        shape("flange", _at((p.head_offset - 0.014, 0.0, 0.0), along_x), RED, "tool", radius=0.013, thickness=0.006, reach=0.014),
-        shape("tube", _at((0.5 * (OUTER_PITCH + p.head_offset - 0.014), 0.0, 0.0), along_x), BRASS, "sleeve", outer=0.0065, inner=0.004, length=max(0.004, p.head_offset - 0.018 - OUTER_PITCH)),
+        shape(
+            "flange",
+            _at((p.head_offset - 0.014, 0.0, 0.0), along_x),
+            RED,
+            "tool",
+            radius=0.013,
+            thickness=0.006,
+            reach=0.014,
+        ),
+        shape(
+            "tube",
+            _at((0.5 * (OUTER_PITCH + p.head_offset - 0.014), 0.0, 0.0), along_x),
+            BRASS,
+            "sleeve",
+            outer=0.0065,
+            inner=0.004,
+            length=max(0.004, p.head_offset - 0.018 - OUTER_PITCH),
+        ),
     )

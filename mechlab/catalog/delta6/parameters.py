@@ -32,12 +32,19 @@ class Delta6Parameters:
         (-math.pi / 6, math.pi / 2, 7 * math.pi / 6), "rad", "azimuths of the three legs", source=_FITTED
     )
     head_offset: float = parameter(0.05, "m", "head centre O to output link centre D", source=_THESIS)
-    k_spur: Fraction = parameter(Fraction(7, 5), "", "turns of drives 1 and 2 per turn of gamma", source=_THESIS, low=0, strict=True)
+    k_spur: Fraction = parameter(
+        Fraction(7, 5), "", "turns of drives 1 and 2 per turn of gamma", source=_THESIS, low=0, strict=True
+    )
     k_transfer: Fraction = parameter(
         Fraction(783, 1000), "", "turns of drives 1 and 2 per turn of beta", source=_THESIS, low=0, strict=True
     )
     k_bevel: Fraction = parameter(
-        Fraction(1), "", "turns of the double bevels per turn of alpha", source="inferred from equal coefficients", low=0, strict=True
+        Fraction(1),
+        "",
+        "turns of the double bevels per turn of alpha",
+        source="inferred from equal coefficients",
+        low=0,
+        strict=True,
     )
     slider_min: float = parameter(0.25, "m", "lowest slider reading", source=_ASSUMED)
     slider_max: float = parameter(0.65, "m", "highest slider reading", source=_ASSUMED)
@@ -47,17 +54,23 @@ class Delta6Parameters:
     rod_spacing: float = parameter(0.04, "m", "plain rod beside the cardan rod", source=_ASSUMED, low=0, strict=True)
     slider_mass: float = parameter(0.35, "kg", "slider with its motor", source=_ASSUMED, low=0, strict=True)
     rod_mass: float = parameter(0.06, "kg", "each of the six rods", source=_ASSUMED, low=0, strict=True)
-    rod_radius: float = parameter(0.003, "m", "radius of gyration times sqrt 2 of a rod about its own axis", source=_ASSUMED, low=0, strict=True)
+    rod_radius: float = parameter(
+        0.003, "m", "radius of gyration times sqrt 2 of a rod about its own axis", source=_ASSUMED, low=0, strict=True
+    )
     cross_mass: float = parameter(0.012, "kg", "each cardan cross", source=_ASSUMED, low=0, strict=True)
     platform_mass: float = parameter(0.45, "kg", "platform without gears", source=_ASSUMED, low=0, strict=True)
     output_mass: float = parameter(0.15, "kg", "output link, centre of mass at D", source=_ASSUMED, low=0, strict=True)
-    rotor_inertia: float = parameter(2e-3, "kg m2", "rotor of each rotary drive, at its shaft", source=_ASSUMED, low=0, strict=True)
+    rotor_inertia: float = parameter(
+        2e-3, "kg m2", "rotor of each rotary drive, at its shaft", source=_ASSUMED, low=0, strict=True
+    )
     position_gain: float = parameter(480.0, "1/s2", "head control: gain on the angle error", source=_THESIS, low=0)
     velocity_gain: float = parameter(240.0, "1/s", "head control: gain on the rate error", source=_THESIS, low=0)
 
     def __post_init__(self) -> None:
         if self.slider_min >= self.slider_max:
-            raise MechlabError(f"delta6: slider_min = {self.slider_min:g} m must be below slider_max = {self.slider_max:g} m.")
+            raise MechlabError(
+                f"delta6: slider_min = {self.slider_min:g} m must be below slider_max = {self.slider_max:g} m."
+            )
         _ = self.geometry
 
     @property

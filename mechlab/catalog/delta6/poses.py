@@ -54,7 +54,13 @@ def _spans(p: Delta6Parameters, centre: Array) -> list[tuple[Array, Array, Array
     sliders = inverse_position(p.geometry, centre).require()
     out = []
     for leg in legs(p):
-        upper = np.column_stack([np.full(len(centre), leg.upper[0]), np.full(len(centre), leg.upper[1]), sliders[:, leg.index - 1] - p.slider_height])
+        upper = np.column_stack(
+            [
+                np.full(len(centre), leg.upper[0]),
+                np.full(len(centre), leg.upper[1]),
+                sliders[:, leg.index - 1] - p.slider_height,
+            ]
+        )
         out.append(((centre + leg.lower - upper) / p.rod_length, leg.span / p.rod_length, leg.fork_b))
     return out
 
@@ -86,7 +92,11 @@ def _cardans(p: Delta6Parameters, centre: Array, angles: Array) -> dict[str, Arr
     for k in range(3):
         i = k + 1
         out |= {f"fork{i}_a": found.upper_fork[:, k], f"fork{i}_b": found.upper_cross[:, k]}
-        out |= {f"ankle{i}_b": found.lower_cross[:, k], f"ankle{i}_a": found.lower_fork[:, k], f"phi{i}_lower": shafts[:, k]}
+        out |= {
+            f"ankle{i}_b": found.lower_cross[:, k],
+            f"ankle{i}_a": found.lower_fork[:, k],
+            f"phi{i}_lower": shafts[:, k],
+        }
     return out
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechlab.analytic import delta6 as closed_form
 from mechlab.catalog.delta6.build import build
@@ -52,14 +53,18 @@ def limit_notes(p: Delta6Parameters, sliders: Array, centre: Array) -> tuple[str
     if p.bend_limit is not None:
         bend = closed_form.cardan_bend(p.geometry, centre)
         if np.any(bend > p.bend_limit):
-            notes.append(f"a cardan bends {np.degrees(np.max(bend)):.4g} deg, more than its limit {np.degrees(p.bend_limit):.4g} deg")
+            notes.append(
+                f"a cardan bends {np.degrees(np.max(bend)):.4g} deg, more than its limit {np.degrees(p.bend_limit):.4g} deg"
+            )
     return tuple(notes)
 
 
-def _singular_status(singular: Array, h2: Array, length: float) -> tuple[Status, tuple[str, ...]]:
+def _singular_status(singular: ArrayLike, h2: Array, length: float) -> tuple[Status, tuple[str, ...]]:
     notes: list[str] = []
     if np.any(singular):
-        notes.append("serial singularity: beta = +-90 deg, the axes of alpha and gamma coincide and one angular velocity is lost")
+        notes.append(
+            "serial singularity: beta = +-90 deg, the axes of alpha and gamma coincide and one angular velocity is lost"
+        )
     if np.any(h2 <= 1e-12 * length**2):
         notes.append("serial singularity: a rod lies horizontal, its slider would need an infinite rate")
     return (Status.BOUNDARY if notes else Status.SOLVED), tuple(notes)
@@ -114,13 +119,19 @@ def _inverse_engine(engine: str, p: Delta6Parameters, given: Mapping[str, Any]) 
     if any(k in given for k in TWIST):
         asked |= {_TO_FRAME[k]: given.get(k, 0.0) for k in TWIST}
     wanted = list(DRIVES) + (list(DRIVE_RATES) if any(k in given for k in TWIST) else [])
-    answer = engine_answer(engine, build(p, "full"), asked, wanted, start=start, steps=1 if start is not None else 10, output="D")
+    answer = engine_answer(
+        engine, build(p, "full"), asked, wanted, start=start, steps=1 if start is not None else 10, output="D"
+    )
     return _reach(answer)
 
 
 def _reach(answer: Answer) -> Answer:
     """No closed pose means, for this mechanism, out of reach."""
-    if not answer.values and not answer.cannot and answer.status in (Status.NOT_CONVERGED, Status.CHANGE_POINT, Status.NO_ASSEMBLY):
+    if (
+        not answer.values
+        and not answer.cannot
+        and answer.status in (Status.NOT_CONVERGED, Status.CHANGE_POINT, Status.NO_ASSEMBLY)
+    ):
         return Answer(status=Status.OUT_OF_REACH, notes=answer.notes)
     return answer
 
@@ -156,7 +167,13 @@ def _forward_engine(engine: str, p: Delta6Parameters, given: Mapping[str, Any]) 
     asked = dict(given) | ({k: given.get(k, 0.0) for k in DRIVE_RATES} if rates else {})
     names = [*POSE, *(TWIST if rates else ())]
     answer = engine_answer(
-        engine, build(p, "full"), asked, [_TO_FRAME.get(k, k) for k in names], start=start, steps=1 if start is not None else 10, output="D"
+        engine,
+        build(p, "full"),
+        asked,
+        [_TO_FRAME.get(k, k) for k in names],
+        start=start,
+        steps=1 if start is not None else 10,
+        output="D",
     )
     back = {_TO_FRAME.get(k, k): k for k in names}
     renamed = {back[k]: v for k, v in answer.values.items()}
@@ -180,7 +197,12 @@ def _mujoco_forward(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
 
 
 def _question(
-    name: str, given: tuple[str, ...], rates: tuple[str, ...], answers: tuple[str, ...], witnesses: dict[str, Any], text: str
+    name: str,
+    given: tuple[str, ...],
+    rates: tuple[str, ...],
+    answers: tuple[str, ...],
+    witnesses: dict[str, Any],
+    text: str,
 ) -> Question:
     """Rates are answered when any rate is given; the others of them are then 0."""
     return Question(name, given, answers, witnesses, dict.fromkeys(rates), angles=ANGLES, units=UNITS, text=text)
@@ -190,6 +212,20 @@ _INVERSE = {"analytic": _inverse_analytic, "pinocchio": _pinocchio_inverse, "muj
 _FORWARD = {"analytic": _forward_analytic, "pinocchio": _pinocchio_forward, "mujoco": _mujoco_forward}
 
 QUESTIONS = (
-    _question("inverse", POSE, TWIST, (*DRIVES, *DRIVE_RATES), _INVERSE, "drives from the pose of D; their rates from its twist"),
-    _question("forward", DRIVES, DRIVE_RATES, (*POSE, *TWIST), _FORWARD, "pose of D from the drives; its twist from their rates"),
+    _question(
+        "inverse",
+        POSE,
+        TWIST,
+        (*DRIVES, *DRIVE_RATES),
+        _INVERSE,
+        "drives from the pose of D; their rates from its twist",
+    ),
+    _question(
+        "forward",
+        DRIVES,
+        DRIVE_RATES,
+        (*POSE, *TWIST),
+        _FORWARD,
+        "pose of D from the drives; its twist from their rates",
+    ),
 )

@@ -54,7 +54,11 @@ def pose_sweep(p: Delta6Parameters, fidelity: str) -> Scene:
 
 
 def _targets(p: Delta6Parameters) -> tuple[tuple[str, Motion], ...]:
-    head: tuple[tuple[str, Motion], ...] = (("alpha", Sine(0.1, 10.0)), ("beta", Sine(0.1, 10.0, math.pi / 2)), ("gamma", Sine(0.2, 5.0)))
+    head: tuple[tuple[str, Motion], ...] = (
+        ("alpha", Sine(0.1, 10.0)),
+        ("beta", Sine(0.1, 10.0, math.pi / 2)),
+        ("gamma", Sine(0.2, 5.0)),
+    )
     return (*((f"O_{a}", Hold(0.0)) for a in "xyz"), *head)
 
 
@@ -132,7 +136,11 @@ def _error_gamma(p: Delta6Parameters, recording: Recording) -> Array:
     return error_channel(2, p, recording)
 
 
-CHANNELS = {"error_alpha": ("rad", _error_alpha), "error_beta": ("rad", _error_beta), "error_gamma": ("rad", _error_gamma)}
+CHANNELS = {
+    "error_alpha": ("rad", _error_alpha),
+    "error_beta": ("rad", _error_beta),
+    "error_gamma": ("rad", _error_gamma),
+}
 
 
 def reference(p: Delta6Parameters, scene: Scene) -> Recording:
@@ -156,6 +164,6 @@ def reference(p: Delta6Parameters, scene: Scene) -> Recording:
     for k, name in enumerate(ANGLES):
         v[:, m.v_slice[name].start] = rates[:, k]
     channels, units = basic_channels(m, q, v)
-    return Recording(m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal")
-
-
+    return Recording(
+        m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
+    )

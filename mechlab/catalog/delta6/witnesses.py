@@ -3,13 +3,12 @@ kinematics and its own constraint rows; an engine that is not installed is left 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.experiment.laws import Plant, drive_forces
+from mechlab.experiment.laws import Plant
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import passive_force
@@ -96,7 +95,40 @@ class NumpyWitness:
         return self.tree.jacobian(self.mechanism.frame(frame).body, self.point(frame))
 
 
-class PinocchioWitness:
+class _OverPlant:
+    """What the engines' witnesses have in common: an engine's Plant at a state."""
+
+    plant: Any
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.t = mechanism, 0.0
+
+    def value(self, name: str) -> float:
+        """Value of a joint or shaft."""
+        return float(self.plant.value(name))
+
+    def rate(self, name: str) -> float:
+        """Rate of a joint or shaft."""
+        return float(self.plant.rate(name))
+
+    def mass_matrix(self) -> Array:
+        """(nv, nv) mass matrix."""
+        return np.asarray(self.plant.mass_matrix())
+
+    def bias(self) -> Array:
+        """(nv,) velocity, gravity and passive terms."""
+        return np.asarray(self.plant.bias())
+
+    def jacobian(self) -> Array:
+        """(rows, nv) constraint Jacobian."""
+        return np.asarray(self.plant.jacobian())
+
+    def constraint_bias(self) -> Array:
+        """(rows,) dJ/dt v."""
+        return np.asarray(self.plant.constraint_bias())
+
+
+class PinocchioWitness(_OverPlant):
     """Pinocchio's data, with the constraint rows of `mechlab.solve`."""
 
     name = "pinocchio"
@@ -104,7 +136,7 @@ class PinocchioWitness:
     def __init__(self, mechanism: Mechanism) -> None:
         from mechlab.solve.dynamics import PinPlant
 
-        self.mechanism, self.t = mechanism, 0.0
+        super().__init__(mechanism)
         self.plant = PinPlant(mechanism)
 
     def at(self, q: ArrayLike, v: ArrayLike | None = None) -> PinocchioWitness:
@@ -112,37 +144,14 @@ class PinocchioWitness:
         self.plant.set(q, v)
         return self
 
-    def value(self, name: str) -> float:
-        """Value of a joint or shaft."""
-        return self.plant.value(name)
-
-    def rate(self, name: str) -> float:
-        """Rate of a joint or shaft."""
-        return self.plant.rate(name)
-
-    def mass_matrix(self) -> Array:
-        """(nv, nv) mass matrix."""
-        return self.plant.mass_matrix()
-
-    def bias(self) -> Array:
-        """(nv,) velocity, gravity and passive terms."""
-        return self.plant.bias()
-
     def closing(self) -> tuple[Array, Array]:
         """Residual and Jacobian."""
         return self.plant.residual(), self.plant.jacobian()
 
-    def jacobian(self) -> Array:
-        """(rows, nv) constraint Jacobian."""
-        return self.plant.jacobian()
-
-    def constraint_bias(self) -> Array:
-        """(rows,) dJ/dt v."""
-        return self.plant.constraint_bias()
-
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation and origin of a body."""
-        return self.plant.kin.pose(body)
+        rotation, origin = self.plant.kin.pose(body)
+        return rotation, origin
 
     def point(self, frame: str) -> Array:
         """Position of a Frame."""
@@ -150,10 +159,10 @@ class PinocchioWitness:
 
     def point_jacobian(self, frame: str) -> Array:
         """(6, nv) of a Frame."""
-        return self.plant.kin.jacobian(self.mechanism.frame(frame).body, self.point(frame))
+        return np.asarray(self.plant.kin.jacobian(self.mechanism.frame(frame).body, self.point(frame)))
 
 
-class MujocoWitness:
+class MujocoWitness(_OverPlant):
     """A MjData of the generated MJCF file, with the engine's own rows."""
 
     name = "mujoco"
@@ -161,7 +170,7 @@ class MujocoWitness:
     def __init__(self, mechanism: Mechanism) -> None:
         from mechlab.simulate import MujocoMap, MujocoPlant, to_mujoco
 
-        self.mechanism, self.t = mechanism, 0.0
+        super().__init__(mechanism)
         self.model, self.data = to_mujoco(mechanism)
         self.map = MujocoMap(mechanism, self.model)
         self.plant = MujocoPlant(mechanism, self.model, self.data, self.map)
@@ -176,22 +185,6 @@ class MujocoWitness:
         mujoco.mj_forward(self.model, self.data)
         return self
 
-    def value(self, name: str) -> float:
-        """Value of a joint or shaft."""
-        return self.plant.value(name)
-
-    def rate(self, name: str) -> float:
-        """Rate of a joint or shaft."""
-        return self.plant.rate(name)
-
-    def mass_matrix(self) -> Array:
-        """(nv, nv) mass matrix."""
-        return self.plant.mass_matrix()
-
-    def bias(self) -> Array:
-        """(nv,) velocity, gravity and passive terms."""
-        return self.plant.bias()
-
     def closing(self) -> tuple[Array, Array]:
         """Residual and gradient of the engine's equality rows (efc_pos, efc_J)."""
         import mujoco
@@ -200,14 +193,6 @@ class MujocoWitness:
 
         rows = self.data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         return np.array(self.data.efc_pos[rows]), equality_jacobian(self.model, self.data)[:, self.map.dof]
-
-    def jacobian(self) -> Array:
-        """(rows, nv) constraint Jacobian."""
-        return self.plant.jacobian()
-
-    def constraint_bias(self) -> Array:
-        """(rows,) dJ/dt v."""
-        return self.plant.constraint_bias()
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation and origin of a body."""
@@ -242,28 +227,3 @@ def witnesses(mechanism: Mechanism) -> tuple[Witness, ...]:
         except ModuleNotFoundError:
             continue
     return tuple(out)
-
-
-def response(witness: Witness, given: Sequence[str]) -> Array:
-    """(nv, k) rates of everything per unit rate of each joint or shaft in `given`, by the constraint Jacobian.
-
-    The smallest rates where local freedoms remain.
-    """
-    jacobian = witness.jacobian()
-    rows = np.array([witness.mechanism.row(name) for name in given])
-    right = np.vstack([np.zeros((len(jacobian), len(rows))), np.eye(len(rows))])
-    return np.asarray(np.linalg.lstsq(np.vstack([jacobian, rows]), right, rcond=1e-11)[0])
-
-
-def accelerations(witness: Witness, given: Sequence[str], values: ArrayLike) -> Array:
-    """(nv,) accelerations that keep the constraints and give the joints or shafts in `given` theirs."""
-    rows = np.array([witness.mechanism.row(name) for name in given])
-    matrix = np.vstack([witness.jacobian(), rows])
-    right = np.concatenate([-witness.constraint_bias(), np.asarray(values, dtype=float)])
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-11)[0])
-
-
-def forces(witness: Witness, given: Sequence[str], values: ArrayLike, drives: tuple[str, ...]) -> Array:
-    """(drives,) forces that give the joints or shafts in `given` these accelerations in the present state."""
-    rows = np.array([witness.mechanism.row(name) for name in given])
-    return drive_forces(witness, rows, np.asarray(values, dtype=float), drives)

@@ -18,6 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--html", metavar="F", help="write one page that works offline, instead of a live page"
     )
     parser.add_argument("--png", metavar="F", help="write a picture, instead of a live page")
+    parser.add_argument("--host", metavar="H", default="127.0.0.1", help="address of the live page (default: this machine only)")
 
 
 def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
@@ -26,4 +27,4 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     files = {kind: Path(path) for kind in ("html", "png") if (path := getattr(options, kind)) is not None}
     from mechlab import api
 
-    return api.view(target, values, **files)
+    return api.view(target, values, html=files.get("html"), png=files.get("png"), host=options.host)
