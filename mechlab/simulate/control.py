@@ -4,6 +4,12 @@ MuJoCo has one control callback for the whole process. Here it only dispatches: 
 the MjData it is called for, so runs in several threads do not see each other, and data without a function are passed on
 to the callback that was there before. The engine calls it inside every evaluation of the equations of motion, hence at
 all four stages of RK4, with the time and state of that stage.
+
+MuJoCo cannot compile a model while a Python callback is set (the compiler makes a step of data that Python does not
+know), so compiling waits for runs with laws in other threads to end, and they for it.
+
+The callback is taken out when no `engine` block of this process is under way any more, not before: a thread that is
+inside the engine at that moment would fail. Code that steps MuJoCo in other threads without `engine` takes that risk.
 """
 
 from __future__ import annotations
@@ -15,29 +21,54 @@ from typing import Any
 
 import mujoco
 
-_lock = threading.Lock()
+from mechlab.errors import MechlabError
+
+_lock = threading.Condition()
 _controllers: dict[int, Callable[[], None]] = {}
+_compiling = 0
+_mine = threading.local()
+_users = 0
+_installed = False
 _previous_control: Any = None
-_quiet = 0
 _previous_warning: Any = None
 
 
-def _dispatch(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    function = _controllers.get(data._address)
-    if function is not None:
-        function()
-    elif _previous_control is not None:
-        _previous_control(model, data)
+@contextmanager
+def engine() -> Iterator[None]:
+    """Within the block the engine may be called from this thread; it neither prints its warnings nor writes them to
+    MUJOCO_LOG.TXT."""
+    _enter()
+    try:
+        yield
+    finally:
+        _leave()
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Within the block a model may be compiled: no control callback is set. Raises MechlabError inside `controlled`."""
+    global _compiling
+    if getattr(_mine, "controlled", 0):
+        raise MechlabError("a force law cannot compile a MuJoCo model while it acts; make the model before the run.")
+    with _lock:
+        _lock.wait_for(lambda: not _installed)
+        _compiling += 1
+    try:
+        with engine():
+            yield
+    finally:
+        with _lock:
+            _compiling -= 1
+            _lock.notify_all()
 
 
 @contextmanager
 def controlled(data: mujoco.MjData, function: Callable[[], None]) -> Iterator[None]:
-    """Within the block the engine calls `function()` whenever it evaluates the equations of motion of `data`.
+    """As `engine`; and the engine calls `function()` whenever it evaluates the equations of motion of `data`.
 
     What the function raises is kept, later calls do nothing, and the error is raised when the block ends: an exception
-    must not cross the C code of the engine. The callback is unregistered in any case.
+    must not cross the C code of the engine.
     """
-    global _previous_control
     errors: list[BaseException] = []
 
     def guarded() -> None:
@@ -48,41 +79,58 @@ def controlled(data: mujoco.MjData, function: Callable[[], None]) -> Iterator[No
         except BaseException as error:  # also KeyboardInterrupt: it is raised at the end of the block
             errors.append(error)
 
-    with _lock:
-        if not _controllers:
-            _previous_control = mujoco.get_mjcb_control()
-            mujoco.set_mjcb_control(_dispatch)
-        _controllers[data._address] = guarded
-    try:
-        yield
-    finally:
-        with _lock:
-            del _controllers[data._address]
-            if not _controllers:
-                mujoco.set_mjcb_control(_previous_control)
-                _previous_control = None
-        if errors:
-            raise errors[0]
+    with engine():
+        _install(data._address, guarded)
+        _mine.controlled = getattr(_mine, "controlled", 0) + 1
+        try:
+            yield
+        finally:
+            _mine.controlled -= 1
+            _controllers.pop(data._address, None)
+            if errors:
+                raise errors[0]
+
+
+def _dispatch(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    function = _controllers.get(data._address)
+    if function is not None:
+        function()
+    elif _previous_control is not None:
+        _previous_control(model, data)
 
 
 def _silent(message: str) -> None:
     """The engine's warnings are counted in MjData and told in the health record."""
 
 
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Within the block the engine neither prints its warnings nor writes them to MUJOCO_LOG.TXT."""
-    global _quiet, _previous_warning
+def _enter() -> None:
+    global _users, _previous_warning
     with _lock:
-        if _quiet == 0:
+        if _users == 0:
             _previous_warning = mujoco.get_mju_user_warning()
             mujoco.set_mju_user_warning(_silent)
-        _quiet += 1
-    try:
-        yield
-    finally:
-        with _lock:
-            _quiet -= 1
-            if _quiet == 0:
-                mujoco.set_mju_user_warning(_previous_warning)
-                _previous_warning = None
+        _users += 1
+
+
+def _install(address: int, function: Callable[[], None]) -> None:
+    global _installed, _previous_control
+    with _lock:
+        _lock.wait_for(lambda: not _compiling)
+        _controllers[address] = function
+        if not _installed:
+            _previous_control = mujoco.get_mjcb_control()
+            mujoco.set_mjcb_control(_dispatch)
+            _installed = True
+
+
+def _leave() -> None:
+    global _users, _installed, _previous_control, _previous_warning
+    with _lock:
+        _users -= 1
+        if _users:
+            return
+        mujoco.set_mju_user_warning(_previous_warning)
+        if _installed:
+            mujoco.set_mjcb_control(_previous_control)
+        _installed, _previous_control, _previous_warning = False, None, None
+        _lock.notify_all()

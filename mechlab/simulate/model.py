@@ -15,6 +15,7 @@ from mechlab.formats.mjcf_names import axis_name, body_name, tendon_name
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.connectors import Connector, find_connectors
+from mechlab.simulate.control import compiling, engine
 
 Indices = np.ndarray
 
@@ -23,7 +24,8 @@ Indices = np.ndarray
 def _compiled(mechanism: Mechanism, settings: Settings | None) -> mujoco.MjModel:
     text = to_mjcf(mechanism, settings)
     try:
-        return mujoco.MjModel.from_xml_string(text)
+        with compiling():
+            return mujoco.MjModel.from_xml_string(text)
     except ValueError as error:
         raise MechlabError(f"{mechanism.name}: MuJoCo refuses the model: {error}") from None
 
@@ -35,7 +37,8 @@ def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[m
     """
     model = copy.copy(_compiled(mechanism, settings))
     data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    with engine():
+        mujoco.mj_forward(model, data)
     return model, data
 
 

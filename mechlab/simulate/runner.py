@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from contextlib import ExitStack
 
 import mujoco
 import numpy as np
@@ -17,7 +16,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.simulate.control import controlled, quiet
+from mechlab.simulate.control import controlled, engine
 from mechlab.simulate.drive import Driver, passive
 from mechlab.simulate.findings import health
 from mechlab.simulate.model import MujocoMap, to_mujoco
@@ -58,10 +57,7 @@ def run(
     data.qacc_warmstart[:] = 0.0
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = _Samples(mechanism, model, data, map_, driver)
-    with ExitStack() as stack:
-        stack.enter_context(quiet())
-        if scene.laws:
-            stack.enter_context(controlled(data, driver))
+    with controlled(data, driver) if scene.laws else engine():
         blow_up, cpu, done = advance(model, data, map_, steps, samples.take)
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
     channels, units = samples.channels(mechanism, *states)

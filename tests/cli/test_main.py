@@ -148,7 +148,7 @@ def test_the_other_verbs_pass_their_options_on(api: FakeApi) -> None:
     main(["list"])
     assert api.called == ("list_entries", (), {})
     main(["view", "run.npz", "--html", "a.html"])
-    assert api.called == ("view", ("run.npz", {}), {"html": Path("a.html")})
+    assert api.called == ("view", ("run.npz", {}), {"html": Path("a.html"), "png": None, "host": "127.0.0.1"})
     main(["run", "delta6", "-o", "there"])
     assert api.called[:2] == ("run", ("delta6", {})) and api.called[2]["out"] == Path("there")
 
