@@ -12,6 +12,8 @@ from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
 
 ENERGY_LIMIT = 1e-2
 ENERGY_WARNING = 1e-3
+STANDSTILL = 1e-3
+"""A mechanism at rest is held to what its weight does over this way [m]."""
 
 
 def kinetic_energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
@@ -103,15 +105,16 @@ def energy_finding(
 
     power (n,) [W]: that of all laws less the dissipation, at the samples; its work is integrated by Simpson's rule,
     or given by the engine as `done` (n,) [J], which is better. Turnover = max of: the largest kinetic energy, the
-    span of the potential energy, the integral of |power|. What Simpson's rule itself may miss between samples (its
+    span of the potential energy, the integral of |power|, and for a mechanism at rest what its weight does over
+    STANDSTILL. What Simpson's rule itself may miss between samples (its
     difference from the trapezoidal rule / 10) is not held against the run.
     """
     kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
     total = kinetic + potential
     spent = work(t, power) if done is None else np.asarray(done, dtype=float)
-    turnover = max(
-        float(np.max(kinetic)), float(np.ptp(potential)), float(work(t, np.abs(power))[-1]), 1e-300
-    )  # fmt: skip
+    weight = mechanism.total_mass * float(np.linalg.norm(mechanism.gravity))
+    moved = (float(np.max(kinetic)), float(np.ptp(potential)), float(work(t, np.abs(power))[-1]))
+    turnover = max(*moved, weight * STANDSTILL, 1e-300)
     missing = np.abs(total - total[0] - (spent - spent[0]))
     if done is None and len(t) > 2:
         from scipy.integrate import cumulative_trapezoid

@@ -36,7 +36,7 @@ def to_mjcf(
             " Written by mechlab. SI units, radians. qpos is 0 in the reference pose; physical value = user + qpos. "
         )
     )
-    add(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false", fusestatic="false")
+    add(root, "compiler", angle="radian", autolimits="true", fusestatic="false")
     _option(root, m, s)
     add(add(root, "custom"), "text", name="written_by", data="mechlab")
     _defaults(root, contacts)

@@ -110,6 +110,8 @@ def _slider(m: Mechanism, drive: Drive, value: float, size: float) -> tuple[floa
 
 def _round_up(x: float) -> float:
     """The next number of the series 1, 2, 5, 10."""
+    if not math.isfinite(x):
+        raise MechlabError("the holding force of a drive overflows. Are masses and lengths in kg and m?")
     power = math.floor(math.log10(x))
     for factor in (1, 2, 5):
         if float(f"{factor}e{power}") >= x:

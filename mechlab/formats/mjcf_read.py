@@ -13,7 +13,7 @@ from collections import Counter
 
 import numpy as np
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, unknown
 from mechlab.formats.fractions_of_floats import exact
 from mechlab.formats.mjcf_read_drives import Tendons, Terms, read_drives, read_tendons
 from mechlab.formats.mjcf_read_tree import Tree, read_tree
@@ -126,14 +126,13 @@ def _loop(
     site1, site2 = e.get("site1"), e.get("site2")
     if source.ours and e.get("name") in tree.connectors:
         _, kinds = tree.connectors[e.get("name", "")]
-        a, b = tree.sites[f"{e.get('name')}:a"], tree.sites[f"{e.get('name')}:b"]
+        a, b = (_site(tree, f"{e.get('name')}:{end}", e) for end in "ab")
         guests[a[0] if site2 == f"{e.get('name')}:a" else b[0]] += 1
+        if kinds not in CONNECTOR_KINDS:
+            raise fail(e, f"its connector has the joints {', '.join(kinds) or 'none'}, which is no kind of loop.")
         return Loop(name, CONNECTOR_KINDS[kinds], a[0], b[0], a[1], b[1])
     if site1 is not None or site2 is not None:
-        for site in (site1, site2):
-            if site not in tree.sites:
-                raise fail(e, f"there is no site {site!r}.")
-        (a_body, a_at), (b_body, b_at) = tree.sites[site1 or ""], tree.sites[site2 or ""]
+        (a_body, a_at), (b_body, b_at) = _site(tree, site1, e), _site(tree, site2, e)
         return Loop(name, "revolute" if revolute else kind, a_body, b_body, a_at, b_at)
     one_body = tree.body_names.find(e.get("body1"), e)
     two = tree.body_names.find(e.get("body2", "world"), e)
@@ -149,6 +148,12 @@ def _loop(
     r = relpose
     a_at = tree.frame_of[one_body] @ Placement((r[0], r[1], r[2]), (r[3], r[4], r[5], r[6]))
     return Loop(name, kind, one_body, two, a_at, b_at)
+
+
+def _site(tree: Tree, name: str | None, e: ET.Element) -> tuple[str, Placement]:
+    if name is None or name not in tree.sites:
+        raise unknown(f"{label(e)}: site", name, tree.sites)
+    return tree.sites[name]
 
 
 def _seen(reference: TreeKinematics, body: str, placement: Placement, other: str) -> Placement:

@@ -20,6 +20,8 @@ def solid(source: Source, geom: ET.Element) -> tuple[str, tuple[float, ...], Pla
     """Type, sizes (as MJCF: radii and half lengths) and placement of a primitive geom."""
     kind = geom.get("type", "sphere")
     sizes = floats(geom, "size") or ()
+    if kind in SIZES and (not sizes or min(sizes[: SIZES[kind]]) <= 0.0):
+        raise fail(geom, f"the sizes of a {kind} must be positive, got {geom.get('size')!r}.")
     ends = floats(geom, "fromto", 6)
     placement = source.placement(geom)
     if ends is not None:
@@ -75,7 +77,7 @@ def _uniform(kind: str, s: tuple[float, ...]) -> tuple[float, tuple[float, float
         volume = 8.0 * a * b * c if kind == "box" else 4.0 / 3.0 * math.pi * a * b * c
         return volume, ((b * b + c * c) / k, (a * a + c * c) / k, (a * a + b * b) / k)
     r = s[0]
-    ball = 4.0 / 3.0 * math.pi * r**3
+    ball = 4.0 / 3.0 * math.pi * r * r * r
     if kind == "sphere":
         return ball, (0.4 * r * r,) * 3
     half = s[1]

@@ -103,7 +103,7 @@ def _body(
         _content(source, tree, element, GROUND, IDENTITY, childclass)
         return
     if source.ours and given.endswith(":connector"):
-        kinds = tuple(KINDS[j.get("type", "hinge")] for j in element.findall("joint"))
+        kinds = tuple(KINDS.get(j.get("type", "hinge"), "") for j in element.findall("joint"))
         tree.connectors[given.removesuffix(":connector")] = (parent, kinds)
         return
     joints = (*before, *_joints(source, tree, element, childclass, given))

@@ -42,6 +42,8 @@ class Source:
             raise MechlabError("<compiler>: only local coordinates are read.")
         self.angle = 1.0 if compiler.get("angle", "degree") == "radian" else math.pi / 180.0
         self.eulerseq = compiler.get("eulerseq", "xyz")
+        if len(self.eulerseq) != 3 or set(self.eulerseq.lower()) - set("xyz"):
+            raise MechlabError(f"<compiler>: eulerseq={self.eulerseq!r} must be three of x, y, z.")
         self.autolimits = compiler.get("autolimits", "true") == "true"
         self.inertia_from_geoms = compiler.get("inertiafromgeom", "auto")
         self.ours = any(t.get("name") == "written_by" and t.get("data") == "mechlab" for t in self.root.iter("text"))

@@ -10,6 +10,7 @@ import numpy as np
 from mechlab.experiment.settings import Settings
 from mechlab.formats import mjcf_names as names
 from mechlab.formats.mjcf_loops import Connector, own_share
+from mechlab.formats.solids import primitive
 from mechlab.formats.xml_text import add, pose
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
@@ -137,16 +138,13 @@ def _geom(
     element: ET.Element, item: Shape, meshes: Mapping[str, str], mesh_files: MeshFiles, inside: Placement | None = None
 ) -> None:
     placement = item.placement if inside is None else inside @ item.placement
-    p = item.parameters
+    sizes = primitive(item)
     attributes: dict[str, object]
     if item in mesh_files:
         attributes = {"type": "mesh", "mesh": meshes[mesh_files[item]]}
-    elif item.kind == "box":
-        attributes = {"type": "box", "size": (p["x"] / 2.0, p["y"] / 2.0, p["z"] / 2.0)}
-    elif item.kind == "cylinder":
-        attributes = {"type": "cylinder", "size": (p["radius"], p["length"] / 2.0)}
-    elif item.kind == "sphere":
-        attributes = {"type": "sphere", "size": (p["radius"],)}
-    else:
+    elif sizes is None:
         return
+    else:
+        half = sizes if item.kind == "sphere" else tuple(x / 2.0 for x in sizes)
+        attributes = {"type": item.kind, "size": (sizes[0], half[1]) if item.kind == "cylinder" else half}
     add(element, "geom", class_="looks", **attributes, **pose(placement), rgba=item.color)

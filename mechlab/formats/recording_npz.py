@@ -56,10 +56,10 @@ def write_npz(path: Path, header: str, arrays: Mapping[str, Array]) -> None:
 def load_recording(path: str | Path) -> Recording:
     """Read a recording; raises MechlabError when the file is none."""
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
             header = json.loads(str(data["header"]))
             arrays = {k: data[k] for k in ("t", "q", "v", "channels")}
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         raise MechlabError(f"{path} is not a recording of mechlab: {error}.") from None
     return Recording(
         mechanism=from_json(json.dumps(header["mechanism"])),

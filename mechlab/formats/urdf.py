@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 
 from mechlab.errors import MechlabError
 from mechlab.formats.mjcf_tree import safe_tensor
+from mechlab.formats.solids import SIZES, primitive
 from mechlab.formats.urdf_mimic import Follow, mimics
 from mechlab.formats.xml_text import add, text
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
@@ -158,23 +159,20 @@ def _inertial(link: ET.Element, inertia: Inertia, moves: bool) -> None:
 
 
 def _visual(link: ET.Element, item: Shape, files: Mapping[Shape, str]) -> None:
-    p = item.parameters
-    solids: dict[str, tuple[str, dict[str, object]]] = {}
+    sizes = primitive(item)
+    tag, attributes = item.kind, dict[str, object]()
     if item in files:
-        solids[item.kind] = ("mesh", {"filename": files[item]})
-    elif item.kind == "box":
-        solids["box"] = ("box", {"size": (p["x"], p["y"], p["z"])})
-    elif item.kind == "cylinder":
-        solids["cylinder"] = ("cylinder", {"radius": p["radius"], "length": p["length"]})
-    elif item.kind == "sphere":
-        solids["sphere"] = ("sphere", {"radius": p["radius"]})
-    if item.kind not in solids:
+        tag, attributes = "mesh", {"filename": files[item]}
+    elif sizes is None:
         return
-    tag, attributes = solids[item.kind]
+    elif tag == "box":
+        attributes = {"size": sizes}
+    else:
+        attributes = dict(zip(SIZES[tag], sizes, strict=True))
     visual = add(link, "visual")
     _origin(visual, item.placement)
     add(add(visual, "geometry"), tag, **attributes)
-    name = "color_" + "_".join(f"{round(255 * c):02x}" for c in item.color)
+    name = "color_" + "_".join(f"{round(255 * min(max(c, 0.0), 1.0)):02x}" for c in item.color)
     add(add(visual, "material", name=name), "color", rgba=item.color)
 
 

@@ -1,7 +1,7 @@
 """URDF text -> Mechanism: a tree; mimics become relations. What URDF cannot say (loops, gears) is in the JSON.
 
 The root link is the ground: its mass does not matter. Fixed links without mass, looks and children become frames.
-Meshes are left out: a Mechanism's shapes are made from parameters. The physical value of a joint is its value in the URDF.
+Meshes are left out: a Mechanism's shapes are made from parameters. The physical value of a joint is that in the URDF.
 """
 
 from __future__ import annotations

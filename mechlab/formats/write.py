@@ -1,7 +1,7 @@
 """The files of a mechanism in a folder: NAME.xml, scene.xml, NAME.urdf, NAME.json and the meshes. All of them or none.
 
-Everything is written into a temporary folder beside the target and read back there; only then it is moved into place.
-Other files of the folder stay as they are.
+Everything is written into a temporary folder and read back there; only then it is moved into place. Other files of the
+folder stay as they are.
 """
 
 from __future__ import annotations
@@ -20,14 +20,12 @@ from mechlab.experiment.settings import Settings
 from mechlab.formats.mechanism_json import from_json, to_json
 from mechlab.formats.mjcf import to_mjcf
 from mechlab.formats.mjcf_scene import scene_mjcf
+from mechlab.formats.solids import primitive
 from mechlab.formats.urdf import to_urdf, urdf_map
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.shape import Shape
 
 MESHES = "meshes"
-PRIMITIVES = ("box", "sphere")
-"""Kinds that MJCF and URDF draw themselves; a cylinder too, unless it has a chamfer."""
-
 Verify = Callable[[Path, Mechanism], None]
 
 
@@ -71,7 +69,7 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
     from mechlab.shapes import mesh, write_obj
 
     shapes = [*m.ground_shapes, *(s for b in m.bodies for s in b.shapes), *(s for x in m.shafts for s in x.shapes)]
-    wanted = [s for s in shapes if not _primitive(s)]
+    wanted = [s for s in shapes if primitive(s) is None]
     if wanted:
         (folder / MESHES).mkdir(exist_ok=True)
     files: dict[Shape, str] = {}
@@ -82,10 +80,6 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
         if not (folder / file).exists():
             write_obj(mesh(item.kind, item.parameters), folder / file)
     return files
-
-
-def _primitive(item: Shape) -> bool:
-    return item.kind in PRIMITIVES or (item.kind == "cylinder" and not item.parameters.get("chamfer"))
 
 
 def check_texts(folder: Path, m: Mechanism) -> None:
@@ -102,14 +96,12 @@ def check_texts(folder: Path, m: Mechanism) -> None:
 
 @contextmanager
 def _staging(out: Path) -> Iterator[Path]:
-    """A temporary folder beside `out`, removed in the end."""
+    """A temporary folder in `out`, or in the nearest folder above it that exists; removed in the end."""
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        if out.exists() and not out.is_dir():
-            raise MechlabError(f"cannot write to {out}: it is a file, expected a folder.")
-        if out.is_dir() and not os.access(out, os.W_OK | os.X_OK):
-            raise MechlabError(f"cannot write to {out}: permission denied. Choose another folder.")
-        stage = Path(tempfile.mkdtemp(prefix=f".{out.name}.", suffix=".part", dir=out.parent))
+        near = next(p for p in (out, *out.absolute().parents) if p.exists())
+        if not near.is_dir():
+            raise MechlabError(f"cannot write to {out}: {near} is a file, expected a folder.")
+        stage = Path(tempfile.mkdtemp(prefix=".mechlab.", suffix=".part", dir=near))
     except OSError as error:
         raise MechlabError(f"cannot write to {out}: {error.strerror or error}. Choose another folder.") from None
     try:
@@ -122,7 +114,7 @@ def _staging(out: Path) -> Iterator[Path]:
 
 def _publish(stage: Path, out: Path, names: dict[str, str]) -> None:
     """Move the files into place; if one move fails, those already there are taken back as far as possible."""
-    out.mkdir(exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
     moved: list[tuple[Path, bytes | None]] = []
     try:
         for name in names.values():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
@@ -12,6 +13,8 @@ from mechlab.mechanism.geometry import IDENTITY, Placement
 def number(value: float) -> str:
     """The shortest text that reads back as the same float; whole numbers without a point."""
     x = float(value)
+    if not math.isfinite(x):
+        raise MechlabError(f"a value overflows and cannot be written: {x!r}. Are masses and lengths in kg and m?")
     return str(int(x)) if x == int(x) and abs(x) < 1e15 else repr(x)
 
 
@@ -65,13 +68,15 @@ def parse(content: str, root: str, what: str) -> ET.Element:
 
 def floats(element: ET.Element, key: str, count: int | None = None) -> tuple[float, ...] | None:
     """The numbers of an attribute, or None when it is absent; raises MechlabError that names the element."""
-    raw = element.get(key)
-    if raw is None:
+    raw = element.get(key, "")
+    if not raw.strip():
         return None
     try:
         values = tuple(float(x) for x in raw.split())
     except ValueError:
         raise MechlabError(f"{label(element)}: {key}={raw!r} is not a list of numbers.") from None
+    if any(math.isnan(x) or (math.isinf(x) and element.tag != "limit") for x in values):
+        raise MechlabError(f"{label(element)}: {key}={raw!r} is not finite.")
     if count is not None and len(values) != count:
         raise MechlabError(f"{label(element)}: {key}={raw!r} has {len(values)} numbers, expected {count}.")
     return values

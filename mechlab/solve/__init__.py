@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 from mechlab.errors import EngineMissing
 
 if TYPE_CHECKING:
+    from mechlab.solve.closer import Closer
     from mechlab.solve.constraints import PinConstraints
     from mechlab.solve.dynamics import PinPlant, accelerations
-    from mechlab.solve.inverse import Closer, Solved, assemble
+    from mechlab.solve.inverse import Solved, assemble
     from mechlab.solve.jacobians import (
         OutputJacobian,
         accelerations_of,
@@ -32,7 +33,7 @@ _WHERE = {
     "PinConstraints": "constraints",
     "PinPlant": "dynamics",
     "accelerations": "dynamics",
-    "Closer": "inverse",
+    "Closer": "closer",
     "Solved": "inverse",
     "assemble": "inverse",
     "OutputJacobian": "jacobians",

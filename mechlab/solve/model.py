@@ -56,7 +56,21 @@ class PinModel:
         return out
 
 
+_KEPT: list[PinModel] = []
+
+
 def to_pinocchio(mechanism: Mechanism) -> PinModel:
+    """The PinModel of a Mechanism: see `build`. The last few are kept, by identity."""
+    for found in _KEPT:
+        if found.mechanism is mechanism:
+            return found
+    made = build(mechanism)
+    _KEPT.insert(0, made)
+    del _KEPT[16:]
+    return made
+
+
+def build(mechanism: Mechanism) -> PinModel:
     """The pin.Model of a Mechanism's tree; loops, relations and shafts are added by `mechlab.solve.dynamics`.
 
     Several joints of a body become a chain of pin joints at one point, the last of which carries the inertia; the

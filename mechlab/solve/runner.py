@@ -16,7 +16,7 @@ from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.initial import initial_state
 from mechlab.experiment.observe import kinematic_findings, sample_grid, saturation_finding
-from mechlab.experiment.recording import Cost, Recording
+from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import PINOCCHIO_INTEGRATORS, Settings
 from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
@@ -63,9 +63,10 @@ def run(
     q, v = initial_state(mechanism, scene)
     motion = Equations(mechanism, scene.laws, settings.timestep)
     began = time.process_time()
-    log = _integrate(motion, settings, times, motion.start(q, v), progress)
+    start = motion.start(q, v)
+    log = _integrate(motion, settings, times, start, progress)
     spent = time.process_time() - began
-    return _recording(mechanism, scene, settings, motion, log, spent)
+    return _recording(mechanism, scene, settings, motion, log, start, spent)
 
 
 def _integrate(
@@ -136,33 +137,28 @@ def _adaptive(
 
 
 def _recording(
-    mechanism: Mechanism, scene: Scene, settings: Settings, motion: Equations, log: _Log, spent: float
+    mechanism: Mechanism, scene: Scene, settings: Settings, motion: Equations, log: _Log, start: Array, spent: float
 ) -> Recording:
-    t, y = np.array(log.t), np.array(log.y).reshape(len(log.t), -1)
-    if not len(t):
-        end = log.end or BlowUp(0.0, "no state could be computed")
-        t = np.zeros(1)
-        y = np.zeros((1, mechanism.nq + mechanism.nv + 1))
-        q, v = initial_state(mechanism, scene)
-        y[0] = motion.start(q, v)
-        found: dict[str, Array] = {}
-        units: dict[str, str] = {}
-        findings = [_blow_up(end, scene.duration)]
-    else:
-        q, v = y[:, : mechanism.nq], y[:, mechanism.nq : -1]
-        evaluations = motion.plant.evaluations
+    t, y = np.array(log.t or [0.0]), np.array(log.y or [start])
+    q, v = y[:, : mechanism.nq], y[:, mechanism.nq : -1]
+    evaluations = motion.plant.evaluations
+    if log.instants:
         found, units = channels(motion.plant, t, q, v, log.instants)
-        motion.plant.evaluations = evaluations
         findings = _findings(mechanism, scene, settings, motion, log, t, y, found)
+    else:
+        found, units = basic_channels(mechanism, q, v)
+        findings = []
+    if log.end is not None:
+        findings.insert(0, _blow_up(log.end, scene.duration))
     return Recording(
         mechanism=mechanism,
         t=t,
-        q=y[:, : mechanism.nq],
-        v=y[:, mechanism.nq : -1],
+        q=q,
+        v=v,
         channels=found,
         units=units,
         health=Health(tuple(findings)),
-        cost=Cost(spent, log.steps, motion.plant.evaluations),
+        cost=Cost(spent, log.steps, evaluations),
         settings=settings,
         scene=scene.name,
         name=mechanism.name,
@@ -182,8 +178,7 @@ def _findings(
     found: dict[str, Array],
 ) -> list[Finding]:
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : -1]
-    out = [_blow_up(log.end, scene.duration)] if log.end else []
-    out += kinematic_findings(mechanism, q, v)
+    out = list(kinematic_findings(mechanism, q, v))
     power = np.array([x.power for x in log.instants])
     out.append(energy_finding(mechanism, t, q, v, power, y[:, -1]))
     if len(motion.plant.constraints):
