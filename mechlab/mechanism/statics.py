@@ -61,11 +61,6 @@ def holding_forces(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> dic
     return forces
 
 
-def nearest_holding_forces(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> dict[str, float]:
-    """As `holding_forces`, but the best that the drives can do when they cannot hold the pose."""
-    return _balance(mechanism, q, drives)[0]
-
-
 def _balance(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> tuple[dict[str, float], float, float]:
     tree = TreeKinematics(mechanism, q)
     load = tree.bias_force() - passive_force(tree)

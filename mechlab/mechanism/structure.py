@@ -236,24 +236,26 @@ def structure(mechanism: Mechanism) -> Structure:
     )
 
 
-def singularity(
-    mechanism: Mechanism, q: Array, output: Array | None = None, threshold: float = 1e-6
-) -> tuple[str, ...]:
+def singularity(mechanism: Mechanism, q: Array, output: Array | None = None, threshold: float = 1e-6) -> tuple[str, ...]:
     """Kinds of singularity at coordinates q: "constraint" (rank of the constraints falls: the mechanism gains a freedom
     that no drive sees or rows become dependent), "parallel" (with the drives held a motion remains), "serial" (the
     output (k, nv) rows lose rank on the motions the constraints allow). Gosselin & Angeles 1990; Zlatanov 1994.
+
+    Rows are measured by their size at a generic pose, so that a row which vanishes at q is seen.
     """
     constraints = ConstraintSet(mechanism)
     jacobian = constraints.jacobian(TreeKinematics(mechanism, q))
+    usual = np.linalg.norm(generic(mechanism)[1], axis=1)
     best = structure(mechanism)
     kinds: list[str] = []
-    values = _scaled_values(jacobian)
+    values = _scaled_values(jacobian, usual)
     if best.rank and (len(values) < best.rank or values[best.rank - 1] < threshold):
         kinds.append("constraint")
     basis = null_space(jacobian, threshold)
     drives = np.array([mechanism.row(d.on) for d in mechanism.drives]).reshape(-1, mechanism.nv)
     if len(drives):
-        held = _scaled_values(np.vstack([jacobian, drives]))
+        sizes = np.concatenate([usual, np.linalg.norm(drives, axis=1)])
+        held = _scaled_values(np.vstack([jacobian, drives]), sizes)
         wanted = best.rank + best.driven
         if len(held) < wanted or held[wanted - 1] < threshold:
             kinds.append("parallel")
@@ -265,8 +267,9 @@ def singularity(
     return tuple(kinds)
 
 
-def _scaled_values(matrix: Array) -> Array:
+def _scaled_values(matrix: Array, sizes: Array) -> Array:
+    """Singular values of the matrix, its rows divided by their usual sizes."""
     if matrix.size == 0:
         return np.zeros(0)
-    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
-    return np.asarray(np.linalg.svd(matrix / np.where(norms > 1e-14, norms, 1.0), compute_uv=False))
+    scaled = matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None]
+    return np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -19,23 +17,9 @@ def write_verified(mechanism: Mechanism, out: str | Path) -> dict[str, Path]:
 
     Raises MechlabError naming the file and its consumer.
     """
-    out = Path(out)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out, prefix=".part-") as scratch:
-            written = write_files(mechanism, Path(scratch))
-            verify(mechanism, Path(scratch))
-            moved: dict[str, Path] = {}
-            for kind, path in written.items():
-                moved[kind.partition("/")[0]] = out / Path(*path.relative_to(scratch).parts[:1])
-            for item in sorted(Path(scratch).iterdir()):
-                target = out / item.name
-                if target.is_dir() and item.is_dir():
-                    shutil.rmtree(target)
-                item.replace(target)
-    except OSError as error:
-        raise MechlabError(f"cannot write into {out}: {error.strerror or error}.") from None
-    return moved
+    written = write_files(mechanism, Path(out), verify=lambda folder, m: verify(m, folder))
+    folders = {kind.partition("/")[0]: path for kind, path in written.items()}
+    return {kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}
 
 
 def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:
@@ -65,7 +49,7 @@ def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:
         except ValueError as error:
             raise MechlabError(f"MuJoCo refuses {file}: {error}") from None
         masses[file] = float(model.body_mass.sum())
-        if abs(masses[file] - m.total_mass) > 1e-5 * max(1.0, m.total_mass):
+        if abs(masses[file] - m.total_mass) > 1e-12 * max(1.0, m.total_mass):
             raise MechlabError(f"{file}: MuJoCo finds {masses[file]:.9g} kg, the mechanism has {m.total_mass:.9g} kg.")
     return {"mujoco": masses}
 
@@ -81,7 +65,7 @@ def _pinocchio(m: Mechanism, folder: Path, sidecar: str) -> dict[str, Any]:
         raise MechlabError(f"Pinocchio refuses {m.name}.urdf: {error}") from None
     mass = pin.computeTotalMass(tree)
     moving = sum(b.inertia.mass for b in m.bodies)
-    if abs(mass - moving) > 1e-5 * max(1.0, moving) and not _welded_to_ground(m):
+    if abs(mass - moving) > 1e-12 * max(1.0, moving) and not _welded_to_ground(m):
         raise MechlabError(f"{m.name}.urdf: Pinocchio finds {mass:.9g} kg, the mechanism has {moving:.9g} kg.")
     from mechlab.solve import PinKinematics
 

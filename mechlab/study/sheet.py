@@ -195,9 +195,9 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
     lines += ["## Scenes", "", markdown(("scene", "what happens"), scenes), ""]
     outcome = []
     for o in checks.outcomes:
-        said = ", ".join(o.measured.values) if o.measured else "-"
+        witnesses = ", ".join(o.measured.values) if o.measured else "-"
         limit = number(o.measured.tolerance if o.measured else None, 2)
-        outcome.append((o.check.id, o.check.text, said, limit, o.verdict))
+        outcome.append((o.check.id, o.check.text, witnesses, limit, o.verdict))
     lines += ["## Checks", "", markdown(("check", "what", "witnesses", "tolerance", "verdict"), outcome), ""]
     if claims.items:
         said = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
