@@ -138,13 +138,22 @@ def look(browser: Any) -> Iterator[Callable[..., Any]]:
     assert errors == []
 
 
-def wait_until(page: Any, condition: str, seconds: float = 20.0) -> None:
-    """Waits for a JavaScript condition. (The browser's own waiting needs `eval`, which the page's policy
-    forbids.)"""
+def wait_until(page: Any, condition: str, seconds: float = 60.0) -> None:
+    """Waits for a JavaScript condition, also while the page reloads. (The browser's own waiting needs `eval`, which the
+    page's policy forbids.)"""
     end = time.monotonic() + seconds
-    while not page.evaluate(condition):
+    while not _holds(page, condition):
         assert time.monotonic() < end, f"{condition} did not come true within {seconds} s"
         page.wait_for_timeout(20)
+
+
+def _holds(page: Any, condition: str) -> bool:
+    try:
+        return bool(page.evaluate(condition))
+    except Exception as error:
+        if "context was destroyed" in str(error):  # the page is reloading
+            return False
+        raise
 
 
 @pytest.fixture(scope="session")

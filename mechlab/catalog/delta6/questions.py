@@ -23,8 +23,8 @@ TWIST = ("x_rate", "y_rate", "z_rate", "wx", "wy", "wz")
 DRIVES = drive_names()
 DRIVE_RATES = tuple(f"{d}_rate" for d in DRIVES)
 ANGLES = ("phi1", "phi2", "phi3", "alpha", "beta", "gamma")
-START_ROUNDING = 2
-"""The engines start from the closed form rounded to this many decimals: near enough for the mode, not an answer."""
+START_OFFSET = 1e-3
+"""The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
 
 _TO_FRAME = {"x": "D_x", "y": "D_y", "z": "D_z", "x_rate": "D_x_rate", "y_rate": "D_y_rate", "z_rate": "D_z_rate",
              "wx": "D_wx", "wy": "D_wy", "wz": "D_wz"}  # fmt: skip
@@ -92,13 +92,13 @@ def _inverse_analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
 
 def _start(p: Delta6Parameters, centre: Array, angles: Array) -> Array | None:
     try:
-        return np.asarray(np.round(coordinates(p, "full", centre, angles)[0], START_ROUNDING))
+        return coordinates(p, "full", centre, angles)[0] + START_OFFSET
     except NoSolution:
         return None
 
 
 def _normalised(p: Delta6Parameters, start: Array | None) -> Array | None:
-    """Rounded quaternions are normalised again."""
+    """Quaternions that were moved are normalised again."""
     if start is None:
         return None
     m = build(p, "full")
