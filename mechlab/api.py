@@ -204,7 +204,19 @@ def solve_values(source: Source, values: Mapping[str, Any]) -> SolveResult:
     return SolveResult(ask(load(base, **parameters), given))
 
 
-def simulate(
+def simulate(source: Source, scene: str | None = None, at: Sequence[float] = (), **options: Any) -> Recording:
+    """Run a scene and return its Recording.
+
+    options: parameters, X_0, X_rate_0 (initial values), X_force (constant loads), and duration [s], timestep [s],
+    max_error, engine, fidelity, settings as of `simulate_values`. Nothing is raised for a run that cannot be trusted:
+    look at `recording.health.trusted`.
+    """
+    names = ("duration", "timestep", "max_error", "engine", "fidelity", "settings")
+    how = {k: options.pop(k) for k in names if k in options}
+    return simulate_values(source, options, scene=scene, at=at, **how).recording
+
+
+def simulate_values(
     source: Source,
     values: Mapping[str, Any] | None = None,
     scene: str | None = None,
@@ -215,13 +227,15 @@ def simulate(
     fidelity: str | None = None,
     at: Sequence[float] | None = None,
     settings: Any = None,
-    **more: Any,
 ) -> SimulateResult:
-    """Run a scene. Values (a mapping or keywords): parameters, X_0, X_rate_0 (initial), X_force (constant loads)."""
+    """Run a scene; the result carries the samples at the times `at` [s] and an exit code.
+
+    values: parameters, X_0, X_rate_0 (initial), X_force (constant loads). settings: a Settings or the name of a preset.
+    """
     from mechlab.study.run import run_scene
 
     base = load(source)
-    parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}) | more)
+    parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}))
     chosen = load(base, **parameters)
     numbers = {k: _number(k, v) for k, v in extra.items()}
     recording = run_scene(
@@ -302,7 +316,7 @@ def view(
     """
     shown: Any = source
     if not isinstance(source, Recording) and not str(source).endswith(".npz") and html is not None:
-        shown = simulate(source, values).recording
+        shown = simulate_values(source, values).recording
     told = story(shown, None if isinstance(shown, Recording) else values)
     files: dict[str, Path] = {}
     if html is not None:

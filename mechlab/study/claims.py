@@ -41,7 +41,7 @@ class ClaimReport:
             blocks.append(
                 f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
             )
-        counts = ", ".join(f"{n} {name}" for name, n in self.counts.items() if n)
+        counts = ", ".join(f"{n} {name.partition(',')[0]}" for name, n in self.counts.items() if n)
         return "\n\n".join([*blocks, f"{len(self.items)} claims: {counts or 'none'}."])
 
 

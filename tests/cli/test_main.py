@@ -64,7 +64,7 @@ class FakeApi(ModuleType):
             "show",
             "generate",
             "solve_values",
-            "simulate",
+            "simulate_values",
             "check",
             "claims",
             "view",
@@ -115,7 +115,7 @@ def test_simulate_passes_its_options_on_and_saves(api: FakeApi, tmp_path: Path) 
     )
     assert main([*command.split(), "-o", str(out)]) == 0
     assert api.called == (
-        "simulate",
+        "simulate_values",
         ("delta6", {"x_0": 1.0}),
         {
             "scene": "s",

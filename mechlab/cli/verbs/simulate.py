@@ -40,7 +40,7 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     )
     from mechlab import api
 
-    result = api.simulate(
+    result = api.simulate_values(
         name,
         values,
         scene=options.scene,
