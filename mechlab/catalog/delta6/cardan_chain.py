@@ -7,10 +7,10 @@ parallel and the two forks of the rod are in phase; here either can be wrong by 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechlab.catalog.delta6.witnesses import Witness
 from mechlab.errors import MechlabError, NoSolution
@@ -59,7 +59,7 @@ def cardan_chain(length: float, bend: float, misphase: float = 0.0, tilt: float 
     return b.build()
 
 
-def turned(witness: Witness, inputs: Sequence[float]) -> Array:
+def turned(witness: Witness, inputs: ArrayLike) -> Array:
     """(n,) angle of the lower shaft for angles of the upper one, in this order, by Newton on the witness's own rows.
 
     Raises NoSolution when the chain does not close.
@@ -72,7 +72,7 @@ def turned(witness: Witness, inputs: Sequence[float]) -> Array:
         return np.append(residual, row @ q - target), np.vstack([jacobian, row])
 
     q, now, out = m.reference(), 0.0, []
-    for angle in inputs:
+    for angle in np.asarray(inputs, dtype=float).tolist():
         for target in np.linspace(now, angle, 1 + max(1, math.ceil(abs(angle - now) / STEP)))[1:]:
             found = newton(lambda x, s=float(target): evaluate(x, s), lambda x, dv: x + dv, q)  # type: ignore[misc]
             if not found.closed:

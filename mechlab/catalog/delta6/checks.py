@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.delta6 import checks_dynamics, checks_pose, checks_runs, checks_source, checks_train
+from mechlab.catalog.delta6 import (
+    checks_head,
+    checks_orientation,
+    checks_pose,
+    checks_reach,
+    checks_runs,
+    checks_source,
+    checks_train,
+)
 from mechlab.experiment.check import Check
 
-_PARTS = (checks_source, checks_pose, checks_train, checks_dynamics, checks_runs)
+_PARTS = (checks_source, checks_pose, checks_orientation, checks_reach, checks_train, checks_head, checks_runs)
 
 CHECKS: tuple[Check, ...] = tuple(sorted((c for part in _PARTS for c in part.CHECKS), key=lambda c: int(c.id[1:])))

@@ -93,10 +93,6 @@ def _misphased(inputs: Array, bend: float, misphase: float) -> Array:
 
 CHECKS = (
     Check("A4", "degrees of freedom by rank: 6, 6, and 9 = 6 + 3 local", a4, "rank of the constraint Jacobian"),
-    Check(
-        "A5",
-        "the cardan shafts pass rotation on at a constant ratio, with their forks in phase only",
-        a5,
-        "specification, section 4",
-    ),
-)
+    Check("A5", "the cardan shafts pass rotation on at a constant ratio, with their forks in phase only", a5,
+          "specification, section 4"),
+)  # fmt: skip

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from mechlab.catalog.delta6 import (
+    claims_control,
+    claims_decoupling,
+    claims_drives,
     claims_dynamics,
-    claims_friction,
-    claims_kinematics,
-    claims_structure,
+    claims_freedoms,
+    claims_mesh,
+    claims_positions,
+    claims_table,
     claims_velocity,
 )
 from mechlab.experiment.check import Claim
 
-_PARTS = (claims_structure, claims_kinematics, claims_velocity, claims_dynamics, claims_friction)
+_PARTS = (
+    claims_freedoms, claims_decoupling, claims_positions, claims_drives, claims_velocity, claims_dynamics, claims_control,
+    claims_mesh, claims_table,
+)  # fmt: skip
 
 CLAIMS: tuple[Claim, ...] = tuple(c for part in _PARTS for c in part.CLAIMS)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.claims_kinematics import gear_matrix
-from mechlab.catalog.delta6.claims_structure import THESIS
+from mechlab.catalog.delta6.claims_drives import gear_matrix
+from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, SOURCE
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import witnesses
 from mechlab.experiment.check import Claim, Finding, Verdict
-from mechlab.mechanism.geometry import Array
 
 PRINTED_A = np.array([[-0.39, 0.233, -0.58], [-6.63e-3, -0.456, -0.58], [0.398, 0.222, -0.58]])
 PRINTED_B = 0.58 * np.eye(3)
@@ -23,7 +22,7 @@ A_DECIMALS = np.array([[2, 3, 2], [5, 3, 2], [3, 3, 2]])
 PRINTED_ROTATION = np.array([[0.783, -0.783, 1.4], [0.783, 0.783, 1.4], [0.0, 0.0, 1.0]])
 
 
-def shows(value: Sequence[float] | Array, printed: Sequence[float] | Array, decimals: int | Array) -> bool:
+def shows(value: ArrayLike, printed: ArrayLike, decimals: ArrayLike) -> bool:
     """True when every value, rounded to the decimals that are printed, is the printed number."""
     half = 0.5 * 10.0 ** -np.broadcast_to(np.asarray(decimals, dtype=float), np.shape(printed))
     return bool(np.all(np.abs(np.asarray(value) - np.asarray(printed)) <= half * (1.0 + 1e-9)))
@@ -133,10 +132,15 @@ def rotation_inverse() -> Finding:
 
 
 CLAIMS = (
-    Claim("C25", "chapter 4, translation example, matrices", "The matrices A and B of the translation.", [*PRINTED_A.tolist(), "B = 0.58 I"], digits, THESIS),
-    Claim("C26", "chapter 4, translation example, forward", "Unit rates of the sliders give V = (0, 0, 1) m/s.", [0.0, 0.0, 1.0], translation_forward, THESIS),
-    Claim("C27", "chapter 4, translation example, inverse", "V = (1, 1, 1) m/s needs slider rates of 1.27, 1.79, -0.06 m/s.", [1.27, 1.79, -0.06], translation_inverse, THESIS),
-    Claim("C28", "chapter 4, rotation example, forward", "Unit rates of the rotary drives give (a', b', g') = (0, -0.51, 1) rad/s.", [0.0, -0.51, 1.0], rotation_forward, THESIS),
+    Claim("C25", "chapter 4, translation example, matrices",
+          "The matrices A (printed below) and B = 0.58 I of the translation.", PRINTED_A.tolist(), digits, THESIS),
+    Claim("C26", "chapter 4, translation example, forward",
+          "Unit rates of the sliders give V = (0, 0, 1) m/s.", [0.0, 0.0, 1.0], translation_forward, THESIS),
+    Claim("C27", "chapter 4, translation example, inverse",
+          "V = (1, 1, 1) m/s needs slider rates of 1.27, 1.79, -0.06 m/s.", [1.27, 1.79, -0.06], translation_inverse, THESIS),
+    Claim("C28", "chapter 4, rotation example, forward",
+          "Unit rates of the rotary drives give (a', b', g') = (0, -0.51, 1) rad/s.", [0.0, -0.51, 1.0], rotation_forward, THESIS),
     Claim("C29", "chapter 4, rotation example, equation", "A V = -(B) w with B = I.", "B = I", rotation_sign, THESIS),
-    Claim("C30", "chapter 4, rotation example, inverse", "Unit rates of the angles need drive rates of 1.4, 2.966, 1 rad/s.", [1.4, 2.966, 1.0], rotation_inverse, THESIS),
+    Claim("C30", "chapter 4, rotation example, inverse",
+          "Unit rates of the angles need drive rates of 1.4, 2.966, 1 rad/s.", [1.4, 2.966, 1.0], rotation_inverse, THESIS),
 )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.parameters import Delta6Parameters
+from mechlab.errors import NoSolution
 from mechlab.mechanism.geometry import Array
 
 SOURCE = Delta6Parameters()
@@ -72,3 +74,12 @@ def probe_motion(p: Delta6Parameters, t: ArrayLike) -> Motion6:
         size, x = np.array(amplitude), w * time + np.array(phase)
         parts += [size * np.sin(x), size * w * np.cos(x), -size * w**2 * np.sin(x)]
     return Motion6(*parts)
+
+
+def refuses(ask: Callable[[], object]) -> bool:
+    """True when the closed form says that there is no solution."""
+    try:
+        ask()
+    except NoSolution:
+        return True
+    return False

@@ -224,6 +224,7 @@ def witnesses(mechanism: Mechanism) -> tuple[Witness, ...]:
     for kind in (PinocchioWitness, MujocoWitness):
         try:
             out.append(kind(mechanism))
-        except ModuleNotFoundError:
-            continue
+        except ModuleNotFoundError as missing:
+            if missing.name not in ("pinocchio", "mujoco"):
+                raise
     return tuple(out)

@@ -1,4 +1,4 @@
-"""Claims of the thesis abstract on structure: degrees of freedom, decoupling, constant ratio, singular positions."""
+"""Claims of the thesis abstract on decoupling, constant ratio and singular positions."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.cardan_chain import cardan_chain, turned
+from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.parameters import drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
@@ -16,104 +17,9 @@ from mechlab.catalog.delta6.responses import forces, response
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.experiment.check import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.structure import null_space, rank
+from mechlab.mechanism.structure import rank
 
-THESIS = "thesis abstract on a 6-DOF parallel mechanism with decoupled motions"
 SIX = (*CENTRE, *ANGLES)
-
-
-def _generic(fidelity: str) -> NumpyWitness:
-    """The mechanism at a pose without symmetry."""
-    w = NumpyWitness(build(SOURCE, fidelity))
-    return w.at(coordinates(SOURCE, fidelity, [[0.02, -0.03, 0.01]], [[0.3, -0.5, 0.7]])[0])
-
-
-# -- degrees of freedom --------------------------------------------------------------------------------------------------
-
-
-def translation_count() -> Finding:
-    """Part 1: three formulas against the rank with the rotary drives held."""
-    w = _generic("full")
-    held = np.vstack([w.jacobian(), *(w.mechanism.row(n) for n in ROTARY)])
-    basis = null_space(held)
-    moving = rank(np.array([w.mechanism.row(n) for n in CENTRE]) @ basis)
-    counts = {
-        "cardans counted as if they could not turn": closed.somov_malyshev(10, 3, 6, 6),
-        "cardans with turning shafts": closed.somov_malyshev(16, 9, 6, 6),
-        "all rods between ball joints": closed.somov_malyshev(10, 3, 0, 12),
-    }
-    computed = counts | {"numpy: motions of the platform": moving, "numpy: freedoms with local spins": basis.shape[1]}
-    if moving != 3:
-        return Finding(computed, Verdict.FAILS, f"the platform has {moving} motions")
-    if set(counts.values()) == {3}:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, "the cardan shafts are counted as if they could not turn; with turning shafts the formula "
-                   "gives 9 = 3 + 3 shafts + 3 spins of the plain rods. The platform does have three motions (by rank)")  # fmt: skip
-
-
-def _gear_freedoms(joints: tuple[str, ...], meshes: tuple[str, ...]) -> int:
-    """Freedoms of some joints of `parts` under some of its meshes, by rank."""
-    m = build(SOURCE, "parts")
-    rows = np.array([m.coefficient_row(r.coefficients) for r in m.relations if r.name in meshes])
-    return len(joints) - rank(rows[:, [m.v_slice[j].start for j in joints]])
-
-
-def _count(formula: int, measured: int, printed: int, what: str) -> Finding:
-    computed = {"analytic: formula": formula, "numpy: rank": measured}
-    if formula == printed == measured:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, f"{what}: the formula gives {formula}, the rank {measured}")
-
-
-def transfer_count() -> Finding:
-    """Part 2: N1, N2, Pr1, Pr2, two planets and the carrier."""
-    joints = ("phi1", "phi2", "rho1", "rho2", "nu1", "nu2", "gamma")
-    measured = _gear_freedoms(joints, ("N1_Pr1", "N2_Pr2", "Pr1_planet1", "Pr2_planet2"))
-    return _count(closed.chebyshev(7, 7, 4), measured, 3, "transfer mechanism")
-
-
-def head_count() -> Finding:
-    """Part 3: T-carrier, output gear, two double bevels, two input bevels; its base held."""
-    joints = ("alpha", "beta", "p1", "p2", "nu1", "nu2")
-    measured = _gear_freedoms(joints, ("Nz1_Pz1", "Nz2_Pz2", "Pz1_VZ", "Pz2_VZ"))
-    return _count(closed.artobolevsky(6, 6, 4), measured, 2, "head")
-
-
-def total_count() -> Finding:
-    """The whole: rank of the motions of the output link, and what the drives do not see."""
-    computed: dict[str, int] = {}
-    for w in witnesses(build(SOURCE, "full")):
-        w.at(coordinates(SOURCE, "full", [[0.02, -0.03, 0.01]], [[0.3, -0.5, 0.7]])[0])
-        basis = null_space(w.jacobian())
-        twist = w.point_jacobian("D") @ basis
-        spins = rank(twist[3:])
-        computed |= {f"{w.name}: motions of the output link": rank(twist), f"{w.name}: of them rotations": spins}
-    motions, turns = (set(list(computed.values())[k::2]) for k in (0, 1))
-    if motions == {6} and turns == {3}:
-        return Finding(computed, Verdict.HOLDS, "three spins of the plain rods come on top; they are local")
-    return Finding(computed, Verdict.FAILS, f"the output link has {sorted(motions)} motions")
-
-
-def without_plain_rods() -> Finding:
-    """The mock-up of figure 15: the cardan rods alone, all six drives held."""
-    w = _generic("full")
-    m = w.mechanism
-    keep = [k for k, row in enumerate(w.constraints.rows) if not row.startswith("plain")]
-    columns = [k for k, name in enumerate(m.rate_names) if not name.startswith("ball")]
-    drives = np.array([m.row(n) for n in drive_names()])
-    basis = null_space(np.vstack([w.jacobian()[keep], drives])[:, columns])
-    free = rank(w.point_jacobian("O")[3:, columns] @ basis)
-    computed = {"numpy: free rotations of the platform, drives held": free}
-    if free == 0:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
-        computed,
-        Verdict.HOLDS_ONLY_IF,
-        f"something else holds the platform parallel: the three cardan rods leave it {free} rotations",
-    )
-
-
-# -- decoupling ----------------------------------------------------------------------------------------------------------
 
 
 def _coupling() -> tuple[dict[str, float], dict[str, float]]:
@@ -144,8 +50,11 @@ def decoupled_tool() -> Finding:
     computed = {f"{k}: rate of D per rotary drive [m/rad]": v for k, v in tool.items()}
     if max(tool.values()) < 1e-12:
         return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "with the sliders at rest D moves when the head turns, for it stands 50 mm off O; holding D and turning "
-                   "needs the sliders. It is true of O")  # fmt: skip
+    because = (
+        "with the sliders at rest D moves when the head turns, for it stands 50 mm off O; holding D and turning "
+        "needs the sliders. It is true of O"
+    )
+    return Finding(computed, Verdict.FAILS, because)
 
 
 def decoupled_forces() -> Finding:
@@ -177,9 +86,6 @@ def decoupled_forces() -> Finding:
     )
 
 
-# -- constant ratio ------------------------------------------------------------------------------------------------------
-
-
 def constant_ratio() -> Finding:
     """The cardan shafts by themselves: as built, with forks out of phase, with shafts that are not parallel."""
     bend = float(closed.cardan_bend(SOURCE.geometry, np.zeros(3))[0])
@@ -205,9 +111,6 @@ def constant_ratio() -> Finding:
     )
 
 
-# -- singular positions --------------------------------------------------------------------------------------------------
-
-
 def rotation_singular() -> Finding:
     """Rates of the rotary drives for an angular velocity of 1 rad/s, towards beta = 90 deg."""
     tilts = np.array([0.0, 60.0, 80.0, 89.0, 89.99])
@@ -222,8 +125,11 @@ def rotation_singular() -> Finding:
     computed |= {f"{k}: directions of angular velocity at 90 deg": r for k, r in ranks.items()}
     if min(ranks.values()) == 3 and gains[-1] < 10.0 * gains[0]:
         return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "at beta = +-90 deg the axes of alpha and gamma coincide and one angular velocity is lost (det E = cos beta). "
-                   "Constant matrices show only that nothing is singular between the drives and the angles")  # fmt: skip
+    because = (
+        "at beta = +-90 deg the axes of alpha and gamma coincide and one angular velocity is lost (det E = cos beta). "
+        "Constant matrices show only that nothing is singular between the drives and the angles"
+    )
+    return Finding(computed, Verdict.FAILS, because)
 
 
 def translation_singular() -> Finding:
@@ -267,16 +173,19 @@ def uncontrolled_motion() -> Finding:
 
 
 CLAIMS = (
-    Claim("C01", "chapter 2, formula of Somov and Malyshev", "The first part, which translates, has three degrees of freedom.", 3, translation_count, THESIS),
-    Claim("C02", "chapter 2, formula of Chebyshev", "The transfer mechanism, eight links of which seven move, has three degrees of freedom.", 3, transfer_count, THESIS),
-    Claim("C03", "chapter 2, formula of Artobolevsky", "The head, seven elements of which six move, has two degrees of freedom.", 2, head_count, THESIS),
-    Claim("C04", "chapter 2, conclusion on freedoms", "Together there are six degrees of freedom, three translations and three rotations.", "3 + 3", total_count, THESIS),
-    Claim("C05", "chapter 5, figure 15", "The platform is moved by the linear drives although the links with spherical joints are left out.", "works without them", without_plain_rods, THESIS),
-    Claim("C06", "chapter 2 and conclusion 2, head centre", "Translations and rotations are kinematically decoupled (said of O).", "no relation", decoupled_centre, THESIS),
-    Claim("C07", "chapter 4, A V = -B w, output link centre", "V, the velocity of the centre of the output link, depends on the linear drives alone (said of D).", "no relation", decoupled_tool, THESIS),
-    Claim("C08", "introduction and conclusion 2, dynamics", "The decoupling makes translations and rotations independent in dynamics too.", "no relation", decoupled_forces, THESIS),
-    Claim("C09", "chapter 2, constant ratio", "The ratio between rotary drives and output link is constant.", "constant", constant_ratio, THESIS),
-    Claim("C10", "chapter 4, rotation example", "The constant matrices show that there are no singular positions in rotation.", "none", rotation_singular, THESIS),
-    Claim("C11", "title, conclusions", "The mechanism has no singular positions.", "none", translation_singular, THESIS),
-    Claim("C12", "introduction, meaning of singular", "There is no position in which the output link can move without its drives.", "none", uncontrolled_motion, THESIS),
+    Claim("C06", "chapter 2 and conclusion 2, head centre",
+          "Translations and rotations are kinematically decoupled (said of O).", "no relation", decoupled_centre, THESIS),
+    Claim("C07", "chapter 4, A V = -B w, output link centre",
+          "V, the velocity of the centre of the output link, depends on the linear drives alone (said of D).",
+          "no relation", decoupled_tool, THESIS),
+    Claim("C08", "introduction and conclusion 2, dynamics",
+          "The decoupling makes translations and rotations independent in dynamics too.", "no relation", decoupled_forces, THESIS),
+    Claim("C09", "chapter 2, constant ratio",
+          "The ratio between rotary drives and output link is constant.", "constant", constant_ratio, THESIS),
+    Claim("C10", "chapter 4, rotation example",
+          "The constant matrices show that there are no singular positions in rotation.", "none", rotation_singular, THESIS),
+    Claim("C11", "title, conclusions",
+          "The mechanism has no singular positions.", "none", translation_singular, THESIS),
+    Claim("C12", "introduction, meaning of singular",
+          "There is no position in which the output link can move without its drives.", "none", uncontrolled_motion, THESIS),
 )  # fmt: skip

@@ -1,0 +1,250 @@
+"""The ledger of the delta: every verdict, that it follows from the numbers, and that it can be written to JSON."""
+
+import importlib
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mechlab.catalog.delta6.claims import CLAIMS
+from mechlab.catalog.delta6.claims_velocity import shows
+from mechlab.catalog.delta6.probes import SOURCE
+from mechlab.experiment.check import Finding, Verdict
+from mechlab.study.claims import ClaimReport
+
+BY_ID = {c.id: c for c in CLAIMS}
+HOLDS, ONLY_IF, MISPRINT, FAILS, CANNOT = (
+    Verdict.HOLDS,
+    Verdict.HOLDS_ONLY_IF,
+    Verdict.MISPRINT,
+    Verdict.FAILS,
+    Verdict.CANNOT,
+)
+
+VERDICTS: dict[str, tuple[Verdict, str]] = {
+    "C01": (ONLY_IF, "could not turn"),
+    "C02": (HOLDS, ""),
+    "C03": (HOLDS, ""),
+    "C04": (HOLDS, "local"),
+    "C05": (ONLY_IF, "3 rotations"),
+    "C06": (HOLDS, "for O"),
+    "C07": (FAILS, "50 mm off O"),
+    "C08": (FAILS, "forces of the sliders change"),
+    "C09": (ONLY_IF, "in phase"),
+    "C10": (FAILS, "beta = \\+-90 deg"),
+    "C11": (FAILS, "type I"),
+    "C12": (HOLDS, "no proof"),
+    "C13": (HOLDS, ""),
+    "C14": (HOLDS, "below the platform"),
+    "C15": (ONLY_IF, "gamma. < 90 deg.*gamma = -g"),
+    "C16": (ONLY_IF, "order zyx"),
+    "C17": (ONLY_IF, "beta is not"),
+    "C18": (ONLY_IF, "k_vz.*= 1"),
+    "C19": (ONLY_IF, "about -Z"),
+    "C20": (FAILS, "beta stays"),
+    "C21": (HOLDS, ""),
+    "C22": (HOLDS, ""),
+    "C23": (HOLDS, ""),
+    "C24": (ONLY_IF, "55 of 811"),
+    "C25": (HOLDS, "every digit"),
+    "C26": (HOLDS, ""),
+    "C27": (ONLY_IF, "more digits than printed.*1.80, -0.07"),
+    "C28": (MISPRINT, "swapped"),
+    "C29": (MISPRINT, "B = -I"),
+    "C30": (HOLDS, ""),
+    "C31": (ONLY_IF, "not a body of revolution"),
+    "C32": (ONLY_IF, "m g d cos"),
+    "C33": (HOLDS, ""),
+    "C34": (HOLDS, ""),
+    "C35": (CANNOT, "both orders"),
+    "C36": (FAILS, "critical damping"),
+    "C37": (ONLY_IF, "model is exact"),
+    "C38": (ONLY_IF, "20 teeth.*0.1300, -0.0480"),
+    "C39": (CANNOT, "module 30 mm"),
+    "C40": (HOLDS, ""),
+    "C41": (MISPRINT, "9.09 deg from the normal"),
+    "C42": (HOLDS, "11/17, 1, 31/30 and 6/5"),
+    "C43": (FAILS, "no simple product"),
+    "C44": (ONLY_IF, "cumulative"),
+    "C45": (HOLDS, ""),
+    "C46": (FAILS, "no friction loss.*1.0013"),
+    "C47": (ONLY_IF, "19:19 approach"),
+    "C48": (CANNOT, "tooth numbers are not given"),
+}
+
+
+@lru_cache(maxsize=1)
+def findings() -> dict[str, Finding]:
+    return {c.id: c.test() for c in CLAIMS}
+
+
+def numbers(finding: Finding, pattern: str) -> list[Any]:
+    found = [v for k, v in finding.computed.items() if re.search(pattern, k)]
+    assert found, f"{pattern} not in {list(finding.computed)}"
+    return found
+
+
+def test_the_ledger_is_complete() -> None:
+    assert [c.id for c in CLAIMS] == list(VERDICTS)
+    assert all(c.where and c.text and c.source for c in CLAIMS)
+    assert len({(c.where, c.text) for c in CLAIMS}) == len(CLAIMS)
+
+
+@pytest.mark.parametrize("id_", VERDICTS)
+def test_verdict(id_: str) -> None:
+    verdict, words = VERDICTS[id_]
+    found = findings()[id_]
+    assert found.verdict is verdict, found.sentence
+    assert re.search(words, found.because), found.sentence
+    assert found.computed
+    assert found.because or verdict is HOLDS
+    json.dumps({"printed": BY_ID[id_].printed, "computed": found.computed}, allow_nan=False)
+
+
+def test_the_ledger_can_be_read() -> None:
+    report = ClaimReport(tuple(("delta6", c, findings()[c.id]) for c in CLAIMS))
+    text = report.text()
+    assert all(f"delta6 {c.id} ({c.where})" in text for c in CLAIMS)
+    assert sum(report.counts.values()) == len(CLAIMS)
+
+
+def test_numbers_of_the_specification() -> None:
+    f = findings()
+    gains = [numbers(f["C10"], f"largest drive rates at {b} deg")[0] for b in ("0", "60", "80", "89", "89.99")]
+    np.testing.assert_allclose(gains, [2.4, 6.3, 18.6, 186, 1.86e4], rtol=0.02)
+    assert numbers(f["C11"], "edge of the reach")[0] == pytest.approx(0.1420, abs=5e-5)
+    assert numbers(f["C12"], "smallest .det")[0] == pytest.approx(0.777, abs=5e-4)
+    assert [numbers(f["C24"], f"nodes .*up to {b} deg")[0] for b in (90, 60, 45, 40, 35)] == [811, 362, 55, 4, 0]
+    np.testing.assert_allclose(numbers(f["C27"], "printed matrices")[0], [1.27069, 1.79764, -0.06897], atol=5e-6)
+    np.testing.assert_allclose(numbers(f["C28"], "mujoco")[0], [-0.5109, 0, 1], atol=5e-5)
+    assert numbers(f["C35"], "below 1 mrad") == pytest.approx([2.83, 11.39], abs=5e-3)
+    assert numbers(f["C35"], "damping ratio") == pytest.approx([5.48, 15.5], rel=2e-3)
+    assert numbers(f["C35"], "error of gamma at 2 s") == pytest.approx([0.0053, 0.11], rel=0.01)
+    assert numbers(f["C37"], "0.8 of the truth")[0] == pytest.approx(1.5e-3, abs=5e-5)
+    np.testing.assert_allclose(numbers(f["C44"], "cumulative")[0], [5.0, 14.5, 23.2, 23.4], atol=0.06)
+    assert numbers(f["C48"], "loss factor of stage") == pytest.approx([1.0501, 1.0758], abs=2e-4)  # two decimals
+
+
+def test_witnesses_agree() -> None:
+    pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
+    for id_ in ("C06", "C07", "C20", "C21", "C26", "C27", "C28", "C30", "C33"):
+        said = {
+            k: np.asarray(v)
+            for k, v in findings()[id_].computed.items()
+            if k.split(":")[0] in ("numpy", "pinocchio", "mujoco")
+        }
+        assert len({k.split(":")[0] for k in said}) == 3, id_
+        first, *others = said.values()
+        for other in others:
+            np.testing.assert_allclose(other, first, atol=1e-8)
+
+
+# -- the verdict follows from the numbers --------------------------------------------------------------------------------
+
+
+def part(name: str) -> Any:
+    return importlib.import_module(f"mechlab.catalog.delta6.claims_{name}")
+
+
+BALANCED = replace(SOURCE, head_offset=0.0)
+# A of the geometry with B = 0.58 I: more digits than are printed
+DIGITS = np.array([[-0.39159, 0.23374, -0.58277], [-0.00663, -0.456, -0.58277], [0.39822, 0.22226, -0.58277]]) * (
+    0.58 / 0.58277
+)
+ROUGHER = np.array([50.0, 33.97, 37.05, 41.19, 51.0])
+
+OTHERWISE: list[tuple[str, str, str, Any, Verdict]] = [
+    ("C07", "decoupling", "SOURCE", BALANCED, HOLDS),
+    ("C08", "decoupling", "SOURCE", BALANCED, HOLDS),
+    ("C25", "velocity", "PRINTED_A", part("velocity").PRINTED_A * 1.01, CANNOT),
+    ("C26", "velocity", "PRINTED_B", -part("velocity").PRINTED_B, MISPRINT),
+    ("C27", "velocity", "PRINTED_A", DIGITS, HOLDS),
+    ("C28", "velocity", "PRINTED_ROTATION", np.diag([1.0, 2.0, 1.0]), FAILS),
+    ("C29", "velocity", "PRINTED_ROTATION", -part("velocity").PRINTED_ROTATION, HOLDS),
+    ("C30", "velocity", "SOURCE", replace(SOURCE, k_spur=SOURCE.k_spur * 2), MISPRINT),
+    ("C32", "dynamics", "SOURCE", BALANCED, HOLDS),
+    ("C35", "control", "GAINS", {"a": (240.0, 480.0), "b": (-1.0, 240.0)}, HOLDS),
+    ("C35", "control", "GAINS", {"a": (-1.0, 480.0), "b": (480.0, 240.0)}, MISPRINT),
+    ("C36", "control", "GAINS", {"critical": (2.0 * 480.0**0.5, 480.0)}, HOLDS),
+    ("C38", "mesh", "PRINTED_CONTACT", (0.023579, 0.064782), HOLDS),
+    ("C38", "mesh", "PRINTED_SLIDING", (0.1234, -0.0472), MISPRINT),
+    ("C39", "mesh", "PRINTED_RADIUS", 0.03, HOLDS),
+    ("C40", "mesh", "PRINTED_SLIDING", (0.1296, 0.0472), FAILS),
+    ("C41", "mesh", "FRICTION", 1.0, HOLDS),
+    ("C42", "table", "FREE", np.array([50.0, 32.45, 32.35, 33.43, 40.12]), CANNOT),
+    ("C43", "table", "FREE", np.array([50.0, 32.35, 32.35, 33.43, 50.0 * 0.783]), HOLDS),
+    ("C44", "table", "ROUGH", np.array([50.0, 33.97, 37.05, 41.19, 60.0]), MISPRINT),
+    ("C45", "table", "ROUGH", ROUGHER, MISPRINT),
+    ("C46", "table", "ROUGH", ROUGHER, HOLDS),
+    ("C47", "table", "ROUGH", np.array([50.0, 33.97, 39.05, 41.19, 49.49]), CANNOT),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("id_", "name", "attribute", "value", "verdict"), OTHERWISE)
+def test_other_numbers_give_another_verdict(
+    id_: str, name: str, attribute: str, value: Any, verdict: Verdict, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(part(name), attribute, value)
+    assert BY_ID[id_].test().verdict is verdict, BY_ID[id_].test().sentence
+
+
+def patched(where: str, name: str, make: Callable[[Any], Any]) -> Callable[[pytest.MonkeyPatch], None]:
+    def patch(monkeypatch: pytest.MonkeyPatch) -> None:
+        module = importlib.import_module(where)
+        monkeypatch.setattr(module, name, make(getattr(module, name)))
+
+    return patch
+
+
+DELTA = "mechlab.catalog.delta6."
+CLOSED = "mechlab.analytic.delta6"
+
+MUTATED: list[tuple[str, Callable[[pytest.MonkeyPatch], None], Verdict]] = [
+    ("C01", patched(CLOSED, "somov_malyshev", lambda f: lambda *a: 3), HOLDS),
+    ("C02", patched(CLOSED, "chebyshev", lambda f: lambda *a: f(*a) + 1), FAILS),
+    ("C03", patched(CLOSED, "artobolevsky", lambda f: lambda *a: f(*a) + 1), FAILS),
+    ("C09", patched(DELTA + "claims_decoupling", "turned", lambda f: lambda w, x: np.asarray(x)), HOLDS),
+    ("C09", patched(DELTA + "claims_decoupling", "turned", lambda f: lambda w, x: f(w, x) * 1.001), FAILS),
+    ("C12", patched(DELTA + "claims_decoupling", "_rod_triples", lambda f: lambda x: f(x) + 0.9), FAILS),
+    ("C15", patched(CLOSED, "printed_turn_back", lambda f: lambda e: -np.arctan2(e[..., 1], e[..., 0])), HOLDS),
+    ("C15", patched(CLOSED, "printed_turn_back", lambda f: lambda e: -f(e)), FAILS),
+    ("C18", patched(CLOSED, "printed_drive_matrix", lambda f: lambda g: replace_k(g)), HOLDS),
+    ("C24", patched(CLOSED, "workspace_counts", lambda f: lambda g, low, high, bend: f(g, low, high)), HOLDS),
+    ("C33", patched(CLOSED, "generalized_forces", lambda f: lambda *a: -f(*a)), FAILS),
+    ("C37", patched(DELTA + "claims_control", "_deviation", lambda f: lambda *a: 1e-9), HOLDS),
+    ("C37", patched(DELTA + "claims_control", "_deviation", lambda f: lambda *a: 1.0), FAILS),
+    ("C48", patched(DELTA + "claims_table", "loss", lambda f: lambda *a: 1.0501 if a[0] < a[1] else 1.0758), ONLY_IF),
+]
+
+
+def replace_k(geom: Any) -> Any:
+    from mechlab.analytic.delta6.drives import drive_matrix
+
+    return drive_matrix(geom)
+
+
+@pytest.mark.parametrize(("id_", "mutate", "verdict"), MUTATED)
+def test_other_closed_forms_give_another_verdict(
+    id_: str, mutate: Callable[[pytest.MonkeyPatch], None], verdict: Verdict, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mutate(monkeypatch)
+    assert BY_ID[id_].test().verdict is verdict, BY_ID[id_].test().sentence
+
+
+@pytest.mark.parametrize(
+    ("value", "printed", "decimals", "expected"),
+    [
+        ([1.2749], [1.27], 2, True),
+        ([1.2751], [1.27], 2, False),
+        ([-0.0649], [-0.06], 2, True),
+        ([0.39, 0.2334], [0.39, 0.233], [2, 3], True),
+        ([0.39, 0.2336], [0.39, 0.233], [2, 3], False),
+    ],
+)
+def test_shows(value: list[float], printed: list[float], decimals: Any, expected: bool) -> None:
+    assert shows(value, printed, decimals) is expected
