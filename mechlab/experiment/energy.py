@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from mechlab.experiment.health import Finding, measured
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
+from mechlab.mechanism.model import Joint, Mechanism, Shaft
+from mechlab.mechanism.statics import spring_stretch
 
 ENERGY_LIMIT = 1e-2
 ENERGY_WARNING = 1e-3
@@ -52,7 +53,7 @@ def potential_energy(mechanism: Mechanism, q: Array) -> Array:
                 rotation, origin = tree.pose(body.name)
                 out[k] -= body.inertia.mass * (gravity @ (origin + rotation @ np.array(body.inertia.com)))
         for spring in mechanism.springs:
-            length, _ = _stretch(tree, spring)
+            length = spring_stretch(tree, spring)[2]
             out[k] += 0.5 * spring.stiffness * (length - spring.rest_length) ** 2
     return out
 
@@ -77,7 +78,7 @@ def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
         tree = TreeKinematics(mechanism)
         for k in range(len(q)):
             tree.set(q[k], v[k])
-            out[k] += sum(s.damping * _stretch(tree, s)[1] ** 2 for s in damped)
+            out[k] += sum(s.damping * spring_stretch(tree, s)[3] ** 2 for s in damped)
     return np.asarray(out)
 
 
@@ -128,18 +129,6 @@ def energy_finding(
 
 def _scalars(mechanism: Mechanism) -> list[Joint | Shaft]:
     return [j for j in mechanism.joints if j.nv == 1] + list(mechanism.shafts)
-
-
-def _stretch(tree: TreeKinematics, spring: Spring) -> tuple[float, float]:
-    """Length [m] and its rate [m/s] of a spring between two points."""
-    (ra, pa), (rb, pb) = tree.pose(spring.body_a), tree.pose(spring.body_b)
-    a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
-    d = b - a
-    length = float(np.linalg.norm(d))
-    if length == 0.0:
-        return 0.0, 0.0
-    relative = tree.velocity(spring.body_b, b)[:3] - tree.velocity(spring.body_a, a)[:3]
-    return length, float(d @ relative) / length
 
 
 __all__ = [

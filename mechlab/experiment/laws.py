@@ -45,6 +45,9 @@ class Plant(Protocol):
         """(rows,) dJ/dt v."""
         ...
 
+    memory: Mapping[Any, Array]
+    """States of the laws that have any, at this instant; see `mechlab.experiment.memory`."""
+
 
 class Law(Protocol):
     """A force law: forces on joints and shafts [N m or N] by name."""
@@ -185,6 +188,53 @@ class Motor(_OnOne):
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The torque at the present rate."""
         return {self.on: self.stall * (1.0 - plant.rate(self.on) / self.no_load_rate)}
+
+
+@register("dc_motor")
+@dataclass(frozen=True)
+class DcMotor(_OnOne):
+    """A DC motor: torque = constant i with inductance i' = voltage - resistance i - constant rate, from i = `current`.
+
+    Its current is a state of the law (`mechlab.experiment.memory`), integrated with the motion; without inductance it is
+    (voltage - constant rate) / resistance at once.
+    """
+
+    on: str
+    voltage: float
+    constant: float
+    resistance: float
+    inductance: float = 0.0
+    current: float = 0.0
+    kind: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        if not self.resistance > 0 or self.inductance < 0:
+            raise MechlabError(
+                f"dc_motor on {self.on!r}: expected resistance > 0 and inductance >= 0, "
+                f"got {self.resistance!r} and {self.inductance!r}."
+            )
+
+    def start(self) -> tuple[float, ...]:
+        """The states at t = 0: the current, or none without inductance."""
+        return (self.current,) if self.inductance else ()
+
+    def rest(self, plant: Plant) -> Array:
+        """(1,) the current that belongs to the present rate when it does not change."""
+        return np.array([(self.voltage - self.constant * plant.rate(self.on)) / self.resistance])
+
+    def state_rate(self, t: float, plant: Plant, state: Array) -> Array:
+        """(1,) rate of the current."""
+        return (self.rest(plant) - state) * (self.resistance / self.inductance)
+
+    def after(self, t: float, plant: Plant, state: Array, h: float) -> Array:
+        """(1,) current after h seconds at the present rate, exactly: stable for every step."""
+        rest = self.rest(plant)
+        return np.asarray(rest + (state - rest) * math.exp(-h * self.resistance / self.inductance))
+
+    def force(self, t: float, plant: Plant) -> Mapping[str, float]:
+        """The torque of the present current."""
+        state = plant.memory[self] if self.inductance else self.rest(plant)
+        return {self.on: self.constant * float(state[0])}
 
 
 @register("viscous")

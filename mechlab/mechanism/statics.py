@@ -9,22 +9,36 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.kinematics import Kinematics, TreeKinematics
 from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
 
 
-def spring_pull(tree: TreeKinematics, spring: Spring) -> tuple[Array, float, float]:
-    """Row c (nv,) with length rate = c @ v, the length [m] and the pull [N] of a spring in the present state."""
-    ra, pa = tree.pose(spring.body_a)
-    rb, pb = tree.pose(spring.body_b)
+def spring_stretch(kin: Kinematics, spring: Spring) -> tuple[Array, Array, float, float]:
+    """World end points a and b (3,) of a spring, its length [m] and the rate of the length [m/s]."""
+    (ra, pa), (rb, pb) = kin.pose(spring.body_a), kin.pose(spring.body_b)
     a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
-    length = float(np.linalg.norm(b - a))
+    d = b - a
+    length = float(np.linalg.norm(d))
     if length < 1e-12:
-        return np.zeros(tree.mechanism.nv), 0.0, 0.0
-    along = (b - a) / length
-    row = along @ (tree.jacobian(spring.body_b, b)[:3] - tree.jacobian(spring.body_a, a)[:3])
-    pull = spring.stiffness * (length - spring.rest_length) + spring.damping * float(row @ tree.v)
-    return row, length, pull
+        return a, b, 0.0, 0.0
+    relative = kin.velocity(spring.body_b, b)[:3] - kin.velocity(spring.body_a, a)[:3]
+    return a, b, length, float(d @ relative) / length
+
+
+def spring_pull(kin: Kinematics, spring: Spring) -> tuple[Array, Array, Array]:
+    """World end points a and b of a spring, and the force (3,) [N] that it exerts on body b (the opposite on a)."""
+    a, b, length, rate = spring_stretch(kin, spring)
+    if length == 0.0:
+        return a, b, np.zeros(3)
+    tension = spring.stiffness * (length - spring.rest_length) + spring.damping * rate
+    return a, b, -tension * (b - a) / length
+
+
+def spring_force(kin: Kinematics, spring: Spring) -> Array:
+    """(nv,) generalised force of a spring between two points."""
+    a, b, force = spring_pull(kin, spring)
+    relative = kin.jacobian(spring.body_b, b)[:3] - kin.jacobian(spring.body_a, a)[:3]
+    return np.asarray(force @ relative)
 
 
 def passive_force(tree: TreeKinematics) -> Array:
@@ -42,8 +56,7 @@ def passive_force(tree: TreeKinematics) -> Array:
             stretch = float(m.value(item.name, tree.q)) - item.spring_rest
             out -= row * (item.stiffness * stretch + item.damping * float(row @ tree.v))
     for spring in m.springs:
-        row, _, pull = spring_pull(tree, spring)
-        out -= row * pull
+        out += spring_force(tree, spring)
     return out
 
 

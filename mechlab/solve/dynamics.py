@@ -3,6 +3,8 @@ follow."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
@@ -33,6 +35,7 @@ class PinPlant:
         self._zeros = {n: self.mechanism.zero(n) for n in self.mechanism.scalar_names}
         self._lower = np.tril_indices(self.mechanism.nv, -1)
         self.evaluations = 0
+        self.memory: dict[Any, Array] = {}
         self.set(self.mechanism.reference() if q is None else q, v, t)
 
     def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> PinPlant:

@@ -1,6 +1,7 @@
 """Equations of motion as functions of (t, state): what the integrators call, and the projection onto the constraints.
 
-The state is y = (q, v, work): coordinates (nq,), rates (nv,), work done on the mechanism less what dampers took [J].
+The state is y = (q, v, z, work): coordinates (nq,), rates (nv,), states of the laws, work done on the mechanism less
+what dampers took [J].
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law, applied_force
+from mechlab.experiment.memory import Memory
 from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.model import Mechanism
@@ -53,6 +55,7 @@ class Equations:
         self.mechanism = mechanism
         self.plant = PinPlant(mechanism)
         self.laws = laws
+        self.memory = Memory(laws)
         self.corrected = 0.0
         for law in laws:
             for name in law.targets():
@@ -66,13 +69,17 @@ class Equations:
         self.width = np.maximum(FRICTION_WIDTH, h * self.plant.passive.friction * softness)
 
     def start(self, q: Array, v: Array) -> Array:
-        """The state (q, v, 0)."""
-        return np.concatenate([q, v, [0.0]])
+        """The state (q, v, z, 0) with the states z that the laws start from."""
+        return np.concatenate([q, v, self.memory.initial, [0.0]])
 
     def split(self, y: Array) -> tuple[Array, Array]:
         """q (nq,) and v (nv,) of a state."""
         nq = self.mechanism.nq
-        return y[:nq], y[nq:-1]
+        return y[:nq], y[nq : nq + self.mechanism.nv]
+
+    def remembered(self, y: Array) -> Array:
+        """States of the laws in a state."""
+        return y[self.mechanism.nq + self.mechanism.nv : -1]
 
     def move(self, t: float, y: Array) -> PinPlant:
         """The plant at a state; raises BlowUp when the state is not finite or too fast."""
@@ -84,6 +91,7 @@ class Equations:
             name = self.mechanism.rate_names[fastest]
             raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {FASTEST:g}")
         plant = self.plant
+        self.memory.put(plant, self.remembered(y))
         if not np.array_equal(plant.q, q):
             return plant.set(q.copy(), v.copy(), t)
         if not np.array_equal(plant.v, v):
@@ -114,7 +122,8 @@ class Equations:
         dq[self.columns] = v
         for qs, vs in zip(self.quaternions, self.turns, strict=True):
             dq[qs] = 0.5 * quaternion_product(q[qs], np.concatenate([[0.0], v[vs]]))
-        out[self.mechanism.nq : -1] = now.a
+        out[self.mechanism.nq : self.mechanism.nq + self.mechanism.nv] = now.a
+        out[self.mechanism.nq + self.mechanism.nv : -1] = self.memory.rate(t, self.plant, self.remembered(y))
         out[-1] = now.power
         return out
 
@@ -148,4 +157,5 @@ class Equations:
         now = self.instant(t, y)
         q, v = self.split(y)
         faster = v + h * now.a
-        return np.concatenate([integrate(self.mechanism, q, h * faster), faster, [y[-1] + h * now.power]])
+        kept = self.memory.after(t, self.plant, self.remembered(y), h)
+        return np.concatenate([integrate(self.mechanism, q, h * faster), faster, kept, [y[-1] + h * now.power]])

@@ -6,7 +6,8 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import Kinematics
-from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
+from mechlab.mechanism.model import Joint, Mechanism, Shaft
+from mechlab.mechanism.statics import spring_force, spring_stretch
 from mechlab.solve.model import rate_columns
 
 
@@ -51,10 +52,7 @@ class Passive:
         power = float(v @ self.damping @ v)
         for spring in self.springs:
             if spring.damping:
-                a, b, _ = spring_ends(kin, spring)
-                relative = kin.velocity(spring.body_b, b)[:3] - kin.velocity(spring.body_a, a)[:3]
-                square = float((b - a) @ (b - a))
-                power += spring.damping * float((b - a) @ relative) ** 2 / square if square > 1e-24 else 0.0
+                power += spring.damping * spring_stretch(kin, spring)[3] ** 2
         return power
 
     def friction_force(self, v: Array, width: Array | float) -> Array:
@@ -73,24 +71,3 @@ def _friction_rows(m: Mechanism, rough: list[Joint | Shaft]) -> Array:
         else:
             rows.append(m.row(item.name))
     return np.array(rows).reshape(-1, m.nv)
-
-
-def spring_ends(kin: Kinematics, spring: Spring) -> tuple[Array, Array, Array]:
-    """World points a and b of a spring, and the force (3,) [N] that it exerts on body b (opposite on a)."""
-    (ra, pa), (rb, pb) = kin.pose(spring.body_a), kin.pose(spring.body_b)
-    a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
-    d = b - a
-    length = float(np.linalg.norm(d))
-    if length < 1e-12:
-        return a, b, np.zeros(3)
-    along = d / length
-    rate = along @ (kin.velocity(spring.body_b, b)[:3] - kin.velocity(spring.body_a, a)[:3])
-    tension = spring.stiffness * (length - spring.rest_length) + spring.damping * rate
-    return a, b, -tension * along
-
-
-def spring_force(kin: Kinematics, spring: Spring) -> Array:
-    """(nv,) generalised force of a spring between two points."""
-    a, b, force = spring_ends(kin, spring)
-    relative = kin.jacobian(spring.body_b, b)[:3] - kin.jacobian(spring.body_a, a)[:3]
-    return np.asarray(force @ relative)

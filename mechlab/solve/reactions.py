@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from mechlab.errors import NoSolution
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.statics import spring_pull
 from mechlab.solve.dynamics import PinPlant
-from mechlab.solve.passive import spring_ends
 from mechlab.solve.quantities import Quantities
 
 
@@ -134,7 +134,7 @@ def joint_wrenches(plant: PinPlant, a: Array, reactions: Array) -> dict[str, Wre
         external[kin.pin.joint_of[loop.body_b]] += total
         external[kin.pin.joint_of[loop.body_a]] -= total
     for spring in plant.mechanism.springs:
-        end_a, end_b, force = spring_ends(kin, spring)
+        end_a, end_b, force = spring_pull(kin, spring)
         external[kin.pin.joint_of[spring.body_b]] += np.concatenate([force, cross(end_b, force)])
         external[kin.pin.joint_of[spring.body_a]] -= np.concatenate([force, cross(end_a, force)])
     local = pin.StdVec_Force()

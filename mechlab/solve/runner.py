@@ -140,7 +140,7 @@ def _recording(
     mechanism: Mechanism, scene: Scene, settings: Settings, motion: Equations, log: _Log, start: Array, spent: float
 ) -> Recording:
     t, y = np.array(log.t or [0.0]), np.array(log.y or [start])
-    q, v = y[:, : mechanism.nq], y[:, mechanism.nq : -1]
+    q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
     evaluations = motion.plant.evaluations
     if log.instants:
         found, units = channels(motion.plant, t, q, v, log.instants)
@@ -177,7 +177,7 @@ def _findings(
     y: Array,
     found: dict[str, Array],
 ) -> list[Finding]:
-    q, v = y[:, : mechanism.nq], y[:, mechanism.nq : -1]
+    q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
     out = list(kinematic_findings(mechanism, q, v))
     power = np.array([x.power for x in log.instants])
     out.append(energy_finding(mechanism, t, q, v, power, y[:, -1]))

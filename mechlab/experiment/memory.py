@@ -1,0 +1,48 @@
+"""States of laws: what a law remembers (the current of a motor) is integrated by the engine together with the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mechlab.experiment.laws import Law, Plant
+from mechlab.mechanism.geometry import Array
+
+
+class Memory:
+    """The states of all laws that have any, as one vector (size,).
+
+    Such a law has `start()`, its states at t = 0, `state_rate(t, plant, state)` and `after(t, plant, state, h)`, the
+    state after h seconds while the mechanism stands as it does. A plant holds them in `memory`, keyed by the law.
+    """
+
+    def __init__(self, laws: Sequence[Law]) -> None:
+        self.laws: list[Any] = []
+        self.slices: list[slice] = []
+        start: list[float] = []
+        for law in laws:
+            states = tuple(getattr(law, "start", tuple)())
+            if states:
+                self.laws.append(law)
+                self.slices.append(slice(len(start), len(start) + len(states)))
+                start += states
+        self.initial = np.array(start)
+
+    def __len__(self) -> int:
+        return len(self.initial)
+
+    def put(self, plant: Any, state: Array) -> None:
+        """Show the states (size,) to the laws, through the plant."""
+        plant.memory = {law: state[s] for law, s in zip(self.laws, self.slices, strict=True)}
+
+    def rate(self, t: float, plant: Plant, state: Array) -> Array:
+        """(size,) time derivative of the states."""
+        parts = [law.state_rate(t, plant, state[s]) for law, s in zip(self.laws, self.slices, strict=True)]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def after(self, t: float, plant: Plant, state: Array, h: float) -> Array:
+        """(size,) states after h seconds with the mechanism as it stands."""
+        parts = [law.after(t, plant, state[s], h) for law, s in zip(self.laws, self.slices, strict=True)]
+        return np.concatenate(parts) if parts else np.zeros(0)
