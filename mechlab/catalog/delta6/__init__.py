@@ -44,7 +44,8 @@ ENTRY = Entry(
     fidelities={
         "kinematic": "closed form",
         "minimal": "each leg one slender rod, gears and rotors as shafts; exact drive dynamics to 1e-5",
-        "parts": "every gear a body, every mesh a row (tooth loads); rods as distance loops, half their mass at each end (sliders 3 to 7 % off)",
+        "parts": "every gear a body, every mesh a row (tooth loads); rods as distance loops, half their mass at each end: "
+        "linear drive forces within 3 %",
         "full": "every rod, cross, shaft, gear and planet",
     },
     default_fidelity="minimal",
