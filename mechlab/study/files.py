@@ -17,7 +17,10 @@ def write_verified(mechanism: Mechanism, out: str | Path) -> dict[str, Path]:
 
     Raises MechlabError naming the file and its consumer.
     """
-    written = write_files(mechanism, Path(out), verify=lambda folder, m: verify(m, folder))
+    def reload(folder: Path, m: Mechanism) -> None:
+        verify(m, folder)
+
+    written = write_files(mechanism, Path(out), verify=reload)
     folders = {kind.partition("/")[0]: path for kind, path in written.items()}
     return {kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}
 
