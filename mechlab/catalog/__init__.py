@@ -7,7 +7,11 @@ from importlib import import_module
 from mechlab.errors import unknown
 from mechlab.experiment.entry import Entry
 
-NAMES: tuple[str, ...] = ("fourbar", "planetary_stage", "delta6")
+NAMES: tuple[str, ...] = (
+    "fourbar", "class4_linkage", "platform_3rrr", "quick_return", "stephenson", "fivebar", "planetary_stage",
+    "wolfrom", "closed_differential", "delta6", "impulse_transmission", "gear_linkage", "planetary",
+    "prosthetic_leg", "pendulum", "n_fourbar", "andrews", "bricard", "flyball", "slider_crank",
+)  # fmt: skip
 """Catalog names; each is a module of this package that exports ENTRY."""
 
 

@@ -20,8 +20,12 @@ VERBS = {
     "generate": "model files: MJCF, URDF, JSON, geometry",
     "solve": "give some quantities, get the others from each witness",
     "simulate": "run a scene; final values, samples, health, cost",
+    "sweep": "many initial states or loads at once: phase portraits, Poincare maps, bifurcations",
+    "cycle": "one turn of the drive: motion, drive force, reactions, shaking force, transmission, curves",
     "check": "every check with its witnesses",
     "claims": "the ledger of printed claims, with a verdict for each",
+    "chart": "work-precision diagram: all methods, Pareto front, engine defaults, recommended setting",
+    "synthesize": "dimensions from wanted properties: planetary, gear_linkage, closed_differential",
     "view": "the lab page of a mechanism or a recording, live or as a file",
 }
 STATUS = {1: "bad input", 2: "wrong usage", 3: "not to be trusted", 4: "no solution exists"}
@@ -73,11 +77,9 @@ class _Call:
 
     def perform(self, arguments: list[str]) -> int:
         if not arguments:
-            raise UsageError(
-                "a VERB is missing. `mechlab --help` lists them; start with `mechlab run delta6 -o out`."
-            )
+            raise UsageError("a VERB is missing. `mechlab --help` lists them; start with `mechlab run delta6 -o out`.")
         if self.verb in ("-h", "--help", "help"):
-            output.write(HELP.format(verbs="\n".join(f"  {verb:10}{text}" for verb, text in VERBS.items())))
+            output.write(HELP.format(verbs="\n".join(f"  {verb:11}{text}" for verb, text in VERBS.items())))
             return 0
         if self.verb == "--version":
             output.write(f"mechlab {output.package_version('mechlab') or 'not installed'}")

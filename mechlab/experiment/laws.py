@@ -45,9 +45,6 @@ class Plant(Protocol):
         """(rows,) dJ/dt v."""
         ...
 
-    memory: Mapping[Any, Array]
-    """States of the laws that have any, at this instant; see `mechlab.experiment.memory`."""
-
 
 class Law(Protocol):
     """A force law: forces on joints and shafts [N m or N] by name."""
@@ -233,7 +230,10 @@ class DcMotor(_OnOne):
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The torque of the present current."""
-        state = plant.memory[self] if self.inductance else self.rest(plant)
+        if self.inductance:
+            state = getattr(plant, "memory", {}).get(self, (self.current,))
+        else:
+            state = self.rest(plant)
         return {self.on: self.constant * float(state[0])}
 
 

@@ -15,7 +15,8 @@ class Memory:
     """The states of all laws that have any, as one vector (size,).
 
     Such a law has `start()`, its states at t = 0, `state_rate(t, plant, state)` and `after(t, plant, state, h)`, the
-    state after h seconds while the mechanism stands as it does. A plant holds them in `memory`, keyed by the law.
+    state after h seconds while the mechanism stands as it does. The plants of the engines hold them in `memory`, keyed by
+    the law; on another plant a law is as at its start.
     """
 
     def __init__(self, laws: Sequence[Law]) -> None:

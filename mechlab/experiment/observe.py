@@ -41,13 +41,19 @@ def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None
 
 
 def kinematic_findings(
-    mechanism: Mechanism, q: Array, v: Array, held: Sequence[str] = (), limit: float = GAP_LIMIT
+    mechanism: Mechanism,
+    q: Array,
+    v: Array,
+    held: Sequence[str] = (),
+    limit: float = GAP_LIMIT,
+    keep_mode: Sequence[str] = (),
 ) -> tuple[Finding, ...]:
     """Findings "finite", "loop_gap" [m], "loop_angle" [rad], "relation_residual" [rad or m] and "assembly_mode".
 
     q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the others. `held`: names
     of the driven joints or shafts, default those of the drives; with them held a change of the assembly mode is a change
-    of sign of a determinant (see `mode_sign`). Above `limit` a gap is an error, above a tenth of it a warning.
+    of sign of a determinant (see `mode_sign`). Above `limit` a gap is an error, above a tenth of it a warning. A change
+    of the assembly mode is a warning; with respect to `keep_mode`, an error.
     """
     q, v = np.atleast_2d(q), np.atleast_2d(v)
     out = [finite_finding(q, v)]
@@ -67,16 +73,18 @@ def kinematic_findings(
             culprit = constraints.rows[rows[int(np.argmax(np.max(np.abs(residual[:, rows]), axis=0)))]]
             out.append(measured(name, worst, limit, unit, f"{what} (at {culprit})", 0.1 * limit))
     if len(constraints):
-        out.append(mode_finding(mechanism, q, held or [d.on for d in mechanism.drives]))
+        watched = keep_mode or held or [d.on for d in mechanism.drives]
+        out.append(mode_finding(mechanism, q, watched, strict=bool(keep_mode)))
     return tuple(out)
 
 
-def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Finding:
+def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bool = False) -> Finding:
     """Finding "assembly_mode": how often the assembly mode for the held joints changed along q (n, nq).
 
-    A warning, not an error: a free motion may pass through a toggle position. Looks at no more than 200 samples.
+    A warning: a free motion may pass through a toggle position; an error when `strict`. Looks at no more than 200
+    samples, unless `strict`.
     """
-    signs = mode_signs(mechanism, q[:: max(1, len(q) // MODE_SAMPLES)], held)
+    signs = mode_signs(mechanism, q if strict else q[:: max(1, len(q) // MODE_SAMPLES)], held)
     told = signs[signs != 0]
     if not len(told):
         text = "the assembly mode cannot be told: the drives do not fix the mechanism"
@@ -86,8 +94,28 @@ def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Finding
     changes = int(np.count_nonzero(np.diff(told)))
     if changes:
         text = f"with respect to {', '.join(held)} the assembly mode changed {changes} times: a toggle was passed"
-        return Finding("assembly_mode", float(changes), 0.0, "changes", "warning", text)
+        if strict:
+            text += (
+                ", which the mechanism itself cannot do; the run stops here, do not trust it. Try a smaller timestep"
+            )
+        return Finding("assembly_mode", float(changes), 0.0, "changes", "error" if strict else "warning", text)
     return Finding("assembly_mode", 0.0, 0.0, "changes", "ok", f"the assembly mode of {', '.join(held)} was kept")
+
+
+class ModeWatch:
+    """Tells along a run whether the assembly mode with respect to the held ones is still that of the first state."""
+
+    def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
+        self.mechanism, self.held = mechanism, tuple(held)
+        self._first = 0.0
+
+    def changed(self, q: Array) -> bool:
+        """True when the mode at q (nq,) is another than at the first call; never without held ones."""
+        if not self.held or not np.all(np.isfinite(q)):
+            return False
+        sign = float(mode_signs(self.mechanism, q[None, :], self.held)[0])
+        self._first = self._first or sign
+        return self._first * sign < 0.0
 
 
 def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:

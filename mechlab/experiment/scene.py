@@ -14,7 +14,8 @@ NEEDS = ("poses", "drive_forces", "tooth_loads", "reactions")
 class Scene:
     """initial: physical values of joints at t = 0, the others follow by assembly from the reference pose; initial_rates:
     rates of joints or shafts, the others follow from the constraints (minimum norm). `needs` and `tolerance` [m or rad]
-    say what the run must answer and how well; `settings` is the recommended way to compute it.
+    say what the run must answer and how well; `settings` is the recommended way to compute it. `keep_mode`: joints or
+    shafts with respect to which the assembly mode must not change; a run that changes it stops there, not to be trusted.
     """
 
     name: str
@@ -28,3 +29,4 @@ class Scene:
     tolerance: float = 1e-4
     settings: Settings = Settings()
     text: str = ""
+    keep_mode: tuple[str, ...] = ()

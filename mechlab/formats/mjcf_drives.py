@@ -84,6 +84,9 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
         force = forces[drive.name]
         value = float(f"{force / drive.stiffness if drive.stiffness else force:.12g}")
         controls[drive.name] = value
+        if drive.winding is not None:
+            controls[drive.name] = _dc_motor(section, drive, target, force, limits)
+            continue
         common: dict[str, object] = {"ctrlrange": _slider(m, drive, value, size), "forcerange": limits}
         if drive.stiffness:
             servo = {"kp": drive.stiffness, "kv": drive.damping or None}
@@ -91,6 +94,25 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
         else:
             add(section, "motor", name=drive.name, **target, damping=drive.damping or None, **common)
     return controls
+
+
+def _dc_motor(
+    section: ET.Element,
+    drive: Drive,
+    target: dict[str, str],
+    force: float,
+    limits: tuple[float, float] | None,
+) -> float:
+    """A DC motor whose control is the voltage; returns the voltage that holds the force at standstill."""
+    assert drive.winding is not None
+    w = drive.winding
+    value = float(f"{force * w.resistance / w.constant:.12g}") if w.constant else 0.0
+    most = _round_up(max(4.0 * abs(value), 1e3 * abs(w.constant), 1e-6))
+    add(
+        section, "dcmotor", name=drive.name, **target, motorconst=w.constant, resistance=w.resistance,
+        inductance=w.inductance or None, input="voltage", ctrlrange=(-most, most), forcerange=limits,
+    )  # fmt: skip
+    return value
 
 
 def _slider(m: Mechanism, drive: Drive, value: float, size: float) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from mechlab.formats.fractions_of_floats import exact
 from mechlab.formats.mjcf_read_tree import Tree
 from mechlab.formats.mjcf_source import Names, Source, fail, one, refuse
 from mechlab.formats.xml_text import floats, label
-from mechlab.mechanism.model import Drive, Shaft, Spring
+from mechlab.mechanism.model import Drive, Shaft, Spring, Winding
 
 Terms = tuple[tuple[str, float], ...]
 
@@ -100,8 +100,8 @@ def read_drives(source: Source, tree: Tree, tendons: Tendons) -> tuple[Drive, ..
     out = []
     for child in source.items("actuator"):
         e = source.attributes(child)
-        if e.tag not in ("motor", "position", "velocity"):
-            raise fail(e, "only motors, position and velocity servos are read.")
+        if e.tag not in ("motor", "position", "velocity", "dcmotor"):
+            raise fail(e, "only motors, DC motors, position and velocity servos are read.")
         refuse(e, "armature", "dampratio", "timeconst", "delay")
         on = _target(tree, tendons, e)
         gear = np.array(floats(e, "gear") or (1.0,))
@@ -116,8 +116,23 @@ def read_drives(source: Source, tree: Tree, tendons: Tendons) -> tuple[Drive, ..
         if limits is not None and limits[0] != -limits[1]:
             raise fail(e, f"the force range {limits} is not symmetric, which a Drive has no place for.")
         limit = None if limits is None else limits[1] * g
+        if e.tag == "dcmotor":
+            out.append(Drive(names.add(child.get("name"), on), on, limit=limit, winding=_winding(e, g)))
+            continue
         out.append(Drive(names.add(child.get("name"), on), on, stiffness, speed + one(e, "damping") * g * g, limit))
     return tuple(out)
+
+
+def _winding(e: ET.Element, gear: float) -> Winding:
+    """The electrical side of a DC motor; a gear multiplies torque and back-EMF."""
+    refuse(e, "nominal", "saturation", "cogging", "controller", "thermal", "lugre", "damping")
+    if e.get("input", "voltage") != "voltage":
+        raise fail(e, "only DC motors whose input is the voltage are read.")
+    constants = floats(e, "motorconst") or (0.0,)
+    if len(set(constants)) > 1:
+        raise fail(e, "a torque constant that differs from the back-EMF constant has no place in a Winding.")
+    inductance = floats(e, "inductance") or (0.0,)
+    return Winding(constants[0] * gear, one(e, "resistance"), inductance[0])
 
 
 def _target(tree: Tree, tendons: Tendons, e: ET.Element) -> str:

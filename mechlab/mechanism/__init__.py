@@ -1,5 +1,6 @@
 """What a mechanism is: immutable data, a small numpy kinematics, structure analysis, assembly. No engine."""
 
+from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
 from mechlab.mechanism.assembly import Assembly, Status, close, follow, mode_sign, newton, same_mode
 from mechlab.mechanism.builder import Builder, depth_first, floating, prismatic, revolute, spherical, universal
 from mechlab.mechanism.constraints import ConstraintSet
@@ -18,15 +19,17 @@ from mechlab.mechanism.model import (
     Mechanism,
     Shaft,
     Spring,
+    Winding,
     as_fraction,
 )
+from mechlab.mechanism.reduction import Reduction, reduce
 from mechlab.mechanism.shape import Shape, shape
 from mechlab.mechanism.structure import Structure, singularity, structure
 
 __all__ = [
-    "GROUND", "IDENTITY", "Assembly", "Body", "Builder", "ConstraintSet", "Drive", "Frame", "GearMesh", "Inertia", "Joint",
-    "Kinematics", "LinearRelation", "Loop", "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "Structure",
-    "TreeKinematics", "as_fraction", "belt", "body_poses", "close", "depth_first", "floating", "follow", "integrate", "mimic",
-    "mode_sign", "newton", "prismatic", "relation", "revolute", "same_mode", "screw", "shape", "singularity", "spherical",
-    "structure", "universal",
+    "GROUND", "IDENTITY", "AngleBasis", "Assembly", "Body", "Builder", "ConstraintSet", "Drive", "Frame", "GearMesh",
+    "Inertia", "Joint", "Kinematics", "LinearRelation", "Loop", "Mechanism", "Placement", "Reduction", "Shaft", "Shape",
+    "Spring", "Status", "Structure", "TreeKinematics", "Winding", "as_fraction", "belt", "body_poses", "close",
+    "dependent_angles", "depth_first", "floating", "follow", "integrate", "mimic", "mode_sign", "newton", "prismatic",
+    "reduce", "relation", "revolute", "same_mode", "screw", "shape", "singularity", "spherical", "structure", "universal",
 ]  # fmt: skip

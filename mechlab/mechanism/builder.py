@@ -36,9 +36,11 @@ from mechlab.mechanism.model import (
     Mechanism,
     Shaft,
     Spring,
+    Winding,
     as_fraction,
 )
 from mechlab.mechanism.shape import Color, Shape, shape
+from mechlab.mechanism.tilt import with_balls
 
 AxisLike = str | Sequence[float]
 X: Vector = (1.0, 0.0, 0.0)
@@ -231,10 +233,16 @@ class Builder:
         return self
 
     def drive(
-        self, on: str, stiffness: float = 0.0, damping: float = 0.0, limit: float | None = None, name: str | None = None
+        self,
+        on: str,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        limit: float | None = None,
+        name: str | None = None,
+        winding: Winding | None = None,
     ) -> Builder:
         """An actuator on a joint or shaft; its name defaults to that of the joint."""
-        self.drives.append(Drive(name or on, on, stiffness, damping, limit))
+        self.drives.append(Drive(name or on, on, stiffness, damping, limit, winding))
         return self
 
     def ground(self, *shapes: Shape) -> Builder:
@@ -264,6 +272,17 @@ class Builder:
         relations = [relation(x, bare) if isinstance(x, GearMesh) else x for x in self.meshes]
         return _Open(**self._parts(bodies, relations))  # type: ignore[arg-type]
 
+    def balls_for_tilt(self) -> Builder:
+        """Give one binary link of every planar loop with a tilted axis a ball joint (see `mechlab.mechanism.tilt`).
+
+        Call it when all parts are there. Raises MechlabError when a tilted loop has no link that could take one.
+        """
+        named = {d.on for d in self.drives} | {n for s in self.shafts for n, _ in s.coefficients}
+        for mesh in self.meshes:
+            named |= {n for n, _ in mesh.coefficients} if isinstance(mesh, LinearRelation) else {mesh.a, mesh.b}
+        self.bodies = list(with_balls(self.bodies, self.loops, frozenset(named))[0])
+        return self
+
     def build(self) -> Mechanism:
         """The Mechanism; raises MechlabError when anything is not sound or the reference pose does not close."""
         m = self._open(self.bodies)
@@ -279,7 +298,12 @@ class Builder:
         q = m.reference()
         for name, value in (guess or {}).items():
             m.joint(name)
-            q[m.q_slice[name].start] = float(value)
+            start = m.q_slice[name].start
+            if m.joint(name).kind == "spherical":  # a ball joint for a tilt: the guess turns about the axis it had
+                turn = np.array(m.joint(name).axis) * np.sin(0.5 * float(value))
+                q[start : start + 4] = [np.cos(0.5 * float(value)), *turn]
+            else:
+                q[start] = float(value)
         zeros = {n: m.zero(n) for n in hold}
         found = close(m, q, {n: zeros[n] + q[m.q_slice[n].start] for n in hold})
         if not found.closed:

@@ -148,14 +148,28 @@ class Spring:
 
 
 @dataclass(frozen=True)
+class Winding:
+    """Electrical side of a DC motor: constant [N m/A = V s/rad], resistance [ohm], inductance [H].
+
+    torque = constant x current; inductance x current' = voltage - resistance x current - constant x rate.
+    """
+
+    constant: float
+    resistance: float
+    inductance: float = 0.0
+
+
+@dataclass(frozen=True)
 class Drive:
-    """An actuator on a joint or shaft: a position servo of the given `stiffness` and `damping`, force limited by `limit`."""
+    """An actuator on a joint or shaft: a position servo of the given `stiffness` and `damping`, force limited by `limit`;
+    with a `winding` a DC motor whose input is the voltage."""
 
     name: str
     on: str
     stiffness: float = 0.0
     damping: float = 0.0
     limit: float | None = None
+    winding: Winding | None = None
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Vector, unit, vector
-from mechlab.mechanism.model import GROUND, JOINT_KINDS, LOOP_ROWS, Body, Joint, Mechanism
+from mechlab.mechanism.model import GROUND, JOINT_KINDS, LOOP_ROWS, Body, Drive, Joint, Mechanism
+from mechlab.mechanism.tilt import refuse_tilts
 
 CLOSURE_TOLERANCE = 1e-12
 
@@ -25,6 +26,7 @@ def validate(m: Mechanism, closed: bool = True) -> None:
     for body in m.bodies:
         _joints(m, body)
     _attachments(m)
+    refuse_tilts(m.name, m.bodies, m.loops)
     _linear(m)
     _masses(m)
     _relations_consistent(m)
@@ -37,7 +39,9 @@ def _names(m: Mechanism) -> None:
     groups = {
         "body": [GROUND] + [b.name for b in m.bodies],
         "joint, shaft": [j.name for j in m.joints] + [s.name for s in m.shafts],
-        "loop, relation, spring": [x.name for x in m.loops] + [x.name for x in m.relations] + [x.name for x in m.springs],
+        "loop, relation, spring": [x.name for x in m.loops]
+        + [x.name for x in m.relations]
+        + [x.name for x in m.springs],
         "drive": [d.name for d in m.drives],
         "frame": [f.name for f in m.frames],
     }
@@ -152,6 +156,19 @@ def _attachments(m: Mechanism) -> None:
             _finite(getattr(drive, key), f"{m.name}: drive {drive.name!r}: {key}", 0.0)
         if drive.limit is not None:
             _finite(drive.limit, f"{m.name}: drive {drive.name!r}: limit", 0.0)
+        _winding(m, drive)
+
+
+def _winding(m: Mechanism, drive: Drive) -> None:
+    if drive.winding is None:
+        return
+    what = f"{m.name}: drive {drive.name!r}: winding"
+    _finite(drive.winding.constant, f"{what}: constant")
+    _finite(drive.winding.inductance, f"{what}: inductance", 0.0)
+    if not _finite(drive.winding.resistance, f"{what}: resistance", 0.0) > 0.0:
+        raise MechlabError(f"{what}: the resistance must be > 0 ohm.")
+    if drive.stiffness or drive.damping:
+        raise MechlabError(f"{what}: a drive is a servo (stiffness, damping) or a DC motor (winding), not both.")
 
 
 def _linear(m: Mechanism) -> None:

@@ -10,6 +10,8 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law, applied_force
+from mechlab.experiment.memory import Memory
+from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.stepping import RATE_LIMIT
@@ -22,6 +24,8 @@ class Driver:
 
     `forces`: joint or shaft -> force of all laws on it, at the last evaluation. `work` [J] is integrated with the
     weights of the method: the four stages of RK4, or the trapezoidal rule for the methods of one evaluation a step.
+    States of laws (`mechlab.experiment.memory`) are integrated here: with the stages of RK4, which keeps its order (an
+    activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
     """
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant) -> None:
@@ -34,10 +38,16 @@ class Driver:
         self._stage = 0
         self._last: tuple[float, float] | None = None
         self.sampling = False
+        self.memory = Memory(laws)
+        self._kept = self._seen = self.memory.initial
+        self._slopes: list[Array] = []
+        self.memory.put(plant, self._kept)
 
     def __call__(self) -> None:
         """One evaluation: the engine's state is current, its forces are not computed yet."""
         plant = self.plant
+        if len(self.memory):
+            self.memory.put(plant, self._kept if self.sampling or not self._rk4 or not self._stage else self._seen)
         total, forces = applied_force(self.mechanism, self.laws, plant.t, plant)
         plant.data.qfrc_applied[plant.map.dof] = total
         self.forces = forces
@@ -45,6 +55,8 @@ class Driver:
         power = sum(f * plant.rate(name) for name, f in forces.items())
         if not math.isfinite(power):
             self._refuse(forces)
+        if len(self.memory) and not self.sampling:
+            self._remember()
         if self._rk4:
             if not self.sampling:
                 self.work += _RK4[self._stage] * float(plant.model.opt.timestep) * power
@@ -53,6 +65,20 @@ class Driver:
         if self._last is not None:
             self.work += 0.5 * (plant.t - self._last[0]) * (power + self._last[1])
         self._last = (plant.t, power)
+
+    def _remember(self) -> None:
+        """Carry the states of the laws on by one stage, or by one step."""
+        plant, h = self.plant, float(self.plant.model.opt.timestep)
+        if not self._rk4:
+            self._kept = self.memory.after(plant.t, plant, self._kept, h)
+            return
+        if self._stage == 0:
+            self._slopes, self._seen = [], self._kept
+        self._slopes.append(self.memory.rate(plant.t, plant, self._seen))
+        if self._stage < 3:
+            self._seen = self._kept + (0.5, 0.5, 1.0)[self._stage] * h * self._slopes[-1]
+        else:
+            self._kept = self._kept + h * sum(w * k for w, k in zip(_RK4, self._slopes, strict=True))
 
     def _refuse(self, forces: Mapping[str, float]) -> None:
         """Raise MechlabError for a force that is not finite in a state that is sound; in a blow-up let it pass."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechlab.experiment.energy import dissipation, energy_finding, work
 from mechlab.experiment.health import Finding, Health
+from mechlab.experiment.lag import lag_findings
 from mechlab.experiment.observe import kinematic_findings, saturation_finding
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
@@ -60,8 +61,9 @@ def health(
     out: list[Finding] = []
     if blow_up is not None:
         out.append(_blown(mechanism, blow_up, scene, settings))
-    out += kinematic_findings(mechanism, q[some], v[some])
+    out += kinematic_findings(mechanism, q[some], v[some], keep_mode=scene.keep_mode)
     if mechanism.relations:
+        out += lag_findings(mechanism, scene, settings)
         out.append(_slip(*samples.slip))
     lost = dissipation(mechanism, q, v)
     stopped = _stopped(mechanism, t, q, v)

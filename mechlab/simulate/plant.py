@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -33,6 +34,7 @@ class MujocoPlant:
         self.map = map_
         self._qpos, self._qvel = data.qpos, data.qvel
         self._tree_state = self._rows_state = (b"", b"")
+        self.memory: dict[Any, Array] = {}
         self._terms: dict[str, tuple[float, Terms, Terms]] = {}
         for name in mechanism.scalar_names:
             row = mechanism.row(name)

@@ -10,7 +10,9 @@ import numpy as np
 import scipy
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.health import Health
 from mechlab.experiment.initial import initial_state
+from mechlab.experiment.observe import ModeWatch
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
@@ -23,6 +25,7 @@ from mechlab.simulate.model import MujocoMap, to_mujoco
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.reactions import Reactions
 from mechlab.simulate.stepping import advance, grid
+from mechlab.simulate.torn import LoopWatch
 
 
 def run(
@@ -56,12 +59,15 @@ def run(
     data.qvel[:] = map_.engine_rates(data.qpos, v)
     data.qacc_warmstart[:] = 0.0
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
-    samples = _Samples(mechanism, model, data, map_, driver)
+    samples = _Samples(mechanism, model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
     with controlled(data, driver) if scene.laws else engine():
         blow_up, cpu, done = advance(model, data, map_, steps, samples.take)
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
     channels, units = samples.channels(mechanism, *states)
     findings = health(mechanism, scene, chosen, data, blow_up, samples, states)
+    torn = samples.loops.finding(scene.duration)
+    if torn is not None:
+        findings = Health((torn,)) + findings
     per_step = 4 if chosen.integrator == "RK4" else 1
     return Recording(
         mechanism=mechanism, t=t, q=states[0], v=states[1], channels=channels, units=units, health=findings,
@@ -84,10 +90,18 @@ class _Samples:
     """What is recorded of a run, sample by sample."""
 
     def __init__(
-        self, mechanism: Mechanism, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, driver: Driver
+        self,
+        mechanism: Mechanism,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        map_: MujocoMap,
+        driver: Driver,
+        watch: ModeWatch,
     ) -> None:
         self.model, self.data, self.map, self.driver = model, data, map_, driver
         self.reactions = Reactions(map_)
+        self.watch = watch
+        self.loops = LoopWatch(map_)
         self.t: list[float] = []
         self.q: list[Array] = []
         self.v: list[Array] = []
@@ -97,8 +111,9 @@ class _Samples:
         self._work: list[float] = []
         self._slip: list[tuple[float, float]] = []
 
-    def take(self, t: float) -> None:
-        """Evaluate the present state and record it; a state that is not finite is left out."""
+    def take(self, t: float) -> bool:
+        """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here,
+        a loop is torn or the assembly mode is not the one to keep."""
         data = self.data
         self.driver.sampling = True
         mujoco.mj_forward(self.model, data)
@@ -106,7 +121,7 @@ class _Samples:
         if not np.all(np.isfinite(data.qacc)):
             if not self.t:
                 raise MechlabError(f"{self.map.mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
-            return
+            return False
         self.t.append(t)
         self.q.append(self.map.coordinates(data.qpos))
         self.v.append(self.map.rates(data.qvel))
@@ -116,6 +131,7 @@ class _Samples:
         self._force.append(self.driver.now())
         self._work.append(self.driver.work)
         self._slip.append(self.reactions.slip(data))
+        return self.loops.torn(t, data) or self.watch.changed(self.q[-1])
 
     def channels(self, mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
         """All channels of the run, with units."""

@@ -69,9 +69,10 @@ def advance(
     data: mujoco.MjData,
     map_: MujocoMap,
     steps: Grid,
-    sample: Callable[[float], None],
+    sample: Callable[[float], bool],
 ) -> tuple[BlowUp | None, float, int]:
-    """Step through the grid and call `sample(t)` at every recorded step, the first included.
+    """Step through the grid and call `sample(t)` at every recorded step, the first included; end there when it
+    answers True.
 
     `data` is at t = 0. Between samples the engine steps on its own. `sample` may evaluate `data` (mj_forward): what the
     solver remembers is put back, so that sampling does not change the motion by a bit. Returns what went wrong, the
@@ -90,10 +91,12 @@ def advance(
             done = here
         data.time = steps.t(here)
         memory = data.qacc_warmstart.copy()
-        sample(data.time)
+        stop = sample(data.time)
         if _fault(data) is not None:
             return BlowUp(data.time, _reason(data, map_, data.qvel)), cpu, done
         data.qacc_warmstart[:] = memory
+        if stop:
+            break
     return None, cpu, done
 
 

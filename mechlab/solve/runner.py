@@ -15,7 +15,7 @@ from mechlab.errors import unknown
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.initial import initial_state
-from mechlab.experiment.observe import kinematic_findings, sample_grid, saturation_finding
+from mechlab.experiment.observe import ModeWatch, kinematic_findings, sample_grid, saturation_finding
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import PINOCCHIO_INTEGRATORS, Settings
@@ -34,6 +34,7 @@ RESTART = 20
 class _Log:
     """What was seen so far."""
 
+    watch: ModeWatch
     t: list[float] = field(default_factory=list)
     y: list[Array] = field(default_factory=list)
     instants: list[Instant] = field(default_factory=list)
@@ -64,15 +65,20 @@ def run(
     motion = Equations(mechanism, scene.laws, settings.timestep)
     began = time.process_time()
     start = motion.start(q, v)
-    log = _integrate(motion, settings, times, start, progress)
+    log = _integrate(motion, settings, times, start, progress, ModeWatch(mechanism, scene.keep_mode))
     spent = time.process_time() - began
     return _recording(mechanism, scene, settings, motion, log, start, spent)
 
 
 def _integrate(
-    motion: Equations, settings: Settings, times: Array, y: Array, progress: Callable[[float], None] | None
+    motion: Equations,
+    settings: Settings,
+    times: Array,
+    y: Array,
+    progress: Callable[[float], None] | None,
+    watch: ModeWatch,
 ) -> _Log:
-    log = _Log()
+    log = _Log(watch)
     try:
         _sample(motion, log, 0.0, y, progress)
         if settings.integrator == "DOP853":
@@ -92,6 +98,8 @@ def _sample(motion: Equations, log: _Log, t: float, y: Array, progress: Callable
     log.y.append(y)
     if progress is not None:
         progress(float(t))
+    if log.watch.changed(motion.split(y)[0]):
+        raise BlowUp(float(t), f"the assembly mode with respect to {', '.join(log.watch.held)} changed")
 
 
 def _fixed(motion: Equations, log: _Log, settings: Settings, t0: float, t1: float, y: Array) -> Array:
@@ -178,7 +186,7 @@ def _findings(
     found: dict[str, Array],
 ) -> list[Finding]:
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
-    out = list(kinematic_findings(mechanism, q, v))
+    out = list(kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode))
     power = np.array([x.power for x in log.instants])
     out.append(energy_finding(mechanism, t, q, v, power, y[:, -1]))
     if len(motion.plant.constraints):

@@ -13,6 +13,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Answer, Answers, Question, choose
 from mechlab.mechanism import Mechanism, Status
 from mechlab.study.design import Design
+from mechlab.study.power_flow import asks_power_flow, power_flow_question
 from mechlab.study.tables import number, table
 from mechlab.study.witness import engine_answer, quantities, split
 
@@ -30,12 +31,14 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
 
     Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
     """
-    values = {k: _numeric(k, v) for k, v in given.items()}
+    values = {k: numeric(k, v) for k, v in given.items()}
     keys = set(values)
     entry = design.entry
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     if special:
         question = choose(entry.questions, keys, design.name)
+    elif asks_power_flow(keys):
+        question = power_flow_question(design, values)
     else:
         question = _generic(design, values)
     complete = {k: d for k, d in question.optional.items() if d is not None} | values
@@ -48,7 +51,8 @@ def _parameters(design: Design) -> dict[str, Any]:
     return {i.name: getattr(design.parameters, i.name) for i in describe(design.entry.parameters)}
 
 
-def _numeric(key: str, value: Any) -> Any:
+def numeric(key: str, value: Any) -> Any:
+    """A float, or an array of a list or range; raises MechlabError that names the key."""
     if hasattr(value, "points"):
         value = value.points()
     try:
@@ -149,6 +153,7 @@ def answers_text(answers: Answers) -> str:
                 f"{name}: {len(answer.modes)} modes\n"
                 + table(labels, [[number(mode.get(k), 8) for k in labels] for mode in answer.modes])
             )
+        parts += [_detail_table(k, v) for k, v in answer.details.items() if _is_table(v)]
         parts += [f"{name}: {note}" for note in answer.notes]
     difference = answers.max_difference
     if difference is not None:
@@ -156,3 +161,14 @@ def answers_text(answers: Answers) -> str:
     parts.append(f"status: {answers.status.value}")
     parts += [f"warning: {w}" for w in answers.warnings]
     return "\n".join(parts)
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)
+
+
+def _detail_table(title: str, rows: list[Mapping[str, Any]]) -> str:
+    """The flat columns of what a witness lists."""
+    heads = [k for k, x in rows[0].items() if not isinstance(x, Mapping)]
+    cells = [[x if isinstance(x := r[k], str) else number(x, 8) for k in heads] for r in rows]
+    return f"{title}\n{table(heads, cells)}"

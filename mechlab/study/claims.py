@@ -13,9 +13,10 @@ from mechlab.study.tables import number, table
 
 @dataclass(frozen=True)
 class ClaimReport:
-    """Claims with their findings."""
+    """Claims with their findings; `figure`: the file of the figure that was drawn, if any."""
 
     items: tuple[tuple[str, Claim, Finding], ...]
+    figure: str = ""
     exit_code: int = 0
 
     def to_dict(self) -> dict[str, Any]:
@@ -26,7 +27,7 @@ class ClaimReport:
                 {"mechanism": mechanism, "id": claim.id, "where": claim.where, "text": claim.text, "printed": claim.printed,
                  "computed": finding.computed, "verdict": finding.sentence, "kind": finding.verdict.value}
             )  # fmt: skip
-        return {"claims": rows, "counts": self.counts}
+        return {"claims": rows, "counts": self.counts} | ({"figure": self.figure} if self.figure else {})
 
     @property
     def counts(self) -> dict[str, int]:
@@ -42,7 +43,8 @@ class ClaimReport:
                 f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
             )
         counts = ", ".join(f"{n} {name.partition(',')[0]}" for name, n in self.counts.items() if n)
-        return "\n\n".join([*blocks, f"{len(self.items)} claims: {counts or 'none'}."])
+        drawn = [f"figure: {self.figure}"] if self.figure else []
+        return "\n\n".join([*blocks, f"{len(self.items)} claims: {counts or 'none'}.", *drawn])
 
 
 def judge(entries: Sequence[Entry]) -> ClaimReport:

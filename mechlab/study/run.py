@@ -8,11 +8,12 @@ from importlib import metadata
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.health import Health, measured
+from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import ENGINES, PRESETS, Settings
+from mechlab.mechanism import Mechanism
 from mechlab.study.design import Design
 from mechlab.study.witness import room
 
@@ -59,6 +60,10 @@ def run_scene(
     chosen = PRESETS[settings] if isinstance(settings, str) else settings or made.settings
     if engine == "pinocchio" and chosen.engine != "pinocchio":
         chosen = replace(chosen, engine="pinocchio", integrator="RK4")
+    if engine == "mujoco" and chosen.engine != "mujoco":
+        chosen = (
+            replace(PRESETS["stiff"], timestep=1e-4) if _rough(lived.mechanism(made.fidelity)) else PRESETS["accurate"]
+        )
     if timestep is not None:
         chosen = replace(chosen, timestep=timestep)
     for t in at:
@@ -72,17 +77,58 @@ def run_scene(
                 f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}."
             )
         return _complete(lived, lived.entry.reference(lived.parameters, made), made)
-    if engine in ("hybrid", "one_freedom"):
-        raise MechlabError(
-            f"{design.name}: engine {engine} has no model of it; engines: mujoco, pinocchio"
-            + (", analytic." if lived.entry.reference else ".")
-        )
+    if "hybrid" in (engine, chosen.engine if engine is None else ""):
+        return _complete(lived, _hybrid(lived, made, chosen, at, timestep, max_error), made)
+    if engine == "one_freedom" and chosen.engine != "one_freedom":
+        chosen = replace(chosen, engine="one_freedom", integrator="RK4")
 
     def once(s: Settings) -> Recording:
-        return room(s.engine).run(lived.mechanism(made.fidelity), made, s, list(at) or None)
+        m = lived.mechanism(made.fidelity)
+        if s.engine == "one_freedom":
+            from mechlab.study.one_freedom import run as run_one_freedom
+
+            return run_one_freedom(m, made, s, list(at) or None)
+        done: Recording = room(s.engine).run(m, made, s, list(at) or None)
+        return replace(done, health=done.health + Health(_softened(m, s)))
 
     recording = once(chosen) if max_error is None else _refine(once, chosen, max_error, made.duration)
     return _complete(lived, recording, made)
+
+
+def _hybrid(
+    design: Design,
+    scene: Scene,
+    settings: Settings,
+    at: Sequence[float],
+    timestep: float | None,
+    max_error: float | None,
+) -> Recording:
+    """A run with located friction events. Its accuracy is the tolerance of the settings, or a hundredth of `max_error`."""
+    room("pinocchio")
+    from mechlab.solve.hybrid import run
+
+    tolerance = min(settings.tolerance, 1e-10) if max_error is None else min(1e-6, 1e-2 * max_error)
+    step = settings.timestep if timestep is None else timestep
+    chosen = Settings(engine="hybrid", integrator="DOP853", timestep=step, tolerance=tolerance, preset="hybrid")
+    return run(design.mechanism(scene.fidelity), scene, chosen, list(at) or None)
+
+
+def _rough(mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of the joints and shafts with dry friction."""
+    joints = [j.name for j in mechanism.joints if j.friction]
+    return (*joints, *(s.name for s in mechanism.shafts if s.friction))
+
+
+def _softened(mechanism: Mechanism, settings: Settings) -> tuple[Finding, ...]:
+    """What an engine with fixed steps does to dry friction."""
+    names = ", ".join(_rough(mechanism))
+    if not names or settings.engine != "mujoco":
+        return ()
+    text = (
+        f"dry friction of {names}: the engine's is of first order whatever the integrator (step {settings.timestep:g} s) "
+        "and creeps instead of sticking; --engine hybrid follows it exactly"
+    )
+    return (Finding("friction", settings.timestep, 0.0, "s", "warning", text),)
 
 
 def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:

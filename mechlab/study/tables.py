@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ def number(value: Any, digits: int = 3) -> str:
         return "-"
     if isinstance(value, str):
         return value
+    if isinstance(value, Mapping):
+        return "; ".join(f"{k} {number(v, digits)}" for k, v in value.items())
     array = np.asarray(value)
     if array.ndim:
         flat = array.ravel()

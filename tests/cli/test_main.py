@@ -28,8 +28,11 @@ COMMANDS = {
     "generate": ["generate", "delta6", "-o", "out"],
     "solve": ["solve", "delta6", "x=1"],
     "simulate": ["simulate", "delta6"],
+    "cycle": ["cycle", "fourbar"],
     "check": ["check", "delta6"],
     "claims": ["claims", "delta6"],
+    "sweep": ["sweep", "impulse_transmission", "--portrait", "phase"],
+    "synthesize": ["synthesize", "planetary", "ratio=6"],
     "view": ["view", "run.npz"],
 }
 
@@ -67,6 +70,9 @@ class FakeApi(ModuleType):
             "simulate_values",
             "check",
             "claims",
+            "cycle",
+            "portrait",
+            "synthesize",
             "view",
         ):
             setattr(self, name, self.function(name))

@@ -12,7 +12,8 @@ POSITIONALS = "[NAME ...]"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """This verb has no options of its own."""
+    """The options of this verb."""
+    parser.add_argument("--figure", metavar="FILE", help="draw the verdict (.png, .svg, .pdf), for one mechanism with a figure")
 
 
 def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
@@ -20,4 +21,4 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     refuse_values(values, "claims")
     from mechlab import api
 
-    return api.claims(names)
+    return api.claims(names, figure=options.figure)

@@ -1,30 +1,70 @@
-"""`mechlab view NAME` or `mechlab view run.npz`: the lab page, or a file of it."""
+"""`mechlab view NAME` or `mechlab view run.npz`: the lab page, a film, a table, or the gallery of all mechanisms."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
-from mechlab.cli.arguments import one_name
-from mechlab.cli.output import Result
+from mechlab.cli.arguments import one_name, refuse_values
+from mechlab.cli.output import Result, stage_printer
+from mechlab.errors import UsageError
 from mechlab.values import Value
 
 POSITIONALS = "NAME|run.npz [key=value ...]"
+FILES = ("html", "png", "glb", "mp4", "csv")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of this verb."""
-    parser.add_argument(
-        "--html", metavar="F", help="write one page that works offline, instead of a live page"
-    )
-    parser.add_argument("--png", metavar="F", help="write a picture, instead of a live page")
-    parser.add_argument("--host", metavar="H", default="127.0.0.1", help="address of the live page (default: this machine only)")
+    add = parser.add_argument
+    add("--html", metavar="F", help="write one page that works offline, instead of a live page")
+    add("--png", metavar="F", help="write a picture")
+    add("--glb", metavar="F", help="write an animated model (glTF) that any 3-D viewer plays")
+    add("--mp4", metavar="F", help="write a film (needs ffmpeg or the package imageio-ffmpeg)")
+    add("--csv", metavar="F", help="write all channels as a table")
+    add("--against", metavar="run.npz", help="compare with a second run: its ghost, its curves")
+    add("--explore", action="store_true", help="with --html: sliders for the drives instead of a run")
+    add("--studio", action="store_true", help="MuJoCo's own web viewer, whose port is open to the whole network")
+    add("--catalog", action="store_true", help="with --html DIR: a gallery of all mechanisms, for any static host")
+    add("--host", metavar="H", default="127.0.0.1", help="address of the live page (default: this machine only)")
 
 
 def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
     """A live page on this machine, or the files asked for."""
+    if options.catalog:
+        if options.html is None:
+            raise UsageError("--catalog needs --html DIR, the folder for the gallery.")
+        refuse_values(values, "view --catalog")
+        from mechlab import api
+
+        return api.gallery(Path(options.html), names, progress=stage_printer(options.json))
     target = one_name(names, "view")
-    files = {kind: Path(path) for kind in ("html", "png") if (path := getattr(options, kind)) is not None}
+    files: dict[str, Any] = {kind: Path(path) for kind in FILES if (path := getattr(options, kind)) is not None}
     from mechlab import api
 
-    return api.view(target, values, html=files.get("html"), png=files.get("png"), host=options.host)
+    if options.studio:
+        return api.studio(target, values)
+    if options.explore and "html" not in files:
+        raise UsageError("--explore needs --html F, the page to write.")
+    with film_bar("mp4" in files) as progress:
+        return api.view(
+            target, values, **files, against=options.against, explorable=options.explore, host=options.host, progress=progress
+        )  # fmt: skip
+
+
+@contextlib.contextmanager
+def film_bar(wanted: bool) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on a terminal's stderr; elsewhere nothing."""
+    if not wanted or sys.stderr is None or not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("film", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

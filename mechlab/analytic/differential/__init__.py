@@ -1,0 +1,41 @@
+"""The closed gear differential ("gear CVT"): speeds, moments, mass matrix, steady states, exact motions."""
+
+from mechlab.analytic.differential.inertia import Inertias, carrier_mass_matrix, mass_matrix, momentum_row
+from mechlab.analytic.differential.motion import Contact, Motion, motion
+from mechlab.analytic.differential.softness import predicted_lag, reactions
+from mechlab.analytic.differential.statics import (
+    MeshMoments,
+    block_torques,
+    held_output_moment,
+    internal_moment,
+    mesh_moments,
+    power_rate,
+    printed_z4,
+    start_moment,
+    start_ratio,
+)
+from mechlab.analytic.differential.steady import (
+    SteadyState,
+    backstop,
+    drag_ratio,
+    drag_stall,
+    housing_drag,
+    mobility,
+)
+from mechlab.analytic.differential.train import (
+    Speeds,
+    StageConditions,
+    Train,
+    braked_ratios,
+    conditions,
+    printed_speeds,
+    speeds,
+)
+
+__all__ = [
+    "Contact", "Inertias", "MeshMoments", "Motion", "Speeds", "StageConditions", "SteadyState", "Train",
+    "backstop", "block_torques", "braked_ratios", "carrier_mass_matrix", "conditions", "drag_ratio", "drag_stall",
+    "held_output_moment", "housing_drag", "internal_moment", "mass_matrix", "mesh_moments", "mobility", "momentum_row",
+    "motion", "power_rate", "predicted_lag", "printed_speeds", "printed_z4", "reactions", "speeds",
+    "start_moment", "start_ratio",
+]  # fmt: skip

@@ -1,0 +1,196 @@
+"""Motion of the two freedoms in closed form, piece by piece: J w' = Q - D w + contacts, with exact events.
+
+A contact acts on the sum row . w: it opposes w off its target with the smaller or larger of its two bounds (dry
+friction: -f, f; a one-way stop: 0, infinity; a servo or a rigid pair: -infinity, infinity), and between the bounds it
+holds the target exactly. Between events the equations are linear: matrix exponentials, no step size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from mechlab.analytic.differential.train import FloatArray
+from mechlab.errors import MechlabError
+
+TOLERANCE = 1e-10
+MOST_EVENTS = 100
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What holds row . w (row (2,), speeds (w1, w3)) at `target` with a moment between `low` and `high` [N m]."""
+
+    name: str
+    row: tuple[float, float]
+    target: float = 0.0
+    low: float = -np.inf
+    high: float = np.inf
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Angles and rates (n, 2) of blocks 14 and 36 at times t (n,); moments of the contacts; events (time, sentence)."""
+
+    t: FloatArray
+    angles: FloatArray
+    rates: FloatArray
+    moments: dict[str, FloatArray]
+    events: tuple[tuple[float, str], ...]
+
+
+@dataclass
+class _Phase:
+    """Which contacts hold (the others push with a constant moment), and the linear motion that follows."""
+
+    J: FloatArray
+    D: FloatArray
+    Q: FloatArray
+    contacts: tuple[Contact, ...]
+    state: tuple[str, ...]
+    system: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        held = [i for i, s in enumerate(self.state) if s == "hold"]
+        self.held, self.moved = held, self.Q.copy()
+        for c, s in zip(self.contacts, self.state, strict=True):
+            if s != "hold":
+                self.moved = self.moved + (c.low if s == "low" else c.high) * np.array(c.row)
+        rows = np.array([self.contacts[i].row for i in held]).reshape(len(held), 2)
+        _, values, vt = np.linalg.svd(rows) if held else (None, np.zeros(0), np.eye(2))
+        free = vt[int(np.sum(values > 1e-12)) :].T if held else np.eye(2)
+        inverse = free @ np.linalg.inv(free.T @ self.J @ free) @ free.T if free.shape[1] else np.zeros((2, 2))
+        self.rows, self.slope = rows, inverse
+        self.system = np.zeros((5, 5))
+        self.system[:2, 2:4] = np.eye(2)
+        self.system[2:4, 2:4] = -inverse @ self.D
+        self.system[2:4, 4] = inverse @ self.moved
+
+    def at(self, start: FloatArray, dt: float) -> FloatArray:
+        """(4,) angles and rates after dt."""
+        return np.asarray((expm(dt * self.system) @ np.append(start, 1.0))[:4])
+
+    def onto(self, w: FloatArray) -> FloatArray:
+        """(2,) the rates w without the rounding by which what holds misses its target."""
+        if not self.held:
+            return w
+        gap = self.rows @ w - [self.contacts[i].target for i in self.held]
+        compliance = np.linalg.solve(self.J, self.rows.T)
+        return np.asarray(w - compliance @ np.linalg.lstsq(self.rows @ compliance, gap, rcond=None)[0])
+
+    def accelerations(self, w: FloatArray) -> FloatArray:
+        """(2,) w'."""
+        return np.asarray(self.slope @ (self.moved - self.D @ w))
+
+    def moments(self, w: FloatArray) -> FloatArray:
+        """Moment of every contact."""
+        out = np.array([c.low if s == "low" else c.high for c, s in zip(self.contacts, self.state, strict=True)])
+        if self.held:
+            needed = self.J @ self.accelerations(w) - self.moved + self.D @ w
+            out[self.held] = np.linalg.lstsq(self.rows.T, needed, rcond=None)[0]
+        return out
+
+    def margins(self, w: FloatArray, room: float) -> FloatArray:
+        """What stays >= 0 while the phase lasts: bounds of what holds, the direction of what slips."""
+        load = self.moments(w)
+        out = []
+        for i, (c, s) in enumerate(zip(self.contacts, self.state, strict=True)):
+            if s == "hold":
+                slack = 1e-9 * max([1.0] + [abs(x) for x in (c.low, c.high) if np.isfinite(x)])
+                out += [load[i] - c.low + slack, c.high - load[i] + slack]
+            else:
+                slip = float(np.array(c.row) @ w) - c.target
+                out.append((slip if s == "low" else -slip) + room)
+        return np.array(out) if out else np.ones(1)
+
+
+def motion(
+    J: ArrayLike, D: ArrayLike, Q: ArrayLike, w0: ArrayLike, contacts: tuple[Contact, ...], t: ArrayLike
+) -> Motion:
+    """Motion from rates w0 (2,) and zero angles at t[0]; J, D (2, 2), Q (2,), increasing times t (n,).
+
+    Raises MechlabError when w0 breaks a contact that only holds, or events pile up.
+    """
+    j, d, q = (np.asarray(x, dtype=float) for x in (J, D, Q))
+    times = np.asarray(t, dtype=float)
+    state = np.concatenate([np.zeros(2), np.asarray(w0, dtype=float)])
+    phase = _phase(j, d, q, contacts, state[2:])
+    states, loads, events = [state], [phase.moments(state[2:])], []
+    for start, end in zip(times[:-1], times[1:], strict=True):
+        here = float(start)
+        while True:
+            room = _room(state[2:])
+            after = phase.at(state, end - here)
+            if np.all(phase.margins(after[2:], room) >= 0.0):
+                break
+            dt = _first(phase, state, end - here, room)
+            here, state = here + dt, phase.at(state, dt)
+            following = _phase(j, d, q, contacts, state[2:])
+            state[2:] = following.onto(state[2:])
+            events.append((here, _change(phase, following)))
+            phase = following
+            if len(events) > MOST_EVENTS:
+                raise MechlabError(f"more than {MOST_EVENTS} events before t = {here:.6g} s; the contacts chatter.")
+        state = after
+        states.append(state)
+        loads.append(phase.moments(state[2:]))
+    table, load = np.array(states), np.array(loads).reshape(len(states), len(contacts))
+    moments = {c.name: load[:, i] for i, c in enumerate(contacts)}
+    return Motion(times, table[:, :2], table[:, 2:], moments, tuple(events))
+
+
+def _room(w: FloatArray) -> float:
+    return TOLERANCE * max(1.0, float(np.max(np.abs(w))))
+
+
+def _first(phase: _Phase, state: FloatArray, dt: float, room: float) -> float:
+    def worst(x: float) -> float:
+        return float(np.min(phase.margins(phase.at(state, x)[2:], room)))
+
+    if worst(0.0) <= 0.0:
+        return 0.0
+    return float(brentq(worst, 0.0, dt, xtol=1e-15, rtol=1e-14))
+
+
+def _phase(j: FloatArray, d: FloatArray, q: FloatArray, contacts: tuple[Contact, ...], w: FloatArray) -> _Phase:
+    """The one consistent state of the contacts: hold within the bounds, or slip the way that the bound opposes."""
+    room = 4.0 * _room(w)
+    options: list[tuple[str, ...]] = []
+    for c in contacts:
+        slip = float(np.array(c.row) @ w) - c.target
+        bound = "low" if slip > room else "high" if slip < -room else ""
+        if not bound:
+            options.append(tuple(s for s, x in (("hold", 0.0), ("low", c.low), ("high", c.high)) if np.isfinite(x)))
+        elif np.isfinite(getattr(c, bound)):
+            options.append((bound,))
+        else:
+            raise MechlabError(
+                f"contact {c.name!r} holds {c.target:g} rad/s, but the motion starts {slip:+.3g} off it."
+            )
+    for state in product(*options):
+        phase = _Phase(j, d, q, contacts, state)
+        load, a = phase.moments(w), phase.accelerations(w)
+        fits = []
+        for i, (c, s) in enumerate(zip(contacts, state, strict=True)):
+            grows = float(np.array(c.row) @ a)
+            still = len(options[i]) > 1
+            scale = 1e-9 * max(1.0, float(np.max(np.abs(a))))
+            fits.append(
+                c.low - 1e-9 <= load[i] <= c.high + 1e-9
+                if s == "hold"
+                else not still or (grows >= -scale if s == "low" else grows <= scale)
+            )
+        if all(fits):
+            return phase
+    raise MechlabError("no consistent state of the contacts: are two of them the same?")
+
+
+def _change(old: _Phase, new: _Phase) -> str:
+    words = {"hold": "holds", "low": "lets go or slips", "high": "lets go or slips"}
+    pairs = zip(old.contacts, old.state, new.state, strict=True)
+    return ", ".join(f"{c.name} {words[b]}" for c, a, b in pairs if a != b) or "no change"

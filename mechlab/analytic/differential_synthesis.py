@@ -1,0 +1,95 @@
+"""Teeth of the closed gear differential for two wanted ratios.
+
+Input carrier with planet 2 between sun 1 and ring 3, output carrier with planet 5 between sun 4 and ring 6; suns on one
+shaft, rings on one drum. With a = z1 / (z1 + z3) and b = z4 / (z4 + z6) the ratio input : output is a / b while the drum 36
+is braked and (1 - a) / (1 - b) while the suns 14 are. Rings fit when z3 = z1 + 2 z2, z6 = z4 + 2 z5; so a, b < 1/2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.errors import MechlabError
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class DifferentialTeeth:
+    """Solutions (n, 6): z1 .. z6, the smallest larger ring first; `a`, `b`: the sun shares that the ratios demand;
+    `stages`: how many stages (z1, z2) and (z4, z5) fit; `limits`: the sun shares that the search could reach."""
+
+    teeth: IntArray
+    a: Fraction
+    b: Fraction
+    stages: tuple[int, int]
+    limits: tuple[float, float]
+
+
+def sun_shares(ratio_36_braked: Fraction, ratio_14_braked: Fraction) -> tuple[Fraction, Fraction]:
+    """a and b from i36 = a / b and i14 = (1 - a) / (1 - b): b = (1 - i14) / (i36 - i14), a = i36 b.
+
+    Raises MechlabError for equal ratios: then a = b, both ratios are 1 and the carriers turn as one.
+    """
+    if ratio_36_braked == ratio_14_braked:
+        raise MechlabError(
+            f"ratio_36_braked and ratio_14_braked are both {ratio_36_braked}; they must differ: equal ratios mean equal "
+            "stages, whose carriers turn as one"
+        )
+    b = (1 - ratio_14_braked) / (ratio_36_braked - ratio_14_braked)
+    return ratio_36_braked * b, b
+
+
+def stage_teeth(share: Fraction, planets: int, low: int, high: int, tolerance: float = 0.0) -> IntArray:
+    """(n, 3) sun, planet, ring with sun / (sun + ring) = share (relative error at most `tolerance`), ring = sun + 2 planet,
+    all in low .. high, evenly placed planets, (sun + planet) sin(pi / planets) >= planet + 2."""
+    sun, planet = (x.ravel() for x in np.meshgrid(np.arange(low, high + 1), np.arange(low, high + 1), indexing="ij"))
+    centre = sun + planet
+    if tolerance == 0.0:
+        ok = sun * share.denominator == 2 * share.numerator * centre
+    else:
+        ok = np.abs(sun / (2.0 * centre * float(share)) - 1.0) <= tolerance
+    ok &= _assembles(sun, planet, planets, high)
+    rows = np.column_stack([sun, planet, sun + 2 * planet])[ok]
+    return np.asarray(rows[np.lexsort((rows[:, 0], rows[:, 2]))])
+
+
+def share_limits(planets: int, low: int, high: int) -> tuple[float, float]:
+    """Smallest and largest sun share that a stage with these teeth can have (NaN when none fits)."""
+    sun, planet = (x.ravel() for x in np.meshgrid(np.arange(low, high + 1), np.arange(low, high + 1), indexing="ij"))
+    ok = _assembles(sun, planet, planets, high)
+    shares = 0.5 * sun[ok] / (sun[ok] + planet[ok])
+    return (float(shares.min()), float(shares.max())) if len(shares) else (math.nan, math.nan)
+
+
+def closed_differential_teeth(
+    ratio_36_braked: Fraction,
+    ratio_14_braked: Fraction,
+    planets: int = 3,
+    low: int = 18,
+    high: int = 200,
+    tolerance: float = 0.0,
+) -> DifferentialTeeth:
+    """All pairs of stages with these two ratios. Raises MechlabError for equal ratios or bad limits."""
+    if planets < 1 or not 1 <= low <= high:
+        raise MechlabError(
+            f"planets = {planets}, teeth {low}:{high}; expected at least one planet and 1 <= low <= high"
+        )
+    a, b = sun_shares(ratio_36_braked, ratio_14_braked)
+    first, second = (stage_teeth(x, planets, low, high, tolerance) for x in (a, b))
+    n, m = len(first), len(second)
+    pairs = np.hstack([np.repeat(first, m, axis=0), np.tile(second, (n, 1))]).reshape(n * m, 6)
+    order = np.lexsort((pairs.sum(axis=1), np.maximum(pairs[:, 2], pairs[:, 5])))
+    return DifferentialTeeth(pairs[order], a, b, (n, m), share_limits(planets, low, high))
+
+
+def _assembles(sun: IntArray, planet: IntArray, planets: int, high: int) -> NDArray[np.bool_]:
+    ok = (sun + 2 * planet <= high) & (2 * (sun + planet) % planets == 0)
+    if planets > 1:
+        ok &= (sun + planet) * math.sin(math.pi / planets) >= planet + 2
+    return np.asarray(ok)

@@ -1,0 +1,20 @@
+"""Closed forms of the three-gear four-bar: motion, regimes and dwell, synthesis, reduced inertia."""
+
+from mechlab.analytic.gear_linkage.dynamics import LinkageMasses, acceleration, reduced_inertia
+from mechlab.analytic.gear_linkage.linkage import (
+    GearLinkage,
+    LinkageMotion,
+    angles,
+    longest_crank,
+    motion,
+    transfer,
+)
+from mechlab.analytic.gear_linkage.regime import Regime, RegimeReport, rate, regime, slowest, with_play
+from mechlab.analytic.gear_linkage.rolling import rolling_rates
+from mechlab.analytic.gear_linkage.synthesis import TARGETS, CrankFound, crank_for, momentary_crank
+
+__all__ = [
+    "TARGETS", "CrankFound", "GearLinkage", "LinkageMasses", "LinkageMotion", "Regime", "RegimeReport", "acceleration",
+    "angles", "crank_for", "longest_crank", "momentary_crank", "motion", "rate", "reduced_inertia", "regime",
+    "rolling_rates", "slowest", "transfer", "with_play",
+]  # fmt: skip

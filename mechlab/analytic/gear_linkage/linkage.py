@@ -1,0 +1,183 @@
+"""Positions, rates and accelerations of the three-gear four-bar.
+
+A = (0, 0) crank pivot, D = (frame, 0) rocker pivot, B crank pin, C joint of coupler and rocker; angles run
+counter-clockwise from A -> D. Gear a is fixed on the crank and centred at B, idler c is free at C, output gear d is free
+at D: coupler = ra + rc, rocker = rc + rd. Mode +1: C lies left of the way from B to D.
+
+With i = ra / rd, j = rc / rd and w = d/d(crank angle):
+
+    w_out = i - (i + j) w_coupler + (1 + j) w_rocker,
+    angle_out = i phi - (i + j) (coupler angle - its start) + (1 + j) (rocker angle - its start),
+
+the start being crank angle 0. Source: gear-lever mechanisms in printing machines (three-gear linkage).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechlab.errors import MechlabError, NoSolution
+
+FloatArray = NDArray[np.float64]
+TURN_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True)
+class GearLinkage:
+    """Lengths [m] and assembly mode of a three-gear four-bar whose crank turns fully.
+
+    Raises MechlabError for lengths that make no gears, NoSolution when the crank cannot turn fully: it is at most
+    min(coupler + rocker - frame, frame - |coupler - rocker|). At that length itself there is a change point.
+    """
+
+    crank: float
+    coupler: float
+    rocker: float
+    idler_radius: float
+    frame: float = 1.0
+    mode: int = 1
+
+    def __post_init__(self) -> None:
+        for name in ("coupler", "rocker", "idler_radius", "frame"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise MechlabError(f"{name} = {value!r}; expected a length greater than zero")
+        if not (math.isfinite(self.crank) and self.crank >= 0.0):
+            raise MechlabError(f"crank = {self.crank!r}; expected a length of at least zero")
+        if self.mode not in (1, -1):
+            raise MechlabError(f"mode = {self.mode!r}; expected +1 (C left of the way from B to D) or -1")
+        if self.idler_radius >= min(self.coupler, self.rocker):
+            raise MechlabError(
+                f"idler_radius = {self.idler_radius:g} m leaves no room for the other gears; expected less than the "
+                f"shorter of coupler and rocker, {min(self.coupler, self.rocker):g} m"
+            )
+        if self.crank > self.longest_crank * (1.0 + TURN_TOLERANCE) or self.longest_crank <= 0.0:
+            can = (
+                f"it turns fully up to {self.longest_crank:.9g} m"
+                if self.longest_crank > 0.0
+                else "no crank turns fully with this coupler, rocker and frame"
+            )
+            raise NoSolution(
+                f"crank = {self.crank:.9g} m does not turn fully: {can}, "
+                "min(coupler + rocker - frame, frame - |coupler - rocker|)"
+            )
+
+    @property
+    def longest_crank(self) -> float:
+        """Crank length at which the modes meet (change point) [m]; shorter cranks turn fully."""
+        return longest_crank(self.coupler, self.rocker, self.frame)
+
+    @property
+    def radii(self) -> tuple[float, float, float]:
+        """Pitch radii of gear a (on the crank), idler c and output gear d [m]."""
+        return self.coupler - self.idler_radius, self.idler_radius, self.rocker - self.idler_radius
+
+    @property
+    def ratio(self) -> float:
+        """i = ra / rd: turns of the output for one turn of the crank."""
+        ra, _, rd = self.radii
+        return ra / rd
+
+    @property
+    def idler_ratio(self) -> float:
+        """rc / rd."""
+        _, rc, rd = self.radii
+        return rc / rd
+
+    @property
+    def at_change_point(self) -> bool:
+        """True when the crank has the length at which coupler and rocker come into one line with the frame."""
+        return self.crank >= self.longest_crank * (1.0 - TURN_TOLERANCE)
+
+
+@dataclass(frozen=True)
+class LinkageMotion:
+    """Answer of `motion`, arrays in the broadcast shape of the inputs. Angles [rad] are continuous in the crank angle;
+    rates and accelerations are NaN exactly where `regular` is False: there coupler and rocker are in one line."""
+
+    coupler_angle: FloatArray
+    rocker_angle: FloatArray
+    idler_angle: FloatArray
+    output_angle: FloatArray
+    coupler_rate: FloatArray
+    rocker_rate: FloatArray
+    idler_rate: FloatArray
+    output_rate: FloatArray
+    coupler_accel: FloatArray
+    rocker_accel: FloatArray
+    idler_accel: FloatArray
+    output_accel: FloatArray
+    transmission_angle: FloatArray
+    regular: NDArray[np.bool_]
+
+
+def longest_crank(coupler: float, rocker: float, frame: float = 1.0) -> float:
+    """min(coupler + rocker - frame, frame - |coupler - rocker|) [m]; not positive when no crank turns fully."""
+    return min(coupler + rocker - frame, frame - abs(coupler - rocker))
+
+
+def angles(g: GearLinkage, crank_angle: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Coupler and rocker angle and the angle BCD [rad], continuous in the crank angle (they return after each turn).
+
+    The half angles of the triangle BCD are taken from Heron's product, which keeps its digits where it is flat.
+    """
+    phi = np.asarray(crank_angle, dtype=float)
+    dx, dy = g.frame - g.crank * np.cos(phi), -g.crank * np.sin(phi)
+    f, towards = np.hypot(dx, dy), np.arctan2(dy, dx)
+    b, c = g.coupler, g.rocker
+    area = np.sqrt(np.maximum((b + c - f) * (f - b + c) * (f + b - c) * (b + c + f), 0.0))
+    at_b = np.arctan2(area, f * f + (b - c) * (b + c))
+    at_d = np.arctan2(area, f * f - (b - c) * (b + c))
+    at_c = np.arctan2(area, b * b + c * c - f * f)
+    return towards + g.mode * at_b, towards + np.pi - g.mode * at_d, at_c
+
+
+def motion(
+    g: GearLinkage, crank_angle: ArrayLike, crank_rate: ArrayLike = 1.0, crank_accel: ArrayLike = 0.0
+) -> LinkageMotion:
+    """Motion of all parts for a given crank motion; arguments broadcast. Rates [rad/s], accelerations [rad/s2].
+
+    With crank_rate 1 and crank_accel 0 the rates are the transfer functions w and e of the source.
+    """
+    given = [np.asarray(x, dtype=float) for x in (crank_angle, crank_rate, crank_accel)]
+    for name, x in zip(("crank_angle", "crank_rate", "crank_accel"), given, strict=True):
+        if not np.all(np.isfinite(x)):
+            raise MechlabError(f"{name} holds values that are not finite; expected finite numbers")
+    phi, w, e = np.broadcast_arrays(*given)
+    psi, chi, mu = angles(g, phi)
+    l1, l2, l3 = g.crank, g.coupler, g.rocker
+    sine = np.sin(chi - psi)
+    regular = np.abs(sine) > 1e-12
+    s = np.where(regular, sine, 1.0)
+    w2 = l1 * np.sin(phi - chi) / (l2 * s)
+    w3 = l1 * np.sin(phi - psi) / (l3 * s)
+    e2 = (l1 * np.cos(phi - chi) + l2 * w2**2 * np.cos(psi - chi) - l3 * w3**2) / (l2 * s)
+    e3 = (l1 * np.cos(phi - psi) + l2 * w2**2 - l3 * w3**2 * np.cos(chi - psi)) / (l3 * s)
+    psi0, chi0, _ = angles(g, 0.0)
+    hide = np.where(regular, 1.0, np.nan)
+    out = {"coupler": (psi, w2, e2), "rocker": (chi, w3, e3)}
+    moved = (phi, psi - psi0, chi - chi0)
+    ones, zeros = np.ones_like(phi), np.zeros_like(phi)
+    first, second = (ones, w2, w3), (zeros, e2, e3)
+    for name, c in zip(("idler", "output"), transfer(g), strict=True):
+        out[name] = tuple(sum(k * x for k, x in zip(c, part, strict=True)) for part in (moved, first, second))  # type: ignore[assignment]
+    values: dict[str, FloatArray] = {}
+    for name, (angle, rate, accel) in out.items():
+        values[f"{name}_angle"] = np.asarray(angle)
+        values[f"{name}_rate"] = np.asarray(rate * w * hide)
+        values[f"{name}_accel"] = np.asarray((accel * w**2 + rate * e) * hide)
+    return LinkageMotion(**values, transmission_angle=np.asarray(mu), regular=np.asarray(regular))
+
+
+def transfer(g: GearLinkage) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Coefficients of crank, coupler and rocker turns in those of the idler and of the output gear.
+
+    Idler: w_c = -(ra/rc) + (1 + ra/rc) w_coupler; output: i, -(i + j), 1 + j.
+    """
+    ra, rc, rd = g.radii
+    i, j = ra / rd, rc / rd
+    return (-ra / rc, 1.0 + ra / rc, 0.0), (i, -(i + j), 1.0 + j)

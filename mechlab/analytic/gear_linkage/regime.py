@@ -1,0 +1,130 @@
+"""Regimes of the three-gear four-bar: monotone, momentary dwell, reversing; how long the output stands."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from mechlab.analytic.gear_linkage.linkage import FloatArray, GearLinkage, motion
+
+TURN = 2.0 * math.pi
+DWELL_TOLERANCE = 1e-9
+
+
+class Regime(Enum):
+    """How the output moves while the crank turns uniformly; the value is a sentence."""
+
+    MONOTONE = "monotone: the output never stops"
+    MOMENTARY_DWELL = "momentary dwell: the output stops for an instant and goes on"
+    REVERSING = "reversing: the output runs back for a part of each turn"
+
+
+@dataclass(frozen=True)
+class RegimeReport:
+    """What the output does in one turn of the crank.
+
+    slowest_rate, fastest_rate: smallest and largest output rate for a crank rate of 1; slowest_angle, fastest_angle:
+    where. reverse_angle: how far the output runs back [rad] (0 unless reversing); dwell_angle: crank angle over which
+    it does, from stop_angle to turn_angle; dwell_angle_one_sided: crank angle from stop_angle until the output has its
+    old place again: so long stands an output that the gears only push (friction holds it, the play is large enough).
+    least_transmission_angle: smallest angle between coupler and rocker, taken acute [rad].
+    """
+
+    regime: Regime
+    slowest_rate: float
+    slowest_angle: float
+    fastest_rate: float
+    fastest_angle: float
+    stop_angle: float
+    turn_angle: float
+    reverse_angle: float
+    dwell_angle: float
+    dwell_angle_one_sided: float
+    least_transmission_angle: float
+
+
+def rate(g: GearLinkage, phi: ArrayLike) -> FloatArray:
+    """Output rate for a crank rate of 1."""
+    return motion(g, phi).output_rate
+
+
+def grid(g: GearLinkage) -> FloatArray:
+    """Crank angles of one turn, closer around 0 and pi: near a change point rates peak there, in a width
+    sqrt(1 - crank / longest crank)."""
+    close = np.geomspace(1e-7, 0.1, 80)
+    parts = [np.linspace(0.0, TURN, 721)[:-1], close, TURN - close, math.pi - close, math.pi + close]
+    return np.unique(np.concatenate(parts))
+
+
+def slowest(g: GearLinkage, sign: float = 1.0) -> tuple[float, float]:
+    """Crank angle [rad, in 0 .. 2 pi] and smallest output rate for a crank rate of 1 (sign -1: the largest)."""
+    phi = grid(g)
+    w = sign * rate(g, phi)
+    k = int(np.nanargmin(w))
+    low = phi[k - 1] - (TURN if k == 0 else 0.0)
+    high = phi[(k + 1) % len(phi)] + (TURN if k == len(phi) - 1 else 0.0)
+
+    def slope(x: float) -> float:
+        return sign * float(motion(g, x).output_accel)
+
+    at = float(phi[k])
+    if slope(low) < 0.0 < slope(high):
+        at = float(brentq(slope, low, high, xtol=1e-15, rtol=1e-15))
+    return at % TURN, float(rate(g, at))
+
+
+def regime(g: GearLinkage) -> RegimeReport:
+    """The regime and all its numbers."""
+    at, least = slowest(g)
+    fastest_at, most = slowest(g, -1.0)
+    mu = motion(g, [0.0, math.pi]).transmission_angle
+    acute = float(np.min(np.minimum(mu, math.pi - mu)))
+    scale = max(abs(most), g.ratio)
+    kind = Regime.MONOTONE
+    stop = turn = at
+    back = dwell = one_sided = 0.0
+    if abs(least) <= DWELL_TOLERANCE * scale:
+        kind = Regime.MOMENTARY_DWELL
+    elif least < 0.0:
+        kind = Regime.REVERSING
+        stop, turn = _edge(g, at, -1.0), _edge(g, at, 1.0)
+        back = float(_angle(g, stop) - _angle(g, turn))
+        dwell = turn - stop
+        regained = brentq(lambda x: float(_angle(g, x) - _angle(g, stop)), turn, stop + TURN, xtol=1e-15, rtol=1e-15)
+        one_sided = float(regained) - stop
+    return RegimeReport(kind, least, at, most, fastest_at, stop, turn, back, dwell, one_sided, acute)
+
+
+def _angle(g: GearLinkage, phi: ArrayLike) -> FloatArray:
+    return motion(g, phi).output_angle
+
+
+def _edge(g: GearLinkage, at: float, side: float) -> float:
+    """The nearest zero of the output rate from its minimum, on one side."""
+    ways = side * (grid(g) - at) % TURN
+    ways = np.sort(ways[ways > 0.0])
+    w = rate(g, at + side * ways)
+    k = int(np.argmax(w > 0.0))
+    low = 0.0 if k == 0 else float(ways[k - 1])
+    found = brentq(lambda x: float(rate(g, at + side * x)), low, float(ways[k]), xtol=1e-15, rtol=1e-15)
+    return at + side * float(found)
+
+
+def with_play(angle: ArrayLike, backlash: float, start: float | None = None) -> FloatArray:
+    """Angle of an output that the gears only push: play `backlash` [rad], friction holds it where nothing pushes.
+
+    angle (n,): where the output would be without play, along the motion; start: the first value of the answer (default:
+    pushed forward). y_k = min(max(y_(k-1), x_k), x_k + backlash). (n,) -> (n,).
+    """
+    x = np.asarray(angle, dtype=float)
+    out = np.empty_like(x)
+    y = float(x[0]) if start is None else start
+    for k, here in enumerate(x.tolist()):
+        y = min(max(y, here), here + backlash)
+        out[k] = y
+    return out

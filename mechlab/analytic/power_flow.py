@@ -1,0 +1,166 @@
+"""Power flow of a train of gears in steady motion: torques from statics, losses in each mesh by the sense of its flow.
+
+A mesh lets gears a and b roll on each other in a carrier: alpha w_a + beta w_b = 0, w the rates in the carrier. Its
+reaction f puts the torque alpha f on a and beta e f on b (and the opposite on the carrier), where for a mesh efficiency eta
+
+    e = 1 without losses,   e = eta if a drives (f alpha w_a < 0),   e = 1 / eta if b drives,
+
+so that of the rolling power P = |power into the mesh, seen in the carrier| the part (1 - eta) P is lost. Torques are
+taken as joint forces: with rows r over the joint rates, sum of reactions and external torques on every joint is zero.
+
+Sources: Willis 1841; Mueller 1998, Die Umlaufgetriebe (rolling and coupling power); Merritt 1941 (losses by rolling power).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechlab.errors import MechlabError, NoSolution
+
+FloatArray = NDArray[np.float64]
+MAX_ENUMERATED = 12
+TINY = 1e-12
+
+
+@dataclass(frozen=True)
+class TrainMesh:
+    """One mesh: gears a and b and their carrier as member numbers; alpha, beta as above; rows over the joint rates (n,):
+    `rate_a`, `rate_b` in the carrier, `total_a`, `total_b` absolute, about the axes of the gears."""
+
+    a: int
+    b: int
+    carrier: int
+    alpha: float
+    beta: float
+    rate_a: FloatArray
+    rate_b: FloatArray
+    total_a: FloatArray
+    total_b: FloatArray
+
+
+@dataclass(frozen=True)
+class MeshFlow:
+    """Flow through all meshes, arrays (m,). Torques on gear a and b [N m]; powers [W] that the mesh gives to gear a, to gear
+    b and to the carrier (absolute; their sum is -loss); `rolling`: power that enters the mesh in the carrier's frame;
+    `toward_b`: +1 if a drives, -1 if b drives, 0 if nothing rolls; `loss`: (1 - eta) rolling."""
+
+    torque_a: FloatArray
+    torque_b: FloatArray
+    power_a: FloatArray
+    power_b: FloatArray
+    power_carrier: FloatArray
+    rolling: FloatArray
+    toward_b: FloatArray
+    loss: FloatArray
+
+
+@dataclass(frozen=True)
+class Flow:
+    """`torques` (u,): the unknown external torques [N m]; `reactions` (m,): f of each mesh; `meshes`: what flows there.
+    `shared`: True when meshes repeat each other, so that the least reactions were taken (equal planets share equally)."""
+
+    torques: FloatArray
+    reactions: FloatArray
+    meshes: MeshFlow
+    shared: bool
+
+
+def flow(
+    meshes: Sequence[TrainMesh],
+    rates: ArrayLike,
+    efficiency: ArrayLike,
+    given_rows: ArrayLike,
+    given_torques: ArrayLike,
+    unknown_rows: ArrayLike,
+) -> Flow:
+    """The steady flow at joint rates (n,), mesh efficiencies (m,) in (0, 1].
+
+    given_rows (g, n) with their torques (g,), unknown_rows (u, n): external torques act on rows of joint rates.
+    Raises MechlabError when the unknown torques do not follow from the given ones, or contradict them (no steady state);
+    NoSolution when no sense of flow in the meshes is consistent (the train locks itself under this load).
+    """
+    v, eta = np.asarray(rates, dtype=float), np.asarray(efficiency, dtype=float)
+    if eta.shape != (len(meshes),) or not np.all((eta > 0.0) & (eta <= 1.0)):
+        raise MechlabError(f"efficiency: expected {len(meshes)} numbers above 0 and up to 1, got {eta.tolist()}.")
+    known = np.asarray(given_rows, dtype=float).reshape(-1, len(v))
+    unknown = np.asarray(unknown_rows, dtype=float).reshape(-1, len(v))
+    load = np.asarray(given_torques, dtype=float) @ known if len(known) else np.zeros(len(v))
+    sense = np.zeros(len(meshes))
+    seen: list[tuple[float, ...]] = []
+    while tuple(sense) not in seen:
+        seen.append(tuple(sense))
+        found = _statics(meshes, v, sense, eta, load, unknown)
+        sense = found.meshes.toward_b if np.any(eta < 1.0) else sense
+    if tuple(sense) == seen[-1]:
+        return found
+    for guess in product((1.0, -1.0), repeat=len(meshes)) if len(meshes) <= MAX_ENUMERATED else ():
+        found = _statics(meshes, v, np.array(guess), eta, load, unknown)
+        if np.array_equal(found.meshes.toward_b, guess):
+            return found
+    raise NoSolution(
+        "no sense of flow in the meshes agrees with these torques and losses: the train locks itself under this load. "
+        "Give the torque of the driving member instead, or better efficiencies."
+    )
+
+
+def _statics(
+    meshes: Sequence[TrainMesh],
+    v: FloatArray,
+    sense: FloatArray,
+    eta: FloatArray,
+    load: FloatArray,
+    unknown: FloatArray,
+) -> Flow:
+    """Reactions and unknown torques for a given sense of flow: a linear system."""
+    e = np.where(sense > 0, eta, np.where(sense < 0, 1.0 / eta, 1.0))
+    columns = [x.alpha * x.rate_a + k * x.beta * x.rate_b for x, k in zip(meshes, e, strict=True)]
+    matrix = np.column_stack([*columns, *unknown])
+    solution, _, rank, _ = np.linalg.lstsq(matrix, -load, rcond=1e-11)
+    n = len(meshes)
+    reaction_rank = int(np.linalg.matrix_rank(np.column_stack(columns), tol=1e-11))
+    if rank - reaction_rank < len(unknown):
+        raise MechlabError(
+            f"{len(unknown)} external torques are unknown, but only {rank - reaction_rank} follow from the given ones. "
+            "Give more of them (0 for a member that nothing drives or loads)."
+        )
+    gap = float(np.max(np.abs(matrix @ solution + load), initial=0.0))
+    if gap > 1e-9 * max(float(np.max(np.abs(load), initial=0.0)), TINY):
+        raise MechlabError(
+            f"the given torques are in no equilibrium: {gap:.3g} N m is left over. Leave one of them open to be found."
+        )
+    reactions, torques = solution[:n], solution[n:]
+    return Flow(torques, reactions, _through(meshes, v, reactions, e, eta), reaction_rank < n)
+
+
+def _through(
+    meshes: Sequence[TrainMesh], v: FloatArray, reactions: FloatArray, e: FloatArray, eta: FloatArray
+) -> MeshFlow:
+    alpha, beta = np.array([x.alpha for x in meshes]), np.array([x.beta for x in meshes])
+    rate_a, rate_b, total_a, total_b = (
+        np.array([getattr(x, key) for x in meshes]) @ v for key in ("rate_a", "rate_b", "total_a", "total_b")
+    )
+    torque_a, torque_b = alpha * reactions, beta * e * reactions
+    to_a, to_b = torque_a * rate_a, torque_b * rate_b
+    scale = max(float(np.max(np.abs(to_a), initial=0.0)), 1e-300)
+    toward = np.where(np.abs(to_a) < TINY * scale, 0.0, -np.sign(to_a))
+    rolling = np.maximum(np.abs(to_a), np.abs(to_b)) * np.abs(toward)
+    # The carrier takes the opposite couples, at its own rate about the axes of the gears.
+    to_carrier = -torque_a * (total_a - rate_a) - torque_b * (total_b - rate_b)
+    return MeshFlow(
+        torque_a, torque_b, torque_a * total_a, torque_b * total_b, to_carrier, rolling, toward, (1.0 - eta) * rolling
+    )
+
+
+def efficiency(powers: ArrayLike) -> float | None:
+    """-(sum of powers taken out) / (sum of powers put in) from the external powers (k,) [W]; None when none is put in.
+
+    Not positive when power has to be put in everywhere: the train is self-locking in this sense.
+    """
+    p = np.asarray(powers, dtype=float)
+    into, out = float(p[p > 0].sum()), float(-p[p < 0].sum())
+    return out / into if into > 0.0 else None

@@ -1,0 +1,143 @@
+"""Questions: the output from the crank, and the regime, from the closed form and from both engines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from mechlab.analytic import gear_linkage as closed_form
+from mechlab.catalog.gear_linkage.build import build
+from mechlab.catalog.gear_linkage.parameters import Parameters
+from mechlab.experiment.question import Answer, Question
+from mechlab.mechanism import Status
+from mechlab.study.witness import engine_answer
+
+PARTS = ("output", "idler", "coupler", "rocker")
+ANSWERS = tuple(f"{part}_{what}" for part in PARTS for what in ("angle", "rate", "accel"))
+SINGULAR = (
+    "coupler and rocker are in one line with the frame: two assembly modes meet, the crank does not set the rates"
+)
+
+
+def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    x = closed_form.motion(p.linkage, given["crank_angle"], given["crank_rate"], given["crank_accel"])
+    if not np.all(x.regular):
+        return Answer(status=Status.CHANGE_POINT, notes=(SINGULAR,))
+    values = {name: getattr(x, name) for name in ANSWERS} | {"transmission_angle": x.transmission_angle}
+    return Answer(values)
+
+
+def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
+    """Angles of gears count from crank angle 0, which the engine is asked for too."""
+    m = build(p, "minimal")
+    wanted = [f"{part}_angle{s}" for part in PARTS for s in ("", "_rate", "_accel")]
+    asked = {f"crank_angle{s}": given[f"crank_{k}"] for s, k in (("", "angle"), ("_rate", "rate"), ("_accel", "accel"))}
+    found = engine_answer(engine, m, asked, wanted)
+    if not found.values:
+        return found
+    start = engine_answer(engine, m, {"crank_angle": 0.0}, ("output_angle", "idler_angle"))
+    if not start.values:
+        return start
+    values = {k.replace("_angle_", "_"): v for k, v in found.values.items()}
+    for part in ("output", "idler"):
+        values[f"{part}_angle"] -= start.values[f"{part}_angle"]
+    return Answer(values, found.status, found.notes)
+
+
+def _pinocchio(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return _engine("pinocchio", p, given)
+
+
+def _mujoco(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return _engine("mujoco", p, given)
+
+
+UNITS = {f"{part}_{what}": unit for part in (*PARTS, "crank") for what, unit in (
+    ("angle", "rad"), ("rate", "rad/s"), ("accel", "rad/s2"))} | {"transmission_angle": "rad"}  # fmt: skip
+
+MOTION = Question(
+    "motion",
+    given=("crank_angle",),
+    optional={"crank_rate": 1.0, "crank_accel": 0.0},
+    answers=(*ANSWERS, "transmission_angle"),
+    witnesses={"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco},
+    angles=("coupler_angle", "rocker_angle"),
+    units=UNITS,
+    text="angle, rate and acceleration of the output gear (0 at crank angle 0, followed continuously) and of all parts",
+)
+
+# -- the regime ------------------------------------------------------------------------------------------------------------
+
+NUMBERS = (
+    "slowest_rate", "slowest_angle", "fastest_rate", "fastest_angle", "reverse_angle", "dwell_angle",
+    "dwell_angle_one_sided", "least_transmission_angle",
+)  # fmt: skip
+
+
+def _regime(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    g = p.linkage
+    if g.at_change_point:
+        return Answer(status=Status.CHANGE_POINT, notes=(SINGULAR,))
+    report = closed_form.regime(g)
+    values = {name: getattr(report, name) for name in NUMBERS} | {
+        "longest_crank": g.longest_crank,
+        "mean_rate": g.ratio,
+    }
+    notes = [report.regime.value]
+    if p.backlash and report.regime is closed_form.Regime.REVERSING:
+        stands = report.reverse_angle <= p.play
+        notes.append("the play takes up the reverse motion: the output stands" if stands else
+                     "the reverse motion exceeds the play: the output runs back")  # fmt: skip
+    return Answer(values, notes=tuple(notes))
+
+
+def _engine_regime(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
+    """The reverse motion by root finding on the engine's own output rate: no formula, no derivative."""
+    if p.linkage.at_change_point:
+        return Answer(status=Status.CHANGE_POINT, notes=(SINGULAR,))
+    m = build(p, "minimal")
+
+    def ask(phi: float, what: str) -> float:
+        given = {"crank_angle": phi, "crank_angle_rate": 1.0}
+        return float(engine_answer(engine, m, given, (what,), steps=4).values[what])
+
+    grid = np.linspace(0.0, 2.0 * math.pi, 37)
+    rates = np.array([ask(phi, "output_angle_rate") for phi in grid])
+    mean = (ask(2.0 * math.pi, "output_angle") - ask(0.0, "output_angle")) / (2.0 * math.pi)
+    values = {"mean_rate": mean}
+    k = int(np.argmin(rates[:-1]))
+    if rates[k] >= 0.0:
+        return Answer(values, notes=("no reverse motion at 36 crank angles",))
+    before, after = k, k
+    while rates[before % 36] < 0.0 and before > k - 36:
+        before -= 1
+    while rates[after % 36] < 0.0 and after < k + 36:
+        after += 1
+    step = 2.0 * math.pi / 36
+    stop, turn = (
+        float(brentq(lambda x: ask(x, "output_angle_rate"), a * step, b * step, xtol=1e-12))
+        for a, b in ((before, before + 1), (after - 1, after))
+    )
+    values["dwell_angle"] = turn - stop
+    values["reverse_angle"] = ask(stop, "output_angle") - ask(turn, "output_angle")
+    return Answer(values)
+
+
+REGIME = Question(
+    "regime",
+    given=(),
+    answers=NUMBERS,
+    witnesses={
+        "analytic": _regime,
+        "pinocchio": lambda p, given: _engine_regime("pinocchio", p, given),
+        "mujoco": lambda p, given: _engine_regime("mujoco", p, given),
+    },
+    units=dict.fromkeys((n for n in NUMBERS if n.endswith("angle") or "dwell" in n), "rad") | {"longest_crank": "m"},
+    text="regime of one turn: slowest and fastest output rate (crank rate 1), reverse angle, dwell, transmission angle",
+)
+
+QUESTIONS = (MOTION, REGIME)

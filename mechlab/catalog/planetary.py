@@ -1,0 +1,346 @@
+"""The planetary gear with series planets (2A-AA): sun 1 - planet 2 - planet 3 - fixed central gear 4, all meshes external.
+
+Carrier output; the axes of sun, planet 2 and planet 3 stand on one ray, planet 3 outermost and wide: it meshes with
+planet 2 in the plane of the sun and with gear 4 in a second plane. Its teeth come from `mechlab synthesize planetary`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic import planetary_synthesis as closed_form
+from mechlab.catalog.planetary_claims import CLAIMS, SOURCE
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.laws import Constant
+from mechlab.experiment.parameters import parameter
+from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import Settings
+from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, Placement, TreeKinematics, revolute, shape
+from mechlab.mechanism.geometry import Array, axis_rotation
+from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.structure import null_space
+from mechlab.shapes import external_phase
+from mechlab.study.witness import engine_answer
+
+BRASS, STEEL, TEAL, BLUE, RED = (
+    (0.83, 0.68, 0.29, 1.0), (0.62, 0.66, 0.72, 1.0), (0.20, 0.58, 0.56, 1.0), (0.16, 0.42, 0.75, 1.0), (0.76, 0.27, 0.25, 1.0),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Teeth, sizes, inertias and torques."""
+
+    teeth: tuple[int, ...] = parameter((18, 36, 18, 90), "", "teeth z1, z2, z3, z4", low=6, source=SOURCE)
+    planets: int = parameter(3, "", "rays of planets", low=1, high=12)
+    module: float = parameter(0.002, "m", "module", low=0, strict=True)
+    J_sun: float = parameter(1e-4, "kg m2", "sun with its shaft", low=0, strict=True)
+    J_planet_2: float = parameter(6e-5, "kg m2", "each planet 2 about its axis", low=0, strict=True)
+    J_planet_3: float = parameter(1e-5, "kg m2", "each planet 3 about its axis", low=0, strict=True)
+    J_carrier: float = parameter(4e-3, "kg m2", "carrier without planets", low=0, strict=True)
+    mass_2: float = parameter(0.12, "kg", "each planet 2", low=0, strict=True)
+    mass_3: float = parameter(0.08, "kg", "each planet 3", low=0, strict=True)
+    sun_torque: float = parameter(0.5, "N m", "driving torque on the sun")
+    carrier_torque: float = parameter(-1.0, "N m", "load torque on the carrier")
+
+    def __post_init__(self) -> None:
+        z1, z2, z3, z4 = self.teeth
+        what = f"planetary: teeth = {z1}, {z2}, {z3}, {z4}"
+        if z3 + z4 > z1 + 2 * z2 + z3:
+            raise MechlabError(
+                f"{what}: gear 4 and planet 3 do not fit on one ray; z4 must be at most z1 + 2 z2 = {z1 + 2 * z2}."
+            )
+        if (z1 + z4) % self.planets:
+            raise MechlabError(
+                f"{what}: {self.planets} planets cannot stand at equal angles: (z1 + z4) / planets = "
+                f"{z1 + z4}/{self.planets} is not whole."
+            )
+        if self.planets > 1 and float(np.min(closed_form.neighbour_gaps(z1, z2, z3, self.planets))) < 0.0:
+            pair = ("2-2", "3-3", "2-3'")[int(np.argmin(closed_form.neighbour_gaps(z1, z2, z3, self.planets)))]
+            raise MechlabError(f"{what}: {self.planets} planets overlap ({pair}); take fewer planets or other teeth.")
+
+    @property
+    def ratio(self) -> Fraction:
+        """Turns of the sun for one turn of the carrier: 1 + z4 / z1."""
+        return 1 + Fraction(self.teeth[3], self.teeth[0])
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Distances of the axes of planets 2 and 3 from the centre [m]."""
+        z1, z2, z3, _ = self.teeth
+        return 0.5 * self.module * (z1 + z2), 0.5 * self.module * (z1 + 2 * z2 + z3)
+
+    @property
+    def rates(self) -> dict[str, Fraction]:
+        """Absolute speeds for a carrier speed of 1: sun and the planets."""
+        _, z2, z3, z4 = self.teeth
+        return {"sun": self.ratio, "planet_2": 1 - Fraction(z4, z2), "planet_3": 1 + Fraction(z4, z3)}
+
+    @property
+    def inertia(self) -> float:
+        """Kinetic energy is this times the square of the carrier speed over 2 [kg m2]."""
+        r2, r3 = self.radii
+        c = {k: float(v) ** 2 for k, v in self.rates.items()}
+        orbit = (
+            self.mass_2 * r2**2
+            + self.mass_3 * r3**2
+            + self.J_planet_2 * c["planet_2"]
+            + self.J_planet_3 * c["planet_3"]
+        )
+        return self.J_carrier + self.J_sun * c["sun"] + self.planets * orbit
+
+
+# -- looks -----------------------------------------------------------------------------------------------------------------
+
+
+def phases(p: Parameters, k: int) -> tuple[float, float, float]:
+    """Phases of planet 2, planet 3 and gear 4 for ray k, the sun at phase 0: a tooth stands in a gap at every mesh."""
+    z1, z2, z3, z4 = p.teeth
+    a = 2.0 * math.pi * k / p.planets
+    two = external_phase(z1, 0.0, z2, a)
+    three = external_phase(z2, two, z3, a)
+    return two, three, external_phase(z3, three, z4, a + math.pi)
+
+
+def _gear(
+    p: Parameters, z: int, name: str, color: tuple[float, float, float, float], lift: float, **more: float
+) -> Shape:
+    m = p.module
+    sizes = {"width": 8 * m, "bore": 0.09 * m * z, "phase": 0.0} | more
+    return shape("spur_gear", Placement((0.0, 0.0, lift * m)), color, name, teeth=z, module=m, **sizes)
+
+
+def _fixed(p: Parameters) -> Shape:
+    """Gear 4 in the second plane; it carries the whole profile shift of its mesh (the other two have none)."""
+    z1, z2, z3, z4 = p.teeth
+    aw = float(closed_form.working_angle(z1, z2, z3, z4))
+    shift = (z3 + z4) * (closed_form.involute(aw) - closed_form.involute(closed_form.STANDARD))
+    x = min(float(shift / (2.0 * math.tan(closed_form.STANDARD))), 1.0)
+    return _gear(p, z4, "gear_4", BLUE, -9.0, bore=0.3 * p.module * z4, phase=phases(p, 0)[2], profile_shift=x)
+
+
+def _carrier_shapes(p: Parameters) -> tuple[Shape, ...]:
+    m, (r2, r3) = p.module, p.radii
+    out = [shape("disc", Placement((0.0, 0.0, 8 * m)), RED, "hub", radius=0.3 * r2, thickness=4 * m)]
+    for k in range(p.planets):
+        a = 2.0 * math.pi * k / p.planets
+        arm = Placement.of(axis_rotation((0.0, 0.0, 1.0), a), (0.0, 0.0, 8 * m))
+        out.append(shape("link", arm, RED, f"arm_{k + 1}", length=r3, width=0.16 * r2, thickness=3 * m, bore=0.03 * r2))
+        for name, r, low in (("a", r2, -5.0), ("b", r3, -14.0)):
+            pin = Placement((r * math.cos(a), r * math.sin(a), 0.5 * (low + 9.0) * m))
+            out.append(shape("cylinder", pin, RED, f"pin_{k + 1}{name}", radius=0.03 * r2, length=(9.0 - low) * m))
+    return tuple(out)
+
+
+# -- mechanisms ------------------------------------------------------------------------------------------------------------
+
+
+def _disc(inertia: float, radius: float) -> Inertia:
+    return Inertia.axial(2.0 * inertia / radius**2, inertia, 0.5 * inertia)
+
+
+@lru_cache(maxsize=32)
+def build(p: Parameters, fidelity: str) -> Mechanism:
+    """minimal: one coordinate, no rows. parts: one ray of planets, each mesh a row. full: all rays, redundant rows."""
+    if fidelity not in ("minimal", "parts", "full"):
+        raise unknown("planetary: fidelity", fidelity, ("minimal", "parts", "full"))
+    b = Builder("planetary", gravity=(0.0, 0.0, 0.0), summary="planetary gear with series planets, all meshes external")
+    z1, z2, z3, z4 = p.teeth
+    sun = _gear(p, z1, "sun", BRASS, 0.0)
+    b.ground(_fixed(p))
+    bodies = {"minimal": 0, "parts": 1, "full": p.planets}[fidelity]
+    r2, r3 = p.radii
+    orbit = (p.planets - bodies) * (p.mass_2 * r2**2 + p.mass_3 * r3**2)
+    b.body("carrier", revolute("carrier"), inertia=_disc(p.J_carrier + orbit, r3), shapes=_carrier_shapes(p))
+    if fidelity == "minimal":
+        b.shaft("sun", {"carrier": p.ratio}, inertia=p.J_sun, shapes=(sun,))
+    else:
+        b.body("sun", revolute("sun"), inertia=_disc(p.J_sun, 0.5 * p.module * z1), shapes=(sun,))
+    for k in range(p.planets):
+        a = 2.0 * math.pi * k / p.planets
+        two, three, _ = phases(p, k)
+        looks = {
+            2: _gear(p, z2, "planet_2", STEEL, 0.0, phase=two, holes=5),
+            3: _gear(p, z3, "planet_3", TEAL, -4.5, phase=three, width=18 * p.module),
+        }
+        for n, r, moment, mass, relative in (
+            (2, r2, p.J_planet_2, p.mass_2, -Fraction(z4, z2)), (3, r3, p.J_planet_3, p.mass_3, Fraction(z4, z3)),
+        ):  # fmt: skip
+            name, at = f"planet_{n}_{k + 1}", (r * math.cos(a), r * math.sin(a), 0.0)
+            if fidelity == "minimal":
+                b.shaft(f"{name}_spin", {"carrier": 1 + relative}, inertia=moment)
+                b.shaft(name, {"carrier": relative}, body="carrier", placement=Placement(at), shapes=(looks[n],))
+            elif k < bodies:
+                spin = moment * (p.planets if bodies == 1 else 1)
+                inertia = Inertia.axial(mass, spin, 0.5 * spin)
+                b.body(name, revolute(name), parent="carrier", at=at, inertia=inertia, shapes=(looks[n],))
+        if fidelity != "minimal" and k < bodies:
+            two_name, three_name = f"planet_2_{k + 1}", f"planet_3_{k + 1}"
+            b.gears(f"sun_{two_name}", "sun", two_name, (z1, z2), carrier="carrier")
+            b.gears(f"{two_name}_{three_name}", two_name, three_name, (z2, z3), carrier="carrier")
+            b.relation(f"{three_name}_gear_4", **{three_name: 1, "carrier": -Fraction(z4, z3)})
+    b.drive("sun", stiffness=50.0, damping=1.0)
+    return b.build()
+
+
+# -- questions -------------------------------------------------------------------------------------------------------------
+
+SPEEDS = ("sun_rate", "carrier_rate", "planet_2_rate", "planet_3_rate")
+
+
+def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    carrier = given["carrier_rate"] if "carrier_rate" in given else given["sun_rate"] / float(p.ratio)
+    values = {f"{n}_rate": carrier * float(c) for n, c in p.rates.items()} | {"carrier_rate": carrier}
+    return Answer({k: v for k, v in values.items() if k not in given})
+
+
+def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
+    """Speeds from the constraint Jacobian of the `parts` model; a planet's joint counts from the carrier."""
+    found = engine_answer(
+        engine, build(p, "parts"), given, ("sun_rate", "carrier_rate", "planet_2_1_rate", "planet_3_1_rate")
+    )
+    if not found.values:
+        return found
+    values = {k.replace("_1_rate", "_rate"): v for k, v in found.values.items()}
+    for n in (2, 3):
+        values[f"planet_{n}_rate"] += values["carrier_rate"]
+    return Answer({k: v for k, v in values.items() if k not in given}, found.status, found.notes)
+
+
+def _pinocchio(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return _engine("pinocchio", p, given)
+
+
+def _mujoco(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return _engine("mujoco", p, given)
+
+
+def _question(key: str) -> Question:
+    return Question(
+        f"speeds from {key}", (key,), tuple(k for k in SPEEDS if k != key),
+        {"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco}, units=dict.fromkeys(SPEEDS, "rad/s"),
+        text="absolute speeds of all members",
+    )  # fmt: skip
+
+
+QUESTIONS = (_question("sun_rate"), _question("carrier_rate"))
+
+# -- scenes, reference, checks -----------------------------------------------------------------------------------------------
+
+
+def _scene(p: Parameters, fidelity: str) -> Scene:
+    laws = (Constant("sun", p.sun_torque), Constant("carrier", p.carrier_torque))
+    return Scene("constant-torques", fidelity, 0.5, laws, needs=("poses", "drive_forces"), tolerance=1e-6)
+
+
+def acceleration(p: Parameters) -> float:
+    """Carrier acceleration under the torques of the scene [rad/s2]."""
+    return (p.sun_torque * float(p.ratio) + p.carrier_torque) / p.inertia
+
+
+def reference(p: Parameters, scene: Scene) -> Recording:
+    """Constant acceleration in closed form."""
+    m = build(p, "minimal")
+    t = np.linspace(0.0, scene.duration, 251)
+    q, v = 0.5 * acceleration(p) * t[:, None] ** 2, acceleration(p) * t[:, None]
+    channels, units = basic_channels(m, q, v)
+    return Recording(
+        m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
+    )
+
+
+def expand(p: Parameters, recording: Recording) -> tuple[Mechanism, Array]:
+    """All planets along a recording of any fidelity."""
+    full = build(p, "full")
+    if recording.fidelity == "full":
+        return full, recording.q
+    carrier = recording.channel("carrier")
+    factor = {"sun": float(p.ratio), "carrier": 1.0}
+    factor |= {f"planet_{n}_{k + 1}": float(p.rates[f"planet_{n}"] - 1) for n in (2, 3) for k in range(p.planets)}
+    return full, np.column_stack([factor[j.name] * carrier for j in full.joints])
+
+
+def _check_speeds(p: Parameters) -> Measured:
+    said: dict[str, list[float]] = {"analytic": [], "pinocchio": [], "mujoco": []}
+    for question in QUESTIONS:
+        for witness, ask in question.witnesses.items():
+            values = ask(p, {question.given[0]: 7.0}).values
+            said[witness] += [float(values[k]) for k in question.answers]
+    return Measured(said, 1e-9 * float(p.ratio), note="all members from the sun and from the carrier")
+
+
+def _check_inertia(p: Parameters) -> Measured:
+    said = {}
+    for fidelity in ("minimal", "parts", "full"):
+        m = build(p, fidelity)
+        tree = TreeKinematics(m)
+        basis = null_space(ConstraintSet(m).jacobian(tree))
+        basis = basis / (m.row("carrier") @ basis)
+        said[fidelity] = float(basis[:, 0] @ tree.mass_matrix() @ basis[:, 0]) / p.inertia
+    return Measured(said, 1e-12, 1.0, "inertia reduced to the carrier, relative to the closed form")
+
+
+def _check_run(p: Parameters) -> Measured:
+    from mechlab.simulate import run as run_mujoco
+    from mechlab.solve import run as run_pinocchio
+
+    said = {}
+    for fidelity in ("minimal", "full"):
+        recording = run_mujoco(build(p, fidelity), _scene(p, fidelity), Settings())
+        said[f"mujoco {fidelity}"] = recording.channel("carrier_rate")[-1]
+    recording = run_pinocchio(build(p, "parts"), _scene(p, "parts"), Settings(engine="pinocchio"))
+    said["pinocchio parts"] = recording.channel("carrier_rate")[-1]
+    # Softness of MuJoCo's gear rows: slip below 1e-6 rad, its rate well below 1e-4 rad/s.
+    return Measured(said, 1e-4, 0.5 * acceleration(p), "carrier speed after 0.5 s under constant torques [rad/s]")
+
+
+def _check_teeth(p: Parameters) -> Measured:
+    """Phase left over at gear 4 on every ray, in pitches: 0 when a tooth stands in a gap there."""
+    pitch = 2.0 * math.pi / p.teeth[3]
+    off = [(phases(p, k)[2] - phases(p, 0)[2]) / pitch for k in range(p.planets)]
+    said = {"drawn": max(abs(x - round(x)) for x in off)}
+    return Measured(said, 1e-9, 0.0, "gear 4 meshes with planet 3 on every ray [pitches]")
+
+
+CHECKS = (
+    Check("S1", "speeds of all members from three witnesses", _check_speeds, "Willis equation"),
+    Check("S2", "reduced inertia of each fidelity against the closed form", _check_inertia, "Lagrange"),
+    Check("S3", "run under constant torques against the closed form", _check_run, "Lagrange"),
+    Check("S4", "teeth in phase on every ray", _check_teeth, "assembly condition (z1 + z4) / planets whole"),
+)
+
+ENTRY = Entry(
+    name="planetary",
+    title="Planetary gear with series planets",
+    summary="Sun, two planets in series on each ray, fixed central gear, all meshes external; ratio 1 + z4 / z1.",
+    parameters=Parameters,
+    build=build,
+    fidelities={
+        "kinematic": "Willis equation",
+        "minimal": "one coordinate, all gears as shafts",
+        "parts": "one ray that stands for all, each mesh a row",
+        "full": "every planet, redundant rows named",
+    },
+    default_fidelity="minimal",
+    scenes={"constant-torques": SceneRecipe(_scene, "minimal", "constant torques on sun and carrier from rest")},
+    default_scene="constant-torques",
+    questions=QUESTIONS,
+    checks=CHECKS,
+    claims=CLAIMS,
+    reference=reference,
+    expand=expand,
+    chain="2A-AA epicyclic, series planets",
+    formulas="w_sun = (1 + z4 / z1) w_carrier; planet 3 turns against the carrier by z4 / z3, planet 2 by -z4 / z2.",
+    sources=(SOURCE, "Willis 1841"),
+)

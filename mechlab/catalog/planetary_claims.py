@@ -1,0 +1,134 @@
+"""Claims of the source on the synthesis of planetary gears with series planets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mechlab.analytic import planetary_synthesis as closed_form
+from mechlab.experiment.check import Claim, Finding, Verdict
+
+SOURCE = "Synthesis of the planetary mechanism 2A-AA with regard to pressure angles"
+CASES = 200_000
+
+
+def _cases() -> tuple[np.ndarray, ...]:
+    """Random ratios, y, t1, t2, planets inside the recommended ranges and the conditions of existence (6)."""
+    rng = np.random.default_rng(6)
+    n = 2 * CASES
+    values = (
+        rng.uniform(1.05, 15.0, n), rng.uniform(0.2, 3.0, n), rng.uniform(0.8, 1.2, n), rng.uniform(0.8, 1.2, n),
+        rng.integers(3, 7, n),
+    )  # fmt: skip
+    ok = closed_form.exists(*values[:4])
+    return tuple(x[ok][:CASES] for x in values)
+
+
+def planet_formula() -> Finding:
+    """(5) put back into the condition of one ray (2)."""
+    i, y, t1, t2, _ = _cases()
+    two = closed_form.relative_planet(i, y, t1, t2)
+    residual = 1.0 + two + (two + y * two) * t1 - (y * two + i - 1.0) * t2
+    worst = float(np.max(np.abs(residual) / (1.0 + np.abs(two) * (1.0 + y))))
+    computed = {"largest residual of (2), relative": worst, "cases": len(i)}
+    return (
+        Finding(computed, Verdict.HOLDS)
+        if worst < 1e-12
+        else Finding(computed, Verdict.FAILS, "(5) does not solve (2)")
+    )
+
+
+def upper_bound() -> Finding:
+    """(9) as printed and corrected, against the neighbour condition (8) itself."""
+    i, y, t1, t2, k = _cases()
+    truth = closed_form.neighbours_direct(i, y, t1, t2, k)[0]
+    printed = (i < closed_form.ratio_bound_2(y, t1, t2, k, printed=True)) != truth
+    corrected = (i < closed_form.ratio_bound_2(y, t1, t2, k)) != truth
+    example = [float(closed_form.ratio_bound_2(1.0, 1.0, 1.1, 3, printed=flag)) for flag in (True, False)]
+    computed = {
+        "mismatches of the printed bound": int(printed.sum()), "mismatches of the corrected bound": int(corrected.sum()),
+        "cases": len(i), "k = 3, y = 1, t1 = 1, t2 = 1.1: printed, corrected": example,
+    }  # fmt: skip
+    if printed.any() and not corrected.any():
+        return Finding(
+            computed, Verdict.MISPRINT, "the denominator t2 (1 - s) instead of 1 - t2 s; they agree for t2 = 1"
+        )
+    return Finding(
+        computed, Verdict.HOLDS if not printed.any() else Verdict.FAILS, "" if not printed.any() else "neither form"
+    )
+
+
+def width_of_t2() -> Finding:
+    """(10): does t2 >= 1 / s forbid the mechanism?"""
+    rng = np.random.default_rng(10)
+    s = math.sin(math.pi / 3)
+    n = 20_000
+    i, y, t1, t2 = (rng.uniform(a, b, n) for a, b in ((1.5, 8.0), (0.3, 2.0), (0.8, 1.2), (1.0 / s, 1.2)))
+    both = closed_form.neighbours_direct(i, y, t1, t2, 3)
+    fits = closed_form.exists(i, y, t1, t2) & both[0] & both[1]
+    computed = {"1 / sin(pi / 3)": 1.0 / s, "gears with t2 above it that satisfy (6) and (8)": int(fits.sum()), "of": n}
+    if fits.any():
+        return Finding(computed, Verdict.FAILS, "it comes only from the wrong denominator of (9); such gears exist")
+    return Finding(computed, Verdict.HOLDS)
+
+
+def lower_bound() -> Finding:
+    """(11) as printed (a lower bound everywhere) and with its branch, against (8)."""
+    i, y, t1, t2, k = _cases()
+    truth = closed_form.neighbours_direct(i, y, t1, t2, k)[1]
+    bound, upper = closed_form.ratio_bound_3(y, t1, t2, k)
+    printed = (i > bound) != truth
+    branched = closed_form.within_bounds(i, y, t1, t2, k)[1] != truth
+    computed = {
+        "mismatches of the printed bound": int(printed.sum()), "cases with Bb < 0": int(upper.sum()),
+        "mismatches outside Bb < 0": int((printed & ~upper).sum()), "mismatches with the branch": int(branched.sum()),
+        "cases": len(i),
+    }  # fmt: skip
+    if printed.any() and not (printed & ~upper).any() and not branched.any():
+        return Finding(
+            computed,
+            Verdict.HOLDS_ONLY_IF,
+            "(1 + t1 (1 + y)) s > y t2; otherwise the same expression is an upper bound",
+        )
+    return Finding(
+        computed,
+        Verdict.HOLDS if not printed.any() else Verdict.FAILS,
+        "" if not printed.any() else "with the branch too",
+    )
+
+
+def range_of_angles() -> Finding:
+    """The pressure angle that belongs to t = 0.8."""
+    standard = math.cos(closed_form.STANDARD)
+    value = math.degrees(math.acos(0.8 * standard))
+    computed = {
+        "arccos(0.8 cos 20 deg) [deg]": value,
+        "an angle a with cos 20 deg = 0.8 cos a exists": standard / 0.8 <= 1.0,
+        "angle a with cos 20 deg = 1.2 cos a [deg]": math.degrees(math.acos(standard / 1.2)),
+    }
+    if abs(value - 44.0) > 0.5:
+        return Finding(computed, Verdict.MISPRINT, f"{value:.2f} deg: cos a / cos 20 deg = 0.8 there")
+    return Finding(computed, Verdict.HOLDS)
+
+
+def more_solutions() -> Finding:
+    """Conclusion 4: more tooth combinations than with equal pressure angles."""
+    computed: dict[str, object] = {}
+    more = True
+    for ratio, planets in ((6, 3), (6, 4), (4, 3)):
+        found = closed_form.series_planets(ratio, planets)
+        equal = int(np.count_nonzero(found.z4 == found.z1 + 2 * found.z2))
+        computed[f"ratio {ratio}, {planets} planets: all, at 20 deg"] = [len(found), equal]
+        more &= len(found) > equal > 0
+    return Finding(computed, Verdict.HOLDS) if more else Finding(computed, Verdict.FAILS, "no additional combinations")
+
+
+CLAIMS = (
+    Claim("Y1", "equation (5)", "z2 from z1, the ratio, y, t1, t2", "(5)", planet_formula, SOURCE),
+    Claim("Y2", "inequality (9)", "upper bound of the ratio from neighbouring planets 2", "denominator 1 - t2 s", upper_bound, SOURCE),
+    Claim("Y3", "inequality (10)", "t2 must stay below 1 / sin(pi / k), 1.15 for three planets", 1.15, width_of_t2, SOURCE),
+    Claim("Y4", "inequalities (11), (12)", "lower bound of the ratio from neighbouring planets 3", "i > ...", lower_bound, SOURCE),
+    Claim("Y5", "after (5)", "0.8 <= t <= 1.2 means pressure angles of 20 to 44 deg", "20 deg ... 44 deg", range_of_angles, SOURCE),
+    Claim("Y6", "conclusion 4", "different pressure angles give more tooth combinations", "more", more_solutions, SOURCE),
+)  # fmt: skip

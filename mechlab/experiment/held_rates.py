@@ -1,0 +1,178 @@
+"""Laws that hold rates with bounded forces (dry friction that truly sticks, one-way stops, rate servos, locked pairs),
+and drag between two parts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import ClassVar
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws import Law, Plant, register
+from mechlab.mechanism.geometry import Array
+
+
+@dataclass(frozen=True)
+class RateHold:
+    """What holds the rate of a joint or shaft at `rate` with a force from `low` to `high` [N m or N]. `on` is a name, or
+    pairs (name, coefficient) of a sum of rates; each member then feels its coefficient times the force.
+
+    Dry friction: -f, f. A one-way stop that lets the rate grow: 0, inf. A rate servo or a locked pair: -inf, inf.
+    """
+
+    on: str | tuple[tuple[str, float], ...]
+    rate: float = 0.0
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def terms(self) -> tuple[tuple[str, float], ...]:
+        """Pairs (joint or shaft, coefficient)."""
+        return ((self.on, 1.0),) if isinstance(self.on, str) else self.on
+
+
+@register("viscous_between")
+@dataclass(frozen=True)
+class ViscousBetween:
+    """Viscous drag between two joints or shafts: -coefficient x (rate of a - rate of b) on a, the opposite on b. It acts
+    inside the mechanism, in any tree: momentum is kept."""
+
+    a: str
+    b: str
+    coefficient: float
+    kind: ClassVar[str]
+
+    def targets(self) -> tuple[str, ...]:
+        """Both."""
+        return self.a, self.b
+
+    def force(self, t: float, plant: Plant) -> Mapping[str, float]:
+        """The drag at the present rates."""
+        f = self.coefficient * (plant.rate(self.a) - plant.rate(self.b))
+        return {self.a: -f, self.b: f}
+
+
+@register("held_rates")
+@dataclass(frozen=True)
+class HeldRates:
+    """The forces of `laws` and, on top, holding forces within their bounds that take each rate to its target, off it by
+    e, at the acceleration -e / time: the box-constrained problem
+
+        acceleration = free + response @ force;    force inside its bounds: acceleration = -e / time;
+        force at its lower (upper) bound: acceleration >= (<=) that.
+
+    Far from the target this is sliding friction at its bound; at the target it sticks exactly, without creep, as long as
+    the bounds allow. `laws` must hold every other law of the scene; dry friction of the Mechanism itself is not seen.
+    `time` [s] is the time constant of the capture: of the order of the timestep, at least half of it.
+    """
+
+    holds: tuple[RateHold, ...]
+    laws: tuple[Law, ...] = ()
+    time: float = 1e-3
+    kind: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        if not self.time > 0.0:
+            raise MechlabError(f"held_rates: time: expected a number > 0 s, got {self.time!r}.")
+        for hold in self.holds:
+            if not hold.low <= 0.0 <= hold.high:
+                raise MechlabError(
+                    f"held_rates: {hold.on!r}: the bounds must enclose 0, got {hold.low:g} to {hold.high:g}."
+                )
+
+    def targets(self) -> tuple[str, ...]:
+        """Everything that is held or that one of the laws acts on."""
+        names = [n for law in self.laws for n in law.targets()] + [n for h in self.holds for n, _ in h.terms]
+        return tuple(dict.fromkeys(names))
+
+    def force(self, t: float, plant: Plant) -> Mapping[str, float]:
+        """Forces of the laws plus the holding forces at the present state."""
+        out = dict.fromkeys(self.targets(), 0.0)
+        for law in self.laws:
+            for name, f in law.force(t, plant).items():
+                out[name] += f
+        applied = np.zeros(plant.mechanism.nv)
+        for name, f in out.items():
+            applied += f * plant.mechanism.row(name)
+        rows = np.array([sum(c * plant.mechanism.row(n) for n, c in h.terms) for h in self.holds]).reshape(
+            -1, plant.mechanism.nv
+        )
+        free, response = _response(plant, applied, rows)
+        excess = [
+            a + (sum(c * plant.rate(n) for n, c in h.terms) - h.rate) / self.time
+            for a, h in zip(free, self.holds, strict=True)
+        ]
+        for hold, f in zip(self.holds, self._holding(excess, response), strict=True):
+            for name, c in hold.terms:
+                out[name] += c * f
+        return out
+
+    def _holding(self, excess: list[float], response: list[list[float]]) -> list[float]:
+        """Forces f of the box-constrained problem, excess + response @ f being complementary to the bounds on f: its
+        active sets one by one, as there are few. Plain numbers: this runs at every stage of every step."""
+        scale = 1e-9 * max(1.0, *(abs(x) for x in excess)) if excess else 0.0
+        best, least = [0.0] * len(excess), math.inf
+        for state in product(*(_states(h) for h in self.holds)):
+            f = [h.high if s > 0 else h.low if s < 0 else 0.0 for s, h in zip(state, self.holds, strict=True)]
+            inside = [i for i, s in enumerate(state) if s == 0]
+            right = [-excess[i] - _dot(response[i], f) for i in inside]
+            for i, x in zip(inside, _solve([[response[i][k] for k in inside] for i in inside], right), strict=True):
+                f[i] = x
+            gap = -math.inf  # beyond the bounds, or at a bound although it moves on by itself
+            for i, (s, h) in enumerate(zip(state, self.holds, strict=True)):
+                gap = max(gap, s * (excess[i] + _dot(response[i], f)) if s else max(h.low - f[i], f[i] - h.high))
+            if gap < least:
+                best, least = f, gap
+            if gap <= scale:
+                break
+        return [min(max(x, h.low), h.high) for x, h in zip(best, self.holds, strict=True)]
+
+
+def _dot(a: list[float], b: list[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _solve(a: list[list[float]], b: list[float]) -> list[float]:
+    """x of a x = b, the smallest where a is singular."""
+    if not b:
+        return []
+    if len(b) == 1 and a[0][0] > 0.0:
+        return [b[0] / a[0][0]]
+    if len(b) == 2:
+        det = a[0][0] * a[1][1] - a[0][1] * a[1][0]
+        if det > 1e-12 * a[0][0] * a[1][1]:
+            return [(b[0] * a[1][1] - b[1] * a[0][1]) / det, (b[1] * a[0][0] - b[0] * a[1][0]) / det]
+    return [float(x) for x in np.linalg.lstsq(np.array(a), np.array(b), rcond=1e-12)[0]]
+
+
+def _states(hold: RateHold) -> tuple[int, ...]:
+    return tuple(s for s, x in ((0, 0.0), (-1, hold.low), (1, hold.high)) if math.isfinite(x))
+
+
+def _response(plant: Plant, applied: Array, rows: Array) -> tuple[list[float], list[list[float]]]:
+    """(k,) accelerations of rows @ rates under the constraints without the holding forces, (k, k) per unit of them."""
+    mass, jacobian = plant.mass_matrix(), plant.jacobian()
+    by_force, by_bias, response = _operators(mass.tobytes(), jacobian.tobytes(), rows.tobytes(), len(mass))
+    free = by_force @ (applied - plant.bias())
+    if len(jacobian):
+        free = free + by_bias @ plant.constraint_bias()
+    return free.tolist(), response
+
+
+@lru_cache(maxsize=4)
+def _operators(mass: bytes, jacobian: bytes, rows: bytes, nv: int) -> tuple[Array, Array, list[list[float]]]:
+    """(k, nv), (k, rows), (k, k): rows @ acceleration = first @ force + second @ bias of the constraints; and per unit of
+    forces on the rows. By the null space, so exact also where constraints are redundant. Kept: gear trains have
+    constant matrices, and a law is evaluated at every stage of every step."""
+    m, j, r = (np.frombuffer(x).reshape(-1, nv) for x in (mass, jacobian, rows))
+    u, values, vt = np.linalg.svd(j) if len(j) else (np.zeros((0, 0)), np.zeros(0), np.eye(nv))
+    rank = int(np.sum(values > 1e-11 * np.max(values, initial=0.0)))
+    free = vt[rank:].T
+    project = free @ np.linalg.solve(free.T @ m @ free, free.T)
+    particular = -(vt[:rank].T / values[:rank]) @ u[:, :rank].T
+    return r @ project, r @ (particular - project @ m @ particular), (r @ project @ r.T).tolist()

@@ -1,0 +1,151 @@
+"""A mechanism as one freedom (Eksergian): J(phi) phi'' + J'(phi) phi'^2 / 2 = force, exact and without constraints.
+
+Everything that depends on phi alone stands in a `PathTable`: pieces of polynomials through Chebyshev nodes, made where
+the motion comes along, halved until they meet the stated error.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.errors import MechlabError, NoSolution
+
+Array = NDArray[np.float64]
+ORDER = 10
+DEEPEST = 22
+PROBES = (-0.93, -0.41, 0.17, 0.79)
+"""Places in a cell, away from its nodes, where the polynomial is held against the exact values."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A polynomial on [low, high]: coefficients (order + 1, columns) of Chebyshev polynomials, and its error."""
+
+    low: float
+    high: float
+    coefficients: Array
+    error: float
+
+
+class PathTable:
+    """Columns as functions of one coordinate phi, from an exact `sample(phi) -> (columns,)`.
+
+    The first cells have the given `width`; a cell is halved until its error, relative to the largest value of each
+    column in it, is below `tolerance`; at least `floor` counts as the size of a column. `period`: after it the columns
+    repeat but for the addition of `turn` (columns,). `error` is the largest error of the cells in use. Raises
+    NoSolution where no smaller cell helps: the path ends there.
+    """
+
+    def __init__(
+        self,
+        sample: Callable[[float], Array],
+        width: float,
+        tolerance: float = 1e-10,
+        floor: float = 1e-3,
+        period: float | None = None,
+        turn: Array | None = None,
+        origin: float = 0.0,
+    ) -> None:
+        if not (np.isfinite(width) and width > 0 and tolerance > 0):
+            raise MechlabError(f"path table: width {width!r} and tolerance {tolerance!r} must be numbers > 0.")
+        self.sample, self.width, self.tolerance, self.floor = sample, width, tolerance, floor
+        self.period, self.turn, self.origin = period, turn, origin
+        if period is not None:
+            self.width = period / max(1, round(period / width))
+        x = np.cos(np.pi * np.arange(ORDER + 1) / ORDER)
+        self._nodes = x
+        self._fit = np.linalg.inv(np.polynomial.chebyshev.chebvander(x, ORDER))
+        self._probe = np.polynomial.chebyshev.chebvander(np.array(PROBES), ORDER)
+        self._powers = np.arange(ORDER + 1)
+        self._lows: list[float] = []
+        self._cells: list[Cell] = []
+        self._last: Cell | None = None
+        self.samples = 0
+
+    @property
+    def cells(self) -> int:
+        """Number of cells made so far."""
+        return len(self._cells)
+
+    @property
+    def error(self) -> float:
+        """Largest error of the cells made so far, relative to the size of each column."""
+        return max((c.error for c in self._cells), default=0.0)
+
+    def __call__(self, phi: float) -> Array:
+        """(columns,) at phi."""
+        turns = 0.0
+        if self.period is not None:
+            turns = float(np.floor((phi - self.origin) / self.period))
+            phi = phi - turns * self.period
+        cell = self._last
+        if cell is None or not cell.low <= phi <= cell.high:
+            cell = self._last = self._find(phi)
+        x = (2.0 * phi - cell.low - cell.high) / (cell.high - cell.low)
+        basis = np.cos(self._powers * np.arccos(min(1.0, max(-1.0, x))))
+        out = basis @ cell.coefficients
+        return out + turns * self.turn if turns and self.turn is not None else out
+
+    def _find(self, phi: float) -> Cell:
+        k = bisect_right(self._lows, phi) - 1
+        if k >= 0 and phi <= self._cells[k].high:
+            return self._cells[k]
+        n = np.floor((phi - self.origin) / self.width)
+        low, high = self.origin + n * self.width, self.origin + (n + 1) * self.width
+        for _ in range(DEEPEST):
+            cell = self._try(low, high)
+            if cell is not None and cell.error <= self.tolerance:
+                at = bisect_right(self._lows, low)
+                self._lows.insert(at, low)
+                self._cells.insert(at, cell)
+                return cell
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if phi < middle else (middle, high)
+        raise NoSolution(f"the path of the one freedom ends at {phi:.9g}: a limit position or a place where modes meet")
+
+    def _try(self, low: float, high: float) -> Cell | None:
+        half, middle = 0.5 * (high - low), 0.5 * (low + high)
+        try:
+            values = np.array([self.sample(middle + half * x) for x in self._nodes])
+            exact = np.array([self.sample(middle + half * x) for x in PROBES])
+        except NoSolution:
+            return None
+        self.samples += len(values) + len(exact)
+        coefficients = self._fit @ values
+        size = np.maximum(np.max(np.abs(values), axis=0), self.floor)
+        error = float(np.max(np.abs(self._probe @ coefficients - exact) / size))
+        return Cell(low, high, coefficients, error)
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What the equation of one freedom needs at an instant: inertia J, half_slope dJ/dphi / 2, force (everything but
+    the velocity term), the power of what is not conservative [W], and the rates of further states (m,)."""
+
+    inertia: float
+    half_slope: float
+    force: float
+    power: float
+    states: Array = field(default_factory=lambda: np.zeros(0))
+
+
+def acceleration(terms: Terms, rate: float) -> float:
+    """phi'' = (force - J'/2 phi'^2) / J. Raises MechlabError when nothing that moves has inertia."""
+    if not terms.inertia > 0.0:
+        raise MechlabError("the freedom has no inertia: give the parts that move in it a mass.")
+    return (terms.force - terms.half_slope * rate**2) / terms.inertia
+
+
+def right_side(terms: Callable[[float, Array], Terms]) -> Callable[[float, Array], Array]:
+    """f(t, y) for y = (phi, phi', work, further states): the equation as an integrator wants it, from terms(t, y)."""
+
+    def f(t: float, y: Array) -> Array:
+        now = terms(t, y)
+        return np.concatenate([[y[1], acceleration(now, float(y[1])), now.power], now.states])
+
+    return f

@@ -1,0 +1,66 @@
+"""Timed runs of MuJoCo: nothing but stepping between output points is timed, and nothing but the state is kept."""
+
+from __future__ import annotations
+
+import time
+from contextlib import AbstractContextManager
+
+import mujoco
+import numpy as np
+
+from mechlab.experiment.initial import initial_state
+from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import Settings
+from mechlab.experiment.trace import Trace
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.simulate.control import controlled, engine
+from mechlab.simulate.drive import Driver, passive
+from mechlab.simulate.model import MujocoMap, to_mujoco
+from mechlab.simulate.plant import MujocoPlant
+from mechlab.simulate.stepping import RATE_LIMIT
+
+_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+
+
+def step_through(
+    model: mujoco.MjModel, data: mujoco.MjData, outputs: int, each: int
+) -> tuple[Array, Array, float, str]:
+    """qpos (n, nq), qvel (n, nv) at the start and after every `each` steps, CPU seconds of the stepping, and why it
+    stopped early ("" when it did not). The caller has switched `autoreset` off: a blow-up ends the run."""
+    qpos, qvel = np.empty((outputs + 1, model.nq)), np.empty((outputs + 1, model.nv))
+    qpos[0], qvel[0] = data.qpos, data.qvel
+    step, clock, spent = mujoco.mj_step, time.process_time, 0.0
+    for k in range(1, outputs + 1):
+        began = clock()
+        step(model, data, nstep=each)
+        spent += clock() - began
+        qpos[k], qvel[k] = data.qpos, data.qvel
+        fastest = np.max(np.abs(qvel[k]), initial=0.0)
+        if not fastest < RATE_LIMIT or any(data.warning[w].number for w in _BAD):
+            return qpos[:k], qvel[:k], spent, f"diverged before t = {data.time:.4g} s"
+    return qpos, qvel, spent, ""
+
+
+def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
+    """A scene at `outputs` + 1 even times; the timestep of the settings must divide their distance.
+
+    Laws are evaluated at every stage, inside the timed steps. Raises MechlabError for bad input.
+    """
+    each = max(1, round(scene.duration / outputs / settings.timestep))
+    q, v = initial_state(mechanism, scene)
+    model, data = to_mujoco(mechanism, settings)
+    passive(model)
+    model.opt.timestep = scene.duration / outputs / each
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    map_ = MujocoMap(mechanism, model)
+    data.qpos[:] = map_.engine_coordinates(q)
+    data.qvel[:] = map_.engine_rates(data.qpos, v)
+    data.qacc_warmstart[:] = 0.0
+    hooks: AbstractContextManager[None] = engine()
+    if scene.laws:
+        hooks = controlled(data, Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_)))
+    with hooks:
+        qpos, qvel, spent, reason = step_through(model, data, outputs, each)
+    done = (len(qpos) - 1) * each
+    return Trace(map_.coordinates(qpos), map_.rates(qvel), spent, done, reason)

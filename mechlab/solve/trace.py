@@ -1,0 +1,233 @@
+"""Timed runs on Pinocchio's own constrained dynamics (proximal, in C++), with Baumgarte stabilisation.
+
+For mechanisms of one-coordinate joints, loops of kind spherical and revolute, springs, and laws of single joints; what has
+more goes through `mechlab.solve.runner`, which is slower and projects.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from mechlab.experiment.initial import initial_state
+from mechlab.experiment.laws import Law
+from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import Settings
+from mechlab.experiment.trace import Trace
+from mechlab.integrate import integrate_adaptive
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Loop, Mechanism, Spring
+from mechlab.solve.model import PinModel, build
+from mechlab.solve.runner import run
+
+SIMPLE_LAWS = ("constant", "harmonic", "table", "servo", "constant_power", "motor", "viscous", "one_sided_stop")
+MU, ITERATIONS, ACCURACY = 1e-6, 5, 1e-12
+"""Of pin.ProximalSettings. mu = 1e-10 loses Bricard's redundant loop, 1e-4 the singular positions of n_fourbar."""
+RATE_LIMIT = 1e6
+
+
+@dataclass(frozen=True)
+class Stabilisation:
+    """Baumgarte's gains in steps: kp = position / h^2, kd = velocity / h."""
+
+    position: float
+    velocity: float
+
+
+def fits(mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:
+    """Whether the fast way can compute this mechanism under these laws."""
+    return (
+        all(j.nv == 1 and not j.friction for j in mechanism.joints)
+        and not mechanism.relations
+        and not any(s.inertia or s.damping or s.friction or s.stiffness for s in mechanism.shafts)
+        and all(x.kind in ("spherical", "revolute") for x in mechanism.loops)
+        and all(law.kind in SIMPLE_LAWS for law in laws)
+    )
+
+
+class ConstrainedDynamics:
+    """Accelerations of a mechanism that `fits`, by pin.constraintDynamics; also the state that a law sees."""
+
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], kp: float, kd: float) -> None:
+        self.mechanism, self.laws = mechanism, laws
+        made = build(mechanism)
+        self.model = made.model
+        self.springs = [_Spring(made, s) for s in mechanism.springs]
+        self.data = self.model.createData()
+        self.contacts = _contacts(made, kp, kd)
+        self.contact_data = pin.StdVec_RigidConstraintData()
+        for contact in self.contacts:
+            self.contact_data.append(contact.createData())
+        pin.initConstraintDynamics(self.model, self.data, self.contacts, self.contact_data)
+        self.proximal = pin.ProximalSettings(ACCURACY, MU, ITERATIONS)
+        joints = mechanism.joints
+        self.damping = np.array([j.damping for j in joints])
+        self.stiffness = np.array([j.stiffness for j in joints])
+        self.rest = np.array([j.spring_rest - j.zero for j in joints])
+        self.passive = bool(np.any(self.damping) or np.any(self.stiffness))
+        self.constant = np.zeros(mechanism.nv)
+        self.moving: list[tuple[Law, dict[str, Array]]] = []
+        for law in laws:
+            if law.kind == "constant":
+                self.constant += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
+            else:
+                self.moving.append((law, {n: mechanism.row(n) for n in law.targets()}))
+        self.t, self.q, self.v = 0.0, np.zeros(mechanism.nq), np.zeros(mechanism.nv)
+
+    def value(self, name: str) -> float:
+        """Value of a joint or shaft, for the laws."""
+        return float(self.mechanism.value(name, self.q))
+
+    def rate(self, name: str) -> float:
+        """Rate of a joint or shaft, for the laws."""
+        return float(self.mechanism.row(name) @ self.v)
+
+    def __call__(self, t: float, q: Array, v: Array) -> Array:
+        """(nv,) accelerations."""
+        tau = self.constant
+        if self.passive:
+            tau = tau - self.damping * v - self.stiffness * (q - self.rest)
+        if self.moving:
+            self.t, self.q, self.v = t, q, v
+            for law, rows in self.moving:
+                for name, f in law.force(t, self).items():  # type: ignore[arg-type]
+                    tau = tau + f * rows[name]
+        if self.springs:
+            pin.computeJointJacobians(self.model, self.data, q)
+            for spring in self.springs:
+                tau = tau + spring.force(self.model, self.data, v)
+        if not len(self.contacts):
+            return np.asarray(pin.aba(self.model, self.data, q, v, tau))
+        return np.asarray(
+            pin.constraintDynamics(self.model, self.data, q, v, tau, self.contacts, self.contact_data, self.proximal)
+        )
+
+
+class _Spring:
+    """Generalised force of a spring between two points, by the frames of its ends."""
+
+    def __init__(self, made: PinModel, spring: Spring) -> None:
+        self.spring = spring
+        self.ends: list[int] = []
+        for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b)):
+            rotation, shift = made.offset_of[body]
+            place = pin.SE3(np.eye(3), shift + rotation @ np.array(point))
+            frame = pin.Frame(f"{spring.name}_{len(self.ends)}", made.joint_of[body], place, pin.FrameType.OP_FRAME)
+            self.ends.append(made.model.addFrame(frame, False))
+
+    def force(self, model: pin.Model, data: pin.Data, v: Array) -> Array:
+        """(nv,) after computeJointJacobians."""
+        a, b = self.ends
+        world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        d = pin.updateFramePlacement(model, data, b).translation - pin.updateFramePlacement(model, data, a).translation
+        length = float(np.sqrt(d @ d))
+        rows = pin.getFrameJacobian(model, data, b, world)[:3] - pin.getFrameJacobian(model, data, a, world)[:3]
+        row = (d / length) @ rows
+        s = self.spring
+        return np.asarray(-(s.stiffness * (length - s.rest_length) + s.damping * float(row @ v)) * row)
+
+
+def _contacts(made: PinModel, kp: float, kd: float) -> pin.StdVec_RigidConstraintModel:
+    out = pin.StdVec_RigidConstraintModel()
+    for loop in made.mechanism.loops:
+        for place_a, place_b in _ends(made, loop):
+            contact = pin.RigidConstraintModel(
+                pin.ContactType.CONTACT_3D, made.model, made.joint_of[loop.body_a], place_a,
+                made.joint_of[loop.body_b], place_b, pin.ReferenceFrame.LOCAL,
+            )  # fmt: skip
+            contact.m_baumgarte_parameters.Kp = kp
+            contact.m_baumgarte_parameters.Kd = kd
+            out.append(contact)
+    return out
+
+
+def _ends(made: PinModel, loop: Loop) -> list[tuple[pin.SE3, pin.SE3]]:
+    """One pair of points for a spherical loop, two on the axis of a revolute one (one row too many: proximal takes it)."""
+    places = []
+    for body, placement in ((loop.body_a, loop.placement_a), (loop.body_b, loop.placement_b)):
+        rotation, shift = made.offset_of[body]
+        places.append(pin.SE3(rotation, shift) * pin.SE3(placement.rotation, placement.translation))
+    if loop.kind == "spherical":
+        return [(places[0], places[1])]
+    span = _size(made.mechanism)
+    away = [pin.SE3(np.eye(3), np.array([0.0, 0.0, z])) for z in (-0.5 * span, 0.5 * span)]
+    return [(places[0] * x, places[1] * x) for x in away]
+
+
+def _size(mechanism: Mechanism) -> float:
+    """A length of the mechanism: the largest distance between a body and its parent."""
+    return max([float(np.linalg.norm(b.placement.translation)) for b in mechanism.bodies] + [1e-3])
+
+
+def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, stabilisation: Stabilisation) -> Trace:
+    """A scene at `outputs` + 1 even times: RK4 and semi_implicit_Euler with fixed steps that divide their distance,
+    DOP853 with the tolerance of the settings (its Baumgarte gains are those of a step of one output distance)."""
+    times = np.linspace(0.0, scene.duration, outputs + 1)
+    if not fits(mechanism, scene.laws):
+        return _slow(mechanism, scene, settings, times)
+    between = scene.duration / outputs
+    each = 1 if settings.integrator == "DOP853" else max(1, round(between / settings.timestep))
+    h = between / each
+    dynamics = ConstrainedDynamics(mechanism, scene.laws, stabilisation.position / h**2, stabilisation.velocity / h)
+    q, v = initial_state(mechanism, scene)
+    if settings.integrator == "DOP853":
+        return _adaptive(dynamics, q, v, times, settings.tolerance)
+    step = _rk4 if settings.integrator == "RK4" else _semi_implicit
+    qs, vs, spent = [q], [v], 0.0
+    for k in range(outputs):
+        began = time.process_time()
+        for i in range(each):
+            q, v = step(dynamics, times[k] + i * h, q, v, h)
+        spent += time.process_time() - began
+        if not np.max(np.abs(v)) < RATE_LIMIT:
+            reason = f"diverged before t = {times[k + 1]:.4g} s"
+            return Trace(np.array(qs), np.array(vs), spent, (k + 1) * each, reason)
+        qs.append(q)
+        vs.append(v)
+    return Trace(np.array(qs), np.array(vs), spent, outputs * each)
+
+
+Dynamics = Callable[[float, Array, Array], Array]
+
+
+def _rk4(f: Dynamics, t: float, q: Array, v: Array, h: float) -> tuple[Array, Array]:
+    half = 0.5 * h
+    a1 = f(t, q, v)
+    v2 = v + half * a1
+    a2 = f(t + half, q + half * v, v2)
+    v3 = v + half * a2
+    a3 = f(t + half, q + half * v2, v3)
+    v4 = v + h * a3
+    a4 = f(t + h, q + h * v3, v4)
+    return q + (h / 6.0) * (v + 2.0 * (v2 + v3) + v4), v + (h / 6.0) * (a1 + 2.0 * (a2 + a3) + a4)
+
+
+def _semi_implicit(f: Dynamics, t: float, q: Array, v: Array, h: float) -> tuple[Array, Array]:
+    v = v + h * f(t, q, v)
+    return q + h * v, v
+
+
+def _adaptive(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, tolerance: float) -> Trace:
+    nq = len(q)
+
+    def slope(t: float, y: Array) -> Array:
+        return np.concatenate([y[nq:], dynamics(t, y[:nq], y[nq:])])
+
+    began = time.process_time()
+    found = integrate_adaptive(
+        slope, 0.0, np.concatenate([q, v]), times[-1], rtol=tolerance, atol=1e-3 * tolerance, most_evaluations=100_000
+    )
+    y = found.at(times[times <= found.t[-1]])
+    spent = time.process_time() - began
+    reason = "" if found.complete else f"stopped at t = {found.t[-1]:.4g} s: {found.outcome.value}"
+    return Trace(y[:, :nq], y[:, nq:], spent, len(found.t) - 1, reason)
+
+
+def _slow(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -> Trace:
+    recording = run(mechanism, scene, settings, times)
+    end = [f.sentence for f in recording.health.findings if f.name == "blow_up"]
+    return Trace(recording.q, recording.v, recording.cost.cpu_s, recording.cost.steps, end[0] if end else "")

@@ -1,0 +1,86 @@
+"""A chart as text, table, data and picture files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mechlab.errors import MechlabError
+from mechlab.study.tables import number, table
+
+if TYPE_CHECKING:
+    from mechlab.study.chart import Chart, Point
+
+FORMATS = (".svg", ".png", ".csv", ".json")
+
+
+def chart_text(chart: Chart) -> str:
+    """Title, reference, every point, front, notes, recommendation, settings to paste."""
+    front = set(chart.front)
+    heads = ["", "method", "step", "cpu_s", f"error [{chart.unit}]", "e_G", "energy [J]", "gap", "status"]
+    rows = [["*" if p in front else "", p.method, _step(p), *(_cell(x) for x in (p.cpu_s, p.error, p.e_g, p.energy, p.gap)),
+             p.status if not p.reason else f"{p.status}: {p.reason}"[:60]] for p in chart.points]  # fmt: skip
+    lines = [
+        f"{chart.name}, scene {chart.scene}, {chart.duration:g} s: speed against accuracy of {', '.join(chart.tracked[:6])}",
+        f"reference: {chart.reference}",
+        "",
+        table(heads, rows),
+        "* on the Pareto front. CPU time of stepping only, one thread, median; same output times for all.",
+        *(f"not shown: {name} ({why})" for name, why in chart.skipped.items()),
+        *(f"published: {x.program}, {x.cpu_s:g} s on {x.machine}; its error is not published" for x in chart.published),
+        "",
+        *chart.notes,
+        chart.recommendation.sentence,
+    ]
+    if chart.recommendation.paste:
+        lines += ["", chart.recommendation.paste]
+    return "\n".join(lines)
+
+
+def _step(p: Point) -> str:
+    return f"{1e3 * p.step:.4g} ms" if p.control == "step" else f"tol {p.step:.0e}"
+
+
+def _cell(value: float) -> str:
+    return "-" if value != value else number(value)
+
+
+def csv_text(chart: Chart) -> str:
+    """All points, one a line; missing numbers are empty."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = ("method", "step", "control", "cpu_s", "error", "e_G", "energy", "gap", "status", "default", "front")
+    writer.writerow(names)
+    front = set(chart.front)
+    for p in chart.points:
+        row = p.to_dict() | {"front": p in front}
+        writer.writerow(["" if row[n] is None else row[n] for n in names])
+    return out.getvalue()
+
+
+def save(chart: Chart, path: str | Path) -> dict[str, Path]:
+    """Write the chart: a file of the format of its name, or all formats into a folder (a path without a suffix).
+
+    Raises MechlabError for another format.
+    """
+    path = Path(path)
+    if path.suffix and path.suffix not in FORMATS:
+        raise MechlabError(
+            f"chart: cannot write {path.name}; formats: {', '.join(FORMATS)}, or a folder for all of them."
+        )
+    folder = path.parent if path.suffix else path
+    folder.mkdir(parents=True, exist_ok=True)
+    targets = [path] if path.suffix else [folder / f"chart_{chart.name}{suffix}" for suffix in FORMATS]
+    for target in targets:
+        if target.suffix == ".csv":
+            target.write_text(csv_text(chart))
+        elif target.suffix == ".json":
+            target.write_text(json.dumps(chart.to_dict(), indent=1))
+        else:
+            from mechlab.study.chart_picture import draw
+
+            draw(chart, target)
+    return {t.suffix[1:]: t for t in targets}

@@ -1,0 +1,204 @@
+"""Methods of simulation as data: engine, integrator, treatment of the constraints, and what one turns to make it sharper.
+
+One registry; `mechlab.study.chart` runs all of it. Adding a method is adding a row.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import unknown
+from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import MUJOCO_INTEGRATORS, Settings
+from mechlab.experiment.trace import Trace
+from mechlab.mechanism import Mechanism
+from mechlab.study.design import Design
+from mechlab.study.witness import ENGINES, room
+
+TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A scene of a design to be run by many methods, compared at `outputs` + 1 even times."""
+
+    design: Design
+    scene: Scene
+    outputs: int = 100
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism at the fidelity of the scene."""
+        return self.design.mechanism(self.scene.fidelity)
+
+
+@dataclass(frozen=True)
+class Method:
+    """constraints: "default" (the engine's own softness), "hard" (solref 2h, solimp .9999), "soft" or "stiff" Baumgarte
+    gains, "exact" (own coordinates). control: what is refined, "step" [s] or "tolerance". order: expected of the error."""
+
+    name: str
+    engine: str
+    integrator: str
+    constraints: str
+    control: str = "step"
+    order: int = 1
+
+    @property
+    def is_default(self) -> bool:
+        """True for an engine as it comes, which a chart always shows."""
+        return self.constraints == "default"
+
+    def settings(self, value: float) -> Settings:
+        """Settings at a step [s] or tolerance."""
+        how: dict[str, Any] = {"engine": self.engine, "integrator": self.integrator, "preset": self.name}
+        how["timestep" if self.control == "step" else "tolerance"] = value
+        if self.is_default:
+            how |= {"timeconst": None, "impedance": None}
+        return Settings(**how)
+
+    def available(self, problem: Problem) -> str:
+        """Why it cannot run the problem; empty when it can."""
+        return _AVAILABLE[self.engine](self, problem)
+
+    def run(self, problem: Problem, value: float) -> Trace:
+        """The problem at a step [s] that divides the output distance, or at a tolerance."""
+        return _RUN[self.engine](self, problem, value)
+
+
+def _orders(integrator: str) -> int:
+    return {"RK4": 4, "DOP853": 8, "Radau": 5}.get(integrator, 1)
+
+
+METHODS: tuple[Method, ...] = (
+    *(Method(f"MuJoCo {i}, defaults", "mujoco", i, "default", order=_orders(i)) for i in MUJOCO_INTEGRATORS),
+    *(Method(f"MuJoCo {i}, hard", "mujoco", i, "hard", order=min(2, _orders(i))) for i in MUJOCO_INTEGRATORS),
+    Method("Pinocchio semi-implicit Euler", "pinocchio", "semi_implicit_Euler", "stiff"),
+    Method("Pinocchio RK4, soft stabilisation", "pinocchio", "RK4", "soft", order=4),
+    Method("Pinocchio RK4, stiff stabilisation", "pinocchio", "RK4", "stiff", order=4),
+    Method("Pinocchio DOP853", "pinocchio", "DOP853", "soft", "tolerance", 8),
+    Method("one freedom RK4", "one_freedom", "RK4", "exact", order=4),
+    Method("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8),
+    Method("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8),
+    Method("own equations, scipy DOP853", "analytic", "DOP853", "exact", "tolerance", 8),
+    Method("own equations, scipy Radau", "analytic", "Radau", "exact", "tolerance", 5),
+)
+"""Softness of MuJoCo's hard constraints goes with h^2, which limits RK4 with loops to order 2."""
+
+GAINS = {"soft": (0.01, 0.2), "stiff": (0.25, 1.0)}
+"""Baumgarte gains kp h^2, kd h. Soft keeps the order of RK4; stiff survives singular positions."""
+
+
+def method(name: str) -> Method:
+    """The method of that name; raises MechlabError that lists them."""
+    for found in METHODS:
+        if found.name == name:
+            return found
+    raise unknown("method", name, [m.name for m in METHODS])
+
+
+def steps(problem: Problem, count: int = 13) -> tuple[float, ...]:
+    """Step sizes to choose from: the output distance and its halves, so that every output time is the end of a step."""
+    between = problem.scene.duration / problem.outputs
+    return tuple(between / 2**k for k in range(count))
+
+
+# -- engines ---------------------------------------------------------------------------------------------------------------
+
+
+def _room(m: Method, problem: Problem) -> str:
+    from mechlab.errors import EngineMissing
+
+    try:
+        room(m.engine if m.engine in ENGINES else "pinocchio")
+    except EngineMissing as missing:
+        return str(missing)
+    return ""
+
+
+def _loose(m: Method, problem: Problem) -> str:
+    if m.constraints == "hard" and not (problem.mechanism.loops or problem.mechanism.relations):
+        return "nothing to harden: it has no loops and no gears"
+    return _room(m, problem)
+
+
+def _pinocchio_fits(m: Method, problem: Problem) -> str:
+    missing = _room(m, problem)
+    if not missing and m.constraints == "stiff" and m.integrator == "RK4":
+        from mechlab.solve.trace import fits
+
+        if not problem.mechanism.loops or not fits(problem.mechanism, problem.scene.laws):
+            return "no stabilisation to choose"
+    return missing
+
+
+def _one_freedom(m: Method, problem: Problem) -> str:
+    from mechlab.mechanism import structure
+
+    try:
+        import mechlab.study.one_freedom  # noqa: F401
+    except ImportError as error:
+        return f"not available: {error}"
+    freedoms = structure(problem.mechanism).freedoms
+    return "" if freedoms == 1 else f"it has {freedoms} freedoms"
+
+
+def _hybrid(m: Method, problem: Problem) -> str:
+    m_ = problem.mechanism
+    rough = any(j.friction for j in m_.joints) or any(s.friction for s in m_.shafts)
+    return _room(m, problem) if rough else "no dry friction: the same as Pinocchio DOP853"
+
+
+def _own(m: Method, problem: Problem) -> str:
+    reference = problem.design.entry.reference
+    if reference is None or not {"method", "tolerance"} <= set(inspect.signature(reference).parameters):
+        return "it has no own equations of motion"
+    return ""
+
+
+def _mujoco(m: Method, problem: Problem, value: float) -> Trace:
+    from mechlab.simulate.trace import trace
+
+    return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs)
+
+
+def _pinocchio(m: Method, problem: Problem, value: float) -> Trace:
+    from mechlab.solve.trace import Stabilisation, trace
+
+    gains = Stabilisation(*GAINS[m.constraints])
+    return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs, gains)
+
+
+def _times(problem: Problem) -> np.ndarray:
+    return np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
+
+
+def _runner(m: Method, problem: Problem, value: float) -> Trace:
+    """A runner that makes a Recording; its cost is that of its integration."""
+    from importlib import import_module
+
+    module = import_module("mechlab.study.one_freedom" if m.engine == "one_freedom" else "mechlab.solve.hybrid")
+    recording = module.run(problem.mechanism, problem.scene, m.settings(value), _times(problem))
+    ends = [f.sentence for f in recording.health.findings if f.name == "blow_up"]
+    return Trace(recording.q, recording.v, recording.cost.cpu_s, recording.cost.steps, ends[0] if ends else "")
+
+
+def _equations(m: Method, problem: Problem, value: float) -> Trace:
+    reference: Any = problem.design.entry.reference
+    recording = reference(problem.design.parameters, problem.scene, method=m.integrator, tolerance=value)
+    at = np.searchsorted(recording.t, _times(problem) * (1.0 - 1e-12))
+    return Trace(recording.q[at], recording.v[at], recording.cost.cpu_s, recording.cost.steps)
+
+
+_AVAILABLE: dict[str, Callable[[Method, Problem], str]] = {
+    "mujoco": _loose, "pinocchio": _pinocchio_fits, "one_freedom": _one_freedom, "hybrid": _hybrid, "analytic": _own,
+}  # fmt: skip
+_RUN: dict[str, Callable[[Method, Problem, float], Trace]] = {
+    "mujoco": _mujoco, "pinocchio": _pinocchio, "one_freedom": _runner, "hybrid": _runner, "analytic": _equations,
+}  # fmt: skip

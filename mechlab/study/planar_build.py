@@ -1,0 +1,263 @@
+"""From a planar linkage of Assur groups to a Mechanism: every link a body, every group closed by its loops.
+
+The plane stands upright: x to the right, y of the linkage is z of the world, all axes one shared vector. Link L gives the
+joint or shaft `L_angle` (its direction in the plane) and, where its first pin moves, the joint `L_joint`; a slide S gives
+the joint `S_slide`. Points are frames.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mechlab.analytic.linkage import Linkage, Motion, Step
+from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
+from mechlab.mechanism.geometry import Array, axis_rotation
+from mechlab.mechanism.model import GROUND
+from mechlab.mechanism.shape import Color, Shape
+
+AXIS = "-y"
+"""Axis of every turn: counter-clockwise as seen from the front."""
+
+COLORS: tuple[Color, ...] = (
+    (0.16, 0.42, 0.75, 1.0), (0.90, 0.55, 0.13, 1.0), (0.20, 0.58, 0.56, 1.0), (0.62, 0.33, 0.64, 1.0),
+    (0.80, 0.26, 0.28, 1.0), (0.45, 0.55, 0.20, 1.0),
+)  # fmt: skip
+DARK: Color = (0.30, 0.33, 0.38, 1.0)
+UPRIGHT = axis_rotation((1.0, 0.0, 0.0), math.pi / 2)
+"""Turns the xy plane of a shape into the plane of the linkage."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """Masses and looks. names: link -> name of its angle instead of LINK_angle; width [m] of the bars."""
+
+    mass_per_length: float = 1.0
+    slider_mass: float = 0.1
+    gravity: float = 9.81
+    width: float = 0.02
+    names: Mapping[str, str] = field(default_factory=dict)
+    drive_stiffness: float = 200.0
+    drive_damping: float = 2.0
+
+
+def angle_name(link: str, style: Style) -> str:
+    """Name of the quantity that is the direction of a link."""
+    return style.names.get(link, f"{link}_angle")
+
+
+class _Planar:
+    """Collects the parts while the steps of the linkage are walked."""
+
+    def __init__(self, linkage: Linkage, motion: Motion, style: Style, summary: str) -> None:
+        self.linkage, self.motion, self.style = linkage, motion, style
+        self.builder = Builder(linkage.name, gravity=(0.0, 0.0, -style.gravity), summary=summary)
+        self.where: dict[str, tuple[str, complex]] = {}
+        self.tips: dict[str, list[complex]] = {}
+        self.path: dict[str, tuple[str, ...]] = {GROUND: ()}
+        self.turn: dict[str, float] = {GROUND: 0.0}
+        self.guess: dict[str, float] = {}
+        self.guides: dict[str, tuple[str, complex, float]] = {}
+        self.layer: dict[str, float] = {}
+
+    def bodies_of(self, link: str, pin: str, tips: list[complex]) -> None:
+        """A link on a pin, with rods to its tips."""
+        parent, at = self.where[pin]
+        style, number = self.style, len(self.layer)
+        absolute = angle_name(link, style)
+        joint = absolute if parent == GROUND else f"{link}_joint"
+        value = float(self.motion.turns[link].x)
+        tips = tips + self.tips.get(link, [])
+        inertia, shapes = Inertia(), list[Shape]()
+        lift = 1.2 * style.width * (number % 3)
+        for tip in tips:
+            end = (tip.real, 0.0, tip.imag)
+            inertia = inertia + Inertia.rod(style.mass_per_length * abs(tip), (0.0, 0.0, 0.0), end, style.width / 4)
+            shapes += _bar(tip, style.width, lift, COLORS[number % len(COLORS)])
+        self.builder.body(
+            link, revolute(joint, AXIS), parent=parent, at=(at.real, 0.0, at.imag), inertia=inertia, shapes=shapes
+        )
+        self.layer[link] = lift
+        self.path[link] = (*self.path[parent], joint)
+        self.turn[link] = value
+        self.guess[joint] = value - self.turn[parent]
+        if parent != GROUND:
+            turning = [n for n in self.path[link] if not n.endswith("_slide")]
+            rest = value - sum(self.guess[n] for n in turning)  # what constant angles of slots add
+            self.builder.shaft(absolute, dict.fromkeys(turning, 1), zero=rest)
+
+    def slider(self, name: str, body: str, parent: str, foot: complex, angle: float, value: float) -> None:
+        """A block that slides on its parent through `foot` in the direction of `angle`, both in the parent's axes."""
+        w = self.style.width
+        turned = Placement.of(axis_rotation((0.0, -1.0, 0.0), angle), (0.0, 0.0, 0.0))
+        block = shape("box", color=DARK, x=2.4 * w, y=1.2 * w, z=1.4 * w)
+        self.builder.body(
+            body, prismatic(f"{name}_slide", "x"), parent=parent, at=(foot.real, 0.0, foot.imag), turned=turned,
+            inertia=Inertia.box(self.style.slider_mass, 2.4 * w, 1.2 * w, 1.4 * w), shapes=[block],
+        )  # fmt: skip
+        self.path[body] = (*self.path[parent], f"{name}_slide")
+        self.turn[body] = self.turn[parent] + angle
+        self.guess[f"{name}_slide"] = value
+
+    def join(self, name: str, a: tuple[str, complex], b: tuple[str, complex]) -> None:
+        """Close a loop by a pin between two points of bodies."""
+        at_a, at_b = ((z.real, 0.0, z.imag) for _, z in (a, b))
+        self.builder.loop(f"pin_{name}", a[0], b[0], at_a, at_b)
+
+
+def mechanism_of(
+    linkage: Linkage,
+    inputs: Mapping[str, float],
+    style: Style | None = None,
+    summary: str = "",
+    motion: Motion | None = None,
+) -> Mechanism:
+    """The Mechanism of a linkage, its reference pose assembled at the `inputs` (crank -> angle) in the linkage's modes.
+
+    Raises NoSolution where it does not assemble there, MechlabError as the Builder does.
+    """
+    style = style or Style()
+    motion = motion or linkage.solve(**inputs).require()
+    plan = _Planar(linkage, motion, style, summary)
+    for step in linkage.steps:
+        if step.kind == "point":
+            distance, angle = step.sizes
+            tip = complex(distance * np.exp(1j * angle))
+            plan.tips.setdefault(step.uses[0], []).append(tip)
+    for step in linkage.steps:
+        _add(plan, step)
+    for name, (body, at) in plan.where.items():
+        if body != GROUND:
+            plan.builder.frame(name, body, (at.real, 0.0, at.imag))
+        else:
+            plan.builder.ground(_bracket(at, style.width))
+    held = [angle_name(n, style) for n in linkage.inputs]
+    for name in held:
+        plan.builder.drive(name, stiffness=style.drive_stiffness, damping=style.drive_damping)
+    return plan.builder.assemble(plan.guess, hold=held)
+
+
+def _add(plan: _Planar, s: Step) -> None:
+    m = plan.motion
+    if s.kind == "pivot":
+        plan.where[s.name] = (GROUND, complex(*s.sizes))
+    elif s.kind == "crank":
+        plan.bodies_of(s.name, s.uses[0], [complex(s.sizes[0])])
+        plan.where[s.makes[1]] = (s.name, complex(s.sizes[0]))
+    elif s.kind == "point":
+        distance, angle = s.sizes
+        plan.where[s.name] = (s.uses[0], complex(distance * np.exp(1j * angle)))
+    elif s.kind == "guide":
+        x, y, angle, offset = s.sizes
+        plan.guides[s.name] = (GROUND, complex(x, y) + 1j * offset * np.exp(1j * angle), angle)
+    elif s.kind == "guide_on":
+        angle, offset = s.sizes
+        plan.guides[s.name] = (s.uses[0], complex(1j * offset * np.exp(1j * angle)), angle)
+    elif s.kind == "RRR":
+        for link, pin, size in zip(s.makes[:2], s.uses, s.sizes, strict=True):
+            plan.bodies_of(link, pin, [complex(size)])
+        plan.join(s.name, (s.makes[0], complex(s.sizes[0])), (s.makes[1], complex(s.sizes[1])))
+        plan.where[s.name] = (s.makes[0], complex(s.sizes[0]))
+    elif s.kind == "RRP":
+        parent, foot, angle = plan.guides[s.uses[1]]
+        plan.bodies_of(s.makes[0], s.uses[0], [complex(s.sizes[0])])
+        plan.slider(s.name, f"{s.name}_slider", parent, foot, angle, float(m.slides[s.name].x))
+        plan.join(s.name, (s.makes[0], complex(s.sizes[0])), (f"{s.name}_slider", 0j))
+        plan.where[s.name] = (f"{s.name}_slider", 0j)
+    elif s.kind == "RPR":
+        _slotted(plan, s)
+    elif s.kind == "PRP":
+        for k, guide in enumerate(s.uses):
+            parent, foot, angle = plan.guides[guide]
+            name = f"{s.name}_{k + 1}"
+            plan.slider(name, f"{name}_slider", parent, foot, angle, float(m.slides[name].x))
+        plan.join(s.name, (f"{s.name}_1_slider", 0j), (f"{s.name}_2_slider", 0j))
+        plan.where[s.name] = (f"{s.name}_1_slider", 0j)
+    elif s.kind == "RPP":
+        parent, foot, angle = plan.guides[s.uses[1]]
+        first, second = f"{s.name}_1", f"{s.name}_2"
+        plan.slider(first, f"{first}_slider", parent, foot, angle, float(m.slides[first].x))
+        plan.slider(second, f"{second}_slider", f"{first}_slider", 0j, s.sizes[0], float(m.slides[second].x))
+        plan.join(s.name, (f"{second}_slider", 0j), plan.where[s.uses[0]])
+    elif s.kind == "III":
+        _platform(plan, s)
+    elif s.kind == "IV":
+        _four(plan, s)
+
+
+def _slotted(plan: _Planar, s: Step) -> None:
+    """RPR: the lever needs a length to be seen and weighed: to its farthest point, or to the pin."""
+    offset = float(s.sizes[0])
+    slide = float(plan.motion.slides[s.name].x)
+    own = plan.tips.get(s.name, [])
+    plan.bodies_of(s.name, s.uses[0], [] if own else [complex(slide, offset)])
+    plan.slider(s.name, f"{s.name}_block", s.name, complex(0.0, offset), 0.0, slide)
+    plan.join(s.name, (f"{s.name}_block", 0j), plan.where[s.uses[1]])
+
+
+def _platform(plan: _Planar, s: Step) -> None:
+    legs, corners = s.sizes
+    tips = [0j, *map(complex, corners)]
+    for k in range(3):
+        plan.bodies_of(s.makes[k], s.uses[k], [complex(legs[k])])
+    first = s.makes[4]
+    plan.where[first] = (s.makes[0], complex(legs[0]))
+    plan.bodies_of(s.makes[3], first, tips[1:])
+    for k in (1, 2):
+        plan.join(s.makes[4 + k], (s.makes[k], complex(legs[k])), (s.makes[3], tips[k]))
+        plan.where[s.makes[4 + k]] = (s.makes[3], tips[k])
+
+
+def _four(plan: _Planar, s: Step) -> None:
+    first, second, lengths = s.sizes
+    for link, pin, tips in zip(s.makes[:2], s.uses, (first, second), strict=True):
+        plan.bodies_of(link, pin, [complex(x) for x in tips])
+    for k in (0, 1):
+        plan.where[s.makes[4 + k]] = (s.makes[0], complex(first[k]))
+        plan.where[s.makes[6 + k]] = (s.makes[1], complex(second[k]))
+    for k in (0, 1):
+        plan.bodies_of(s.makes[2 + k], s.makes[4 + k], [complex(lengths[k])])
+        plan.join(s.makes[6 + k], (s.makes[2 + k], complex(lengths[k])), (s.makes[1], complex(second[k])))
+
+
+def _bar(tip: complex, width: float, lift: float, color: Color) -> list[Shape]:
+    turned = axis_rotation((0.0, -1.0, 0.0), float(np.angle(tip))) @ UPRIGHT
+    ends = [(0.0, -lift, 0.0), (tip.real, -lift, tip.imag)]
+    pins = [shape("cylinder", Placement.of(UPRIGHT, e), DARK, radius=0.18 * width, length=1.1 * width) for e in ends]
+    place = Placement.of(turned, ends[0])
+    bar = shape("link", place, color, length=abs(tip), width=width, thickness=0.5 * width, bore=0.18 * width)
+    return [bar, *pins]
+
+
+def _bracket(at: complex, width: float) -> Shape:
+    place = Placement.of(UPRIGHT, (at.real, width, at.imag))
+    return shape("bracket", place, DARK, height=3.0 * width, width=1.6 * width, thickness=0.8 * width)
+
+
+def coordinates(m: Mechanism, linkage: Linkage, motion: Motion, style: Style) -> tuple[Array, Array]:
+    """q (n, nq) and v (n, nv) of a closed-form motion over (n,) positions, angles continuous from the reference pose."""
+    value: dict[str, Array] = {}
+    rate: dict[str, Array] = {}
+    for link, turn in motion.turns.items():
+        value[angle_name(link, style)] = np.unwrap(np.atleast_1d(turn.x))
+        rate[angle_name(link, style)] = turn.v
+    for name, slide in motion.slides.items():
+        value[f"{name}_slide"], rate[f"{name}_slide"] = slide.x, slide.v
+    n = max(np.size(x) for x in value.values())
+    q, v = np.zeros((n, m.nq)), np.zeros((n, m.nv))
+    parent = {b.name: b.parent for b in m.bodies}
+    for k, joint in enumerate(m.joints):
+        if joint.name in value:
+            q[:, k], v[:, k] = value[joint.name], rate[joint.name]
+        else:
+            link = joint.name.removesuffix("_joint")
+            up = angle_name(parent[link], style)
+            q[:, k] = value[angle_name(link, style)] - value[up]
+            v[:, k] = rate[angle_name(link, style)] - rate[up]
+        q[:, k] -= joint.zero
+        if joint.kind == "revolute":
+            q[:, k] -= 2 * np.pi * np.round(q[0, k] / (2 * np.pi))
+    return q, v

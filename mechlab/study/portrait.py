@@ -1,0 +1,170 @@
+"""Phase portraits: thousands of initial states as one vectorised integration, sections, curves; arrays and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import MechlabError, Untrustworthy
+from mechlab.integrate import RK4, integrate_fixed
+from mechlab.mechanism.geometry import Array
+from mechlab.study.tables import table
+
+Slope = Callable[[float, Array], Array]
+MOST_LINES = 400
+"""More curves than this make a black figure: a figure draws every so-manyeth."""
+
+
+@dataclass(frozen=True)
+class Portrait:
+    """A portrait: `x` and `y` name two of `arrays`, each (curves, points); `marks`: points instead of lines.
+
+    `arrays` holds everything that was computed, in SI; `notes` says how and how well.
+    """
+
+    kind: str
+    title: str
+    x: str
+    y: str
+    arrays: Mapping[str, Array]
+    units: Mapping[str, str] = field(default_factory=dict)
+    marks: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Curves, and points of each."""
+        size = np.atleast_2d(self.arrays[self.y]).shape
+        return size[0], size[1]
+
+
+def flow(slope: Slope, start: ArrayLike, duration: float, timestep: float, samples: int = 101) -> tuple[Array, Array]:
+    """Times (m,) and states (m, ..., n) from initial states (..., n), all at once by RK4 (fourth order).
+
+    The step is at most `timestep` and divides the time between two samples. Raises Untrustworthy when any state stops
+    being finite.
+    """
+    if not duration > 0 or not timestep > 0 or samples < 2:
+        raise MechlabError(
+            f"portrait: expected duration, timestep > 0 and 2 samples or more, got {duration}, {timestep}, {samples}."
+        )
+    stride = max(1, int(np.ceil(duration / (samples - 1) / timestep - 1e-9)))
+    steps = stride * (samples - 1)
+    y = np.asfortranarray(start, dtype=float)  # one state variable of all motions lies together: twice as fast
+    out = np.empty((samples, *y.shape))
+
+    def keep(k: int, t: float, state: Array) -> None:
+        if k % stride == 0:
+            out[k // stride] = state
+
+    done = integrate_fixed(RK4, slope, 0.0, y, duration / steps, steps, keep)
+    if not done.complete:
+        raise Untrustworthy(f"portrait: {done.reason}; try a smaller timestep or initial states that stay bounded.")
+    return np.linspace(0.0, duration, samples), out
+
+
+def section(slope: Slope, start: ArrayLike, period: float, turns: int, steps: int) -> Array:
+    """(turns + 1, ..., n) states of a flow each time its independent variable has grown by `period`: a Poincare map.
+
+    `steps` of RK4 in each period, so that every section is a step: no interpolation.
+    """
+    return flow(slope, start, period * turns, period / steps, turns + 1)[1]
+
+
+def estimated_error(slope: Slope, start: ArrayLike, duration: float, timestep: float, few: int = 20) -> float:
+    """Largest error of `flow` at the end, from a few of the initial states with half the step (Richardson: x 16/15)."""
+    y = np.asarray(start, dtype=float)
+    y = y[:: max(1, len(y) // few)]
+    coarse, fine = (flow(slope, y, duration, h, 2)[1][-1] for h in (timestep, 0.5 * timestep))
+    return float(np.max(np.abs(coarse - fine))) * 16.0 / 15.0
+
+
+def grid(axes: Mapping[str, ArrayLike]) -> dict[str, Array]:
+    """Every combination of the values on the axes: name -> (points,)."""
+    meshes = np.meshgrid(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in axes.values()), indexing="ij")
+    return {name: m.ravel() for name, m in zip(axes, meshes, strict=True)}
+
+
+def draw(portrait: Portrait, path: Path) -> Path:
+    """Write the figure (.png, .svg or .pdf by its suffix)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 6.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    x, y = (np.atleast_2d(portrait.arrays[k]) for k in (portrait.x, portrait.y))
+    x = np.broadcast_to(x, y.shape)
+    chosen = slice(None, None, max(1, len(y) // MOST_LINES))
+    style = {"linestyle": "", "marker": ".", "markersize": 1.5} if portrait.marks else {"linewidth": 0.7}
+    axes.plot(x[chosen].T, y[chosen].T, **style)
+    axes.set_title(portrait.title)
+    for name, put in ((portrait.x, axes.set_xlabel), (portrait.y, axes.set_ylabel)):
+        put(f"{name} [{portrait.units[name]}]" if portrait.units.get(name) else name)
+    axes.grid(True, linewidth=0.3)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=150)
+    return path
+
+
+@dataclass(frozen=True)
+class PortraitResult:
+    """A portrait and the files it was written to."""
+
+    name: str
+    portrait: Portrait
+    files: Mapping[str, Path] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    exit_code: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form: ranges of the arrays; the arrays themselves are in the file."""
+        p = self.portrait
+        curves, points = p.shape
+        return {
+            "portrait": p.kind, "title": p.title, "x": p.x, "y": p.y, "curves": curves, "points": points,
+            "ranges": {k: _range(v) for k, v in p.arrays.items()}, "files": {k: str(v) for k, v in self.files.items()},
+            "notes": list(p.notes), "warnings": list(self.warnings), "message": p.title, "status": "answered",
+        }  # fmt: skip
+
+    def text(self) -> str:
+        """Ranges, notes, files."""
+        curves, points = self.portrait.shape
+        rows = []
+        for name, values in self.portrait.arrays.items():
+            low, high = _range(values)
+            rows.append(
+                [
+                    name,
+                    self.portrait.units.get(name, ""),
+                    f"{low:.6g}",
+                    f"{high:.6g}",
+                    "x".join(map(str, np.shape(values))),
+                ]
+            )
+        parts = [f"{self.name}: {self.portrait.title} ({curves} curves of {points} points)"]
+        parts += [table(["array", "unit", "least", "largest", "shape"], rows), *self.portrait.notes]
+        return "\n".join(
+            [*parts, *(f"{k}: {v}" for k, v in self.files.items()), *(f"warning: {w}" for w in self.warnings)]
+        )
+
+
+def _range(values: Array) -> tuple[float, float]:
+    finite = np.asarray(values)[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
+
+
+def write(name: str, portrait: Portrait, out: Path | None, warnings: tuple[str, ...] = ()) -> PortraitResult:
+    """The result with its files in the folder `out`: NAME-KIND.npz (arrays) and NAME-KIND.png; None: no files."""
+    if out is None:
+        return PortraitResult(name, portrait, {}, warnings)
+    out.mkdir(parents=True, exist_ok=True)
+    stem = f"{name}-{portrait.kind}"
+    arrays = out / f"{stem}.npz"
+    np.savez_compressed(arrays, **{k: np.asarray(v) for k, v in portrait.arrays.items()})  # type: ignore[arg-type]
+    return PortraitResult(name, portrait, {"arrays": arrays, "figure": draw(portrait, out / f"{stem}.png")}, warnings)

@@ -1,0 +1,205 @@
+"""Power flow of any train of gears: `solve NAME X_rate=… X_force=… efficiency=…` on a Mechanism of gear relations.
+
+X_rate: speeds of as many joints or shafts as there are freedoms [rad/s]; X_force: external torques [N m], the others are
+found; efficiency: of every mesh; MESH_efficiency: of one. Power goes into a member where force x rate > 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.power_circulation import circulating_power
+from mechlab.analytic.power_flow import Flow, efficiency, flow
+from mechlab.errors import EngineMissing, NoSolution, unknown
+from mechlab.experiment.question import Answer, Question
+from mechlab.mechanism import GROUND, Mechanism
+from mechlab.mechanism.geometry import Array
+from mechlab.study.design import Design
+from mechlab.study.train import ETA, FORCE, RATE, Case, Train, case_of, geared, train
+from mechlab.study.witness import room
+
+
+def asks_power_flow(keys: set[str]) -> bool:
+    """True when the keys ask for torques or efficiencies."""
+    return any(k.endswith((FORCE, f"_{ETA}")) or k == ETA for k in keys)
+
+
+def power_flow_question(design: Design, values: Mapping[str, Any]) -> Question:
+    """The question that X_rate, X_force and efficiency make. Raises MechlabError for unknown keys."""
+    t = train(geared(design))
+    m = t.mechanism
+    names = m.scalar_names
+    known = {*(f"{n}{RATE}" for n in names), *(f"{n}{FORCE}" for n in names), ETA,
+             *(f"{r.name}_{ETA}" for r in t.roles)}  # fmt: skip
+    for key in values:
+        if key not in known:
+            raise unknown(f"{design.name}: power flow: quantity", key, known)
+    units = {f"{n}{RATE}": "rad/s" for n in names} | {f"{n}{FORCE}": "N m" for n in names} | {"circulating": "W"}
+    wanted = tuple(f"{n}{RATE}" for n in names if f"{n}{RATE}" not in values)
+
+    def engine(title: str) -> Any:
+        return lambda p, given: _engine(title, t, given)
+
+    return Question(
+        "power flow", tuple(values), wanted,
+        {"analytic": lambda p, given: _analytic(t, given), "pinocchio": engine("pinocchio"), "mujoco": engine("mujoco")},
+        units=units, text="speeds, torques, power through every mesh and carrier, efficiency both ways",
+    )  # fmt: skip
+
+
+# -- the closed form -------------------------------------------------------------------------------------------------
+
+
+def _solve(t: Train, case: Case, given: Mapping[str, float], left: tuple[str, ...]) -> tuple[Flow, dict[str, float]]:
+    """The flow, and all external torques by name."""
+    rows = [t.mechanism.row(n) for n in given]
+    found = flow(t.meshes, case.rates, case.eta, rows, list(given.values()), [t.mechanism.row(n) for n in left])
+    return found, dict(given) | dict(zip(left, found.torques.tolist(), strict=True))
+
+
+def _powers(t: Train, case: Case, torques: Mapping[str, float]) -> dict[str, float]:
+    return {n: x * float(t.mechanism.row(n) @ case.rates) for n, x in torques.items()}
+
+
+def _analytic(t: Train, given: Mapping[str, Any]) -> Answer:
+    """One case, or the values (without the lists) of arrays of cases."""
+    shape = np.broadcast_shapes(*(np.shape(x) for x in given.values()))
+    if not shape:
+        return _one(t, {k: float(x) for k, x in given.items()})
+    flat = {k: np.broadcast_to(x, shape).ravel() for k, x in given.items()}
+    said = [_one(t, {k: float(x[i]) for k, x in flat.items()}) for i in range(int(np.prod(shape)))]
+    keys = [k for k in said[0].values if all(k in a.values for a in said)]
+    return Answer(
+        {k: np.array([a.values[k] for a in said]).reshape(shape) for k in keys}, said[0].status, said[0].notes
+    )
+
+
+def _one(t: Train, given: Mapping[str, float]) -> Answer:
+    m, case = t.mechanism, case_of(t, given)
+    found, torques = _solve(t, case, case.given, case.open)
+    powers = _powers(t, case, torques)
+    values: dict[str, Any] = {
+        f"{n}{RATE}": float(m.row(n) @ case.rates) for n in m.scalar_names if f"{n}{RATE}" not in given
+    }
+    values |= {f"{n}{FORCE}": torques[n] for n in case.open}
+    notes = [f"{n}: free, no torque (it has no drive and none was given)" for n in case.free]
+    if found.shared:
+        notes.append(
+            "meshes that repeat each other share the load equally: real planets share by their stiffness and errors"
+        )
+    details: dict[str, Any] = {
+        "members": [{"member": n, "torque": x, "rate": float(m.row(n) @ case.rates), "power": powers[n]} for n, x in torques.items()],
+        "meshes": _mesh_list(t, found, case.eta), "carriers": _carrier_list(t, found, case),
+        "losses": float(found.meshes.loss.sum()),
+    }  # fmt: skip
+    who = np.array([[x.a, x.b, x.carrier] for x in t.meshes])
+    through = np.column_stack([found.meshes.power_a, found.meshes.power_b, found.meshes.power_carrier])
+    values["circulating"] = circulating_power(who, through)
+    ahead = efficiency(list(powers.values()))
+    if ahead is not None:
+        put_in = sum(x for x in powers.values() if x > 0.0)
+        values["rolling_over_input"] = float(np.max(found.meshes.rolling)) / put_in
+        values["efficiency_forward"] = ahead
+    back, sentence = _backward(t, case, torques, powers)
+    if back is not None:
+        values["efficiency_backward"] = back
+        details["self_locking"] = back <= 0.0
+    notes += [sentence] if sentence else []
+    return Answer(values, notes=tuple(notes), details=details)
+
+
+def _backward(
+    t: Train, case: Case, torques: Mapping[str, float], powers: Mapping[str, float]
+) -> tuple[float | None, str]:
+    """Efficiency when the output drives at the same speeds; not positive: it cannot, power must come from both ends."""
+    active = [n for n, x in powers.items() if abs(x) > 1e-12 * max(map(abs, powers.values()))]
+    outputs = [n for n in active if powers[n] < 0.0]
+    inputs = [n for n in active if powers[n] > 0.0]
+    loaded = [n for n, x in case.given.items() if x != 0.0]
+    if not inputs or not outputs or len(loaded) != 1:
+        return None, "the efficiency backwards needs one given torque, and power that goes in and comes out"
+    output = min(outputs, key=lambda n: powers[n])
+    given = {n: 0.0 for n, x in torques.items() if x == 0.0} | {output: -torques[output]}
+    left = tuple(n for n in torques if n not in given)
+    try:
+        _, back = _solve(t, case, given, left)
+    except NoSolution as cause:
+        return None, f"backwards: {cause}"
+    p = _powers(t, case, back)
+    put_in, taken_out = sum(p[n] for n in outputs), -sum(p[n] for n in inputs)
+    if put_in <= 0.0:
+        return None, "backwards no power goes in at the output"
+    ratio = taken_out / put_in
+    if ratio <= 0.0:
+        return (
+            ratio,
+            f"self-locking: {output} cannot drive it, {', '.join(inputs)} must help with {-ratio:.3g} of its power",
+        )
+    return ratio, ""
+
+
+def _mesh_list(t: Train, found: Flow, eta: Array) -> list[dict[str, Any]]:
+    f = found.meshes
+    out = []
+    for k, r in enumerate(t.roles):
+        toward = float(f.toward_b[k])
+        out.append({
+            "mesh": r.name, "from": r.a if toward >= 0 else r.b, "to": r.b if toward >= 0 else r.a, "carrier": r.carrier,
+            "rolling_power": float(f.rolling[k]), "loss": float(f.loss[k]), "efficiency": float(eta[k]),
+            "power_to_carrier": float(f.power_carrier[k]),
+            "torques": {r.a: float(f.torque_a[k]), r.b: float(f.torque_b[k])},
+            "power_to": {r.a: float(f.power_a[k]), r.b: float(f.power_b[k])},
+        })  # fmt: skip
+    return out
+
+
+def _carrier_list(t: Train, found: Flow, case: Case) -> list[dict[str, Any]]:
+    """Coupling power of every carrier that moves: what its meshes give to it and take from it."""
+    out = []
+    for name in dict.fromkeys(r.carrier for r in t.roles if r.carrier != GROUND):
+        parts = [float(found.meshes.power_carrier[k]) for k, r in enumerate(t.roles) if r.carrier == name]
+        got, given = sum(x for x in parts if x > 0), -sum(x for x in parts if x < 0)
+        joint = t.mechanism.body(name).joints[0].name
+        out.append({
+            "carrier": name, "rate": float(t.mechanism.row(joint) @ case.rates), "coupling_power": max(got, given),
+            "taken_from_meshes": got, "given_to_meshes": given,
+        })  # fmt: skip
+    return out
+
+
+# -- the engines -----------------------------------------------------------------------------------------------------
+
+
+def _engine(title: str, t: Train, given: Mapping[str, float]) -> Answer:
+    """Speeds, and without losses torques, from the engine's own constraint Jacobian in the reference pose."""
+    m, case = t.mechanism, case_of(t, given)
+    try:
+        jacobian = _jacobian(title, m)
+    except EngineMissing as missing:
+        return Answer(cannot=str(missing))
+    speeds = {k.removesuffix(RATE): float(x) for k, x in given.items() if k.endswith(RATE)}
+    matrix = np.vstack([jacobian, *[m.row(n)[None] for n in speeds]])
+    wanted = np.concatenate([np.zeros(len(jacobian)), list(speeds.values())])
+    v = np.linalg.lstsq(matrix, wanted, rcond=1e-12)[0]
+    values: dict[str, Any] = {f"{n}{RATE}": float(m.row(n) @ v) for n in m.scalar_names if f"{n}{RATE}" not in given}
+    if np.any(case.eta < 1.0):
+        return Answer(values, notes=("speeds only: the engine's gears have no losses",))
+    columns = np.vstack([jacobian, *[m.row(n)[None] for n in case.open]]).T
+    load = sum((x * m.row(n) for n, x in case.given.items()), np.zeros(m.nv))
+    solution = np.linalg.lstsq(columns, -load, rcond=1e-11)[0][len(jacobian) :]
+    return Answer(values | {f"{n}{FORCE}": float(x) for n, x in zip(case.open, solution, strict=True)})
+
+
+def _jacobian(title: str, m: Mechanism) -> Array:
+    if title == "pinocchio":
+        from mechlab.mechanism import ConstraintSet
+
+        return ConstraintSet(m).jacobian(room("pinocchio").PinKinematics(m))
+    simulate = room("mujoco")
+    model, data = simulate.to_mujoco(m)
+    view = simulate.MujocoMap(m, model)
+    rows = np.asarray(data.efc_J).reshape(-1, model.nv)[: data.ne]
+    return np.array([view.rates(row) for row in rows])
