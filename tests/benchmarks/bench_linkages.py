@@ -43,9 +43,10 @@ def peer(count: int) -> float | None:
         import pylinkage as pl
     except ModuleNotFoundError:
         return None
-    crank = pl.Crank(0.1, 0.0, joint0=(0.0, 0.0), angle=2.0 * np.pi / count, distance=0.1)
-    pin = pl.Revolute(0.1, 0.3, joint0=crank, joint1=(0.3, 0.0), distance0=0.3, distance1=0.25)
-    linkage = pl.Linkage(joints=(crank, pin), order=(crank, pin))
+    ground, far = pl.Ground(0.0, 0.0), pl.Ground(0.3, 0.0)
+    crank = pl.Crank(ground, 0.1, 2.0 * np.pi / count)
+    pin = pl.RRRDyad(crank.output, far, 0.3, 0.25)
+    linkage = pl.Linkage([ground, far, crank, pin])
     linkage.step_fast_with_kinematics(iterations=count)
     return best(lambda: linkage.step_fast_with_kinematics(iterations=count))
 

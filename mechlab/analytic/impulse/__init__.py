@@ -1,0 +1,31 @@
+"""The inertial-impulse transmission: unbalanced planets on a floating carrier between an input and an output shaft.
+
+Equations of motion (order 5 with the motor, and at constant input speed), the exact first integral, the regime of
+one-way rotation under dry friction with its existence limit, small-parameter harmonics, periodic orbits by shooting.
+"""
+
+from __future__ import annotations
+
+from mechlab.analytic.impulse.equations import (
+    accelerations,
+    angles,
+    coefficients,
+    constant_speed_acceleration,
+    constant_speed_torque,
+    load,
+    motor_rate,
+    motor_torque_at,
+    slope,
+)
+from mechlab.analytic.impulse.harmonics import harmonic_amplitudes, harmonic_motion, resonances
+from mechlab.analytic.impulse.integral import first_integral, slip_speed
+from mechlab.analytic.impulse.model import Impulse, Shape, shape
+from mechlab.analytic.impulse.periodic import Orbit, periodic_orbit, section_points
+from mechlab.analytic.impulse.regime import Regime, frictionless_mean_speed, unidirectional
+
+__all__ = [
+    "Impulse", "Orbit", "Regime", "Shape", "accelerations", "angles", "coefficients", "constant_speed_acceleration",
+    "constant_speed_torque", "first_integral", "frictionless_mean_speed", "harmonic_amplitudes", "harmonic_motion",
+    "load", "motor_rate", "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "slip_speed",
+    "slope", "unidirectional",
+]  # fmt: skip

@@ -1,0 +1,105 @@
+"""Lagrange's equations of the transmission, with motor and at constant input speed. Arrays of any shape broadcast."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mechlab.analytic.impulse.model import Impulse, shape
+
+Array = NDArray[np.float64]
+
+
+def angles(p: Impulse, alpha: ArrayLike, beta: ArrayLike) -> tuple[Array, Array]:
+    """Carrier angle theta = (a alpha + b beta) / k and planet angle on the carrier psi = q (alpha - beta) [rad]."""
+    alpha, beta = np.asarray(alpha, dtype=float), np.asarray(beta, dtype=float)
+    return np.asarray((p.a * alpha + p.b * beta) / p.k), np.asarray(p.q * (alpha - beta))
+
+
+def coefficients(p: Impulse, psi: ArrayLike) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """A1 ... A6 [kg m2] of equations (2) at the planet angle psi (...) [rad].
+
+    T = A1 alpha'^2 / 2 + A2 alpha' beta' + A3 beta'^2 / 2; 2 A4 = dA1/dalpha, 2 A5 = dA3/dbeta.
+    """
+    cos, sin = np.cos(psi), np.sin(psi)
+    f, g, unbalance = p.a / p.k + p.q, p.b / p.k - p.q, p.nm * p.h
+    A1 = p.J1 + p.nm * p.a**2 + f**2 * p.nJ3 + 2.0 * unbalance * p.a * f * cos
+    A2 = p.nm * p.a * p.b + f * g * p.nJ3 + unbalance * (2.0 * p.a * p.b / p.k + (p.b - p.a) * p.q) * cos
+    A3 = p.J2 + p.nm * p.b**2 + g**2 * p.nJ3 + 2.0 * unbalance * p.b * g * cos
+    A4 = -unbalance * p.a * f * p.q * sin
+    A5 = unbalance * p.b * g * p.q * sin
+    A6 = unbalance * p.k * p.q * sin
+    return A1, A2, A3, A4, A5, A6
+
+
+def load(p: Impulse, rate: ArrayLike) -> Array:
+    """Mc = M0 + M1 sign(beta') [N m]; at standstill the middle of the set it may take."""
+    return np.asarray(p.M0 + p.M1 * np.sign(rate))
+
+
+def accelerations(
+    p: Impulse,
+    alpha: ArrayLike,
+    beta: ArrayLike,
+    alpha_rate: ArrayLike,
+    beta_rate: ArrayLike,
+    motor: ArrayLike,
+    resisting: ArrayLike,
+) -> tuple[Array, Array]:
+    """alpha'' and beta'' [rad/s2] under a motor torque and a resisting torque on the output shaft [N m] (Lagrange).
+
+    A1 alpha'' + A2 beta'' + A4 (alpha' - beta')^2 + A6 beta'^2 = motor
+    A2 alpha'' + A3 beta'' + A5 (alpha' - beta')^2 - A6 alpha'^2 + c beta = -resisting
+    """
+    u, v = np.asarray(alpha_rate, dtype=float), np.asarray(beta_rate, dtype=float)
+    A1, A2, A3, A4, A5, A6 = coefficients(p, angles(p, alpha, beta)[1])
+    square = (u - v) ** 2
+    one = motor - A4 * square - A6 * v * v
+    two = -np.asarray(resisting) - A5 * square + A6 * u * u - p.c * np.asarray(beta)
+    det = A1 * A3 - A2 * A2
+    return np.asarray((A3 * one - A2 * two) / det), np.asarray((A1 * two - A2 * one) / det)
+
+
+def motor_rate(p: Impulse, alpha_rate: ArrayLike, motor: ArrayLike) -> Array:
+    """dMd/dt [N m/s] of the motor; with tau = 0 the torque has no rate: use `motor_torque_at`."""
+    return np.asarray((motor_torque_at(p, alpha_rate) - np.asarray(motor)) / p.tau)
+
+
+def motor_torque_at(p: Impulse, alpha_rate: ArrayLike) -> Array:
+    """Torque [N m] of the static characteristic at a speed [rad/s]."""
+    return np.asarray(p.Mn - (np.asarray(alpha_rate) - p.nominal_speed) / p.speed_per_torque)
+
+
+def slope(p: Impulse, state: ArrayLike, width: float = 0.0) -> Array:
+    """(..., 5) time derivative of (alpha, beta, alpha', beta', Md).
+
+    width [rad/s]: dry friction is M1 tanh(beta' / width); 0: M1 sign(beta'), which a solver without events cannot follow
+    through sticking.
+    """
+    y = np.asarray(state, dtype=float)
+    alpha, beta, u, v, motor = (y[..., k] for k in range(5))
+    resisting = load(p, v) if width == 0.0 else p.M0 + p.M1 * np.tanh(v / width)
+    out = np.empty_like(y)  # in the order of y in memory
+    out[..., 0], out[..., 1] = u, v
+    out[..., 2], out[..., 3] = accelerations(p, alpha, beta, u, v, motor, resisting)
+    out[..., 4] = motor_rate(p, u, motor)
+    return out
+
+
+def constant_speed_acceleration(
+    p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, resisting: ArrayLike, beta: ArrayLike = 0.0
+) -> Array:
+    """beta'' [rad/s2] at constant input speed [rad/s]: A3 beta'' = -resisting - A5 (w - beta')^2 + A6 w^2 - c beta."""
+    s = shape(p)
+    v, sin = np.asarray(beta_rate, dtype=float), np.sin(psi)
+    force = -np.asarray(resisting) - s.a5 * sin * (speed - v) ** 2 + s.a6 * sin * speed**2 - p.c * np.asarray(beta)
+    return np.asarray(force / (s.B3 + s.b3 * np.cos(psi)))
+
+
+def constant_speed_torque(
+    p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, beta_accel: ArrayLike
+) -> Array:
+    """Torque [N m] that keeps the input speed constant: A2 beta'' + A4 (w - beta')^2 + A6 beta'^2."""
+    _, A2, _, A4, _, A6 = coefficients(p, psi)
+    v = np.asarray(beta_rate, dtype=float)
+    return np.asarray(A2 * np.asarray(beta_accel) + A4 * (speed - v) ** 2 + A6 * v * v)

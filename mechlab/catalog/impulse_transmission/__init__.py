@@ -1,0 +1,46 @@
+"""The inertial-impulse transmission: unbalanced planets on a free carrier push an output shaft against dry friction."""
+
+from __future__ import annotations
+
+from mechlab.catalog.impulse_transmission.build import build, expand
+from mechlab.catalog.impulse_transmission.checks import CHECKS
+from mechlab.catalog.impulse_transmission.claims import CLAIMS
+from mechlab.catalog.impulse_transmission.parameters import Parameters, warnings
+from mechlab.catalog.impulse_transmission.portraits import PORTRAITS
+from mechlab.catalog.impulse_transmission.questions import QUESTIONS
+from mechlab.catalog.impulse_transmission.scenes import CHANNELS, DEFAULT_SCENE, SCENES, reference
+from mechlab.experiment.entry import Entry
+
+FORMULAS = """\
+- theta = (a alpha + b beta) / (a + b), psi = q (alpha - beta).
+- A1 alpha'' + A2 beta'' + A4 (alpha' - beta')^2 + A6 beta'^2 = Md;
+  A2 alpha'' + A3 beta'' + A5 (alpha' - beta')^2 - A6 alpha'^2 + c beta = -Mc.
+- Mc = M0 + M1 sign(beta'), set-valued at standstill; tau Md' = Mn - Md - (alpha' - wn) / (nu wxx).
+- Constant speed w, c = 0: (q/2) A3(psi) s^2 = E + R psi + a6 w^2 cos psi with s = w - beta', R = M0 +- M1.
+- One-way rotation: psi_b - psi_a = pi (1 - M0/M1), sin(psi_m) = (M0 + M1) Delta / (2 (a6 - a5) w^2 sin(Delta/2)) <= 1."""
+
+ENTRY = Entry(
+    name="impulse_transmission",
+    title="Inertial-impulse transmission",
+    summary="Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load.",
+    parameters=Parameters,
+    build=build,
+    fidelities={
+        "minimal": "two freedoms, no rows: one planet stands for all, the shafts are Shafts; exact dynamics",
+        "full": "both shafts, the carrier and every planet, each mesh a row (tooth loads)",
+    },
+    default_fidelity="minimal",
+    scenes=SCENES,
+    default_scene=DEFAULT_SCENE,
+    questions=QUESTIONS,
+    checks=CHECKS,
+    claims=CLAIMS,
+    reference=reference,
+    expand=expand,
+    channels=CHANNELS,
+    warnings=warnings,
+    portraits=PORTRAITS,
+    chain="differential with a free carrier and unbalanced planets",
+    formulas=FORMULAS,
+    sources=("paper on the dynamics of an inertial-impulse transmission (source 002)",),
+)

@@ -1,0 +1,165 @@
+"""Checks of the transmission: equations, integral, regime, harmonics (closed form against independent computations)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mechlab.analytic.impulse import (
+    Impulse,
+    accelerations,
+    constant_speed_acceleration,
+    first_integral,
+    frictionless_mean_speed,
+    harmonic_motion,
+    periodic_orbit,
+    unidirectional,
+)
+from mechlab.analytic.impulse.periodic import motion
+from mechlab.catalog.impulse_transmission.build import build, full_coordinates, minimal_coordinates
+from mechlab.catalog.impulse_transmission.checks_runs import RUN_CHECKS
+from mechlab.catalog.impulse_transmission.parameters import Parameters
+from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
+from mechlab.errors import NoSolution
+from mechlab.experiment.check import Check, Measured
+from mechlab.integrate import integrate_adaptive
+from mechlab.mechanism.geometry import Array
+from mechlab.study.witness import room
+
+SPEED = 150.0
+TABLE = {
+    (4.0 / 3.0, 0.0, 0.0): 1.590386, (4.0 / 3.0, 0.0, 20.0): 1.590180, (4.0 / 3.0, 0.0, 750.0): 1.300530,
+    (4.0 / 3.0, 2.0, 10.0): -5.494296, (4.0 / 3.0, 18.0, 750.0): 0.500408, (0.8, 0.0, 0.0): 1.667801,
+    (0.8, 0.0, 20.0): 1.666680, (0.8, 0.0, 750.0): 0.118886, (0.8, 2.0, 10.0): -3.990234, (0.8, 18.0, 750.0): 0.004055,
+}  # fmt: skip
+"""(q, M0, M1) -> mean speed at 150 rad/s of set (4); the two with q = 4/5 and M1 = 750 leave sticking out of account."""
+
+
+def _engine_accelerations(p: Parameters, fidelity: str, states: Array) -> Array:
+    """(n, 2) alpha'' and beta'' by Pinocchio's tree, at states (alpha, beta, alpha', beta', Md), resisting torque M0."""
+    m = build(p, fidelity)
+    plant = room("pinocchio").PinPlant(m)
+    place = minimal_coordinates if fidelity == "minimal" else full_coordinates
+    rows = np.array([m.row("alpha"), m.row("beta")])
+    out = []
+    for y in states:
+        q, v = (place(p, y[[i]], y[[i + 1]])[0] for i in (0, 2))
+        a, _ = plant.set(q, v).accelerations(np.array([y[4], -p.M0]) @ rows)
+        out.append(rows @ a)
+    return np.array(out)
+
+
+def i1(p: Parameters) -> Measured:
+    """100 random states, relative to the largest acceleration."""
+    rng = np.random.default_rng(5)
+    low = np.array([-3.0, -3.0, 50.0, -60.0, -200.0])
+    states = rng.uniform(low, [3.0, 3.0, 250.0, 60.0, 200.0], (100, 5))
+    alpha, beta, u, v, motor = states.T
+    truth = np.column_stack(accelerations(p.impulse, alpha, beta, u, v, motor, p.M0))
+    scale = np.abs(truth).max(axis=0)
+    said = {f"pinocchio {f}": _engine_accelerations(p, f, states) / scale for f in ("minimal", "full")}
+    return Measured(said, 1e-12, truth / scale, "alpha'' and beta'' with motor torque, load and spring, relative")
+
+
+def i2(p: Parameters) -> Measured:
+    """Drift of the first integral along 1 s of the motion, relative."""
+    i = replace(p.impulse, c=0.0, M0=0.0, M1=0.0)
+
+    def f(t: float, y: Array) -> Array:
+        return np.array([y[1], float(constant_speed_acceleration(i, SPEED, i.q * (SPEED * t - y[0]), y[1], 0.0))])
+
+    done = integrate_adaptive(f, 0.0, [0.0, 0.0], 1.0, rtol=1e-10, atol=1e-12)
+    value = first_integral(i, SPEED, i.q * (SPEED * done.t - done.y[:, 0]), SPEED - done.y[:, 1], 0.0)
+    return Measured(
+        {"DOP853 1e-10": np.ptp(value) / abs(value[0])}, 1e-9, 0.0, f"{len(done.t)} steps, no load, no friction"
+    )
+
+
+def i3_table(p: Parameters) -> Measured:
+    """The formula against the numbers of the specification, to their last digit."""
+    said = []
+    for q, M0, M1 in TABLE:
+        i = replace(Impulse(), q=q)
+        found = unidirectional(i, SPEED, M0, M1)
+        said.append(frictionless_mean_speed(i, SPEED) if M1 == 0.0 else float(found.without_sticking))
+    return Measured(
+        {"analytic": said}, 1e-6, list(TABLE.values()), "ten cells; two of them ignore that the output would stick"
+    )
+
+
+def i3_events(p: Parameters) -> Measured:
+    """Mean speed, times and torque by simulation over whole cycles."""
+    closed, simulated = [], []
+    for q, M0, M1 in TABLE:
+        i = replace(Impulse(), q=q, M0=M0, M1=M1)
+        found = unidirectional(i, SPEED)
+        if M1 == 0.0 or not found.exists:
+            continue
+        run = closed_cycle(i, SPEED)
+        if run is None:
+            raise NoSolution(f"no cycle closes for q = {q:g}, M0 = {M0:g}, M1 = {M1:g}.")
+        closed.append(
+            [
+                float(found.mean_speed),
+                float(found.forward_time),
+                float(found.return_time),
+                float(found.mean_motor_torque),
+            ]
+        )
+        simulated.append(
+            [run.angle / run.time, run.forward_time / TURNS, run.return_time / TURNS, run.torque_integral / run.time]
+        )
+    note = f"{len(closed)} sets: mean speed, forward and return time, mean motor torque over {TURNS} cycles"
+    return Measured({"analytic": closed, "hybrid": simulated}, 1e-7, None, note)
+
+
+def i3_sticking(p: Parameters) -> Measured:
+    """Where the closed form says that the output sticks, the simulation sticks; and nowhere else."""
+    said: dict[str, list[float]] = {"analytic": [], "hybrid": []}
+    for q, M0, M1 in TABLE:
+        if M1 == 0.0:
+            continue
+        i = replace(Impulse(), q=q, M0=M0, M1=M1)
+        run = closed_cycle(i, SPEED)
+        said["analytic"].append(float(not unidirectional(i, SPEED).exists))
+        said["hybrid"].append(float("nan") if run is None else float(run.stuck_psi > 0.0))
+    return Measured(said, 0.0, None, "1: sticks; set-valued friction, q = 4/5 with M1 = 750 is the case")
+
+
+def _harmonic_error(kind: str) -> tuple[float, float]:
+    """Largest error of beta and beta' over a period, relative to their amplitudes, against the orbit found by shooting."""
+    i = Impulse(M0=0.0, M1=0.0, c=500.0)
+    orbit = periodic_orbit(i, SPEED)
+    t = np.linspace(0.0, orbit.period, 401)
+    truth = motion(i, SPEED, orbit.start, orbit.period, t)
+    near = np.array(harmonic_motion(i, SPEED, t, kind))
+    error = np.abs(near - truth).max(axis=1) / np.abs(truth).max(axis=1)
+    return float(error[0]), float(error[1])
+
+
+def i4_consistent(p: Parameters) -> Measured:
+    """The third-order formula against shooting."""
+    return Measured(
+        {"consistent harmonics": _harmonic_error("consistent")[0]}, 1e-3, 0.0, "relative error of beta, figure 7"
+    )
+
+
+def i4_printed(p: Parameters) -> Measured:
+    """The printed formula: its error is known to two digits."""
+    return Measured(
+        {"printed harmonics": _harmonic_error("printed")[0]}, 5e-5, 0.0118, "relative error of beta, figure 7"
+    )
+
+
+SPEC = "specification of the transmission, part E"
+CHECKS = (
+    Check("I1", "accelerations of both fidelities against Lagrange's equations at 100 random states", i1, "Lagrange"),
+    Check("I2", "first integral along 1 s at constant input speed", i2, "Lagrange"),
+    Check("I3a", "table of mean speeds", i3_table, f"{SPEC}, DOP853 runs"),
+    Check("I3b", "mean speed, half-phases and torque: closed form against event simulation", i3_events, "each other"),
+    Check("I3c", "where the output sticks: closed form against event simulation", i3_sticking, "each other"),
+    Check("I4a", "consistent harmonics against shooting", i4_consistent, "shooting, DOP853 1e-12"),
+    Check("I4b", "error of the printed harmonics", i4_printed, f"{SPEC}: 1.18 %"),
+    *RUN_CHECKS,
+)

@@ -1,0 +1,130 @@
+"""Scenes: the parameter sets of the source's figures, one-way rotation, sticking; and the runs of the closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.impulse import Impulse, harmonic_motion, unidirectional
+from mechlab.catalog.impulse_transmission.build import build, minimal_coordinates, voltage, winding
+from mechlab.catalog.impulse_transmission.parameters import Parameters
+from mechlab.catalog.impulse_transmission.problems import WithMotor
+from mechlab.errors import Untrustworthy
+from mechlab.experiment.entry import SceneRecipe
+from mechlab.experiment.health import Finding, Health
+from mechlab.experiment.laws import Constant, DcMotor, Law
+from mechlab.experiment.recording import Cost, Recording, basic_channels
+from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import Settings, preset
+from mechlab.integrate import integrate_hybrid
+from mechlab.mechanism.geometry import Array
+
+HYBRID = Settings(engine="hybrid", integrator="DOP853", tolerance=1e-11, preset="hybrid")
+
+
+def laws(p: Parameters) -> tuple[Law, ...]:
+    """The motor with its lag, and the constant load. The dry friction is a property of the output shaft."""
+    w = winding(p)
+    motor = DcMotor("alpha", voltage(p), w.constant, w.resistance, w.inductance, p.motor_torque_0)
+    return (motor, Constant("beta", -p.M0)) if p.M0 else (motor,)
+
+
+def settings(p: Parameters) -> Settings:
+    """By nature: hybrid for dry friction; else RK4, whose step resolves the motor (it is unstable above 2.8 tau)."""
+    if p.M1 > 0:
+        return HYBRID
+    return preset("accurate") if p.static_motor else preset("accurate", timestep=min(1e-3, p.tau))
+
+
+def _scene(p: Parameters, fidelity: str, duration: float, text: str) -> Scene:
+    alpha, beta, u, v, _ = p.start
+    return Scene(
+        "", fidelity, duration, laws(p), initial={"alpha": alpha, "beta": beta},
+        initial_rates={"alpha": u, "beta": v}, channels=("motor_torque",), needs=("poses", "drive_forces"),
+        tolerance=1e-5, settings=settings(p), text=text,
+    )  # fmt: skip
+
+
+def _recipe(duration: float, text: str, **overrides: Any) -> SceneRecipe:
+    def make(p: Parameters, fidelity: str) -> Scene:
+        return _scene(p, fidelity, duration, text)
+
+    return SceneRecipe(make, "minimal", text, overrides)
+
+
+_FIG2 = {
+    "J1": 5.0, "J2": 0.5, "nJ3": 0.32, "nm": 10.5, "a": 0.02, "b": 0.08, "h": 0.08, "M0": 0.0, "M1": 750.0, "Mn": 150.0,
+    "no_load_speed": 157.0, "nominal_speed": 150.0, "tau": 0.038, "slip_per_torque": 0.0024, "c": 0.0, "alpha_0": 0.0,
+    "beta_0": 0.0, "alpha_rate_0": 150.0, "beta_rate_0": 0.0, "motor_torque_0": 5.0,
+}  # fmt: skip
+_FIG4 = _FIG2 | {
+    "J1": 14.0, "nJ3": 0.25, "nm": 8.0, "h": 0.083, "M0": 18.0, "no_load_speed": 220.0, "nominal_speed": 215.0,
+    "alpha_0": 1.127, "beta_0": -0.204, "alpha_rate_0": 216.85, "beta_rate_0": 5.5, "motor_torque_0": 100.0,
+}  # fmt: skip
+_FIG5 = _FIG4 | {
+    "M0": 0.0, "M1": 20.0, "Mn": 10.0, "no_load_speed": 157.0, "nominal_speed": 150.0, "alpha_0": 0.0, "beta_0": 0.0,
+    "alpha_rate_0": 150.0, "beta_rate_0": 0.0, "motor_torque_0": 10.0,
+}  # fmt: skip
+_FIG7 = _FIG5 | {
+    "M1": 0.0, "c": 500.0,
+    "beta_rate_0": float(harmonic_motion(Impulse(M0=0.0, M1=0.0, c=500.0), 150.0, 0.0)[1]),
+}  # fmt: skip
+
+
+def _one_way() -> dict[str, Any]:
+    """Set (4) under M0 = 2, M1 = 10 with a motor that keeps 150 rad/s; from the exact state at the start of a cycle."""
+    found = unidirectional(Impulse(M0=2.0, M1=10.0), 150.0)
+    torque, psi = float(found.mean_motor_torque), float(found.psi_a)
+    return _FIG5 | {
+        "M0": 2.0, "M1": 10.0, "Mn": torque, "slip_per_torque": None, "alpha_0": psi / Impulse().q, "motor_torque_0": torque,
+    }  # fmt: skip
+
+
+SWAPPED = "the other reading of the torque order"
+SCENES = {
+    "fig2": _recipe(0.45, "figures 2 and 3: set (3), start at 150 rad/s", **_FIG2),
+    "fig2-swapped": _recipe(
+        0.45, f"figures 2 and 3, M1 and Mn exchanged: {SWAPPED}", **_FIG2 | {"M1": 150.0, "Mn": 750.0}
+    ),
+    "fig4": _recipe(0.3, "figure 4: set (4) with friction and load", **_FIG4),
+    "fig4-swapped": _recipe(0.3, f"figure 4, M1 and Mn exchanged: {SWAPPED}", **_FIG4 | {"M1": 150.0, "Mn": 750.0}),
+    "fig5": _recipe(1.0, "figure 5: weak friction, one-way rotation with ripple", **_FIG5),
+    "fig5-swapped": _recipe(1.0, f"figure 5, M1 and Mn exchanged: {SWAPPED}", **_FIG5 | {"M1": 10.0, "Mn": 20.0}),
+    "fig7": _recipe(1.0, "figure 7: set (4) on a spring, no friction", **_FIG7),
+    "unidirectional": _recipe(1.0, "one-way rotation from the exact state of the cycle", **_one_way()),
+    "sticking": _recipe(0.3, "figure 4 with friction strong enough to stick", **_FIG4 | {"M1": 3000.0}),
+}
+DEFAULT_SCENE = "fig4"
+CHANNELS = {"motor_torque": ("N m", lambda p, recording: recording.channel("alpha_force"))}
+
+
+def simulate(p: Parameters, times: Array, tolerance: float = 1e-12) -> tuple[Array, Health, Cost]:
+    """(n, 5) states (alpha, beta, alpha', beta', Md) at times (n,) by the closed-form equations and located events."""
+    problem = WithMotor(p.impulse, p.static_motor)
+    done = integrate_hybrid(problem, p.start, times, rtol=tolerance, atol=1e-2 * tolerance)
+    if not done.complete:
+        raise Untrustworthy(f"impulse_transmission: the closed form stopped at {done.last_t:g} s: {done.ending.value}.")
+    y = done.y
+    if p.static_motor:
+        y = y.copy()
+        y[:, 4] = p.Mn - (y[:, 2] - p.nominal_speed) / p.impulse.speed_per_torque
+    still = float(done.stuck_time.sum())
+    text = f"dry friction was followed through {len(done.events)} events; beta stood still for {still:.6g} s"
+    finding = Finding("friction", float(len(done.events)), 0.0, "events", "ok", text)
+    return y, Health((finding,)), Cost(0.0, done.steps, done.evaluations)
+
+
+def reference(p: Parameters, scene: Scene) -> Recording:
+    """The scene by Lagrange's equations in closed form, at a tolerance of 1e-12. Takes the initial state from p."""
+    t = np.linspace(0.0, scene.duration, 401)
+    y, health, cost = simulate(p, t)
+    m = build(p, "minimal")
+    q, v = minimal_coordinates(p, y[:, 0], y[:, 1]), minimal_coordinates(p, y[:, 2], y[:, 3])
+    channels, units = basic_channels(m, q, v)
+    channels["alpha_force"], units["alpha_force"] = y[:, 4], "N m"
+    return Recording(
+        m, t, q, v, channels, units, health, cost, replace(HYBRID, engine="analytic", tolerance=1e-12), scene.name,
+        fidelity="minimal",
+    )  # fmt: skip
