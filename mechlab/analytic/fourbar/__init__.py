@@ -13,11 +13,13 @@ from mechlab.analytic.fourbar.dynamics import (
     slender_rod,
 )
 from mechlab.analytic.fourbar.kinematics import FourbarMotion, solve
+from mechlab.analytic.fourbar.kinetostatics import FourbarForces, pin_forces
 from mechlab.analytic.fourbar.mobility import CrankLimits, GrashofClass, crank_limits, grashof_class
 
 __all__ = [
     "NO_GRAVITY",
     "CrankLimits",
+    "FourbarForces",
     "FourbarMotion",
     "GrashofClass",
     "LinkMass",
@@ -28,6 +30,7 @@ __all__ = [
     "energy_speed",
     "generalised_inertia",
     "grashof_class",
+    "pin_forces",
     "potential_energy",
     "rod_fourbar",
     "slender_rod",

@@ -43,7 +43,12 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
 
         return api.gallery(Path(options.html), names, progress=stage_printer(options.json))
     target = one_name(names, "view")
-    files: dict[str, Any] = {kind: Path(path) for kind in FILES if (path := getattr(options, kind)) is not None}
+    files = {kind: Path(path) for kind in FILES if (path := getattr(options, kind)) is not None}
+    more: dict[str, Any] = {kind: path for kind, path in files.items() if kind not in ("html", "png")}
+    if options.against is not None:
+        more["against"] = options.against
+    if options.explore:
+        more["explorable"] = True
     from mechlab import api
 
     if options.studio:
@@ -51,9 +56,9 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     if options.explore and "html" not in files:
         raise UsageError("--explore needs --html F, the page to write.")
     with film_bar("mp4" in files) as progress:
-        return api.view(
-            target, values, **files, against=options.against, explorable=options.explore, host=options.host, progress=progress
-        )  # fmt: skip
+        if "mp4" in files:
+            more["progress"] = progress
+        return api.view(target, values, html=files.get("html"), png=files.get("png"), host=options.host, **more)
 
 
 @contextlib.contextmanager

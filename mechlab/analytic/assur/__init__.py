@@ -1,0 +1,23 @@
+"""Planar Assur groups: driver, the five dyads, class III and IV with every assembly mode, and their paths over a cycle.
+
+Points are complex numbers x + iy with velocity and acceleration; all functions broadcast over positions and designs.
+"""
+
+from mechlab.analytic.assur.all_modes import all_modes
+from mechlab.analytic.assur.arclength import ClosedCurve, closed_curve
+from mechlab.analytic.assur.cycle import Branch, follow
+from mechlab.analytic.assur.dyads import ChangePoint, Dyad
+from mechlab.analytic.assur.folds import Family, Fold, empty_arcs, folds, solve_fold
+from mechlab.analytic.assur.guides import prp, rpp
+from mechlab.analytic.assur.march import march
+from mechlab.analytic.assur.mode_rates import GroupMotion, mode_rates
+from mechlab.analytic.assur.plane import Guide, Point, Scalar, driver, fixed, fixed_guide, rigid, scalar
+from mechlab.analytic.assur.rrr import rrr
+from mechlab.analytic.assur.sliders import rpr, rrp
+from mechlab.analytic.assur.two_loops import Modes, TwoLoops, class_four, class_three, two_loops
+
+__all__ = [
+    "Branch", "ChangePoint", "ClosedCurve", "Dyad", "Family", "Fold", "GroupMotion", "Guide", "Modes", "Point", "Scalar",
+    "TwoLoops", "all_modes", "class_four", "class_three", "closed_curve", "driver", "empty_arcs", "fixed", "fixed_guide",
+    "folds", "follow", "march", "mode_rates", "prp", "rigid", "rpp", "rpr", "rrp", "rrr", "scalar", "solve_fold", "two_loops",
+]  # fmt: skip

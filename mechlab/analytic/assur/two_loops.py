@@ -1,0 +1,174 @@
+"""Class III and IV groups: two closing links between two unknown turns, every assembly mode by one polynomial.
+
+The group has two unknown unit numbers t = e^(i theta_t), u = e^(i theta_u) and two binary links that close it:
+
+    z_i = w_i + p_i t + q_i u,   |z_i| = l_i,   i = 0, 1
+
+w_i moves with the rest of the mechanism, p_i, q_i, l_i belong to the group. Eliminating u gives t A^2 - B C = 0 of degree 6;
+roots come in pairs t, 1/conj(t), so there are 0, 2, 4 or 6 modes (with merged ones counted twice).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.analytic.assur.plane import Complex, Flags, Point, Real, cross, dot, unit
+from mechlab.errors import MechlabError
+
+MODES = 6
+CIRCLE = 2e-2
+"""A root this far from the unit circle is still tried: near a merge of two modes rounding moves it by the square root."""
+MERGED = 1e-7
+CLOSED = 1e-12
+
+
+@dataclass(frozen=True)
+class TwoLoops:
+    """Data of a group at one or many positions: w, p, q complex and l real, (2, ...); wd, wdd: rates of w."""
+
+    w: Complex
+    p: Complex
+    q: Complex
+    l: Real
+    wd: Complex
+    wdd: Complex
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the positions."""
+        return tuple(np.broadcast_shapes(self.w.shape, self.p.shape, self.q.shape, self.l.shape)[1:])
+
+    @property
+    def scale(self) -> Real:
+        """(...) square of the size of the group [m2], to judge residuals by."""
+        return np.asarray(np.sum(np.abs(self.w) ** 2 + np.abs(self.p) ** 2 + np.abs(self.q) ** 2 + self.l**2, axis=0))
+
+    def flat(self) -> TwoLoops:
+        """The same with positions as one axis: arrays (2, n)."""
+        shape = (2, *self.shape)
+        return self._each(lambda x: np.broadcast_to(x, shape).reshape(2, -1))
+
+    def take(self, index: slice | np.ndarray) -> TwoLoops:
+        """Some positions of a flat group."""
+        return self._each(lambda x: x[:, index])
+
+    def _each(self, change: Callable[[Any], Any]) -> TwoLoops:
+        return TwoLoops(*(change(x) for x in (self.w, self.p, self.q, self.l, self.wd, self.wdd)))
+
+    def z(self, theta_t: Real, theta_u: Real) -> tuple[Complex, Complex, Complex]:
+        """(2, ...) closing links z, and p t, q u."""
+        pt, qu = self.p * unit(theta_t), self.q * unit(theta_u)
+        return self.w + pt + qu, pt, qu
+
+    def residual(self, theta_t: Real, theta_u: Real) -> Real:
+        """(2, ...) |z|^2 - l^2 [m2]."""
+        z = self.z(theta_t, theta_u)[0]
+        return np.asarray(dot(z, z) - self.l**2)
+
+
+def two_loops(
+    w: ArrayLike, p: ArrayLike, q: ArrayLike, l: ArrayLike, wd: ArrayLike = 0.0, wdd: ArrayLike = 0.0
+) -> TwoLoops:
+    """A TwoLoops; each argument (2, ...) or a scalar of both loops. Raises MechlabError for what is not finite or l <= 0."""
+    arrays = [np.asarray(x, dtype=complex) for x in (w, p, q, wd, wdd)]
+    lengths = np.asarray(l, dtype=float)
+    if not all(np.all(np.isfinite(x)) for x in (*arrays, lengths)) or np.any(lengths <= 0.0):
+        raise MechlabError(f"two-loop group: expected finite numbers and link lengths > 0, got l = {l!r}.")
+    shape = np.broadcast_shapes((2,), *(x.shape[:1] for x in (*arrays, lengths)))
+    if shape != (2,):
+        raise MechlabError(
+            "two-loop group: the first axis of w, p, q, l must have length 2, one for each closing link."
+        )
+    cw, cp, cq, cwd, cwdd = (np.atleast_1d(x) for x in arrays)
+    return TwoLoops(cw, cp, cq, np.atleast_1d(lengths), cwd, cwdd)
+
+
+def class_three(
+    pins: tuple[Point, Point, Point], legs: tuple[float, float, float], platform: tuple[complex, complex]
+) -> TwoLoops:
+    """A platform on three links (class III): leg k from pins[k] to platform point P_k; `platform`: P2 - P1 and P3 - P1 in
+    its own axes. theta_t: angle of leg 1, theta_u: angle of the platform. Cut at legs 2 and 3: w_i = G1 - G_i, p = l1."""
+    g1, g2, g3 = pins
+    w = np.stack(np.broadcast_arrays(g1.p - g2.p, g1.p - g3.p))
+    wd = np.stack(np.broadcast_arrays(g1.v - g2.v, g1.v - g3.v))
+    wdd = np.stack(np.broadcast_arrays(g1.a - g2.a, g1.a - g3.a))
+    extra = (1,) * (w.ndim - 1)
+    return two_loops(
+        w, np.full((2, *extra), legs[0]), np.reshape(platform, (2, *extra)), np.reshape(legs[1:], (2, *extra)), wd, wdd
+    )
+
+
+def class_four(
+    crank_pin: Point,
+    pivot: Point,
+    first: tuple[complex, complex],
+    second: tuple[complex, complex],
+    links: tuple[float, float],
+) -> TwoLoops:
+    """Two ternary links, joined by two binary ones (class IV, order 2). `first`: the far joints C, D of the link on
+    crank_pin, `second`: B, E of the link on pivot, in their own axes; `links`: lengths of C-B and D-E."""
+    difference = [np.asarray(getattr(crank_pin, k) - getattr(pivot, k)) for k in ("p", "v", "a")]
+    extra = (1,) * max(x.ndim for x in difference)
+    w, wd, wdd = (x[None] for x in difference)
+    p, q, l = (np.reshape(np.asarray(x), (2, *extra)) for x in (first, -np.asarray(second), links))
+    return two_loops(w, p, q, l, wd, wdd)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """All modes: theta_t, theta_u, det (..., 6), padded with NaN after `count` (...), in the order of theta_t.
+
+    det: determinant of J (see `closure_jacobian`) [m4]; it vanishes where two modes merge, and they have opposite signs.
+    """
+
+    theta_t: Real
+    theta_u: Real
+    det: Real
+    count: np.ndarray
+
+    def __getitem__(self, index: int) -> tuple[Real, Real, Real]:
+        return self.theta_t[..., index], self.theta_u[..., index], self.det[..., index]
+
+
+def closure_jacobian(group: TwoLoops, theta_t: Real, theta_u: Real) -> tuple[Real, Real, Real, Real, Complex]:
+    """J = [Re conj(z_i) i p_i t, Re conj(z_i) i q_i u]: its entries J00, J01, J10, J11 (...), and z (2, ...)."""
+    z, pt, qu = group.z(theta_t, theta_u)
+    jt, ju = cross(pt, z), cross(qu, z)  # Re(conj(z) i a) = a x z
+    return jt[0], ju[0], jt[1], ju[1], z
+
+
+def determinant(group: TwoLoops, theta_t: Real, theta_u: Real) -> Real:
+    """(...) det J [m4]."""
+    a, b, c, d, _ = closure_jacobian(group, theta_t, theta_u)
+    return a * d - b * c
+
+
+def polish(group: TwoLoops, theta_t: Real, theta_u: Real, steps: int = 40) -> tuple[Real, Real, Flags]:
+    """Newton on both closures from every start (n,), steps of at most 0.2 rad; and where it closed."""
+    t, u = np.array(theta_t, dtype=float), np.array(theta_u, dtype=float)
+    scale = np.broadcast_to(group.scale, t.shape)
+    busy = np.arange(t.size)
+    last = np.full(t.size, np.inf)
+    for _ in range(steps):
+        some = group.take(busy) if busy.size < t.size else group
+        a, b, c, d, z = closure_jacobian(some, t[busy], u[busy])
+        f = 0.5 * (dot(z, z) - some.l**2)
+        size = np.max(np.abs(f), axis=0)
+        det = a * d - b * c
+        det = np.where(det == 0.0, np.finfo(float).tiny, det)
+        dt, du = (b * f[1] - d * f[0]) / det, (c * f[0] - a * f[1]) / det
+        go = (size > 4e-16 * scale[busy]) & ((size < 0.9 * last[busy]) | (size > CLOSED * scale[busy]))
+        last[busy] = size
+        if not np.any(go):
+            break
+        limit = np.minimum(1.0, 0.2 / np.maximum(np.maximum(np.abs(dt), np.abs(du)), 1e-300))
+        busy, dt, du = busy[go], (dt * limit)[go], (du * limit)[go]
+        t[busy] += dt
+        u[busy] += du
+    closed = np.max(np.abs(group.residual(t, u)), axis=0) < CLOSED * scale
+    return t, u, closed

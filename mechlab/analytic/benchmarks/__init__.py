@@ -1,0 +1,12 @@
+"""Own equations of the benchmark problems of multibody dynamics: plain functions (t, state) -> rate, independent of any
+engine and of joint-coordinate trees. Problems: A01 to A05 of the IFToMM library (Gonzalez et al.), and a slider-crank."""
+
+from mechlab.analytic.benchmarks.andrews import Squeezer
+from mechlab.analytic.benchmarks.bricard import Bricard
+from mechlab.analytic.benchmarks.flyball import Governor
+from mechlab.analytic.benchmarks.four_bar import FourbarCrank
+from mechlab.analytic.benchmarks.parallelogram import ParallelogramChain
+from mechlab.analytic.benchmarks.pendulum import Pendulum
+from mechlab.analytic.benchmarks.slider_crank import SliderCrank
+
+__all__ = ["Bricard", "FourbarCrank", "Governor", "ParallelogramChain", "Pendulum", "SliderCrank", "Squeezer"]

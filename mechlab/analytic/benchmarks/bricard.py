@@ -1,0 +1,112 @@
+"""A04: Bricard's overconstrained loop of six hinges on the edges of a cube, by screws in world axes and the null vector
+of the loop equation. Joint rates of all six hinges are state; the motion stays on the curve of closed poses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.errors import NoSolution
+
+Array = NDArray[np.float64]
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, -1, 0], [1, -1, 1], [0, -1, 1], [0, 0, 1]], dtype=float)
+AXES = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=float)
+"""Hinge k stands at CORNERS[k] (edge length 1) along AXES[k]; bar k runs from corner k to corner k + 1."""
+
+
+def _cross(w: Array) -> Array:
+    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+
+
+@dataclass(frozen=True)
+class Bricard:
+    """length of the edges [m], masses (5,) of the square bars [kg], `section` [m] their width, gravity (3,) [m/s2].
+
+    Twists are (velocity of the point at the world's origin, angular velocity). A unit twist of hinge k in the present
+    pose is (p x n, n). Closed loop: sum S_k rate_k = 0 (6 x 6 of rank 5).
+    """
+
+    length: float
+    masses: tuple[float, ...]
+    section: float
+    gravity: tuple[float, float, float]
+
+    @cached_property
+    def _bars(self) -> list[tuple[float, Array, Array]]:
+        """Mass, centre in the first pose, tensor in the first pose."""
+        out = []
+        for k, mass in enumerate(self.masses):
+            axis = CORNERS[k + 1] - CORNERS[k]
+            along = mass * self.section**2 / 6.0
+            across = mass * (self.length**2 + self.section**2) / 12.0
+            tensor = across * np.eye(3) + (along - across) * np.outer(axis, axis)
+            out.append((mass, 0.5 * self.length * (CORNERS[k] + CORNERS[k + 1]), tensor))
+        return out
+
+    def poses(self, q: Array) -> list[tuple[Array, Array]]:
+        """Rotation and displacement of every bar from the first pose, x -> R x + d: bars 0 to 4, then what hinge 5 makes of
+        the last (the identity when the loop is closed)."""
+        rotation, shift, out = np.eye(3), np.zeros(3), []
+        for k in range(6):
+            c = _cross(AXES[k])
+            turn = np.eye(3) + np.sin(q[k]) * c + (1.0 - np.cos(q[k])) * (c @ c)
+            corner = self.length * CORNERS[k]
+            shift = shift + rotation @ (corner - turn @ corner)
+            rotation = rotation @ turn
+            out.append((rotation, shift))
+        return out
+
+    def corner(self, q: Array, k: int) -> Array:
+        """World position (3,) of corner k (1 to 5)."""
+        rotation, shift = self.poses(q)[k - 1]
+        return np.asarray(rotation @ (self.length * CORNERS[k]) + shift)
+
+    def screws(self, poses: list[tuple[Array, Array]]) -> Array:
+        """(6, 6) unit twists of the hinges, one a row."""
+        before = [(np.eye(3), np.zeros(3)), *poses[:5]]
+        rows = []
+        for k, (rotation, shift) in enumerate(before):
+            n = rotation @ AXES[k]
+            rows.append(np.concatenate([np.cross(rotation @ (self.length * CORNERS[k]) + shift, n), n]))
+        return np.array(rows)
+
+    def slope(self, t: float, y: Array) -> Array:
+        """Rate (12,) of y = (angles (6,), rates (6,)). Raises NoSolution where the loop has more than one freedom."""
+        poses = self.poses(y[:6])
+        screws = self.screws(poses)
+        u, sizes, vt = np.linalg.svd(screws.T)
+        if sizes[4] < 1e-9:
+            raise NoSolution("bricard: the loop is at a bifurcation, where its motion is not determined.")
+        null = vt[5]
+        speed = float(null @ y[6:])
+        rate = speed * null
+        twist, unit, drift = np.zeros(6), np.zeros(6), np.zeros(6)
+        twists, units, carried = [], [], []
+        for k in range(6):
+            # the screw of hinge k moves with the body before it: dS/dt = ad(V) S
+            w, v, s = twist[3:], twist[:3], screws[k]
+            moved = np.concatenate([np.cross(w, s[:3]) + np.cross(v, s[3:]), np.cross(w, s[3:])])
+            drift = drift + rate[k] * moved
+            twist, unit = twist + rate[k] * s, unit + null[k] * s
+            twists.append(twist)
+            units.append(unit)
+            carried.append(drift)
+        bend = -vt[:5].T @ ((u[:, :5].T @ carried[5]) / sizes[:5])
+        inertia, force, accel = 0.0, 0.0, np.zeros(6)
+        for k, (mass, centre, tensor) in enumerate(self._bars):
+            accel = accel + bend[k] * screws[k]
+            rotation, shift = poses[k]
+            c, spatial = rotation @ centre + shift, rotation @ tensor @ rotation.T
+            w, wu = twists[k][3:], units[k][3:]
+            v, vu = twists[k][:3] + np.cross(w, c), units[k][:3] + np.cross(wu, c)
+            total = accel + carried[k]
+            # classical acceleration of the centre: spatial part at c, and w x v of that point
+            a = total[:3] + np.cross(total[3:], c) + np.cross(w, v)
+            moment = spatial @ total[3:] + np.cross(w, spatial @ w)
+            inertia += mass * (vu @ vu) + wu @ spatial @ wu
+            force += vu @ (mass * (np.array(self.gravity) - a)) - wu @ moment
+        return np.concatenate([rate, bend + null * (force / inertia)])

@@ -1,0 +1,124 @@
+"""Mass matrix, velocity terms and generalised forces of a tree, vectorised over states: q, v (..., links).
+
+With the world pseudo-inertia N_i = G_i H_i G_i^T and its sum C_j over all links that hang on joint j:
+
+    M_jk = tr(W_j C_k W_k^T)            j on the way from the root to k (or k itself)
+    h_j  = sum over i of tr(W_j N_i S_i^T),  d2G_i/dt2 = S_i G_i at zero joint accelerations,
+           S_i = sum of (2 R W_k v_k + W_k^2 v_k^2) down the way to i, R the sum of the W v before k
+    Q_j  = g . (W_j C_j e) - stiffness (q_j - rest_j) - damping v_j + f_j,   e = (0, .., 0, 1)
+
+M qdd + h = Q (Vukobratovic, Legged locomotion robots, 1976; Korenev 1977). The elastic line of Q is equation (40) of the
+leg article with a rest length.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.analytic.transition_matrices.generators import FloatArray
+from mechlab.analytic.transition_matrices.tree import Tree, transitions
+from mechlab.errors import MechlabError
+
+
+def mass_matrix(tree: Tree, q: ArrayLike) -> FloatArray:
+    """M (..., links, links) [kg m2, kg m, kg]."""
+    world, w = transitions(tree, q)
+    return _mass(tree, w, _below(tree, _carried(tree, world)))
+
+
+def bias_force(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
+    """h (..., links): centrifugal and Coriolis terms; no gravity, no springs."""
+    world, w = transitions(tree, q)
+    return _bias(tree, w, _carried(tree, world), _rates(tree, q, v))
+
+
+def gravity_force(tree: Tree, q: ArrayLike) -> FloatArray:
+    """(..., links) generalised force of the weight: sum of m_i g . dr_i/dq_j."""
+    world, w = transitions(tree, q)
+    return _gravity(tree, w, _below(tree, _carried(tree, world)))
+
+
+def elastic_force(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
+    """(..., links) force of springs and dampers: -stiffness (q - rest) - damping v."""
+    c, q0, b = (np.array([getattr(x, n) for x in tree.links]) for n in ("stiffness", "rest", "damping"))
+    return np.asarray(-c * (tree.coordinates(q, "q") - q0) - b * tree.coordinates(v, "v"))
+
+
+def accelerations(tree: Tree, q: ArrayLike, v: ArrayLike, force: ArrayLike = 0.0) -> FloatArray:
+    """(..., links) qdd of M qdd + h = gravity + springs + `force`, which broadcasts against q.
+
+    Raises MechlabError for a tree with a motion that moves no mass.
+    """
+    world, w = transitions(tree, q)
+    carried = _carried(tree, world)
+    below = _below(tree, carried)
+    right = _gravity(tree, w, below) + elastic_force(tree, q, v) - _bias(tree, w, carried, _rates(tree, q, v))
+    right = right + np.asarray(force, dtype=float)
+    try:
+        return np.asarray(np.linalg.solve(_mass(tree, w, below), right[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        raise MechlabError("the mass matrix is singular: a joint moves no mass. Give the links beyond it one") from None
+
+
+def energy(tree: Tree, q: ArrayLike, v: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Kinetic and potential energy (...) [J]; the potential of weight and springs, zero for weights at the origin."""
+    world, w = transitions(tree, q)
+    carried, rates = _carried(tree, world), _rates(tree, q, v)
+    kinetic, potential = np.zeros(rates.shape[:-1]), np.zeros(rates.shape[:-1])
+    g = np.array(tree.gravity)
+    for i, path in enumerate(tree.ancestors):
+        spin = np.einsum("...j,...jab->...ab", rates[..., list(path)], w[..., list(path), :, :])
+        kinetic += 0.5 * np.einsum("...ab,...bc,...ac->...", spin, carried[..., i, :, :], spin)
+        potential -= carried[..., i, :-1, -1] @ g
+    for i, link in enumerate(tree.links):
+        potential += 0.5 * link.stiffness * (tree.coordinates(q, "q")[..., i] - link.rest) ** 2
+    return kinetic, potential
+
+
+def _rates(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
+    return np.broadcast_arrays(tree.coordinates(v, "v"), tree.coordinates(q, "q"))[0]
+
+
+def _carried(tree: Tree, world: FloatArray) -> FloatArray:
+    """N_i = G_i H_i G_i^T (..., links, d, d)."""
+    h = np.array([x.inertia for x in tree.links])
+    return np.asarray(world @ h @ np.swapaxes(world, -1, -2))
+
+
+def _below(tree: Tree, carried: FloatArray) -> FloatArray:
+    """C_j: the sum of N over link j and all that hangs on it."""
+    out = carried.copy()
+    for i in reversed(range(len(tree.links))):
+        if tree.links[i].parent >= 0:
+            out[..., tree.links[i].parent, :, :] += out[..., i, :, :]
+    return out
+
+
+def _mass(tree: Tree, w: FloatArray, below: FloatArray) -> FloatArray:
+    n = len(tree.links)
+    out = np.zeros((*w.shape[:-3], n, n))
+    for k, path in enumerate(tree.ancestors):
+        right = below[..., k, :, :] @ np.swapaxes(w[..., k, :, :], -1, -2)
+        for j in path:
+            out[..., j, k] = out[..., k, j] = np.einsum("...ab,...ba->...", w[..., j, :, :], right)
+    return out
+
+
+def _bias(tree: Tree, w: FloatArray, carried: FloatArray, v: FloatArray) -> FloatArray:
+    out = np.zeros(v.shape)
+    for i, path in enumerate(tree.ancestors):
+        rate, second = np.zeros(w[..., 0, :, :].shape), np.zeros(w[..., 0, :, :].shape)
+        for k in path:
+            now = w[..., k, :, :] * v[..., k, None, None]
+            second = second + 2.0 * rate @ now + now @ now
+            rate = rate + now
+        load = carried[..., i, :, :] @ np.swapaxes(second, -1, -2)
+        for j in path:
+            out[..., j] += np.einsum("...ab,...ba->...", w[..., j, :, :], load)
+    return out
+
+
+def _gravity(tree: Tree, w: FloatArray, below: FloatArray) -> FloatArray:
+    moved = (w @ below[..., :, -1:])[..., :-1, 0]
+    return np.asarray(moved @ np.array(tree.gravity))

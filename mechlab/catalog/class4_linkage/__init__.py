@@ -1,0 +1,32 @@
+"""The class IV linkage of Zinchenko 2009: one crank, one group of class IV and order 2, all its assembly modes.
+
+Links: 1 crank O-A; 2 ternary A-C-D; 3 C-B; 4 D-E; 5 ternary F-B-E. The inner contour D-C-B-E has four sides: class IV. The
+chain is Stephenson's, driven in its five-bar side. x to the right, y upwards; angles counter-clockwise from x.
+"""
+
+from mechlab.catalog.class4_linkage.build import build
+from mechlab.catalog.class4_linkage.checks import CHECKS
+from mechlab.catalog.class4_linkage.claims import CLAIMS
+from mechlab.catalog.class4_linkage.parameters import Class4Parameters
+from mechlab.catalog.class4_linkage.questions import QUESTION
+from mechlab.catalog.class4_linkage.scenes import SCENES, reference
+from mechlab.experiment.entry import Entry
+
+ENTRY = Entry(
+    name="class4_linkage",
+    title="Class IV linkage",
+    summary="Planar linkage with an Assur group of class IV: every assembly mode, limit positions, a driven turn.",
+    parameters=Class4Parameters,
+    build=build,
+    fidelities={"kinematic": "closed form", "minimal": "five bars, two pins; exact dynamics"},
+    default_fidelity="minimal",
+    scenes=SCENES,
+    default_scene="driven-crank",
+    questions=(QUESTION,),
+    checks=CHECKS,
+    claims=CLAIMS,
+    reference=reference,
+    chain="R + class IV (4R ternary, 2R binary, 4R ternary, 2R binary)",
+    formulas="|w + p_i t + q_i u| = l_i, i = 0, 1, in the unit numbers t, u of links 2 and 5; the resultant has degree 6.",
+    sources=("Zinchenko 2009", "Artobolevsky 1965"),
+)

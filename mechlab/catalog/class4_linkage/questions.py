@@ -1,0 +1,108 @@
+"""Crank angle to every assembly mode: closed form; Pinocchio and MuJoCo in the mode of the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic import assur
+from mechlab.catalog.class4_linkage.build import START_OFFSET, build, pose
+from mechlab.catalog.class4_linkage.geometry import THETAS, Mode, arcs, at, describe_mode, group, label, solve_all
+from mechlab.catalog.class4_linkage.parameters import Class4Parameters
+from mechlab.errors import NoSolution
+from mechlab.experiment.question import Answer, Question
+from mechlab.mechanism import Status
+from mechlab.study.witness import engine_answer
+
+ANSWERS = tuple(f"{n}{s}" for n in THETAS for s in ("", "_rate", "_accel"))
+MERGING = 1e-9
+"""|det J| relative to the size of the group to the fourth, below which two modes are reported to merge."""
+
+
+def _flat(mode: Mode) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for name in THETAS:
+        s = mode.angles[name]
+        out |= {name: s.x, f"{name}_rate": s.v, f"{name}_accel": s.a}
+    return out
+
+
+def _one(mode: Mode, title: str) -> dict[str, Any]:
+    values = {k: float(v) for k, v in _flat(mode).items()}
+    points = {n: [float(p.p.real), float(p.p.imag)] for n, p in mode.points.items()}
+    return {"label": title, **values, "points": points, "K1": int(mode.k1), "K2": int(mode.k2), "det": float(mode.det)}
+
+
+def _no_assembly(p: Class4Parameters, angle: np.ndarray) -> Answer:
+    """Says the empty arc that the first impossible crank angle lies in."""
+    flat = np.atleast_1d(angle)
+    bad = next((float(a) for a in flat.ravel() if solve_all(p, float(a)).chosen < 0), float(flat.ravel()[0]))
+    for low, high in arcs(p):
+        if (bad - low) % (2 * np.pi) <= high - low:
+            turns = 2 * np.pi * np.floor((bad - low) / (2 * np.pi))
+            a, b = low + turns, high + turns
+            text = (
+                f"no assembly exists between the crank angles {np.degrees(a):.7f} deg and {np.degrees(b):.7f} deg, where two "
+                f"modes merge (det J = 0); {np.degrees(bad):.6g} deg lies inside"
+            )
+            return Answer(status=Status.NO_ASSEMBLY, notes=(text,), details={"gap": [a, b], "modes": []})
+    return Answer(status=Status.NO_ASSEMBLY, notes=("no mode closes here",), details={"modes": []})
+
+
+def analytic(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
+    """Every mode by the polynomial of degree 6; over arrays of crank angles the chosen mode, and how many there are."""
+    angle, rate, accel = (np.asarray(given[k], dtype=float) for k in ("crank_angle", "crank_rate", "crank_accel"))
+    angle, rate, accel = np.broadcast_arrays(angle, rate, accel)
+    found = solve_all(p, angle)
+    if np.any(found.chosen < 0):
+        return _no_assembly(p, angle)
+    chosen = at(p, angle, rate, accel)
+    scale = group(p, angle).scale
+    merging = np.abs(chosen.det) < MERGING * scale**2
+    status = Status.BOUNDARY if np.any(merging) else Status.SOLVED
+    if angle.ndim:
+        return Answer({**_flat(chosen), "mode_count": found.modes.count}, status)
+    g, pin = group(p, angle, rate, accel), assur.driver(assur.fixed(), p.OA, angle, rate, accel)
+    modes, taken = [], list[str]()
+    for k in range(int(found.modes.count)):
+        mode = describe_mode(p, g, pin, found.modes.theta_t[k], found.modes.theta_u[k])
+        taken.append(label(float(mode.k1), float(mode.k2), taken))
+        modes.append(_one(mode, taken[-1]))
+    name = taken[int(found.chosen)]
+    notes: tuple[str, ...] = (f"{len(modes)} modes; the witnesses compare {name}",)
+    if np.any(merging):
+        notes += ("two modes merge here: rates do not exist",)
+    return Answer(_flat(chosen), status, notes, modes=tuple(modes))
+
+
+def _engine(engine: str, p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
+    try:
+        m = build(p, "minimal")
+        start = pose(p, m, float(given["crank_angle"])) + START_OFFSET
+    except NoSolution:
+        start = None
+        try:
+            m = build(p, "minimal")
+        except NoSolution as never:
+            return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
+    asked = {"crank_angle": given["crank_angle"], "crank_angle_rate": given["crank_rate"],
+             "crank_angle_accel": given["crank_accel"]}  # fmt: skip
+    return engine_answer(engine, m, asked, ANSWERS, start=start)
+
+
+def _pinocchio(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
+    return _engine("pinocchio", p, given)
+
+
+def _mujoco(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
+    return _engine("mujoco", p, given)
+
+
+QUESTION = Question(
+    "modes", given=("crank_angle",), optional={"crank_rate": 0.0, "crank_accel": 0.0}, answers=ANSWERS,
+    witnesses={"analytic": analytic, "pinocchio": _pinocchio, "mujoco": _mujoco}, angles=THETAS,
+    units={"crank_angle": "rad", "crank_rate": "rad/s", "crank_accel": "rad/s2"},
+    text="every assembly mode at a crank angle, with rates and accelerations",
+)  # fmt: skip

@@ -1,0 +1,120 @@
+"""A02: N four-bars in a row, N + 1 rockers and N couplers, passing through their singular position twice a turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from mechlab.analytic.benchmarks import ParallelogramChain
+from mechlab.catalog import benchmark_parts as parts
+from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.parameters import parameter
+from mechlab.experiment.recording import Recording
+from mechlab.experiment.scene import Scene
+from mechlab.mechanism import Builder, Mechanism, revolute
+from mechlab.mechanism.geometry import Array
+from mechlab.study.own_equations import record_own
+
+SOURCE = "IFToMM benchmark library, A02"
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Uniform slender bars in the plane of x and y."""
+
+    N: int = parameter(2, "", "number of four-bars", source=SOURCE, low=1, high=60)
+    rocker_length: float = parameter(1.0, "m", "rockers", source=SOURCE, low=0, strict=True)
+    coupler_length: float = parameter(
+        1.0, "m", "couplers, and the distance of the ground pivots", source=SOURCE, low=0, strict=True
+    )
+    rocker_mass: float = parameter(1.0, "kg", "mass of each rocker", source=SOURCE, low=0, strict=True)
+    coupler_mass: float = parameter(1.0, "kg", "mass of each coupler", source=SOURCE, low=0, strict=True)
+    gravity: float = parameter(9.81, "m/s2", "gravity, along -y", source=SOURCE)
+    start_speed: float = parameter(1.0, "m/s", "speed of B0 along +x at the start, all rockers upright", source=SOURCE)
+    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True)
+
+
+@lru_cache(maxsize=32)
+def build(p: Parameters, fidelity: str) -> Mechanism:
+    """2 N + 1 bars, N pins that close the loops; the reference pose has all rockers upright."""
+    b = Builder("n_fourbar", gravity=(0.0, -p.gravity, 0.0), summary=f"{p.N} four-bars in a row, benchmark A02")
+    width = 0.06 * min(p.rocker_length, p.coupler_length)
+    for k in range(p.N + 1):
+        at = (k * p.coupler_length, 0.0, 0.0)
+        up = revolute(f"rocker_{k}", "z", zero=math.pi / 2)
+        b.bar(f"rocker_{k}", up, p.rocker_length, at=at, width=width, color=parts.BLUE)
+        parts.with_inertia(b, parts.slender(p.rocker_mass, p.rocker_length))
+        _turn(b, math.pi / 2)
+        if k < p.N:
+            joint = revolute(f"coupler_{k}", "z", zero=-math.pi / 2)
+            b.bar(f"coupler_{k}", joint, p.coupler_length, parent=f"rocker_{k}", at=(p.rocker_length, 0.0, 0.0),
+                  width=width, color=parts.ORANGE, layer=0.5 * width)  # fmt: skip
+            parts.with_inertia(b, parts.slender(p.coupler_mass, p.coupler_length))
+            _turn(b, -math.pi / 2)
+            end = (p.coupler_length, 0.0, 0.0)
+            b.loop(f"pin_{k}", f"coupler_{k}", f"rocker_{k + 1}", end, (p.rocker_length, 0.0, 0.0))
+        b.frame(f"B{k}", f"rocker_{k}", (p.rocker_length, 0.0, 0.0))
+    return b.build()
+
+
+def _turn(b: Builder, angle: float) -> None:
+    """Turn the last body about z by a quarter, exactly: an angle of pi / 2 has a cosine of 6e-17."""
+    from dataclasses import replace
+
+    from mechlab.mechanism import Placement
+
+    s = math.copysign(1.0, angle)
+    quarter = Placement.of(
+        np.array([[0.0, -s, 0.0], [s, 0.0, 0.0], [0.0, 0.0, 1.0]]), b.bodies[-1].placement.translation
+    )
+    b.bodies[-1] = replace(b.bodies[-1], placement=quarter)
+
+
+CHANNELS = parts.tracked("B0")
+
+
+def _fall(p: Parameters, fidelity: str) -> Scene:
+    rates = {f"rocker_{k}": -p.start_speed / p.rocker_length for k in range(p.N + 1)}
+    return Scene("fall", fidelity, p.duration, initial_rates=rates, channels=tuple(CHANNELS), tolerance=1e-3)
+
+
+def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: float = 1e-13) -> Recording:
+    """The equation of the one freedom: couplers translate as long as the four-bars stay parallelograms."""
+    m = build(p, "full")
+    own = ParallelogramChain(p.N, p.rocker_length, p.rocker_mass, p.coupler_mass, p.gravity)
+    sign = np.array([-1.0 if j.name.startswith("rocker") else 1.0 for j in m.joints])
+
+    def states(y: Array) -> tuple[Array, Array]:
+        return y[:, :1] * sign, y[:, 1:] * sign
+
+    start = np.array([0.0, -scene.initial_rates["rocker_0"]])
+    return record_own(m, scene, own.slope, start, states, method, tolerance)
+
+
+PRINTED = {
+    1.0: (-0.19502030195, -0.980799205662),
+    5.0: (-0.811310461003, -0.584615545352),
+    10.0: (0.328458111536, 0.94451853818),
+}
+
+ENTRY = Entry(
+    name="n_fourbar",
+    title="N four-bars (A02)",
+    summary="Benchmark A02: a row of N parallelograms that passes its singular position again and again.",
+    parameters=Parameters,
+    build=build,
+    fidelities={"full": "2 N + 1 bars, N loops"},
+    default_fidelity="full",
+    scenes={"fall": SceneRecipe(_fall, "full", "falls from upright, pushed at B0")},
+    default_scene="fall",
+    # The engines need not pass the singular position for check B1: a tenth of 10 s ends before the second passage.
+    checks=parts.checks(build, Parameters, _fall, reference, CHANNELS, PRINTED, 1e-3),
+    reference=reference,
+    channels=CHANNELS,
+    chain="N x RRRR",
+    formulas="theta'' = (g / L) sin(theta) [(N + 1) m_r / 2 + N m_c] / [(N + 1) m_r / 3 + N m_c], theta from upright.",
+    sources=("Gonzalez, Gonzalez & Cuadrado: Benchmarking of multibody dynamics (IFToMM library), A02",),
+)

@@ -1,0 +1,36 @@
+"""The platform as a Mechanism: three cranks, three legs, the platform."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from mechlab.analytic import assur
+from mechlab.analytic.linkage import Linkage
+from mechlab.catalog.platform_3rrr.geometry import DRIVES, elbows, group, home, linkage, order
+from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
+from mechlab.mechanism import Mechanism
+from mechlab.study.planar_build import Style, mechanism_of
+
+
+def style(p: PlatformParameters) -> Style:
+    """Masses and looks; the platform's angle is `alpha`, the cranks' angles the drives."""
+    names = {f"arm_{k + 1}": DRIVES[k] for k in range(3)} | {"platform": "alpha"}
+    return Style(p.mass_per_length, gravity=p.gravity, width=0.08 * p.leg, names=names)
+
+
+def home_linkage(p: PlatformParameters) -> Linkage:
+    """The chain in the compositor's mode that is the centre pose at home."""
+    pins = elbows(p, np.array(home(p)))
+    modes = assur.all_modes(group(p, pins))
+    k = int(order(p, pins, modes)[0])
+    sign = 1 if modes.det[k] > 0 else -1
+    return linkage(p, sign * int(np.count_nonzero(np.sign(modes.det[: k + 1]) == sign)))
+
+
+@lru_cache(maxsize=32)
+def build(p: PlatformParameters, fidelity: str) -> Mechanism:
+    """Seven parts, two loops, three freedoms; the centre pose is the reference."""
+    inputs = {f"arm_{k + 1}": a for k, a in enumerate(home(p))}
+    return mechanism_of(home_linkage(p), inputs, style(p), "planar parallel platform 3-RRR (class III)")

@@ -1,0 +1,140 @@
+"""Closed form of the platform: drives to all poses (class III), pose to drives (dyads)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.analytic import assur
+from mechlab.analytic.linkage import Linkage
+from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
+from mechlab.errors import NoSolution
+from mechlab.mechanism.geometry import Array
+
+CORNERS = np.exp(1j * np.radians([-150.0, -30.0, 90.0]))
+DRIVES = ("drive_1", "drive_2", "drive_3")
+POSE = ("x", "y", "alpha")
+LINKS = ("leg_1", "leg_2", "leg_3", "platform")
+MERGING = 1e-9
+
+
+@dataclass(frozen=True)
+class PlatformMode:
+    """Pose of one mode over positions: centre of the platform, its angle in (-pi, pi], det J, and whether rates exist."""
+
+    centre: assur.Point
+    alpha: assur.Scalar
+    det: Array
+
+    def values(self) -> dict[str, Array]:
+        """x, y, alpha with _rate and _accel."""
+        c, a = self.centre, self.alpha
+        out: dict[str, Array] = {}
+        for order, z, s in (("", c.p, a.x), ("_rate", c.v, a.v), ("_accel", c.a, a.a)):
+            out |= {f"x{order}": np.real(z), f"y{order}": np.imag(z), f"alpha{order}": s}
+        return out
+
+
+def bases(p: PlatformParameters) -> Array:
+    """(3,) complex base pivots."""
+    return np.asarray(p.base * CORNERS)
+
+
+def linkage(p: PlatformParameters, mode: int = 1) -> Linkage:
+    """Three cranks and one class III group in the `mode` of the compositor."""
+    chain = Linkage("platform_3rrr")
+    for k, z in enumerate(bases(p)):
+        chain = chain.pivot(f"A{k + 1}", float(z.real), float(z.imag))
+    for k in range(3):
+        chain = chain.crank(f"arm_{k + 1}", f"A{k + 1}", f"B{k + 1}", p.crank)
+    corners = p.platform * CORNERS
+    plate = (complex(corners[1] - corners[0]), complex(corners[2] - corners[0]))
+    chain = chain.class_three("group", LINKS, ("B1", "B2", "B3"), (p.leg,) * 3, plate, mode, ("P1", "P2", "P3"))
+    return chain.point("centre", "platform", p.platform, float(np.angle(-corners[0])))
+
+
+def elbows(
+    p: PlatformParameters, drives: ArrayLike, rates: ArrayLike = 0.0, accels: ArrayLike = 0.0
+) -> tuple[assur.Point, ...]:
+    """The three crank pins for drive angles (3, ...)."""
+    drives = np.asarray(drives, dtype=float)
+    rates, accels = np.broadcast_to(rates, drives.shape), np.broadcast_to(accels, drives.shape)
+    pivots = [assur.fixed(z.real, z.imag) for z in bases(p)]
+    return tuple(assur.driver(a, p.crank, *args) for a, *args in zip(pivots, drives, rates, accels, strict=True))
+
+
+def group(p: PlatformParameters, pins: tuple[assur.Point, ...]) -> assur.TwoLoops:
+    """The class III group on three pins."""
+    corners = p.platform * CORNERS
+    plate = (complex(corners[1] - corners[0]), complex(corners[2] - corners[0]))
+    return assur.class_three((pins[0], pins[1], pins[2]), (p.leg,) * 3, plate)
+
+
+def mode_of(p: PlatformParameters, pins: tuple[assur.Point, ...], leg: ArrayLike, alpha: ArrayLike) -> PlatformMode:
+    """Pose with rates of a mode given by the angles of leg 1 and platform."""
+    found = assur.mode_rates(group(p, pins), np.asarray(leg, dtype=float), np.asarray(alpha, dtype=float))
+    corner = assur.rigid(pins[0], found.theta_t, p.leg)
+    centre = assur.rigid(corner, found.theta_u, p.platform, float(np.angle(-CORNERS[0])))
+    return PlatformMode(centre, found.theta_u, found.det)
+
+
+def order(p: PlatformParameters, pins: tuple[assur.Point, ...], modes: assur.Modes) -> np.ndarray:
+    """(..., 6) order of the modes by |centre| + platform |alpha|, missing ones last."""
+    first = assur.Point(*(np.asarray(x)[..., None] for x in (pins[0].p, pins[0].v, pins[0].a)))
+    corner = first.p + p.leg * np.exp(1j * modes.theta_t)
+    centre = corner - p.platform * CORNERS[0] * np.exp(1j * modes.theta_u)
+    away = np.abs(centre) + p.platform * np.abs(modes.theta_u)
+    return np.asarray(np.argsort(np.where(np.isnan(away), np.inf, away), axis=-1))
+
+
+def inverse(
+    p: PlatformParameters, centre: assur.Point, alpha: assur.Scalar, elbow: tuple[int, int, int]
+) -> tuple[assur.Dyad, assur.Dyad, assur.Dyad]:
+    """Dyads crank-leg of the three chains for a pose; their first angle is the drive."""
+    found = []
+    for k, z in enumerate(bases(p)):
+        corner = assur.rigid(centre, alpha, p.platform, float(np.angle(CORNERS[k])))
+        found.append(assur.rrr(assur.fixed(z.real, z.imag), corner, p.crank, p.leg, elbow[k]))
+    return found[0], found[1], found[2]
+
+
+@lru_cache(maxsize=64)
+def home(p: PlatformParameters) -> tuple[float, float, float]:
+    """Drive angles [rad] of the centre pose. Raises NoSolution when the chains do not reach it."""
+    k = p.elbow or 1
+    dyads = inverse(p, assur.fixed(), assur.scalar(0.0), (k, k, k))
+    if not all(bool(d.assembles) for d in dyads):
+        raise NoSolution(
+            "platform_3rrr: crank and leg do not reach from the base pivot to the platform in the centre pose; "
+            f"expected |crank - leg| <= base - platform <= crank + leg, got crank {p.crank:g}, leg {p.leg:g}, "
+            f"base {p.base:g}, platform {p.platform:g} m."
+        )
+    return tuple(float(d.angles[0].x) for d in dyads)  # type: ignore[return-value]
+
+
+def track(p: PlatformParameters, drives: Array, rates: Array, accels: Array) -> tuple[Array, Array]:
+    """Angles of leg 1 and platform (n,) along drive angles (3, n), from the centre pose on, in one assembly mode.
+
+    Raises NoSolution where that mode ends: no mode with the same sign of det J lies near the extrapolation.
+    """
+    modes = assur.all_modes(group(p, elbows(p, drives, rates, accels)))
+    pins = elbows(p, drives)
+    k = int(order(p, pins, modes)[0, 0])
+    sign = np.sign(modes.det[0, k])
+    path = [np.array([modes.theta_t[0, k], modes.theta_u[0, k]])]
+    for i in range(1, drives.shape[1]):
+        guess = 2 * path[-1] - path[-2] if i > 1 else path[-1]
+        here = np.column_stack([modes.theta_t[i], modes.theta_u[i]])
+        miss = (here - guess + np.pi) % (2 * np.pi) - np.pi
+        size = np.where(np.sign(modes.det[i]) == sign, np.max(np.abs(miss), axis=1), np.inf)
+        best = int(np.nanargmin(size))
+        if not size[best] < 0.05:
+            raise NoSolution(
+                f"platform_3rrr: the assembly mode ends between the samples {i - 1} and {i} of the drives."
+            )
+        path.append(guess + miss[best])
+    x = np.array(path)
+    return x[:, 0], x[:, 1]

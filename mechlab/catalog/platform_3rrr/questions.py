@@ -1,0 +1,163 @@
+"""Drives to every pose of the platform; pose to drives in every working mode."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic import assur
+from mechlab.catalog.platform_3rrr.build import build
+from mechlab.catalog.platform_3rrr.geometry import (
+    DRIVES,
+    MERGING,
+    POSE,
+    PlatformMode,
+    elbows,
+    group,
+    inverse,
+    mode_of,
+    order,
+)
+from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
+from mechlab.errors import NoSolution
+from mechlab.experiment.question import Answer, Question
+from mechlab.mechanism import Mechanism, Status
+from mechlab.mechanism.geometry import Array
+from mechlab.study.witness import engine_answer
+
+ORDERS = ("", "_rate", "_accel")
+START_OFFSET = 1e-3
+FRAMES = {"x": "centre_x", "y": "centre_z", "alpha": "alpha"}
+"""Names of the pose in the engines: z of the world is y of the plane."""
+
+
+def _stack(given: Mapping[str, Any], names: tuple[str, ...], suffix: str) -> Array:
+    return np.stack(np.broadcast_arrays(*(np.asarray(given[f"{n}{suffix}"], dtype=float) for n in names)))
+
+
+def _pins(p: PlatformParameters, given: Mapping[str, Any]) -> tuple[assur.Point, ...]:
+    return elbows(p, *(_stack(given, DRIVES, s) for s in ORDERS))
+
+
+def _forward(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
+    pins = _pins(p, given)
+    g = group(p, pins)
+    modes = assur.all_modes(g)
+    ranks = order(p, pins, modes)
+    if np.any(modes.count < p.mode):
+        least = int(np.min(modes.count))
+        text = f"the platform has {least} assembly modes at these drive angles; mode {p.mode} does not exist"
+        return Answer(status=Status.NO_ASSEMBLY, notes=(text,))
+    index = ranks[..., p.mode - 1 : p.mode]
+    leg, alpha = (np.take_along_axis(x, index, axis=-1)[..., 0] for x in (modes.theta_t, modes.theta_u))
+    chosen = mode_of(p, pins, leg, alpha)
+    merging = np.abs(chosen.det) < MERGING * g.scale**2
+    status = Status.BOUNDARY if np.any(merging) else Status.SOLVED
+    notes = ("two modes merge here: rates do not exist",) if np.any(merging) else ()
+    if leg.ndim:
+        return Answer({**chosen.values(), "mode_count": modes.count}, status, notes)
+    listed = []
+    for rank, k in enumerate(ranks[: int(modes.count)]):
+        one: PlatformMode = mode_of(p, pins, modes.theta_t[k], modes.theta_u[k])
+        listed.append(
+            {"label": f"mode {rank + 1}", **{n: float(v) for n, v in one.values().items()}, "det": float(one.det)}
+        )
+    return Answer(chosen.values(), status, (f"{len(listed)} modes", *notes), modes=tuple(listed))
+
+
+def _start(p: PlatformParameters, m: Mechanism, given: Mapping[str, Any]) -> Array | None:
+    """Coordinates of the chosen mode, a little off."""
+    pins = _pins(p, given)
+    modes = assur.all_modes(group(p, pins))
+    if int(modes.count) < p.mode:
+        return None
+    k = int(order(p, pins, modes)[p.mode - 1])
+    found = assur.mode_rates(group(p, pins), modes.theta_t[k], modes.theta_u[k])
+    legs = [found.theta_t.x, found.links[0].x, found.links[1].x]
+    value: dict[str, float] = {}
+    for i, name in enumerate(DRIVES):
+        value[name] = float(given[name])
+        value[f"leg_{i + 1}_joint"] = float(legs[i]) - float(given[name])
+    value["platform_joint"] = float(found.theta_u.x - found.theta_t.x)
+    q = np.array([value[j.name] - j.zero for j in m.joints])
+    driven = np.array([j.name in DRIVES for j in m.joints])
+    return np.where(driven, q, (q + np.pi) % (2 * np.pi) - np.pi) + START_OFFSET
+
+
+def _engine(
+    engine: str, p: PlatformParameters, given: Mapping[str, Any], names: Mapping[str, str], asked: dict[str, Any]
+) -> Answer:
+    try:
+        m = build(p, "minimal")
+    except NoSolution as never:
+        return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
+    start = _start(p, m, given) if "drive_1" in given else None
+    back = {f"{theirs}{s}": f"{ours}{s}" for ours, theirs in names.items() for s in ORDERS}
+    found = engine_answer(engine, m, asked, tuple(back), start=start, output="centre")
+    named = {back[k]: v for k, v in found.values.items()}
+    return Answer(named, found.status, found.notes, cannot=found.cannot)
+
+
+def _forward_by(engine: str) -> Any:
+    def ask(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
+        asked = {f"{n}{s}": given[f"{n}{s}"] for n in DRIVES for s in ORDERS}
+        return _engine(engine, p, given, FRAMES, asked)
+
+    return ask
+
+
+def _inverse(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
+    x, v, a = (_stack(given, POSE, s) for s in ORDERS)
+    centre = assur.Point(x[0] + 1j * x[1], v[0] + 1j * v[1], a[0] + 1j * a[1])
+    alpha = assur.Scalar(x[2], v[2], a[2])
+    k = p.elbow or 1
+    own = (k, k, k)
+    listed = []
+    values: dict[str, Any] = {}
+    for one_elbow, two, three in product((1, -1), repeat=3):
+        signs = (one_elbow, two, three)
+        chains = inverse(p, centre, alpha, signs)
+        if not all(np.all(d.assembles) for d in chains):
+            gap = max(float(np.max(d.gap)) for d in chains)
+            return Answer(status=Status.OUT_OF_REACH, notes=(f"a chain is {gap:.6g} m short",), details={"gap": gap})
+        one: dict[str, Any] = {}
+        for name, d in zip(DRIVES, chains, strict=True):
+            one |= {f"{name}{s}": y for s, y in zip(ORDERS, (d.angles[0].x, d.angles[0].v, d.angles[0].a), strict=True)}
+        if signs == own:
+            values = one
+        if x.ndim == 1:
+            label = " ".join(f"{s:+d}" for s in signs)
+            listed.append({"label": f"elbows {label}", **{k: float(y) for k, y in one.items() if np.isfinite(y)}})
+    regular = all(np.all(d.regular) for d in inverse(p, centre, alpha, own))
+    if not regular:
+        values = {n: values[n] for n in DRIVES}
+        return Answer(values, Status.BOUNDARY, ("a chain is stretched: rates do not exist",), modes=tuple(listed))
+    return Answer(values, modes=tuple(listed))
+
+
+def _inverse_by(engine: str) -> Any:
+    def ask(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
+        asked = {f"{FRAMES[n]}{s}": given[f"{n}{s}"] for n in POSE for s in ORDERS}
+        return _engine(engine, p, given, dict(zip(DRIVES, DRIVES, strict=True)), asked)
+
+    return ask
+
+
+def _question(
+    name: str, given: tuple[str, ...], answers: tuple[str, ...], analytic: Any, by: Any, text: str
+) -> Question:
+    optional: dict[str, float | None] = {f"{n}{s}": 0.0 for n in given for s in ORDERS[1:]}
+    return Question(
+        name, given=given, optional=optional, answers=tuple(f"{n}{s}" for n in answers for s in ORDERS),
+        witnesses={"analytic": analytic, "pinocchio": by("pinocchio"), "mujoco": by("mujoco")},
+        angles=("alpha", *DRIVES), text=text,
+    )  # fmt: skip
+
+
+QUESTIONS = (
+    _question("forward", DRIVES, POSE, _forward, _forward_by, "every pose of the platform for given drive angles"),
+    _question("inverse", POSE, DRIVES, _inverse, _inverse_by, "drive angles for a pose, in all eight working modes"),
+)

@@ -1,0 +1,35 @@
+"""The above-knee prosthesis of the leg article: thigh and shin split by elastic slides, an elastic hitch at the hip."""
+
+from mechlab.catalog.prosthetic_leg.build import build
+from mechlab.catalog.prosthetic_leg.checks import CHECKS
+from mechlab.catalog.prosthetic_leg.claims import CLAIMS
+from mechlab.catalog.prosthetic_leg.dynamics import QUESTION as FREE_MOTION
+from mechlab.catalog.prosthetic_leg.parameters import Parameters
+from mechlab.catalog.prosthetic_leg.scenes import SCENES, expand, reference
+from mechlab.catalog.prosthetic_leg.sliders import QUESTION as SLIDES
+from mechlab.experiment.entry import Entry
+
+ENTRY = Entry(
+    name="prosthetic_leg",
+    title="Above-knee prosthesis with elastic slides",
+    summary="Planar leg: hip hitch, split thigh and shin, knee, ankle; equations in transition matrices.",
+    parameters=Parameters,
+    build=build,
+    fidelities={
+        "minimal": "hitch, hip, knee, ankle; thigh and shin rigid, trunk fixed: enough for a swing",
+        "parts": "thigh and shin split by elastic slides, trunk fixed",
+        "full": "the trunk moves too: nine freedoms",
+    },
+    default_fidelity="parts",
+    scenes=SCENES,
+    default_scene="swing",
+    questions=(FREE_MOTION, SLIDES),
+    checks=CHECKS,
+    claims=CLAIMS,
+    reference=reference,
+    expand=expand,
+    chain="P(hitch) R(hip) P(thigh) R(knee) P(shin) R(ankle)",
+    formulas="T = 1/2 sum tr(dG_i/dt H_i dG_i^T/dt), dG_i/dq_j = W_j G_i; "
+    "Q_j = -C_j (q_j - q0_j) - b_j dq_j/dt + sum m_i g . U_ij r_i for a slide.",
+    sources=("Vukobratovic 1976", "Korenev 1977", "Winter 1990 (anthropometry)"),
+)

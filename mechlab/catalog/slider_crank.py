@@ -1,0 +1,114 @@
+"""A slider-crank of slender bars that runs freely: fast spin, no springs, one loop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from mechlab.analytic.benchmarks import SliderCrank
+from mechlab.analytic.benchmarks.planar import Jet
+from mechlab.catalog import benchmark_parts as parts
+from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.parameters import parameter
+from mechlab.experiment.recording import Recording
+from mechlab.experiment.scene import Scene
+from mechlab.mechanism import Builder, Mechanism, prismatic, revolute, shape
+from mechlab.mechanism.geometry import Array
+from mechlab.study.own_equations import record_own
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Lengths and masses; the slider runs on the x axis, its position is counted from the crank pivot."""
+
+    crank: float = parameter(0.1, "m", "crank", low=0, strict=True)
+    rod: float = parameter(0.3, "m", "connecting rod", low=0, strict=True)
+    crank_mass: float = parameter(1.0, "kg", "uniform slender crank", low=0, strict=True)
+    rod_mass: float = parameter(2.0, "kg", "uniform slender rod", low=0, strict=True)
+    slider_mass: float = parameter(1.5, "kg", "slider", low=0, strict=True)
+    gravity: float = parameter(9.81, "m/s2", "gravity, along -y")
+    start_angle: float = parameter(math.radians(60.0), "rad", "crank angle at the start")
+    start_rate: float = parameter(10.0, "rad/s", "crank speed at the start")
+    duration: float = parameter(5.0, "s", "duration of the scene", low=0, strict=True)
+
+
+def _own(p: Parameters) -> SliderCrank:
+    return SliderCrank(p.crank, p.rod, p.crank_mass, p.rod_mass, p.slider_mass, p.gravity)
+
+
+@lru_cache(maxsize=32)
+def build(p: Parameters, fidelity: str) -> Mechanism:
+    """Crank, rod, slider; the loop is closed by the pin between rod and slider."""
+    b = Builder("slider_crank", gravity=(0.0, -p.gravity, 0.0), summary="slider-crank, running freely")
+    width = 0.16 * p.crank + 0.03 * p.rod
+    b.bar("crank", revolute("crank_angle", "z"), p.crank, width=width, color=parts.BLUE)
+    parts.with_inertia(b, parts.slender(p.crank_mass, p.crank))
+    b.bar("rod", revolute("rod_joint", "z"), p.rod, parent="crank", at=(p.crank, 0.0, 0.0), width=width,
+          color=parts.ORANGE, layer=0.5 * width)  # fmt: skip
+    parts.with_inertia(b, parts.slender(p.rod_mass, p.rod))
+    looks = [shape("box", color=parts.TEAL, name="slider", x=2.0 * width, y=1.5 * width, z=0.8 * width)]
+    block = parts.planar(p.slider_mass, p.slider_mass * width**2)
+    b.body("slider", prismatic("slider_position", "x"), inertia=block, shapes=looks)
+    b.loop("pin", "rod", "slider", (p.rod, 0.0, 0.0))
+    b.frame("B", "crank", (p.crank, 0.0, 0.0)).frame("C", "slider")
+    _, psi, slider = _own(p).pose(p.start_angle)
+    guess = {
+        "crank_angle": p.start_angle,
+        "rod_joint": psi.value.real - p.start_angle,
+        "slider_position": slider.value.real,
+    }
+    return b.assemble(guess, hold=["crank_angle"])
+
+
+CHANNELS: dict[str, parts.Channel] = {"slider": ("m", lambda p, recording: recording.channel("slider_position"))}
+
+
+def _run(p: Parameters, fidelity: str) -> Scene:
+    return Scene(
+        "free-run", fidelity, p.duration, initial={"crank_angle": p.start_angle},
+        initial_rates={"crank_angle": p.start_rate}, channels=tuple(CHANNELS), tolerance=1e-4,
+    )  # fmt: skip
+
+
+def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: float = 1e-13) -> Recording:
+    """The equation of the crank alone (Eksergian)."""
+    m, own = build(p, "full"), _own(p)
+
+    def states(y: Array) -> tuple[Array, Array]:
+        values, rates = own.states(y)
+        named = {"crank_angle": values[:, 0], "rod_joint": values[:, 1] - values[:, 0], "slider_position": values[:, 2]}
+        speeds = {"crank_angle": rates[:, 0], "rod_joint": rates[:, 1] - rates[:, 0], "slider_position": rates[:, 2]}
+        return parts.columns(m, named, speeds)
+
+    start = np.array([scene.initial["crank_angle"], scene.initial_rates["crank_angle"]])
+    return record_own(m, scene, own.slope, start, states, method, tolerance)
+
+
+def _warnings(p: Parameters) -> tuple[str, ...]:
+    _own(p).rod_angle(Jet(p.start_angle, 1.0))
+    return () if p.rod > p.crank else ("the rod is not longer than the crank: the crank cannot turn all the way",)
+
+
+PRINTED = {0.5: (0.240887929432,), 2.5: (0.236243942209,), 5.0: (0.242074089597,)}
+
+ENTRY = Entry(
+    name="slider_crank",
+    title="Slider-crank",
+    summary="A slider-crank that runs freely from 10 rad/s: first-order methods lose its phase.",
+    parameters=Parameters,
+    build=build,
+    fidelities={"full": "crank, rod, slider; one loop"},
+    default_fidelity="full",
+    scenes={"free-run": SceneRecipe(_run, "full", "the crank is let go at full speed")},
+    default_scene="free-run",
+    checks=parts.checks(build, Parameters, _run, reference, CHANNELS, PRINTED, 1e-4),
+    reference=reference,
+    channels=CHANNELS,
+    warnings=_warnings,
+    chain="RRRP",
+    formulas="J w' + J'/2 w^2 = Q, J(phi) = sum m |dz/dphi|^2 + I (dtheta/dphi)^2 (Eksergian).",
+    sources=("Eksergian 1930",),
+)
