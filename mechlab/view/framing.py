@@ -52,7 +52,10 @@ def _outermost(points: Array) -> Array:
 def frame_story(story: Story) -> Framing:
     """The space swept by every part and trace over the whole story; a metre cube for a story that draws
     nothing."""
-    poses = story.poses[:: max(1, math.ceil(len(story.t) / _MOST_FRAMES))]
+    moving = story.poses
+    if story.explore is not None:
+        moving = np.concatenate([moving, *(sweep.poses for sweep in story.explore.sweeps)])
+    poses = moving[:: max(1, math.ceil(len(moving) / _MOST_FRAMES))]
     found = [_outermost(trace) for trace in story.traces.values()]
     for part in story.parts:
         local = part.vertices[np.unique(part.faces)]

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from mechlab.errors import MechlabError
 from mechlab.experiment.health import Health
 from mechlab.experiment.recording import Recording, frame_positions
-from mechlab.mechanism import GROUND, Mechanism, body_poses
+from mechlab.mechanism import GROUND, Mechanism, Shape, body_poses
 from mechlab.mechanism.geometry import Array
 from mechlab.shapes import mesh
-from mechlab.view.story import Part, Plot, Severity, Story
+from mechlab.view import annotate
+from mechlab.view.story import Arrow, Part, Plot, Severity, Story
 
-MAX_FRAMES = 401
+MAX_FRAMES = 501
+MAX_TURN = 1.0
 MAX_SERIES = 6
 WORDS: dict[str, Severity] = {"ok": "ok", "warning": "warning", "error": "error"}
 
 
 def mechanism_story(mechanism: Mechanism, title: str = "", facts: Mapping[str, str] | None = None) -> Story:
     """A still Story of the reference pose."""
-    return motion_story(mechanism, np.zeros(1), mechanism.reference()[None], title or mechanism.name, facts=facts)
+    still = mechanism.reference()[None]
+    return motion_story(mechanism, np.zeros(1), still, title or mechanism.name, mechanism.summary, facts=facts)
 
 
 def recording_story(
@@ -32,13 +37,14 @@ def recording_story(
     channels: Sequence[str] | None = None,
 ) -> Story:
     """A moving Story of a run. `drawn`: a richer Mechanism and its coordinates (n, nq) along the run, drawn instead."""
-    keep = _frames(recording.t)
     mechanism, q = drawn if drawn is not None else (recording.mechanism, recording.q)
+    keep = _frames(recording.t, mechanism, q)
     known = {b.name for b in recording.mechanism.bodies} | {s.body for s in recording.mechanism.shafts}
     rebuilt = tuple(b.name for b in mechanism.bodies if b.name not in known)
     return motion_story(
         mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
         facts=facts, health=recording.health, plots=_plots(recording, keep, channels), reconstructed=rebuilt,
+        arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
     )  # fmt: skip
 
 
@@ -52,9 +58,11 @@ def motion_story(
     health: Health | None = None,
     plots: Sequence[Plot] = (),
     reconstructed: tuple[str, ...] = (),
+    arrows: tuple[Arrow, ...] = (),
+    recorded: int | None = None,
 ) -> Story:
-    """A Story from coordinates q (n, nq) at times t (n,)."""
-    names, poses, parts = _scene(mechanism, q)
+    """A Story from coordinates q (n, nq) at times t (n,); `recorded`: how many samples the run had."""
+    names, poses, parts, owners = scene_of(mechanism, q)
     traces = {}
     if len(t) > 1 and mechanism.frames:
         points = frame_positions(mechanism, q)
@@ -66,22 +74,93 @@ def motion_story(
         title=title, summary=summary, t=t, bodies=names, poses=poses, parts=parts, plots=tuple(plots),
         facts=tuple((facts or {}).items()), health=findings, traces=traces,
         reconstructed=tuple(n for n in reconstructed if n in names),
+        arrows=arrows, marks=annotate.marks(mechanism, parts),
+        ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
+        tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
+        playback=_playback(annotate.playback_error(poses, names, parts), len(t), recorded or len(t)),
     )  # fmt: skip
 
 
-def _frames(t: Array) -> Array:
-    """At most MAX_FRAMES indices, evenly spread, both ends kept."""
-    return np.unique(np.round(np.linspace(0, len(t) - 1, min(len(t), MAX_FRAMES))).astype(int))
+def exploration_story(mechanism: Mechanism, title: str = "", facts: Mapping[str, str] | None = None) -> Story:
+    """A Story whose drives can be moved in the page; see `mechlab.view.explore`. Raises MechlabError like `explore`."""
+    from mechlab.view.explore import explore
+    from mechlab.view.framing import frame_story
+
+    still = mechanism_story(mechanism, title, facts)
+    size = 2.0 * frame_story(still).radius
+    return replace(still, explore=explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size))
 
 
-def _scene(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tuple[Part, ...]]:
-    """Names, poses (n, nb, 4, 4) and parts of the bodies, of shafts that are drawn, and of the ground."""
+def against(story: Story, other: Story, name: str) -> Story:
+    """The story with another one as its ghost, at the same times, and the other's curves in its plots.
+
+    Raises MechlabError when the two have no body in common, or no time.
+    """
+    common = [b for b in story.bodies if b in other.bodies and b != GROUND]
+    if not common:
+        raise MechlabError(
+            f"{name} has no body in common with {story.title}: {', '.join(other.bodies)} against {', '.join(story.bodies)}."
+        )
+    if other.t[0] > story.t[-1] or other.t[-1] < story.t[0]:
+        raise MechlabError(f"{name} and {story.title} have no time in common.")
+    ghost = np.array(story.poses)
+    for body in common:
+        ghost[:, story.bodies.index(body)] = poses_at(other, body, story.t)
+    inside = (story.t >= other.t[0]) & (story.t <= other.t[-1])
+    curves = {(p.unit, k): np.interp(story.t, other.t, v) for p in other.plots for k, v in p.series.items()}
+    plots = tuple(
+        replace(p, against={k: np.where(inside, curves[p.unit, k], np.nan) for k in p.series if (p.unit, k) in curves})
+        for p in story.plots
+    )
+    return replace(story, ghost=ghost, ghost_name=name, ghost_shown=True, plots=plots)
+
+
+def poses_at(story: Story, body: str, times: Array) -> Array:
+    """(n, 4, 4) poses of a body of a story at times (n,) [s], blended as the page does; the ends are held."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    track = story.poses[:, story.bodies.index(body)]
+    clipped = np.clip(times, story.t[0], story.t[-1])
+    out = np.tile(np.eye(4), (len(times), 1, 1))
+    out[:, :3, 3] = np.column_stack([np.interp(clipped, story.t, track[:, i, 3]) for i in range(3)])
+    if len(story.t) == 1:
+        out[:, :3, :3] = track[0, :3, :3]
+    else:
+        out[:, :3, :3] = Slerp(story.t, Rotation.from_matrix(track[:, :3, :3]))(clipped).as_matrix()
+    return out
+
+
+def _playback(error: float, shown: int, recorded: int) -> str:
+    """How true the picture is between two frames, in words."""
+    if shown < 3:
+        return ""
+    of = "" if shown == recorded else f" of the {recorded}"
+    return (
+        f"Shows {shown}{of} recorded times exactly; between them it interpolates and is off by at most "
+        f"about {error * 1e3:.2g} mm."
+    )
+
+
+def _frames(t: Array, mechanism: Mechanism, q: Array) -> Array:
+    """Every k-th index and the last one, at most MAX_FRAMES and one; a smaller k where a part would turn more than
+    MAX_TURN [rad] from one to the next, because the page turns along the shortest arc."""
+    stride = -(-(len(t) - 1) // (MAX_FRAMES - 1)) if len(t) > 1 else 1
+    turn = annotate.turn_per_step(mechanism, q[::stride])
+    if turn > MAX_TURN:
+        stride = max(1, int(stride * MAX_TURN / turn))
+    return np.unique(np.append(np.arange(0, len(t), stride), len(t) - 1))
+
+
+Owners = list[tuple[str, tuple[Shape, ...]]]
+
+
+def placed(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, Owners]:
+    """Names, poses (n, nb, 4, 4) and shapes of the bodies, of shafts that are drawn, and of the ground."""
     bodies = body_poses(mechanism, q)
     names = [b.name for b in mechanism.bodies]
     poses = [bodies[:, k] for k in range(len(names))]
     index = {n: k for k, n in enumerate(names)}
-    parts: list[Part] = []
-    owners = [(b.name, b.shapes) for b in mechanism.bodies] + [(GROUND, mechanism.ground_shapes)]
+    owners: Owners = [(b.name, b.shapes) for b in mechanism.bodies] + [(GROUND, mechanism.ground_shapes)]
     still = np.tile(np.eye(4), (len(q), 1, 1))
     for shaft in mechanism.shafts:
         if not shaft.shapes:
@@ -89,31 +168,27 @@ def _scene(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tupl
         carrier = bodies[:, index[shaft.body]] if shaft.body in index else still
         turn = still.copy()
         angle = mechanism.value(shaft.name, q) - shaft.zero
-        turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1] = (
-            np.cos(angle),
-            -np.sin(angle),
-            np.sin(angle),
-            np.cos(angle),
-        )
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
+        turn[:, 1, 0], turn[:, 0, 1] = np.sin(angle), -np.sin(angle)
         names.append(f"{shaft.name} (shaft)" if shaft.name in index else shaft.name)
         poses.append(carrier @ shaft.placement.matrix() @ turn)
         owners.append((names[-1], shaft.shapes))
     names.append(GROUND)
     poses.append(still)
+    return tuple(names), np.stack(poses, axis=1), owners
+
+
+def scene_of(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tuple[Part, ...], Owners]:
+    """As `placed`, with the parts that the shapes make."""
+    names, poses, owners = placed(mechanism, q)
+    parts: list[Part] = []
     for owner, shapes in owners:
         for k, item in enumerate(shapes):
             solid = mesh(item.kind, item.parameters)
-            parts.append(
-                Part(
-                    owner,
-                    item.name or f"{item.kind}_{k}",
-                    solid.vertices,
-                    solid.faces.astype(np.int64),
-                    item.color,
-                    item.placement.matrix(),
-                )
-            )
-    return tuple(names), np.stack(poses, axis=1), tuple(parts)
+            name = item.name or f"{item.kind}_{k}"
+            faces = solid.faces.astype(np.int64)
+            parts.append(Part(owner, name, solid.vertices, faces, item.color, item.placement.matrix()))
+    return names, poses, tuple(parts), owners
 
 
 def _plots(recording: Recording, keep: Array, wanted: Sequence[str] | None) -> tuple[Plot, ...]:

@@ -8,6 +8,7 @@ import importlib.util
 import json
 import os
 import tempfile
+import zlib
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -22,6 +23,10 @@ SCRIPTS = (
     "motion.js",
     "stage.js",
     "traces.js",
+    "arrows.js",
+    "labels.js",
+    "show.js",
+    "explore.js",
     "camera.js",
     "player.js",
     "plots.js",
@@ -42,15 +47,15 @@ def story_to_html(story: Story, *, live: bool = False, connect: str = "data:") -
     parts = {
         "title": html.escape(story.title),
         "connect": html.escape(connect),
-        "style": "\n".join(_asset(name) for name in STYLES),
+        "style": "\n".join(asset(name) for name in STYLES),
         "viewer": viewer_script(),
         "licences": viewer_licences().replace("<", "&lt;"),
         "story": json.dumps(document, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
-        "block": base64.b64encode(block).decode("ascii"),
-        "script": "\n".join(_asset(name) for name in SCRIPTS).replace("</script", "<\\/script"),
+        "block": base64.b64encode(zlib.compress(block, 9)).decode("ascii"),
+        "script": "\n".join(asset(name) for name in SCRIPTS).replace("</script", "<\\/script"),
     }
     # One pass over the template: a text that looks like a placeholder is never replaced itself.
-    pieces = _asset("page.html").split("@@")
+    pieces = asset("page.html").split("@@")
     return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
 
 
@@ -80,7 +85,8 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> Path:
 
 
 @cache
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of a file in the folder page."""
     return (files("mechlab.view") / "page" / name).read_text(encoding="utf-8")
 
 

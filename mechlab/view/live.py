@@ -103,6 +103,11 @@ class Server:
 
         self._call(replace)
 
+    @property
+    def closed(self) -> bool:
+        """True after `close`."""
+        return self._closed
+
     def wait(self) -> None:
         """Blocks until the server is closed (Ctrl-C interrupts it as usual)."""
         while self._thread.is_alive():

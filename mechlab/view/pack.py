@@ -9,10 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.view.crease import crease
-from mechlab.view.framing import FIELD_OF_VIEW, MARGIN, THREE_QUARTER, frame_story
+from mechlab.view.framing import FIELD_OF_VIEW, MARGIN, THREE_QUARTER, frame_story, nice_step
 from mechlab.view.story import Part, Story
+from mechlab.view.tempo import SPEEDS, tempo
 
 Array = NDArray[np.float64]
+
+ARROW_LENGTH = 0.7
+"""Length of the longest arrow, at most, in radii of the mechanism."""
 
 
 class Block:
@@ -57,17 +61,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     still takes one frame.
     """
     block = Block()
-    rotation = quaternions(story.poses[:, :, :3, :3])
-    motion = []
-    for k in range(len(story.bodies)):
-        still = bool(np.all(story.poses[:, k] == story.poses[0, k]))
-        frames = slice(0, 1) if still else slice(None)
-        motion.append(
-            {
-                "position": block.add(story.poses[frames, k, :3, 3], "f8"),
-                "quaternion": block.add(rotation[frames, k], "f4"),
-            }
-        )
+    motion = pack_motion(story.poses, block)
+    pace = tempo(story)
     geometries, parts = _pack_parts(story, block)
     framing = frame_story(story)
     document = {
@@ -83,7 +78,9 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
                 "title": plot.title,
                 "unit": plot.unit,
                 "series": [
-                    {"name": name, "values": block.add(values, "f8")} for name, values in plot.series.items()
+                    {"name": name, "values": block.add(values, "f8")}
+                    | ({"against": block.add(plot.against[name], "f8")} if name in plot.against else {})
+                    for name, values in plot.series.items()
                 ],
             }
             for plot in story.plots
@@ -94,6 +91,38 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
         "facts": [list(pair) for pair in story.facts],
         "health": [list(pair) for pair in story.health],
         "reconstructed": list(story.reconstructed),
+        "arrows": [
+            {
+                "name": a.name,
+                "kind": a.kind,
+                "unit": a.unit,
+                "points": block.add(a.points, "f8"),
+                "vectors": block.add(a.vectors, "f8"),
+            }
+            for a in story.arrows
+        ],
+        "arrowScales": _scales(story, framing.step, framing.radius),
+        "marks": [
+            {
+                "body": story.bodies.index(m.body),
+                "name": m.name,
+                "point": list(m.point),
+                "direction": None if m.direction is None else list(m.direction),
+                "kind": m.kind,
+            }
+            for m in story.marks
+        ],
+        "ghost": None
+        if story.ghost is None
+        else {"name": story.ghost_name, "shown": story.ghost_shown, "motion": pack_motion(story.ghost, block)},
+        "playback": story.playback,
+        "tempo": {
+            "speed": pace.speed,
+            "limit": pace.limit if np.isfinite(pace.limit) else None,
+            "sentence": pace.sentence,
+            "speeds": list(SPEEDS),
+        },
+        "explore": None if story.explore is None else story.explore.packed(block, pack_motion),
         "framing": {
             "points": framing.points.tolist(),
             "low": framing.low.tolist(),
@@ -107,6 +136,31 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
         },
     }
     return document, block.bytes()
+
+
+def pack_motion(poses: Array, block: Block) -> list[dict[str, Any]]:
+    """References of positions and quaternions of poses (n, nb, 4, 4), body by body."""
+    rotation = quaternions(poses[:, :, :3, :3])
+    motion = []
+    for k in range(poses.shape[1]):
+        still = bool(np.all(poses[:, k] == poses[0, k]))
+        frames = slice(0, 1) if still else slice(None)
+        motion.append(
+            {
+                "position": block.add(poses[frames, k, :3, 3], "f8"),
+                "quaternion": block.add(rotation[frames, k], "f4"),
+            }
+        )
+    return motion
+
+
+def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
+    """Unit -> amount of it that an arrow one grid step long stands for: 1, 2 or 5 times a power of ten."""
+    largest: dict[str, float] = {}
+    for arrow in story.arrows:
+        size = float(np.linalg.norm(arrow.vectors, axis=1).max())
+        largest[arrow.unit] = max(largest.get(arrow.unit, 0.0), size)
+    return {unit: nice_step(size * step / (ARROW_LENGTH * radius), 1) for unit, size in largest.items() if size > 0}
 
 
 def geometry_key(part: Part) -> str:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.view.framing import THREE_QUARTER, Framing, frame_story
 from mechlab.view.html_page import write_atomically
-from mechlab.view.picture_scene import SUN, compile_scene, draw_lines, find_lines, place_camera
+from mechlab.view.picture_scene import SUN, Lines, compile_scene, draw_lines, place_camera
 from mechlab.view.story import Story
 
 SAMPLES = 8
@@ -55,36 +55,85 @@ def render(
     samples: int = SAMPLES,
 ) -> NDArray[np.uint8]:
     """The picture of `write_png` as (height, width, 3) bytes."""
-    if not story.parts:
-        raise MechlabError(f"story {story.title!r} has no parts, so there is nothing to draw.")
-    width, height = size
-    mujoco = _engine()
-    framing = frame_story(story)
-    toward_camera = np.array(THREE_QUARTER if toward is None else toward, dtype=np.float64)
-    context = _open_context(width, height)
-    try:
-        frame = story.frame(time)
-        model = compile_scene(mujoco, story, frame, framing, size)
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
-        lines = find_lines(story, frame, framing)
-        scene = mujoco.MjvScene(model, maxgeom=len(story.parts) + len(lines) + 10)
-        camera = place_camera(mujoco, framing, toward_camera, width / height)
-        mujoco.mjv_updateScene(
-            model, data, mujoco.MjvOption(), None, camera, mujoco.mjtCatBit.mjCAT_ALL, scene
-        )
-        draw_lines(mujoco, scene, lines)
-        renderer = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, renderer)
-        picture = _render_softly(mujoco, scene, renderer, framing, size, samples)
-        renderer.free()
-    finally:
-        context.free()
-    return picture
+    with Drawing(story, size, toward, story.frame(time)) as drawing:
+        return drawing.draw(drawing.first, samples)
+
+
+class Drawing:
+    """A story on MuJoCo's canvas, ready to be drawn frame after frame; a context manager. Raises like `write_png`."""
+
+    def __init__(
+        self,
+        story: Story,
+        size: tuple[int, int],
+        toward: tuple[float, float, float] | None = None,
+        first: int = 0,
+        most_edges: int | None = None,
+    ) -> None:
+        if not story.parts:
+            raise MechlabError(f"story {story.title!r} has no parts, so there is nothing to draw.")
+        self.story, self.size, self.first = story, size, first
+        self._mujoco = _engine()
+        self._framing = frame_story(story)
+        direction = np.array(THREE_QUARTER if toward is None else toward, dtype=np.float64)
+        self._context = _open_context(*size)
+        try:
+            mujoco = self._mujoco
+            model = compile_scene(mujoco, story, first, self._framing, size)
+            data = mujoco.MjData(model)
+            mujoco.mj_forward(model, data)
+            self._lines = Lines(story, self._framing, most_edges)
+            self._scene = mujoco.MjvScene(model, maxgeom=len(story.parts) + self._lines.most + 10)
+            camera = place_camera(mujoco, self._framing, direction, size[0] / size[1])
+            everything = mujoco.mjtCatBit.mjCAT_ALL
+            mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, everything, self._scene)
+            self._solids = self._scene.ngeom
+            self._movers = _find_movers(mujoco, self._scene, story, first)
+            self._renderer = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._renderer)
+        except BaseException:
+            self._context.free()
+            raise
+
+    def draw(
+        self, frame: int, samples: int = SAMPLES, upto: int | None = None, sun: float = _SUN_RADIUS
+    ) -> NDArray[np.uint8]:
+        """The picture (height, width, 3) at a recorded frame; traces up to frame `upto` (default: the whole of them).
+        `sun`: radius of the sun, which softens the shadows, at distance 1."""
+        for index, part, offset in self._movers:
+            pose = self.story.poses[frame, part] @ offset
+            geom = self._scene.geoms[index]
+            geom.pos[:] = pose[:3, 3]
+            geom.mat[:] = pose[:3, :3]
+        self._scene.ngeom = self._solids
+        draw_lines(self._mujoco, self._scene, self._lines.at(frame, upto))
+        return _render_softly(self._mujoco, self._scene, self._renderer, self._framing, self.size, samples, sun)
+
+    def __enter__(self) -> Drawing:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._renderer.free()
+        self._context.free()
+
+
+def _find_movers(mujoco: Any, scene: Any, story: Story, first: int) -> list[tuple[int, int, NDArray[np.float64]]]:
+    """(geom of the scene, body, geom to body) for every part. MuJoCo moves a mesh to its own centre and axes, so where a
+    geom stands in its body is read from the scene."""
+    movers = []
+    for index in range(scene.ngeom):
+        geom = scene.geoms[index]
+        if geom.objtype != mujoco.mjtObj.mjOBJ_GEOM or not 1 <= geom.objid <= len(story.parts):
+            continue
+        body = story.bodies.index(story.parts[geom.objid - 1].body)  # geom 0 is the floor
+        seen = np.eye(4)
+        seen[:3, :3], seen[:3, 3] = np.asarray(geom.mat).reshape(3, 3), geom.pos
+        movers.append((index, body, np.linalg.inv(story.poses[first, body]) @ seen))
+    return movers
 
 
 def _render_softly(
-    mujoco: Any, scene: Any, renderer: Any, framing: Framing, size: tuple[int, int], samples: int
+    mujoco: Any, scene: Any, renderer: Any, framing: Framing, size: tuple[int, int], samples: int, sun_radius: float
 ) -> NDArray[np.uint8]:
     """The mean of several pictures, each with the sun at another point of a small disc: shadows get a soft
     border."""
@@ -99,7 +148,7 @@ def _render_softly(
     for k in range(samples):
         # Points spread evenly over a disc (a spiral of golden angles), for the sun; and over a pixel, against
         # jagged borders.
-        radius, angle = _SUN_RADIUS * math.sqrt((k + 0.5) / samples), k * math.pi * (3.0 - math.sqrt(5.0))
+        radius, angle = sun_radius * math.sqrt((k + 0.5) / samples), k * math.pi * (3.0 - math.sqrt(5.0))
         direction = SUN + radius * (math.cos(angle) * _SUN_X + math.sin(angle) * _SUN_Y)
         sun.dir[:] = direction / np.linalg.norm(direction)
         sun.pos[:] = centre - 4.0 * framing.radius * sun.dir

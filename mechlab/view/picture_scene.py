@@ -145,21 +145,40 @@ def place_camera(mujoco: Any, framing: Framing, toward: NDArray[np.float64], asp
 Line = tuple[NDArray[np.float64], NDArray[np.float64], float, Color]
 
 
-def find_lines(story: Story, frame: int, framing: Framing) -> list[Line]:
-    """What MuJoCo has no geometry for: the feature edges of the parts and the traces (start, end, radius or
-    0, colour)."""
-    found: list[Line] = []
-    for part in story.parts:
-        mesh = crease(part.vertices, part.faces)
-        pose = story.poses[frame, story.bodies.index(part.body)] @ part.placement
-        ends = (mesh.vertices @ pose[:3, :3].T + pose[:3, 3])[mesh.edges]
-        red, green, blue, opacity = part.color
-        found += [(a, b, 0.0, (0.3 * red, 0.3 * green, 0.3 * blue, 0.7 * opacity)) for a, b in ends]
-    for points in story.traces.values():
-        found += [
-            (a, b, 0.003 * framing.radius, _TRACE) for a, b in itertools.pairwise(points) if np.any(a != b)
-        ]
-    return found
+class Lines:
+    """What MuJoCo has no geometry for: the feature edges of the parts, and the traces.
+
+    most_edges: only so many of the longest edges are drawn (default: all of them). `most`: upper limit of the lines.
+    """
+
+    def __init__(self, story: Story, framing: Framing, most_edges: int | None = None) -> None:
+        self.story, self.framing = story, framing
+        self._edges: list[tuple[int, NDArray[np.float64], Color]] = []
+        for part in story.parts:
+            mesh = crease(part.vertices, part.faces)
+            in_body = mesh.vertices @ part.placement[:3, :3].T + part.placement[:3, 3]
+            red, green, blue, opacity = part.color
+            color = (0.3 * red, 0.3 * green, 0.3 * blue, 0.7 * opacity)
+            self._edges.append((story.bodies.index(part.body), in_body[mesh.edges], color))
+        if most_edges is not None:
+            lengths = np.concatenate([np.linalg.norm(e[:, 1] - e[:, 0], axis=1) for _, e, _ in self._edges] or [np.zeros(0)])
+            limit = np.sort(lengths)[-most_edges] if len(lengths) > most_edges else 0.0
+            self._edges = [(b, e[np.linalg.norm(e[:, 1] - e[:, 0], axis=1) >= limit], c) for b, e, c in self._edges]
+        self.most = sum(len(e) for _, e, _ in self._edges) + len(story.t) * len(story.traces)
+
+    def at(self, frame: int, upto: int | None = None) -> list[Line]:
+        """(start, end, radius or 0, colour) of every line at a recorded frame; traces up to frame `upto`."""
+        found: list[Line] = []
+        for body, edges, color in self._edges:
+            pose = self.story.poses[frame, body]
+            ends = edges @ pose[:3, :3].T + pose[:3, 3]
+            found += [(a, b, 0.0, color) for a, b in ends]
+        for points in self.story.traces.values():
+            seen = points if upto is None else points[: upto + 1]
+            found += [
+                (a, b, 0.003 * self.framing.radius, _TRACE) for a, b in itertools.pairwise(seen) if np.any(a != b)
+            ]
+        return found
 
 
 def draw_lines(mujoco: Any, scene: Any, lines: list[Line]) -> None:

@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.view.arrays import Array, check_rigid, frozen
+
+if TYPE_CHECKING:
+    from mechlab.view.explore import Exploration
 
 Color = tuple[float, float, float, float]
 Severity = Literal["ok", "warning", "error"]
@@ -70,12 +73,37 @@ class Part:
 class Plot:
     """Curves over the story's time that share one axis: series name -> (n,) values in `unit` ("" has none).
 
-    A value that is not finite is drawn as a gap.
+    A value that is not finite is drawn as a gap. against: series of the same names, of the run compared with.
     """
 
     title: str
     unit: str
     series: Mapping[str, Array]
+    against: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Arrow:
+    """A force or a torque over the story's time: kind "force" or "torque"; points: (n, 3) where it acts [m];
+    vectors: (n, 3) in `unit`, world axes."""
+
+    name: str
+    kind: Literal["force", "torque"]
+    unit: str
+    points: Array
+    vectors: Array
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Something named that is fixed in a body: `point` (3,) in the body [m]; with a `direction` (3,) it is a joint axis,
+    without one a label."""
+
+    body: str
+    name: str
+    point: tuple[float, float, float]
+    direction: tuple[float, float, float] | None = None
+    kind: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +114,10 @@ class Story:
     len(bodies), 4, 4), body to world, z up; parts, plots: see there; facts: (label, text) pairs such as
     parameters and settings; health: (severity, sentence) pairs, severity one of ok, warning, error; traces:
     name -> (n, 3) points [m]; reconstructed: bodies whose poses were not computed by the solver but rebuilt
-    from its result. Raises MechlabError, naming the culprit, for anything that does not fit together.
+    from its result. arrows, marks: see there. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, called
+    `ghost_name`; shown at once with `ghost_shown`. tooth_rate: teeth that pass in a second, at most [1/s]; playback:
+    a sentence on how far the picture between two frames may be off. explore: sweeps of the drives, see
+    `mechlab.view.explore`. Raises MechlabError, naming the culprit, for anything that does not fit together.
     """
 
     title: str
@@ -100,6 +131,14 @@ class Story:
     health: tuple[tuple[Severity, str], ...] = ()
     traces: Mapping[str, Array] = field(default_factory=dict)
     reconstructed: tuple[str, ...] = ()
+    arrows: tuple[Arrow, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    ghost: Array | None = None
+    ghost_name: str = ""
+    ghost_shown: bool = False
+    tooth_rate: float = 0.0
+    playback: str = ""
+    explore: Exploration | None = None
 
     def __post_init__(self) -> None:
         t = frozen(self.t, "t", (None,))
@@ -111,7 +150,7 @@ class Story:
             raise MechlabError(f"bodies: every name must be unique, but these repeat: {', '.join(repeated)}.")
         poses = frozen(self.poses, "poses", (len(t), len(bodies), 4, 4))
         check_rigid(poses, "poses")
-        for name in (*(part.body for part in self.parts), *self.reconstructed):
+        for name in (*(part.body for part in self.parts), *(m.body for m in self.marks), *self.reconstructed):
             if name not in bodies:
                 raise unknown("body", name, bodies)
         plots = tuple(
@@ -121,6 +160,10 @@ class Story:
                 {
                     k: frozen(v, f"plot {p.title!r}, series {k!r}", (len(t),), finite=False)
                     for k, v in p.series.items()
+                },
+                {
+                    k: frozen(v, f"plot {p.title!r}, against {k!r}", (len(t),), finite=False)
+                    for k, v in p.against.items()
                 },
             )
             for p in self.plots
@@ -132,8 +175,22 @@ class Story:
                     f"must be one of {', '.join(get_args(Severity))}."
                 )
         traces = {k: frozen(v, f"trace {k!r}", (len(t), 3)) for k, v in self.traces.items()}
+        arrows = tuple(
+            Arrow(
+                a.name, a.kind, a.unit,
+                frozen(a.points, f"arrow {a.name!r}: points", (len(t), 3)),
+                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)),
+            )
+            for a in self.arrows
+        )  # fmt: skip
+        if self.ghost is not None:
+            frames = 1 if len(np.shape(self.ghost)) and np.shape(self.ghost)[0] == 1 else len(t)
+            ghost = frozen(self.ghost, "ghost", (frames, len(bodies), 4, 4))
+            check_rigid(ghost, "ghost")
+            object.__setattr__(self, "ghost", ghost)
         for name, value in (
             ("t", t),
+            ("arrows", arrows),
             ("bodies", bodies),
             ("poses", poses),
             ("plots", plots),

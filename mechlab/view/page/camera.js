@@ -38,13 +38,15 @@ class CameraRig {
     if (right.length() < 1e-6) right.set(1, 0, 0);
     right.normalize();
     const up = back.clone().cross(right);
-    const half = Math.tan((camera.fov * Math.PI) / 360) / this.framing.margin;
+    const wide = Math.tan((camera.fov * Math.PI) / 360) / this.framing.margin;
+    const height = Math.max(1, this.stage.viewer.renderer.domElement.clientHeight);
+    const half = wide * Math.max(0.5, 1 - BUTTON_ROOM / height);
     const points = this.framing.points.map((p) => new THREE.Vector3(...p));
     const target = new THREE.Vector3(...this.stage.centre);
     let distance = this.framing.radius;
     for (let pass = 0; pass < 5; pass++) {
       const seen = points.map((p) => p.clone().sub(target)).map((p) => [p.dot(right), p.dot(up), p.dot(back)]);
-      distance = Math.max(...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / (half * camera.aspect), Math.abs(y) / half)));
+      distance = Math.max(...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / (wide * camera.aspect), Math.abs(y) / half)));
       if (pass === 4) break;
       const middle = [0, 1].map((i) => {
         const angles = seen.map((p) => p[i] / (distance - p[2]));

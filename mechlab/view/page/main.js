@@ -1,26 +1,37 @@
 // Puts the page together and offers it to scripts as window.lab.
 
-function start() {
+async function start() {
   const byId = (id) => document.getElementById(id);
   const story = JSON.parse(byId("story").textContent);
-  const read = blockReader(byId("block").textContent);
+  const read = await blockReader(byId("block").textContent);
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
   const stage = new Stage(byId("viewport"), story, read);
   const traces = new Traces(stage, story, read);
+  let explorer = null;
   const rig = new CameraRig(stage);
   rig.view("iso");
   addViewButtons(rig, byId("views"));
   addTriad(rig, byId("triad"));
-  byId("scale").textContent = `grid ${lengthText(story.framing.step)}`;
-  const player = new Player(motion, byId("player"));
-  player.onTime((time) => {
-    motion.apply(stage.groups, time);
-    traces.apply(motion.frame(time));
+  const player = new Player(motion, story.tempo, byId("player"));
+  const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
+  const refresh = (time) => {
+    const { frame, share } = motion.place(time);
+    layers.arrows.apply(frame, share);
+    if (layers.ghost) layers.ghost.apply(time);
+    byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
     stage.redraw();
+  };
+  player.onTime((time) => {
+    if (!explorer) {
+      motion.apply(stage.groups, time);
+      traces.apply(motion.frame(time));
+    }
+    refresh(time);
   });
   addPlots(story, read, player, plots);
   player.seek(motion.start);
+  if (story.explore) explorer = new Explorer(story, stage, traces, read, byId("player"), () => stage.redraw());
   if (story.live) listen(story, stage, player, byId("notice"));
 
   window.lab = {
@@ -31,6 +42,9 @@ function start() {
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
+    explorer,
+    ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
+    arrows: layers.arrows.items,
     get time() { return player.time; },
     get playing() { return player.playing; },
     viewer: stage.viewer,
@@ -47,11 +61,9 @@ function followAddress(player) {
   if (wishes.has("play")) player.play();
 }
 
-try {
-  start();
-} catch (error) {
+start().catch((error) => {
   const notice = document.getElementById("notice");
   notice.textContent = `The view could not start (is WebGL switched off?): ${error.message}`;
   notice.className = "stopped";
   throw error;
-}
+});

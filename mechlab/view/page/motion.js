@@ -28,11 +28,16 @@ class Motion {
     return this.times[Math.min(this.times.length - 1, Math.max(0, here + steps + between))];
   }
 
+  /** The recorded frame before `time` and the share, 0 to 1, of the way to the next one. */
+  place(time) {
+    const frame = this.frame(time);
+    const last = frame === this.times.length - 1;
+    return { frame, share: last ? 0 : Math.max(0, (time - this.times[frame]) / (this.times[frame + 1] - this.times[frame])) };
+  }
+
   /** Moves every group to its pose at `time`: positions linearly, rotations along the shortest arc between two frames. */
   apply(groups, time) {
-    const i = this.frame(time);
-    const last = i === this.times.length - 1;
-    const share = last ? 0 : Math.max(0, (time - this.times[i]) / (this.times[i + 1] - this.times[i]));
+    const { frame: i, share } = this.place(time);
     groups.forEach((group, k) => {
       const { position, quaternion } = this.tracks[k];
       const still = quaternion.length === 4;

@@ -26,6 +26,9 @@ function addPanel(story, holder) {
     holder.append(section("Reconstructed", make("p", {},
       "The solver did not compute the poses of these bodies; they are rebuilt from its result: ", story.reconstructed.join(", "), ".")));
   }
+  const notes = [story.tempo.sentence, story.playback, story.ghost && story.ghost.shown ? `The ghost and the dotted curves (values in brackets) are ${story.ghost.name}.` : ""].filter(Boolean);
+  if (notes.length) holder.append(section("How it is shown", ...notes.map((text) => make("p", {}, text))));
+  if (story.explore) return plots;
   holder.append(make("footer", {}, "Space plays and pauses, \u2190 and \u2192 step one frame (with shift ten), Home and End jump. " +
     "Drag turns the view, the wheel zooms, a click in a plot goes to that time."));
   return plots;

@@ -1,9 +1,7 @@
 // Time: playing, stepping, scrubbing, keys. Whoever wants to follow the time registers with `onTime`.
 
-const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
-
 class Player {
-  constructor(motion, holder) {
+  constructor(motion, tempo, holder) {
     this.motion = motion;
     this.time = motion.start;
     this.playing = false;
@@ -11,9 +9,8 @@ class Player {
     this.followers = [];
     this.duration = motion.end - motion.start;
     this.step = Math.pow(10, Math.floor(Math.log10(this.duration || 1)) - 3);
-    // A run too short to see starts slowed down, one too long to wait for starts sped up.
-    this.speed = this.duration < 0.4 || this.duration > 90
-      ? SPEEDS.reduce((a, b) => (Math.abs(Math.log(this.duration / b / 4)) < Math.abs(Math.log(this.duration / a / 4)) ? b : a)) : 1;
+    this.tempo = tempo;
+    this.speed = tempo.speed;
     if (this.duration > 0) this.build(holder); else holder.hidden = true;
   }
 
@@ -24,8 +21,8 @@ class Player {
       oninput: () => { this.pause(); this.seek(this.motion.start + this.slider.valueAsNumber * this.duration); } });
     this.clock = make("output", { id: "clock", for: "time" });
     const speeds = make("select", { id: "speed", "aria-label": "Playback speed", title: "Playback speed",
-      onchange: (event) => { this.speed = Number(event.target.value); } },
-      ...SPEEDS.map((s) => make("option", { value: s, selected: s === this.speed }, `${s}\u00d7`)));
+      onchange: (event) => { this.speed = Number(event.target.value); this.warn(); } },
+      ...this.tempo.speeds.map((s) => make("option", { value: s, selected: s === this.speed }, `${s}\u00d7`)));
     const loop = make("input", { type: "checkbox", id: "loop", checked: true, onchange: (event) => { this.loop = event.target.checked; } });
     holder.append(
       button("One frame back (\u2190)", icon("back"), () => this.stepBy(-1)),
@@ -33,6 +30,14 @@ class Player {
       button("One frame forward (\u2192)", icon("forward"), () => this.stepBy(1)),
       this.slider, this.clock, speeds, make("label", { class: "check" }, loop, "loop"));
     document.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  /** Says so when teeth pass faster than a screen can show. */
+  warn() {
+    const notice = document.getElementById("notice");
+    const fast = this.tempo.limit !== null && this.speed > this.tempo.limit;
+    if (fast) { notice.textContent = "At this speed teeth may seem to run backwards"; notice.className = "stopped fast"; }
+    else if (notice.classList.contains("fast")) { notice.textContent = ""; notice.className = ""; }
   }
 
   onTime(follower) { this.followers.push(follower); follower(this.time); }

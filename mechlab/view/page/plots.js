@@ -8,7 +8,7 @@ class PlotView {
   constructor(plot, times, read, player) {
     this.times = times;
     this.player = player;
-    this.series = plot.series.map((s, k) => ({ name: s.name, values: read(s.values), color: CURVES[k % CURVES.length][0], dash: CURVES[k % CURVES.length][1] }));
+    this.series = plot.series.map((s, k) => ({ name: s.name, values: read(s.values), against: s.against ? read(s.against) : null, color: CURVES[k % CURVES.length][0], dash: CURVES[k % CURVES.length][1] }));
     this.unit = plot.unit;
     this.canvas = make("canvas", { role: "img", "aria-label": `Plot of ${plot.title}${plot.unit ? ` in ${plot.unit}` : ""} over time: ${this.series.map((s) => s.name).join(", ")}` });
     this.cursor = make("div", { class: "cursor" });
@@ -34,7 +34,7 @@ class PlotView {
   /** Chooses the value axis: limits on nice steps, and a power of ten that keeps the labels short. */
   range() {
     let low = Infinity, high = -Infinity;
-    for (const { values } of this.series) for (const v of values) if (Number.isFinite(v)) { low = Math.min(low, v); high = Math.max(high, v); }
+    for (const { values, against } of this.series) for (const list of [values, against || []]) for (const v of list) if (Number.isFinite(v)) { low = Math.min(low, v); high = Math.max(high, v); }
     if (low > high) [low, high] = [0, 1];
     // A curve that only shows rounding noise about a constant is drawn as that constant.
     const size = Math.max(Math.abs(low), Math.abs(high));
@@ -71,6 +71,7 @@ class PlotView {
     pen.beginPath();
     pen.rect(EDGE.left, EDGE.top - 3, this.width - EDGE.left - EDGE.right, this.height - EDGE.top - EDGE.bottom + 6);
     pen.clip();
+    for (const series of this.series) if (series.against) this.drawCurve(pen, { values: series.against, color: series.color, dash: [1.5, 3.5], width: 2.6, alpha: 0.55 });
     for (const series of this.series) this.drawCurve(pen, series);
     pen.restore();
   }
@@ -104,9 +105,10 @@ class PlotView {
     pen.restore();
   }
 
-  drawCurve(pen, { values, color, dash }) {
+  drawCurve(pen, { values, color, dash, width = 1.7, alpha = 1 }) {
     pen.strokeStyle = color;
-    pen.lineWidth = 1.7;
+    pen.globalAlpha = alpha;
+    pen.lineWidth = width;
     pen.lineJoin = "round";
     pen.setLineDash(dash);
     pen.beginPath();
@@ -118,6 +120,7 @@ class PlotView {
     }
     pen.stroke();
     pen.setLineDash([]);
+    pen.globalAlpha = 1;
   }
 
   seek(event) {
@@ -132,9 +135,10 @@ class PlotView {
     const i = this.player.motion.frame(time);
     const next = Math.min(i + 1, this.times.length - 1);
     const share = next === i ? 0 : (time - this.times[i]) / (this.times[next] - this.times[i]);
-    for (const { values, readout } of this.series) {
-      const value = share === 0 ? values[i] : values[i] + share * (values[next] - values[i]);
-      readout.textContent = `${significant(value)}${this.unit ? `\u00a0${this.unit}` : ""}`;
+    const at = (values) => significant(share === 0 ? values[i] : values[i] + share * (values[next] - values[i]));
+    for (const { values, against, readout } of this.series) {
+      const other = against ? ` (${at(against)})` : "";
+      readout.textContent = `${at(values)}${other}${this.unit ? `\u00a0${this.unit}` : ""}`;
     }
   }
 }

@@ -1,5 +1,7 @@
 // The three-dimensional view: meshcat's viewer with our own light, floor, grid and solids. The mechanism's frame has z up.
 
+const BUTTON_ROOM = 56;
+
 class Stage {
   constructor(viewport, story, read) {
     this.framing = story.framing;
@@ -32,6 +34,8 @@ class Stage {
     viewer.set_3d_pane_size = function () {
       const width = Math.max(1, viewport.clientWidth), height = Math.max(1, viewport.clientHeight);
       this.camera.aspect = width / height;
+      // The buttons take the upper edge; the picture moves down by half of that.
+      this.camera.setViewOffset(width, height, 0, -BUTTON_ROOM / 2, width, height);
       this.camera.updateProjectionMatrix();
       this.renderer.setSize(width, height);
       this.set_dirty();
@@ -135,7 +139,10 @@ class Stage {
     return [0, 1, 2, 3].map((row) => [0, 1, 2, 3].map((column) => e[4 * column + row]));
   }
 
-  redraw() { this.viewer.set_dirty(); }
+  redraw() {
+    this.viewer.set_dirty();
+    if (this.onRedraw) this.onRedraw();
+  }
 }
 
 function partMaterials([red, green, blue, opacity]) {

@@ -18,6 +18,8 @@ const SIDES = 8;
 class Traces {
   constructor(stage, story, read) {
     this.tubes = [];
+    this.group = new THREE.Group();
+    stage.root.add(this.group);
     story.traces.forEach((trace, k) => this.add(stage, read(trace.points), TRACE_COLORS[k % TRACE_COLORS.length], trace.name));
   }
 
@@ -37,15 +39,22 @@ class Traces {
       const material = new THREE.MeshBasicMaterial({ color: new THREE.Color(color).convertSRGBToLinear(), opacity, transparent: opacity < 1 });
       const mesh = new THREE.Mesh(geometry, material);
       mesh.name = `trace ${name}`;
-      stage.root.add(mesh);
+      this.group.add(mesh);
       return mesh;
     };
     tube(0.0022, 0.22);
     this.tubes.push({ mesh: tube(0.004, 1), upTo });
   }
 
+  show(on) { this.group.visible = on; }
+
+  clear() {
+    this.tubes = [];
+    for (const mesh of [...this.group.children]) { this.group.remove(mesh); mesh.geometry.dispose(); mesh.material.dispose(); }
+  }
+
   /** Shows the traces up to recorded frame `frame`. */
   apply(frame) {
-    for (const { mesh, upTo } of this.tubes) mesh.geometry.setDrawRange(0, 6 * SIDES * upTo[frame]);
+    for (const { mesh, upTo } of this.tubes) mesh.geometry.setDrawRange(0, 6 * SIDES * upTo[Math.min(frame, upTo.length - 1)]);
   }
 }

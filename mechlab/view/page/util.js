@@ -15,12 +15,14 @@ function make(tag, attributes = {}, ...children) {
 
 const ARRAYS = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array };
 
-/** Reads references {at, kind, count} out of base64 text. */
-function blockReader(base64) {
+/** Reads references {at, kind, count} out of zlib-compressed base64 text. */
+async function blockReader(base64) {
   const text = atob(base64.trim());
-  const bytes = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-  return (reference) => new ARRAYS[reference.kind](bytes.buffer, reference.at, reference.count);
+  const packed = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) packed[i] = text.charCodeAt(i);
+  if (!window.DecompressionStream) throw new Error("this browser is too old to unpack the page; use one of 2023 or later");
+  const buffer = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+  return (reference) => new ARRAYS[reference.kind](buffer, reference.at, reference.count);
 }
 
 /** `value` with as many decimals as a step of size `step` needs. */

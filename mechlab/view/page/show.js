@@ -1,0 +1,85 @@
+// What is shown beside the parts, and the menu that switches it.
+
+const FEW = 12;
+
+/** A dash-dotted line for every joint axis, fixed in its body. */
+function addAxes(stage, marks) {
+  const { radius } = stage.framing;
+  const material = new THREE.LineDashedMaterial({ color: 0xb3261e, dashSize: 0.05 * radius, gapSize: 0.02 * radius });
+  return marks.filter((m) => m.direction).map((mark) => {
+    const half = new THREE.Vector3(...mark.direction).setLength(0.22 * radius);
+    const middle = new THREE.Vector3(...mark.point);
+    const line = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints([middle.clone().sub(half), middle.clone().add(half)]), material);
+    line.computeLineDistances();
+    line.name = `axis ${mark.name}`;
+    line.visible = false;
+    stage.groups[mark.body].add(line);
+    return line;
+  });
+}
+
+/** A second, faint set of the moving parts. */
+class Ghost {
+  constructor(stage, story, read) {
+    this.motion = new Motion({ ...story, motion: story.ghost.motion }, read);
+    this.holder = new THREE.Group();
+    this.holder.name = "ghost";
+    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(0x5a6b82).convertSRGBToLinear(), transparent: true, opacity: 0.28, depthWrite: false, roughness: 1 });
+    this.groups = stage.groups.map((group, k) => {
+      const copy = new THREE.Group();
+      // What never moves apart from the original would only double it.
+      const moves = story.motion[k].quaternion.count > 4 || story.ghost.motion[k].quaternion.count > 4;
+      for (const part of moves ? group.children : []) {
+        if (!part.isMesh) continue;
+        const mesh = new THREE.Mesh(part.geometry, material);
+        mesh.matrixAutoUpdate = false;
+        mesh.matrix.copy(part.matrix);
+        copy.add(mesh);
+      }
+      this.holder.add(copy);
+      return copy;
+    });
+    stage.root.add(this.holder);
+  }
+
+  apply(time) { if (this.holder.visible) this.motion.apply(this.groups, time); }
+}
+
+class Show {
+  constructor(holder, redraw) {
+    this.holder = holder;
+    this.list = make("div", { class: "choices" });
+    this.redraw = redraw;
+    holder.append(make("summary", {}, "Show"), this.list);
+    document.addEventListener("pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
+    holder.addEventListener("keydown", (event) => { if (event.key === "Escape") holder.open = false; });
+  }
+
+  /** A switch; `action(on)` is called at once and at every change. */
+  add(id, words, on, action) {
+    const change = (event) => { action(event.target.checked); this.redraw(); };
+    this.list.append(make("label", { class: "check" }, make("input", { type: "checkbox", id: `show-${id}`, checked: on, onchange: change }), words));
+    action(on);
+  }
+}
+
+function addShow(story, read, stage, traces, holder, redraw) {
+  const show = new Show(holder, redraw);
+  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), holder, document.getElementById("triad"), document.getElementById("scale")]);
+  const arrows = new Arrows(stage, story, read);
+  const axes = addAxes(stage, story.marks);
+  const wanted = {};
+  const layer = { arrows, ghost: story.ghost ? new Ghost(stage, story, read) : null, labels, wanted };
+  const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind]);
+  const kinds = { points: story.marks.filter((m) => m.kind === "frame"), bodies: story.marks.filter((m) => m.kind === "body"), axes: story.marks.filter((m) => m.direction) };
+  for (const [kind, marks] of Object.entries(kinds)) for (const mark of marks) name(mark, kind);
+  for (const item of arrows.items) labels.add(item.kind, () => item.tip, () => `${item.name} ${significant(item.size, 3)} ${item.unit}`, () => item.visible && wanted.values);
+  if (kinds.points.length) show.add("points", "names of points", kinds.points.length <= FEW, (on) => { wanted.points = on; });
+  if (kinds.bodies.length) show.add("bodies", "names of parts", false, (on) => { wanted.bodies = on; });
+  if (axes.length) show.add("axes", "joint axes", false, (on) => { wanted.axes = on && axes.length <= 2 * FEW; for (const axis of axes) axis.visible = on; });
+  if (story.traces.length || story.explore) show.add("traces", "paths of points", true, (on) => traces.show(on));
+  if (arrows.items.length) show.add("arrows", "forces and torques", arrows.items.length <= 3, (on) => { arrows.shown = wanted.values = on; });
+  if (layer.ghost) show.add("ghost", `ghost: ${story.ghost.name}`, story.ghost.shown, (on) => { layer.ghost.holder.visible = on; });
+  holder.hidden = !show.list.children.length;
+  return layer;
+}
