@@ -13,7 +13,25 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mechlab.api import check, claims, find, generate, list_entries, load, run, show, simulate, solve, story, view
+    from mechlab.api import (
+        chart,
+        check,
+        claims,
+        cycle,
+        explore,
+        find,
+        generate,
+        list_entries,
+        load,
+        portrait,
+        run,
+        show,
+        simulate,
+        solve,
+        story,
+        synthesize,
+        view,
+    )
     from mechlab.errors import MechlabError
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.settings import Settings
@@ -31,7 +49,10 @@ if TYPE_CHECKING:
     )
 
 _HOMES = {
-    "mechlab.api": ("check", "claims", "find", "generate", "list_entries", "load", "run", "show", "simulate", "solve", "story", "view"),
+    "mechlab.api": (
+        "chart", "check", "claims", "cycle", "explore", "find", "generate", "list_entries", "load", "portrait", "run", "show",
+        "simulate", "solve", "story", "synthesize", "view",
+    ),
     "mechlab.errors": ("MechlabError",),
     "mechlab.experiment.parameters": ("parameter",),
     "mechlab.experiment.settings": ("Settings",),
@@ -43,9 +64,10 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Builder", "Inertia", "Mechanism", "MechlabError", "Placement", "Settings", "check", "claims", "find", "generate",
-    "list_entries", "load", "load_recording", "parameter", "prismatic", "revolute", "run", "save_recording", "shape", "show",
-    "simulate", "solve", "spherical", "story", "universal", "view",
+    "Builder", "Inertia", "Mechanism", "MechlabError", "Placement", "Settings", "chart", "check", "claims", "cycle",
+    "explore", "find", "generate", "list_entries", "load", "load_recording", "parameter", "portrait", "prismatic",
+    "revolute", "run", "save_recording", "shape", "show", "simulate", "solve", "spherical", "story", "synthesize",
+    "universal", "view",
 ]  # fmt: skip
 
 
