@@ -264,6 +264,13 @@ CHECKS = (
     Check("F2", "free run against the equation of the one freedom", _check_energy, "Eksergian equation, DOP853"),
 )
 
+def _remarks(p: Parameters) -> tuple[str, ...]:
+    limits = closed_form.crank_limits(*p.lengths)
+    arcs = ", ".join(f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in limits.ranges)
+    swing = "" if limits.full_turn else f"; it assembles at crank angles {arcs}" if arcs else "; it assembles nowhere"
+    return (f"Grashof: {closed_form.grashof_class(*p.lengths).value}{swing}.",)
+
+
 ENTRY = Entry(
     name="fourbar",
     title="Four-bar linkage",
@@ -281,6 +288,7 @@ ENTRY = Entry(
     questions=(QUESTION,),
     checks=CHECKS,
     reference=reference,
+    remarks=_remarks,
     chain="RRRR",
     formulas="Dyad RRR: C = D + rocker (cos, sin)(rocker_angle), on the side `mode` of B to D; rates from the loop equation.",
     sources=("Freudenstein 1955", "Eksergian 1930"),

@@ -102,9 +102,11 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
     sentences = [entry.summary]
     if entry.chain:
         sentences.append(f"Chain: {entry.chain}.")
+    remarks = entry.remarks(design.parameters) if entry.remarks else ()
+    sentences += remarks
     tables: dict[str, Rows] = {"Parameters": parameter_rows(design)}
     data: dict[str, Any] = {
-        "name": entry.name, "title": entry.title, "summary": entry.summary, "chain": entry.chain, "fidelity": level,
+        "name": entry.name, "title": entry.title, "summary": entry.summary, "chain": entry.chain, "fidelity": level, "remarks": remarks,
         "parameters": {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)},
         "fidelities": dict(entry.fidelities), "scenes": {n: r.text for n, r in entry.scenes.items()},
         "questions": [

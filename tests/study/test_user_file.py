@@ -66,3 +66,10 @@ def test_mistakes_are_told_in_its_own_names(
     error = capsys.readouterr().err
     assert message in error and "Traceback" not in error
     assert not Path("g").exists()
+
+
+def test_show_tells_the_grashof_class(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main("show fourbar".split()) == 0  # 0.1 + 0.3 < 0.25 + 0.3, the crank is shortest
+    assert "crank-rocker" in capsys.readouterr().out
+    assert main("show fourbar crank=0.29 --json".split()) == 0  # 0.25 + 0.3 < 0.29 + 0.3, the rocker is shortest
+    assert "crank-rocker" not in capsys.readouterr().out
