@@ -32,7 +32,8 @@ class Entry:
     parameters: a frozen dataclass of `parameter(...)` fields. build(p, fidelity) -> Mechanism, for every fidelity except
     "kinematic". reference(p, scene) -> Recording: closed form or own equations. expand(p, recording) -> the richest
     Mechanism and its coordinates (n, nq) along the recording, for the page. channels: more channels, name -> (unit,
-    function(parameters, recording) -> (n,)). warnings(p) -> sentences on doubtful parameters; remarks(p) -> what `show` says of this design. figure(path) draws the
+    function(parameters, recording) -> (n,)). warnings(p) -> sentences on doubtful parameters;
+    remarks(p) -> what `show` says of this design. figure(path) draws the
     verdict on the claims; the kind of file follows the suffix.
     portraits: kind -> function(parameters, given) -> `mechlab.study.portrait.Portrait`; given: numbers or arrays by name.
     """

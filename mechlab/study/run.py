@@ -14,6 +14,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import ENGINES, PRESETS, Settings
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.structure import structure
 from mechlab.study.design import Design
 from mechlab.study.witness import room
 
@@ -48,6 +49,7 @@ def run_scene(
 
     max_error: the timestep is halved until the run changes by less than that between two timesteps (largest difference
     of any joint, at the common samples); the estimate stands in the health record, as an error when it is not reached.
+    Where neither engine nor settings are given, a mechanism of one freedom is run by `one_freedom`, which has no rows.
     Raises MechlabError for unknown names and engines that cannot run the scene.
     """
     lived = design.for_scene(scene)
@@ -91,8 +93,20 @@ def run_scene(
         done: Recording = room(s.engine).run(m, made, s, list(at) or None)
         return replace(done, health=done.health + Health(_softened(m, s)))
 
-    recording = once(chosen) if max_error is None else _refine(once, chosen, max_error, made.duration)
-    return _complete(lived, recording, made)
+    if max_error is None:
+        return _complete(lived, once(chosen), made)
+    if engine is None and settings is None and _has_one_freedom(lived.mechanism(made.fidelity), made):
+        exact = replace(chosen, engine="one_freedom", integrator="RK4")
+        try:
+            return _complete(lived, _refine(once, exact, max_error, made.duration), made)
+        except MechlabError:
+            pass  # the path ends at a change point, or a law wants a plant that it does not have: the engine does it
+    return _complete(lived, _refine(once, chosen, max_error, made.duration), made)
+
+
+def _has_one_freedom(mechanism: Mechanism, scene: Scene) -> bool:
+    """Whether the generalised inertia of one freedom answers what the scene needs, without any constraint row."""
+    return structure(mechanism).freedoms == 1 and set(scene.needs) <= {"poses", "drive_forces"}
 
 
 def _hybrid(

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.catalog.class4_linkage.build import build
+from mechlab.catalog.class4_linkage.checks_fourbar import FOURBAR_CHECKS
 from mechlab.catalog.class4_linkage.geometry import THETAS, arcs, at, family, solve_all
 from mechlab.catalog.class4_linkage.parameters import Class4Parameters
 from mechlab.catalog.class4_linkage.questions import ANSWERS, QUESTION
@@ -165,5 +166,6 @@ CHECKS = (
         "w = sqrt(2 E / J(phi))",
         slow=True,
     ),
+    *FOURBAR_CHECKS,
     Check("C11", "driven into the fold the run stops with the loop reported open", _torn, "no assembly exists there"),
 )
