@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.scene import Scene
 from mechlab.experiment.trace import Trace
 from mechlab.study.chart_score import Reference, Score, reference_of, score
 from mechlab.study.cpu_limit import OutOfTime, cpu_limit
@@ -188,7 +189,7 @@ def chart(
     error, confirmed = _confirm(points, truth, {n for n, m in names.items() if m.engine == "analytic"})
     return Chart(
         design.name, design.entry.title, made.name, made.duration, truth.unit, truth.names, truth.text + confirmed, error,
-        tuple(points), skipped, recommend(points, aim, truth.unit), tuple(flat_defaults(points, aim, truth.unit)),
+        tuple(points), skipped, recommend(points, aim, truth.unit), tuple(flat_defaults(points, aim, truth.unit, _has_rows(design, made))),
         () if changed else PUBLISHED.get(design.name, ()), versions(),
     )  # fmt: skip
 
@@ -268,8 +269,17 @@ def _confirm(points: Sequence[Point], truth: Reference, own: set[str]) -> tuple[
     return min(known, default=math.nan), text
 
 
-def flat_defaults(points: Sequence[Point], target: float, unit: str) -> list[str]:
-    """Sentences on engines whose defaults stay wrong however small the step: the model is wrong there, not the step."""
+def _has_rows(design: Design, scene: Scene) -> bool:
+    m = design.mechanism(scene.fidelity)
+    return bool(m.loops or m.relations)
+
+
+def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool = True) -> list[str]:
+    """Sentences on engines whose defaults stay wrong however small the step: the model is wrong there, not the step.
+
+    rows: the mechanism has loops or relations; without them what is soft is the dry friction.
+    """
+    soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
     out = []
     flat: list[Point] = []
     for name in dict.fromkeys(p.method for p in points if p.default and p.control == "step"):
@@ -283,7 +293,7 @@ def flat_defaults(points: Sequence[Point], target: float, unit: str) -> list[str
         count = len({p.method for p in flat})
         out.append(
             f"MuJoCo's default softness does not converge here: {error} {unit} of error at every timestep from "
-            f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {count} integrators. The loops are springs; a smaller "
+            f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {count} integrators. {soft}; a smaller "
             "step simulates the wrong mechanism more precisely."
         )
     return out
