@@ -61,7 +61,7 @@ class Sine:
 
 @dataclass(frozen=True)
 class Table:
-    """A twice differentiable quintic through `times` and `values` with `rates` and `accels` (given, or natural cubic)."""
+    """A twice differentiable spline through `values` at `times` [s]: quintic from six points on, else cubic."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]

@@ -175,7 +175,6 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
 def idle_freedoms(mechanism: Mechanism) -> tuple[str, ...]:
     """Local freedoms: motions of a single part that none of the loops that hold it feels (a rod between two ball joints
     spins about its own length). One name "spin of BODY" for each."""
-    constraints = ConstraintSet(mechanism)
     _, jacobian = generic(mechanism)
     names: list[str] = []
     parents = {b.parent for b in mechanism.bodies}
@@ -193,7 +192,6 @@ def idle_freedoms(mechanism: Mechanism) -> tuple[str, ...]:
         if rank(block) == 0:
             continue
         names += [f"spin of {body.name}"] * (len(columns) - rank(block))
-    del constraints
     return tuple(names)
 
 

@@ -8,7 +8,7 @@ function section(title, ...content) {
 
 function addPanel(story, holder) {
   const worst = ["error", "warning", "ok"].find((s) => story.health.some(([severity]) => severity === s));
-  const verdict = { error: "Do not trust this result", warning: "Usable, with reservations", ok: "Every check passed" }[worst];
+  const verdict = { error: "Do not trust this result", warning: "Usable, with reservations", ok: "Every health check passed" }[worst];
   holder.append(make("header", {}, make("h1", {}, story.title), ...(story.summary ? [make("p", { class: "summary" }, story.summary)] : [])));
   if (worst) holder.append(make("p", { class: `verdict ${worst}` }, make("span", { class: "mark", "aria-hidden": "true" }, SEVERITIES[worst][0]), verdict));
   const plots = make("div", { id: "plots" });
