@@ -93,9 +93,7 @@ def _range(key: str, text: str) -> Range:
     if not count:
         return Range(_float(ends[0]), _float(ends[1]))
     if not re.fullmatch(r"\d{1,9}", count[0]) or int(count[0]) < 2:
-        raise MechlabError(
-            f"{key}: the count in low:high:count must be a whole number >= 2, got {count[0]!r}."
-        )
+        raise MechlabError(f"{key}: the count in low:high:count must be a whole number >= 2, got {count[0]!r}.")
     return Range(_float(ends[0]), _float(ends[1]), int(count[0]))
 
 
@@ -106,9 +104,7 @@ def _float(value: float | Fraction) -> float:
 def _scalar(key: str, text: str) -> Scalar:
     text = text.strip()
     if not text:
-        raise MechlabError(
-            f"{key}: a value is missing. Write for example {key}=0.5, {key}=5mm or {key}=1,2,3."
-        )
+        raise MechlabError(f"{key}: a value is missing. Write for example {key}=0.5, {key}=5mm or {key}=1,2,3.")
     match = _NUMBER.fullmatch(text)
     if match is None:
         if _NOT_FINITE.fullmatch(text):

@@ -25,11 +25,7 @@ HEAVY = ("pinocchio", "mujoco", "meshcat", "trimesh", "yourdfpy", "matplotlib", 
 
 def room_files(room: str) -> list[Path]:
     folder = PACKAGE / room
-    return (
-        sorted(folder.rglob("*.py"))
-        if folder.is_dir()
-        else [p for p in [PACKAGE / f"{room}.py"] if p.exists()]
-    )
+    return sorted(folder.rglob("*.py")) if folder.is_dir() else [p for p in [PACKAGE / f"{room}.py"] if p.exists()]
 
 
 def imported(path: Path) -> Iterator[tuple[str, int]]:

@@ -77,8 +77,9 @@ class PlanetaryStage:
     orbit_radius: float
 
     def __post_init__(self) -> None:
-        _teeth(sun_teeth=self.sun_teeth, planet_teeth=self.planet_teeth, ring_teeth=self.ring_teeth,
-               planets=self.planets)
+        _teeth(
+            sun_teeth=self.sun_teeth, planet_teeth=self.planet_teeth, ring_teeth=self.ring_teeth, planets=self.planets
+        )
         for field in fields(self)[4:]:
             value = getattr(self, field.name)
             if not math.isfinite(value) or value < 0.0:
@@ -90,12 +91,20 @@ def conditions(sun_teeth: int, planet_teeth: int, ring_teeth: int, planets: int)
     _teeth(sun_teeth=sun_teeth, planet_teeth=planet_teeth, ring_teeth=ring_teeth, planets=planets)
     margin = math.inf if planets == 1 else (sun_teeth + planet_teeth) * math.sin(math.pi / planets) - planet_teeth - 2
     # sin(pi / 6) is not exactly 1/2: an exact touch must not depend on its last bit.
-    return AssemblyConditions(ring_teeth == sun_teeth + 2 * planet_teeth, (sun_teeth + ring_teeth) % planets == 0,
-                              margin >= -1e-9, margin)
+    return AssemblyConditions(
+        ring_teeth == sun_teeth + 2 * planet_teeth, (sun_teeth + ring_teeth) % planets == 0, margin >= -1e-9, margin
+    )
 
 
-def speeds(sun_teeth: int, ring_teeth: int, *, sun: ArrayLike | None = None, ring: ArrayLike | None = None,
-           carrier: ArrayLike | None = None, planet_teeth: float | None = None) -> StageSpeeds:
+def speeds(
+    sun_teeth: int,
+    ring_teeth: int,
+    *,
+    sun: ArrayLike | None = None,
+    ring: ArrayLike | None = None,
+    carrier: ArrayLike | None = None,
+    planet_teeth: float | None = None,
+) -> StageSpeeds:
     """The third speed and the planet's from exactly two of sun, ring, carrier; arrays broadcast.
 
     w_p = w_c - (z_s / z_p) (w_s - w_c); planet_teeth defaults to (ring_teeth - sun_teeth) / 2.
@@ -108,8 +117,9 @@ def speeds(sun_teeth: int, ring_teeth: int, *, sun: ArrayLike | None = None, rin
     given = {"sun": sun, "ring": ring, "carrier": carrier}
     known = {name: _finite(name, value) for name, value in given.items() if value is not None}
     if len(known) != 2:
-        raise MechlabError(f"{len(known)} speeds given ({', '.join(known) or 'none'}); "
-                           "expected exactly two of sun, ring, carrier")
+        raise MechlabError(
+            f"{len(known)} speeds given ({', '.join(known) or 'none'}); expected exactly two of sun, ring, carrier"
+        )
     zs, zr = float(sun_teeth), float(ring_teeth)
     if "carrier" not in known:
         known["carrier"] = (zs * known["sun"] + zr * known["ring"]) / (zs + zr)
@@ -121,16 +131,23 @@ def speeds(sun_teeth: int, ring_teeth: int, *, sun: ArrayLike | None = None, rin
     return StageSpeeds(ws, wr, wc, np.asarray(wc - zs / zp * (ws - wc)))
 
 
-def balance(sun_teeth: int, ring_teeth: int, *, sun: ArrayLike | None = None, ring: ArrayLike | None = None,
-            carrier: ArrayLike | None = None) -> StageTorques:
+def balance(
+    sun_teeth: int,
+    ring_teeth: int,
+    *,
+    sun: ArrayLike | None = None,
+    ring: ArrayLike | None = None,
+    carrier: ArrayLike | None = None,
+) -> StageTorques:
     """Steady torques from exactly one of them: sun : ring : carrier = z_s : z_r : -(z_s + z_r)."""
     _teeth(sun_teeth=sun_teeth, ring_teeth=ring_teeth)
     shares = {"sun": float(sun_teeth), "ring": float(ring_teeth), "carrier": -float(sun_teeth + ring_teeth)}
     known = {name: value for name, value in (("sun", sun), ("ring", ring), ("carrier", carrier)) if value is not None}
     if len(known) != 1:
-        raise MechlabError(f"{len(known)} torques given ({', '.join(known) or 'none'}); "
-                           "expected exactly one of sun, ring, carrier")
-    (name, value), = known.items()
+        raise MechlabError(
+            f"{len(known)} torques given ({', '.join(known) or 'none'}); expected exactly one of sun, ring, carrier"
+        )
+    ((name, value),) = known.items()
     unit = _finite(name, value) / shares[name]
     return StageTorques(unit * shares["sun"], unit * shares["ring"], unit * shares["carrier"])
 
@@ -142,8 +159,11 @@ def mass_matrix(stage: PlanetaryStage) -> FloatArray:
     """
     p, r = _rows(stage)
     orbit = stage.carrier_inertia + stage.planets * stage.planet_mass * stage.orbit_radius**2
-    return np.asarray(np.diag([stage.sun_inertia, orbit]) + stage.planets * stage.planet_inertia * np.outer(p, p)
-                      + stage.ring_inertia * np.outer(r, r))
+    return np.asarray(
+        np.diag([stage.sun_inertia, orbit])
+        + stage.planets * stage.planet_inertia * np.outer(p, p)
+        + stage.ring_inertia * np.outer(r, r)
+    )
 
 
 def kinetic_energy(stage: PlanetaryStage, sun: ArrayLike, carrier: ArrayLike) -> FloatArray:
@@ -152,14 +172,19 @@ def kinetic_energy(stage: PlanetaryStage, sun: ArrayLike, carrier: ArrayLike) ->
     return np.asarray(0.5 * np.sum(v * (v @ mass_matrix(stage)), axis=-1))
 
 
-def free_accelerations(stage: PlanetaryStage, sun_torque: ArrayLike = 0.0, carrier_torque: ArrayLike = 0.0,
-                       ring_torque: ArrayLike = 0.0) -> StageAccelerations:
+def free_accelerations(
+    stage: PlanetaryStage, sun_torque: ArrayLike = 0.0, carrier_torque: ArrayLike = 0.0, ring_torque: ArrayLike = 0.0
+) -> StageAccelerations:
     """Accelerations with nothing held (two freedoms): M v' = (T_s, T_c) + T_r r. Torques broadcast.
 
     Raises MechlabError if M is singular (a freedom without inertia).
     """
-    ts, tc, tr = np.broadcast_arrays(*(_finite(n, t) for n, t in (("sun_torque", sun_torque),
-                                     ("carrier_torque", carrier_torque), ("ring_torque", ring_torque))))
+    ts, tc, tr = np.broadcast_arrays(
+        *(
+            _finite(n, t)
+            for n, t in (("sun_torque", sun_torque), ("carrier_torque", carrier_torque), ("ring_torque", ring_torque))
+        )
+    )
     m = mass_matrix(stage)
     det = m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
     if det <= 1e-15 * m[0, 0] * m[1, 1]:
@@ -168,12 +193,18 @@ def free_accelerations(stage: PlanetaryStage, sun_torque: ArrayLike = 0.0, carri
     qs, qc = ts + tr * r[0], tc + tr * r[1]
     sun = (m[1, 1] * qs - m[0, 1] * qc) / det
     carrier = (m[0, 0] * qc - m[1, 0] * qs) / det
-    return StageAccelerations(np.asarray(sun), np.asarray(r[0] * sun + r[1] * carrier), np.asarray(carrier),
-                              np.asarray(p[0] * sun + p[1] * carrier), np.asarray(tr))
+    return StageAccelerations(
+        np.asarray(sun),
+        np.asarray(r[0] * sun + r[1] * carrier),
+        np.asarray(carrier),
+        np.asarray(p[0] * sun + p[1] * carrier),
+        np.asarray(tr),
+    )
 
 
-def held_ring_accelerations(stage: PlanetaryStage, sun_torque: ArrayLike = 0.0,
-                            carrier_torque: ArrayLike = 0.0) -> StageAccelerations:
+def held_ring_accelerations(
+    stage: PlanetaryStage, sun_torque: ArrayLike = 0.0, carrier_torque: ArrayLike = 0.0
+) -> StageAccelerations:
     """Accelerations with the ring held (one freedom): (T_c + i T_s) / J, i = 1 + z_r/z_s.
 
     J = i^2 J_s + J_c + N m_p R^2 + N J_p (1 - z_r/z_p)^2. Torques broadcast; `ring_torque` is what
@@ -189,8 +220,13 @@ def held_ring_accelerations(stage: PlanetaryStage, sun_torque: ArrayLike = 0.0,
         raise MechlabError("no part that moves has inertia; expected at least one inertia greater than zero")
     carrier = (tc + ratio * ts) / inertia
     hold = (m[0] @ along * carrier - ts) / r[0]
-    return StageAccelerations(np.asarray(ratio * carrier), np.zeros(carrier.shape), np.asarray(carrier),
-                              np.asarray(float(p @ along) * carrier), np.asarray(hold))
+    return StageAccelerations(
+        np.asarray(ratio * carrier),
+        np.zeros(carrier.shape),
+        np.asarray(carrier),
+        np.asarray(float(p @ along) * carrier),
+        np.asarray(hold),
+    )
 
 
 def _rows(stage: PlanetaryStage) -> tuple[FloatArray, FloatArray]:

@@ -169,7 +169,9 @@ def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
         "constant-torque": (Constant("crank_angle", p.torque),),
     }
     start = 0.0 if name == "constant-torque" else p.speed
-    return Scene(name, fidelity, 2.0, laws[name], {"crank_angle": start_angle(p)}, {"crank_angle": start}, tolerance=1e-4)
+    return Scene(
+        name, fidelity, 2.0, laws[name], {"crank_angle": start_angle(p)}, {"crank_angle": start}, tolerance=1e-4
+    )
 
 
 def _driven(p: Parameters, fidelity: str) -> Scene:
@@ -263,6 +265,7 @@ CHECKS = (
     Check("F1", "position, rate and acceleration from three witnesses", _check_pose, "closed form of the RRR dyad"),
     Check("F2", "free run against the equation of the one freedom", _check_energy, "Eksergian equation, DOP853"),
 )
+
 
 def _remarks(p: Parameters) -> tuple[str, ...]:
     limits = closed_form.crank_limits(*p.lengths)

@@ -30,9 +30,7 @@ def verb_parser(verb: str, positionals: str, summary: str) -> Parser:
         allow_abbrev=False,
     )
     parser.add_argument("tokens", nargs="*", metavar="NAME key=value", help=argparse.SUPPRESS)
-    parser.add_argument(
-        "--json", action="store_true", help="print exactly one JSON document, also on failure"
-    )
+    parser.add_argument("--json", action="store_true", help="print exactly one JSON document, also on failure")
     return parser
 
 
@@ -45,9 +43,7 @@ def split_tokens(tokens: Sequence[str]) -> tuple[list[str], dict[str, Value]]:
         if not equals:
             names.append(token)
         elif not key.strip():
-            raise MechlabError(
-                f"{token!r} has no key. Write key=value, without spaces around the equals sign."
-            )
+            raise MechlabError(f"{token!r} has no key. Write key=value, without spaces around the equals sign.")
         elif key in values:
             raise MechlabError(f"{key} is given twice: {key}={text} comes after another value. Keep one.")
         else:
@@ -62,9 +58,7 @@ def one_name(names: Sequence[str], verb: str) -> str:
                          "file.py:function, .json, .xml and .urdf files work too.")  # fmt: skip
     if len(names) > 1:
         extra = ", ".join(repr(name) for name in names[1:])
-        raise UsageError(
-            f"mechlab {verb} takes one NAME, got {names[0]!r} and {extra}. Write quantities as key=value."
-        )
+        raise UsageError(f"mechlab {verb} takes one NAME, got {names[0]!r} and {extra}. Write quantities as key=value.")
     return names[0]
 
 

@@ -67,9 +67,7 @@ def _plain(item: Any) -> Any:
     if isinstance(item, Mapping):
         return {str(key): _plain(value) for key, value in item.items()}
     if isinstance(item, list | tuple | set | frozenset):
-        return [
-            _plain(value) for value in (sorted(item, key=str) if isinstance(item, set | frozenset) else item)
-        ]
+        return [_plain(value) for value in (sorted(item, key=str) if isinstance(item, set | frozenset) else item)]
     if isinstance(item, Fraction | Range | Path):
         return str(item)
     if hasattr(item, "tolist"):

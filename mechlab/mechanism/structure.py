@@ -234,7 +234,9 @@ def structure(mechanism: Mechanism) -> Structure:
     )
 
 
-def singularity(mechanism: Mechanism, q: Array, output: Array | None = None, threshold: float = 1e-6) -> tuple[str, ...]:
+def singularity(
+    mechanism: Mechanism, q: Array, output: Array | None = None, threshold: float = 1e-6
+) -> tuple[str, ...]:
     """Kinds of singularity at coordinates q: "constraint" (rank of the constraints falls: the mechanism gains a freedom
     that no drive sees or rows become dependent), "parallel" (with the drives held a motion remains), "serial" (the
     output (k, nv) rows lose rank on the motions the constraints allow). Gosselin & Angeles 1990; Zlatanov 1994.

@@ -17,6 +17,7 @@ def write_verified(mechanism: Mechanism, out: str | Path) -> dict[str, Path]:
 
     Raises MechlabError naming the file and its consumer.
     """
+
     def reload(folder: Path, m: Mechanism) -> None:
         verify(m, folder)
 

@@ -18,9 +18,7 @@ def frozen(values: ArrayLike, what: str, shape: tuple[int | None, ...], finite: 
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise MechlabError(
-            f"{what}: expected numbers of shape {shape}, got {type(values).__name__}."
-        ) from None
+        raise MechlabError(f"{what}: expected numbers of shape {shape}, got {type(values).__name__}.") from None
     matches = array.ndim == len(shape) and all(
         want in (None, got) for want, got in zip(shape, array.shape, strict=True)
     )

@@ -65,9 +65,7 @@ def crease(vertices: ArrayLike, faces: ArrayLike, angle: float = CREASE_ANGLE) -
     out_normals = np.zeros((total, 3))
     np.add.at(out_normals, label, (normals[:, None, :] * _corner_angles(corners)[:, :, None]).reshape(-1, 3))
     out_normals /= np.maximum(np.linalg.norm(out_normals, axis=1), 1e-300)[:, None]
-    lines = np.unique(
-        np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1), axis=0
-    )
+    lines = np.unique(np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1), axis=0)
     representative = np.zeros(len(points), dtype=np.int64)
     representative[triangles.reshape(-1)] = label
     return Creased(out_vertices, out_normals, label.reshape(-1, 3).astype(np.int64), representative[lines])

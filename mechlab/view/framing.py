@@ -67,11 +67,7 @@ def frame_story(story: Story) -> Framing:
                 + np.repeat(moved[:, :3, 3], len(in_body), axis=0)
             )
         )
-    points = (
-        _outermost(np.concatenate(found))
-        if found
-        else np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
-    )
+    points = _outermost(np.concatenate(found)) if found else np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
     low, high = points.min(axis=0), points.max(axis=0)
     radius = max(float(np.linalg.norm(high - low)) / 2.0, 1e-6)
     return Framing(points, low, high, float(low[2]) - 0.02 * radius, nice_step(2.0 * radius), radius)

@@ -110,11 +110,7 @@ def _viewer_folder() -> Path:
 @cache
 def viewer_script() -> str:
     """The JavaScript of meshcat's viewer, with three.js in it, safe to stand inside a script element."""
-    return (
-        (_viewer_folder() / "dist" / "main.min.js")
-        .read_text(encoding="utf-8")
-        .replace("</script", "<\\/script")
-    )
+    return (_viewer_folder() / "dist" / "main.min.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
 
 
 @cache

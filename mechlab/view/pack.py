@@ -85,9 +85,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
-        "traces": [
-            {"name": name, "points": block.add(points, "f8")} for name, points in story.traces.items()
-        ],
+        "traces": [{"name": name, "points": block.add(points, "f8")} for name, points in story.traces.items()],
         "facts": [list(pair) for pair in story.facts],
         "health": [list(pair) for pair in story.health],
         "reconstructed": list(story.reconstructed),

@@ -166,9 +166,7 @@ def _engine() -> Any:
     try:
         return importlib.import_module("mujoco")
     except ImportError as error:
-        raise EngineMissing(
-            "Pictures are drawn by MuJoCo, which is not installed. Try: pip install mujoco"
-        ) from error
+        raise EngineMissing("Pictures are drawn by MuJoCo, which is not installed. Try: pip install mujoco") from error
 
 
 def _open_context(width: int, height: int) -> Any:

@@ -14,9 +14,7 @@ from mechlab.view.framing import FIELD_OF_VIEW, Framing, fit_camera
 from mechlab.view.pack import geometry_key, quaternions
 from mechlab.view.story import Color, Story
 
-SUN = np.array([0.55, 0.6, -1.25]) / math.sqrt(
-    0.55**2 + 0.6**2 + 1.25**2
-)  # direction in which the light travels
+SUN = np.array([0.55, 0.6, -1.25]) / math.sqrt(0.55**2 + 0.6**2 + 1.25**2)  # direction in which the light travels
 _SHADOW_PIXELS = 4096
 _TRACE = (0.76, 0.09, 0.36, 1.0)
 
@@ -135,9 +133,7 @@ def place_camera(mujoco: Any, framing: Framing, toward: NDArray[np.float64], asp
     camera.distance = distance
     flat = math.hypot(toward[0], toward[1])
     # Straight from above, x points to the right.
-    camera.azimuth = (
-        math.degrees(math.atan2(-toward[1], -toward[0])) if flat > 1e-9 * abs(toward[2]) else 90.0
-    )
+    camera.azimuth = math.degrees(math.atan2(-toward[1], -toward[0])) if flat > 1e-9 * abs(toward[2]) else 90.0
     camera.elevation = -math.degrees(math.atan2(toward[2], flat))
     return camera
 
@@ -161,7 +157,9 @@ class Lines:
             color = (0.3 * red, 0.3 * green, 0.3 * blue, 0.7 * opacity)
             self._edges.append((story.bodies.index(part.body), in_body[mesh.edges], color))
         if most_edges is not None:
-            lengths = np.concatenate([np.linalg.norm(e[:, 1] - e[:, 0], axis=1) for _, e, _ in self._edges] or [np.zeros(0)])
+            lengths = np.concatenate(
+                [np.linalg.norm(e[:, 1] - e[:, 0], axis=1) for _, e, _ in self._edges] or [np.zeros(0)]
+            )
             limit = np.sort(lengths)[-most_edges] if len(lengths) > most_edges else 0.0
             self._edges = [(b, e[np.linalg.norm(e[:, 1] - e[:, 0], axis=1) >= limit], c) for b, e, c in self._edges]
         self.most = sum(len(e) for _, e, _ in self._edges) + len(story.t) * len(story.traces)
@@ -192,8 +190,6 @@ def draw_lines(mujoco: Any, scene: Any, lines: list[Line]) -> None:
         )
         # An edge lies in its surface; a little nearer to the eye it is not hidden by it.
         nearer = 0.0 if radius else 0.002
-        mujoco.mjv_connector(
-            geom, kind, radius or 1.0, start + nearer * (eye - start), end + nearer * (eye - end)
-        )
+        mujoco.mjv_connector(geom, kind, radius or 1.0, start + nearer * (eye - start), end + nearer * (eye - end))
         geom.category = mujoco.mjtCatBit.mjCAT_DECOR
         scene.ngeom += 1

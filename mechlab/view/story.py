@@ -44,13 +44,10 @@ class Part:
         vertices = frozen(self.vertices, f"{what}: vertices", (None, 3))
         faces = np.array(self.faces, dtype=np.int64)
         if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
-            raise MechlabError(
-                f"{what}: faces: expected shape (any, 3) with at least one face, got {faces.shape}."
-            )
+            raise MechlabError(f"{what}: faces: expected shape (any, 3) with at least one face, got {faces.shape}.")
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise MechlabError(
-                f"{what}: faces: indices must lie in 0..{len(vertices) - 1}, "
-                f"got {faces.min()}..{faces.max()}."
+                f"{what}: faces: indices must lie in 0..{len(vertices) - 1}, got {faces.min()}..{faces.max()}."
             )
         faces.flags.writeable = False
         color = frozen(self.color, f"{what}: color", (4,))
@@ -157,10 +154,7 @@ class Story:
             Plot(
                 p.title,
                 p.unit,
-                {
-                    k: frozen(v, f"plot {p.title!r}, series {k!r}", (len(t),), finite=False)
-                    for k, v in p.series.items()
-                },
+                {k: frozen(v, f"plot {p.title!r}, series {k!r}", (len(t),), finite=False) for k, v in p.series.items()},
                 {
                     k: frozen(v, f"plot {p.title!r}, against {k!r}", (len(t),), finite=False)
                     for k, v in p.against.items()
@@ -171,8 +165,7 @@ class Story:
         for severity, sentence in self.health:
             if severity not in get_args(Severity):
                 raise MechlabError(
-                    f"health: severity {severity!r} of {sentence!r} "
-                    f"must be one of {', '.join(get_args(Severity))}."
+                    f"health: severity {severity!r} of {sentence!r} must be one of {', '.join(get_args(Severity))}."
                 )
         traces = {k: frozen(v, f"trace {k!r}", (len(t), 3)) for k, v in self.traces.items()}
         arrows = tuple(

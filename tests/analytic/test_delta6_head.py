@@ -39,8 +39,11 @@ def kinetic_energy(geom: delta6.Delta6, j: delta6.HeadInertias, angles: np.ndarr
         p_rate = geom.k_bevel * al_rate  # relative to the T, about sign * y
         bevel = tee + sign * p_rate * y
         speed = np.cross(tee, sign * j.bevel_offset * y)
-        energy += 0.5 * (j.bevel_axial * (bevel @ y) ** 2
-                         + j.bevel_transverse * ((bevel @ x) ** 2 + (bevel @ up) ** 2) + j.bevel_mass * speed @ speed)
+        energy += 0.5 * (
+            j.bevel_axial * (bevel @ y) ** 2
+            + j.bevel_transverse * ((bevel @ x) ** 2 + (bevel @ up) ** 2)
+            + j.bevel_mass * speed @ speed
+        )
         nu = p_rate + sign * be_rate
         rho = ga_rate + geom.k_transfer / geom.k_spur * nu
         energy += 0.5 * (j.planet_axial * (ga_rate + nu) ** 2 + j.planet_mass * (j.planet_offset * ga_rate) ** 2)
@@ -129,12 +132,15 @@ def test_error_law_numbers():
         assert t[np.flatnonzero(gamma > 1e-3)[-1]] == pytest.approx(settled, abs=0.005)
 
 
-@pytest.mark.parametrize("kv, kp", [(240, 480), (480, 240), (4, 100), (20, 100), (20, 100 + 1e-9), (20, 100 - 1e-9),
-                                    (0, 9), (3, 0), (0, 0), (-1, 2)])
+@pytest.mark.parametrize(
+    "kv, kp",
+    [(240, 480), (480, 240), (4, 100), (20, 100), (20, 100 + 1e-9), (20, 100 - 1e-9), (0, 9), (3, 0), (0, 0), (-1, 2)],
+)
 def test_error_law_against_integration(kv, kp):
     t = np.linspace(0, 1.5, 7)
-    numeric = solve_ivp(lambda _, y: [y[1], -kv * y[1] - kp * y[0]], (0, 1.5), [0.3, -0.6], "Radau", t,
-                        rtol=1e-10, atol=1e-12)
+    numeric = solve_ivp(
+        lambda _, y: [y[1], -kv * y[1] - kp * y[0]], (0, 1.5), [0.3, -0.6], "Radau", t, rtol=1e-10, atol=1e-12
+    )
     response = delta6.error_response(t, 0.3, -0.6, kv, kp)
     np.testing.assert_allclose(response.error, numeric.y[0], atol=1e-8)  # the integrator's tolerance
     np.testing.assert_allclose(response.error_rate, numeric.y[1], atol=1e-7)
@@ -200,9 +206,16 @@ def test_mobility_counts():
         delta6.chebyshev(7, -1)
 
 
-@pytest.mark.parametrize("bend_deg, xy, voxels", [
-    (None, 811, 18_724), (60, 362, 10_885), (45, 55, 2_003), (40, 4, None), (35, 0, 0),
-])
+@pytest.mark.parametrize(
+    "bend_deg, xy, voxels",
+    [
+        (None, 811, 18_724),
+        (60, 362, 10_885),
+        (45, 55, 2_003),
+        (40, 4, None),
+        (35, 0, 0),
+    ],
+)
 def test_workspace_counts(bend_deg, xy, voxels):
     counts = delta6.workspace_counts(GEOM, bend_limit=None if bend_deg is None else math.radians(bend_deg))
     assert counts.xy_nodes == xy == counts.xy_mask.sum()

@@ -100,8 +100,9 @@ def test_axes_are_checked():
         delta6.extract_angles(np.diag([1.0, 1.0, -1.0]))
     with pytest.raises(MechlabError, match="orthonormal"):
         delta6.extract_angles(2 * np.eye(3))
-    np.testing.assert_allclose(delta6.rotation_from_axes([0, 1, 0], [-1, 0, 0]), rotation(np.array([0, 0, np.pi / 2])),
-                               atol=1e-15)
+    np.testing.assert_allclose(
+        delta6.rotation_from_axes([0, 1, 0], [-1, 0, 0]), rotation(np.array([0, 0, np.pi / 2])), atol=1e-15
+    )
 
 
 def test_source_drive_example():
@@ -164,8 +165,10 @@ def test_angular_velocity_and_acceleration_against_differences():
     omega = delta6.angular_velocity(a, rates)
     np.testing.assert_allclose(omega, np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], -1), atol=1e-8)
     np.testing.assert_allclose(delta6.angle_rates(a, omega), rates, atol=1e-12)
-    difference = (delta6.angular_velocity(at(t), rates + accelerations * t)
-                  - delta6.angular_velocity(at(-t), rates - accelerations * t)) / (2 * t)
+    difference = (
+        delta6.angular_velocity(at(t), rates + accelerations * t)
+        - delta6.angular_velocity(at(-t), rates - accelerations * t)
+    ) / (2 * t)
     acceleration = delta6.angular_acceleration(a, rates, accelerations)
     np.testing.assert_allclose(acceleration, difference, atol=1e-7)
     np.testing.assert_allclose(delta6.angle_accelerations(a, rates, acceleration), accelerations, atol=1e-11)

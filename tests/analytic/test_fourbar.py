@@ -155,8 +155,10 @@ def centres(b: fourbar.MovingFourbar, phi: np.ndarray) -> tuple[list[np.ndarray]
     angles = [phi, m.coupler_angle, m.rocker_angle]
     bases = [0.0, b.crank * np.exp(1j * phi), b.ground]
     links = (b.crank_mass, b.coupler_mass, b.rocker_mass)
-    points = [base + (k.com_along + 1j * k.com_across) * np.exp(1j * q)
-              for base, k, q in zip(bases, links, angles, strict=True)]
+    points = [
+        base + (k.com_along + 1j * k.com_across) * np.exp(1j * q)
+        for base, k, q in zip(bases, links, angles, strict=True)
+    ]
     return points, angles
 
 
@@ -190,8 +192,10 @@ def test_slender_rods():
     pin = 0.1 * 1j * np.exp(0.7j)
     joint = 0.3j * m.rocker_rate * np.exp(1j * m.rocker_angle)
     # A uniform rod between points of velocity u, v: m / 6 (u.u + u.v + v.v) = T.
-    energy = [k / 6 * (abs(u) ** 2 + np.real(np.conj(u) * v) + abs(v) ** 2)
-              for k, u, v in ((0.2, 0.0, pin), (0.7, pin, joint), (0.6, 0.0, joint))]
+    energy = [
+        k / 6 * (abs(u) ** 2 + np.real(np.conj(u) * v) + abs(v) ** 2)
+        for k, u, v in ((0.2, 0.0, pin), (0.7, pin, joint), (0.6, 0.0, joint))
+    ]
     assert fourbar.generalised_inertia(b, phi).inertia == pytest.approx(2 * sum(energy), rel=1e-13)
 
 

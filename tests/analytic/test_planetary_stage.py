@@ -52,8 +52,10 @@ def multipliers(stage: ps.PlanetaryStage, ts: float, tc: float, tr: float, hold:
     module = 2 * radius / (stage.sun_teeth + stage.planet_teeth)
     rs, rp, rr = (module * z / 2 for z in (stage.sun_teeth, stage.planet_teeth, stage.ring_teeth))
     size = 3 + n
-    mass = np.diag([stage.sun_inertia, stage.carrier_inertia + n * stage.planet_mass * radius**2, stage.ring_inertia]
-                   + n * [stage.planet_inertia])
+    mass = np.diag(
+        [stage.sun_inertia, stage.carrier_inertia + n * stage.planet_mass * radius**2, stage.ring_inertia]
+        + n * [stage.planet_inertia]
+    )
     rows = []
     for k in range(n):
         spin = np.eye(size)[3 + k]
@@ -113,8 +115,10 @@ def test_power_is_the_growth_of_energy():
     a = ps.free_accelerations(STAGE, 0.3, -0.8, 0.5)
     sun, carrier, t = 5.0, -2.0, 1e-6
     s = ps.speeds(24, 60, sun=sun, carrier=carrier)
-    growth = (ps.kinetic_energy(STAGE, sun + a.sun * t, carrier + a.carrier * t)
-              - ps.kinetic_energy(STAGE, sun - a.sun * t, carrier - a.carrier * t)) / (2 * t)
+    growth = (
+        ps.kinetic_energy(STAGE, sun + a.sun * t, carrier + a.carrier * t)
+        - ps.kinetic_energy(STAGE, sun - a.sun * t, carrier - a.carrier * t)
+    ) / (2 * t)
     assert growth == pytest.approx(float(0.3 * s.sun - 0.8 * s.carrier + 0.5 * s.ring), rel=1e-7)
 
 

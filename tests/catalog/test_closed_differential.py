@@ -8,7 +8,6 @@ import pytest
 
 from mechlab import api
 from mechlab.catalog.closed_differential import ENTRY
-from mechlab.catalog.closed_differential.build import build
 from mechlab.catalog.closed_differential.lag import predicted_lag
 from mechlab.catalog.closed_differential.parameters import Parameters
 from mechlab.catalog.closed_differential.probes import run
@@ -171,25 +170,6 @@ def test_ratio_of_a_thousand() -> None:
         found = api.simulate(ENTRY, scene="constant-moments", fidelity=fidelity, **values)
         gap = max(abs(found.final()[n] - truth[n]) for n in NAMES)
         assert gap < 1e-6 if fidelity == "minimal" else gap < 1e-4 or not found.health.trusted
-
-
-def test_minimal_is_fast() -> None:
-    """Steps per second in one process with the settings `accurate`: the engine's work alone, no laws of Python."""
-    import time
-
-    import mujoco
-
-    from mechlab.experiment.settings import Settings
-    from mechlab.simulate import to_mujoco
-
-    models = {f: to_mujoco(build(Parameters(), f), Settings()) for f in ("minimal", "full")}
-    best = dict.fromkeys(models, np.inf)
-    for _ in range(200):  # the shortest of many turns is the cost without the noise of a busy machine: 2.59 to 2.62
-        for name, (model, data) in models.items():
-            start = time.process_time()
-            mujoco.mj_step(model, data, nstep=200)
-            best[name] = min(best[name], time.process_time() - start)
-    assert best["full"] / best["minimal"] >= 2.5
 
 
 def test_verdicts_and_figure(tmp_path: Path, capsys) -> None:

@@ -118,9 +118,7 @@ def test_options_stand_anywhere_among_the_values(api: FakeApi) -> None:
 
 def test_simulate_passes_its_options_on_and_saves(api: FakeApi, tmp_path: Path) -> None:
     out = tmp_path / "run.npz"
-    command = (
-        "simulate delta6 --scene s --duration 3 --timestep 1ms --engine mujoco --at 1,3 x_0=1 --fidelity full"
-    )
+    command = "simulate delta6 --scene s --duration 3 --timestep 1ms --engine mujoco --at 1,3 x_0=1 --fidelity full"
     assert main([*command.split(), "-o", str(out)]) == 0
     assert api.called == (
         "simulate_values",
@@ -218,9 +216,7 @@ def test_a_failure_is_one_message_and_one_document(
         ("solve delta6 x=1 x=2", 1, "x is given twice"),
     ],
 )
-def test_wrong_commands(
-    api: FakeApi, capsys: pytest.CaptureFixture[str], command: str, code: int, said: str
-) -> None:
+def test_wrong_commands(api: FakeApi, capsys: pytest.CaptureFixture[str], command: str, code: int, said: str) -> None:
     assert main(command.split()) == code
     captured = capsys.readouterr()
     assert said in captured.err and captured.err.count("\n") == 1 and not captured.out
@@ -230,21 +226,15 @@ def test_wrong_commands(
         assert only_document(capsys)[0]["exit_code"] == code
 
 
-def test_a_result_decides_the_exit_code_and_the_message(
-    api: FakeApi, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_result_decides_the_exit_code_and_the_message(api: FakeApi, capsys: pytest.CaptureFixture[str]) -> None:
     api.result = FakeResult(4, {"status": "out of reach", "answers": {}})
     assert main(["solve", "delta6", "x=9"]) == 4
     captured = capsys.readouterr()
     assert captured.out.endswith("a table\n") and captured.err == "mechlab: out of reach\n"
     assert main(["solve", "delta6", "x=9", "--json"]) == 4
     document, err = only_document(capsys)
-    assert (
-        document["status"] == "out of reach" and document["exit_code"] == 4 and err.endswith("out of reach\n")
-    )
-    api.result = FakeResult(
-        3, {"status": "not converged", "message": "Newton stopped at 1e-3. Try another start."}
-    )
+    assert document["status"] == "out of reach" and document["exit_code"] == 4 and err.endswith("out of reach\n")
+    api.result = FakeResult(3, {"status": "not converged", "message": "Newton stopped at 1e-3. Try another start."})
     assert main(["solve", "delta6", "x=9"]) == 3
     assert capsys.readouterr().err == "mechlab: Newton stopped at 1e-3. Try another start.\n"
 

@@ -116,9 +116,7 @@ def test_refused_in_the_name_of_the_key(text: str) -> None:
 
 
 def test_an_unknown_unit_lists_the_units() -> None:
-    with pytest.raises(
-        MechlabError, match=r"unit 'degr' does not exist. Did you mean 'deg'\? Existing: .*mm.*rpm"
-    ):
+    with pytest.raises(MechlabError, match=r"unit 'degr' does not exist. Did you mean 'deg'\? Existing: .*mm.*rpm"):
         parse_value("x", "5degr")
 
 

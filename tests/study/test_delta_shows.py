@@ -38,7 +38,10 @@ def test_rates_are_the_derivative_of_positions() -> None:
     answer = ml.solve("delta6", **drives, **rates)
     assert answer.max_difference < 1e-9
     h = 1e-6
-    moved = [ml.solve("delta6", **{k: v + s * h * rates[f"{k}_rate"] for k, v in drives.items()})["analytic"] for s in (1, -1)]
+    moved = [
+        ml.solve("delta6", **{k: v + s * h * rates[f"{k}_rate"] for k, v in drives.items()})["analytic"]
+        for s in (1, -1)
+    ]
     for a in "xyz":
         # Central difference of step 1e-6: rounding 1e-16 / 1e-6.
         assert math.isclose((moved[0][a] - moved[1][a]) / (2 * h), answer["pinocchio"][f"{a}_rate"], abs_tol=1e-8)
@@ -76,7 +79,9 @@ def test_any_parameter_may_stand_among_the_keys(capsys: pytest.CaptureFixture[st
         rod_length=0.5, leg_azimuths=(math.radians(-20), math.radians(95), math.radians(225)), k_bevel=17 / 22
     )
     expected = closed_form.inverse(geometry, np.array([0.01, 0.0, 0.0]), 0.0, 0.1, 0.0).require()
-    assert np.allclose([document["answers"]["pinocchio"][k] for k in ("q1", "q2", "q3", "phi1")], expected[:4], atol=1e-9)
+    assert np.allclose(
+        [document["answers"]["pinocchio"][k] for k in ("q1", "q2", "q3", "phi1")], expected[:4], atol=1e-9
+    )
 
 
 def test_head_tracking_follows_the_error_law() -> None:

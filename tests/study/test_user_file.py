@@ -38,7 +38,9 @@ def test_every_verb_works_on_it(source: Path, words: str, capsys: pytest.Capture
 
 def test_run(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main("run my.py:rocker -o out".split()) == 0, capsys.readouterr().err
-    assert {"rocker.xml", "rocker.urdf", "rocker.json", "run.npz", "rocker.html"} <= {p.name for p in Path("out").iterdir()}
+    assert {"rocker.xml", "rocker.urdf", "rocker.json", "run.npz", "rocker.html"} <= {
+        p.name for p in Path("out").iterdir()
+    }
     assert main("show out/rocker.json".split()) == 0
     assert main("show out/rocker.xml".split()) == 0
     assert main("show out/rocker.urdf".split()) == 0

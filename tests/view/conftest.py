@@ -122,9 +122,7 @@ def look(browser: Any) -> Iterator[Callable[..., Any]]:
         page = browser.new_context(offline=offline, viewport={"width": width, "height": height}).new_page()
         pages.append(page)
         page.errors, page.requests = [], []
-        page.on(
-            "console", lambda message: page.errors.append(message.text) if message.type == "error" else None
-        )
+        page.on("console", lambda message: page.errors.append(message.text) if message.type == "error" else None)
         page.on("pageerror", lambda error: page.errors.append(str(error)))
         page.on("request", lambda request: page.requests.append(request.url))
         page.goto(url)

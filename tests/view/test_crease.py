@@ -73,9 +73,7 @@ def test_loose_triangles_are_welded_and_empty_ones_dropped() -> None:
 def test_every_edge_index_names_an_end_of_that_edge() -> None:
     mesh = crease(*prism(24))
     ends = mesh.vertices[mesh.edges]
-    np.testing.assert_allclose(
-        np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1), 0.2 * math.sin(math.pi / 24), rtol=1e-5
-    )
+    np.testing.assert_allclose(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1), 0.2 * math.sin(math.pi / 24), rtol=1e-5)
 
 
 @pytest.mark.parametrize("count", [1, 2])

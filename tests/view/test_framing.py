@@ -11,9 +11,7 @@ from mechlab.view import Part, Story, from_poses
 from mechlab.view.framing import THREE_QUARTER, fit_camera, frame_story, nice_step
 
 
-@pytest.mark.parametrize(
-    ("length", "step"), [(0.4, 0.05), (12.0, 1.0), (1.3, 0.2), (2.4e-3, 2e-4), (700.0, 100.0)]
-)
+@pytest.mark.parametrize(("length", "step"), [(0.4, 0.05), (12.0, 1.0), (1.3, 0.2), (2.4e-3, 2e-4), (700.0, 100.0)])
 def test_the_grid_step_is_a_nice_number(length: float, step: float) -> None:
     assert nice_step(length) == pytest.approx(step)
 
@@ -31,18 +29,14 @@ def test_the_box_contains_everything_that_moves(story: Story) -> None:
 
 @pytest.mark.parametrize("toward", [THREE_QUARTER, [0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 1.8])
-def test_the_camera_sees_everything_and_wastes_nothing(
-    story: Story, toward: list[float], aspect: float
-) -> None:
+def test_the_camera_sees_everything_and_wastes_nothing(story: Story, toward: list[float], aspect: float) -> None:
     points, angle = frame_story(story).points, math.radians(30.0)
     target, distance = fit_camera(points, np.array(toward), aspect, angle)
     back = np.array(toward) / np.linalg.norm(toward)
     right = np.cross([0.0, 0.0, 1.0], back) if abs(back[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
     right /= np.linalg.norm(right)
     seen = (points - target - distance * back) @ np.stack([right, np.cross(back, right), -back]).T
-    fraction = np.abs(seen[:, :2] / seen[:, 2:]).max(axis=0) / (
-        math.tan(angle / 2.0) * np.array([aspect, 1.0])
-    )
+    fraction = np.abs(seen[:, :2] / seen[:, 2:]).max(axis=0) / (math.tan(angle / 2.0) * np.array([aspect, 1.0]))
     assert 0.85 < fraction.max() <= 1.0
 
 

@@ -62,9 +62,7 @@ def test_the_address_is_printed(story: Story, capsys: pytest.CaptureFixture[str]
     assert printed.err == ""
 
 
-def test_a_host_that_others_can_reach_is_warned_about(
-    story: Story, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_host_that_others_can_reach_is_warned_about(story: Story, capsys: pytest.CaptureFixture[str]) -> None:
     with serve(story, host="0.0.0.0", quiet=True) as running:
         assert status(running, f"192.0.2.2:{running.port}") == 200
         assert status(running, "evil.example") == 421
@@ -99,10 +97,7 @@ def test_poses_are_checked(server: Server, poses: np.ndarray, message: str) -> N
 
 
 def test_it_ends_with_the_process() -> None:
-    code = (
-        "from mechlab.view import from_poses; from mechlab.view.live import serve; "
-        "serve(from_poses('x', {}, ()))"
-    )
+    code = "from mechlab.view import from_poses; from mechlab.view.live import serve; serve(from_poses('x', {}, ()))"
     done = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
@@ -140,9 +135,7 @@ def test_every_browser_follows_also_a_late_one(
 
 
 @pytest.mark.browser
-def test_a_new_story_reloads_the_page(
-    server: Server, look: Callable[..., Any], until: Callable[..., None]
-) -> None:
+def test_a_new_story_reloads_the_page(server: Server, look: Callable[..., Any], until: Callable[..., None]) -> None:
     page = look(server.url, offline=False)
     server.show(from_poses("second", {"only": np.eye(4)}, ()))
     until(page, "window.lab && lab.ready && lab.bodies[0] === 'only'")

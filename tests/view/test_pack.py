@@ -23,9 +23,7 @@ def test_poses_come_back(story: Story) -> None:
         position = read(block, motion["position"]).reshape(-1, 3)
         rotation = Rotation.from_quat(read(block, motion["quaternion"]).reshape(-1, 4)).as_matrix()
         np.testing.assert_array_equal(np.broadcast_to(position, (201, 3)), story.poses[:, k, :3, 3])
-        np.testing.assert_allclose(
-            np.broadcast_to(rotation, (201, 3, 3)), story.poses[:, k, :3, :3], atol=2e-7
-        )
+        np.testing.assert_allclose(np.broadcast_to(rotation, (201, 3, 3)), story.poses[:, k, :3, :3], atol=2e-7)
     assert [motion["position"]["count"] for motion in document["motion"]] == [3, 603, 603]
 
 

@@ -62,9 +62,7 @@ def test_a_large_recording_stays_small() -> None:
     poses, parts = {}, []
     for k in range(34):
         rim = (0.1 + 0.01 * rng.random(288))[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        vertices = np.concatenate(
-            [np.c_[rim, 0 * angle], np.c_[rim, 0 * angle + 0.02], [[0, 0, 0], [0, 0, 0.02]]]
-        )
+        vertices = np.concatenate([np.c_[rim, 0 * angle], np.c_[rim, 0 * angle + 0.02], [[0, 0, 0], [0, 0, 0.02]]])
         i, j = np.arange(288), np.roll(np.arange(288), -1)
         faces = np.concatenate(
             [
@@ -88,9 +86,7 @@ def test_a_large_recording_stays_small() -> None:
     assert len(story_to_html(from_poses("large", poses, parts, t=t)).encode()) < 3_000_000
 
 
-def test_the_file_is_written_whole_or_not_at_all(
-    story: Story, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_file_is_written_whole_or_not_at_all(story: Story, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_page(story, tmp_path / "new folder" / "lab.html")
     assert path.read_text(encoding="utf-8") == story_to_html(story)
 

@@ -29,8 +29,10 @@ def finite(name: str, value: ArrayLike) -> FloatArray:
     except (TypeError, ValueError) as error:
         raise MechlabError(f"{name} is not an array of numbers: {error}") from error
     if not np.all(np.isfinite(array)):
-        raise MechlabError(f"{name} holds {np.count_nonzero(~np.isfinite(array))} values that are not finite; "
-                           "expected finite numbers. Mask them out first")
+        raise MechlabError(
+            f"{name} holds {np.count_nonzero(~np.isfinite(array))} values that are not finite; "
+            "expected finite numbers. Mask them out first"
+        )
     return array
 
 

@@ -46,19 +46,31 @@ def source_targets(time: ArrayLike) -> Targets:
     """alpha = .1 sin 10t, beta = .1 cos 10t, gamma = .2 sin 5t. time (...) -> (..., 3), s, rad."""
     t = finite("time", time)
     s10, c10, s5, c5 = np.sin(10.0 * t), np.cos(10.0 * t), np.sin(5.0 * t), np.cos(5.0 * t)
-    return Targets(np.stack([0.1 * s10, 0.1 * c10, 0.2 * s5], axis=-1), np.stack([c10, -s10, c5], axis=-1),
-                   np.stack([-10.0 * s10, -10.0 * c10, -5.0 * s5], axis=-1))
+    return Targets(
+        np.stack([0.1 * s10, 0.1 * c10, 0.2 * s5], axis=-1),
+        np.stack([c10, -s10, c5], axis=-1),
+        np.stack([-10.0 * s10, -10.0 * c10, -5.0 * s5], axis=-1),
+    )
 
 
-def command(targets: Targets, angles: ArrayLike, rates: ArrayLike, velocity_gain: float = SOURCE_VELOCITY_GAIN,
-            position_gain: float = SOURCE_POSITION_GAIN) -> FloatArray:
+def command(
+    targets: Targets,
+    angles: ArrayLike,
+    rates: ArrayLike,
+    velocity_gain: float = SOURCE_VELOCITY_GAIN,
+    position_gain: float = SOURCE_POSITION_GAIN,
+) -> FloatArray:
     """Commanded accelerations a_T + kv (v_T - v) + kp (x_T - x), (..., 3), rad/s^2."""
-    return np.asarray(targets.accelerations + velocity_gain * (targets.rates - vectors("rates", rates))
-                      + position_gain * (targets.angles - vectors("angles", angles)))
+    return np.asarray(
+        targets.accelerations
+        + velocity_gain * (targets.rates - vectors("rates", rates))
+        + position_gain * (targets.angles - vectors("angles", angles))
+    )
 
 
-def error_response(time: ArrayLike, error: ArrayLike, error_rate: ArrayLike, velocity_gain: ArrayLike,
-                   position_gain: ArrayLike) -> ErrorResponse:
+def error_response(
+    time: ArrayLike, error: ArrayLike, error_rate: ArrayLike, velocity_gain: ArrayLike, position_gain: ArrayLike
+) -> ErrorResponse:
     """Solution of e'' + kv e' + kp e = 0 from e(0) = error, e'(0) = error_rate.
 
     With a = kv/2, w = sqrt(a^2 - kp), C = e^-at cosh wt, S = e^-at sinh(wt) / w: e = e0 C + (e0' + a e0) S and
@@ -66,8 +78,12 @@ def error_response(time: ArrayLike, error: ArrayLike, error_rate: ArrayLike, vel
     smoothly through critical damping. All arguments broadcast: time[:, None] with errors of shape (3,) gives (n, 3).
     """
     t, e0, r0, kv, kp = np.broadcast_arrays(
-        finite("time", time), finite("error", error), finite("error_rate", error_rate),
-        finite("velocity_gain", velocity_gain), finite("position_gain", position_gain))
+        finite("time", time),
+        finite("error", error),
+        finite("error_rate", error_rate),
+        finite("velocity_gain", velocity_gain),
+        finite("position_gain", position_gain),
+    )
     a = 0.5 * kv
     square = a * a - kp
     w = np.sqrt(np.abs(square))

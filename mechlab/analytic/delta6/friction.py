@@ -45,8 +45,9 @@ class TorqueChain:
     cumulative_loss: FloatArray
 
 
-def sliding_velocity(contact: ArrayLike, radius_a: ArrayLike, radius_c: ArrayLike,
-                     rate_a: ArrayLike = 1.0) -> MeshSliding:
+def sliding_velocity(
+    contact: ArrayLike, radius_a: ArrayLike, radius_c: ArrayLike, rate_a: ArrayLike = 1.0
+) -> MeshSliding:
     """Relative velocity of the teeth at B = contact (..., 2) for gear A turning with rate_a.
 
     Solves w_a + w_b + w_c = 0, sum of p x w + V = 0 at the points A, B, C, and V . B = 0: w_c = w_a r_a / r_c,
@@ -79,8 +80,9 @@ def contact_point(distance: ArrayLike, pressure_angle: float = PRESSURE_ANGLE) -
     return np.stack([x * math.sin(pressure_angle), x * math.cos(pressure_angle)], axis=-1)
 
 
-def approach_loss(driver_teeth: float, driven_teeth: float, friction: float,
-                  pressure_angle: float = PRESSURE_ANGLE) -> float:
+def approach_loss(
+    driver_teeth: float, driven_teeth: float, friction: float, pressure_angle: float = PRESSURE_ANGLE
+) -> float:
     """Driver torque over its frictionless value with contact at the tip of the driven gear.
 
     [1 - f (tan a - x/r_b1)] / [1 - f (tan a + x/r_b2)], x = tip distance of the driven gear; 1 is the driver.
@@ -92,8 +94,9 @@ def approach_loss(driver_teeth: float, driven_teeth: float, friction: float,
     return _loss(1.0 - f * (tangent - x / (driver_teeth * base)), 1.0 - f * (tangent + x / (driven_teeth * base)))
 
 
-def recess_loss(driver_teeth: float, driven_teeth: float, friction: float,
-                pressure_angle: float = PRESSURE_ANGLE) -> float:
+def recess_loss(
+    driver_teeth: float, driven_teeth: float, friction: float, pressure_angle: float = PRESSURE_ANGLE
+) -> float:
     """Driver torque over its frictionless value with contact at the tip of the driver.
 
     [1 + f (tan a + x/r_b1)] / [1 + f (tan a - x/r_b2)], x = tip distance of the driver; 1 is the driver.
@@ -118,6 +121,8 @@ def torque_chain(output: float, ratios: ArrayLike = SOURCE_STAGE_RATIOS, losses:
 
 def _loss(numerator: float, denominator: float) -> float:
     if denominator <= 0.0:
-        raise MechlabError(f"the mesh locks: the loss denominator is {denominator:.3g}; expected a positive value. "
-                           "Use a smaller friction coefficient")
+        raise MechlabError(
+            f"the mesh locks: the loss denominator is {denominator:.3g}; expected a positive value. "
+            "Use a smaller friction coefficient"
+        )
     return numerator / denominator

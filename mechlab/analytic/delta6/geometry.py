@@ -47,8 +47,17 @@ class Delta6:
 
     def __post_init__(self) -> None:
         length = number("rod_length", self.rod_length, above=0.0)
-        for name in ("radial_offset", "tangential_offset", "platform_radius", "platform_height", "slider_height",
-                     "head_offset", "k_spur", "k_transfer", "k_bevel"):
+        for name in (
+            "radial_offset",
+            "tangential_offset",
+            "platform_radius",
+            "platform_height",
+            "slider_height",
+            "head_offset",
+            "k_spur",
+            "k_transfer",
+            "k_bevel",
+        ):
             number(name, getattr(self, name))
         for name in ("k_spur", "k_transfer", "k_bevel"):
             if getattr(self, name) == 0.0:
@@ -62,13 +71,17 @@ class Delta6:
             raise MechlabError(f"rotary_signs = {self.rotary_signs}; expected +1 or -1 for each drive")
         offset = math.hypot(self.radial_offset, self.tangential_offset)
         if offset >= length:
-            raise MechlabError(f"rod_length = {length:g} m does not span the horizontal offset {offset:g} m of its "
-                               "ends at home; expected rod_length > hypot(radial_offset, tangential_offset)")
+            raise MechlabError(
+                f"rod_length = {length:g} m does not span the horizontal offset {offset:g} m of its "
+                "ends at home; expected rod_length > hypot(radial_offset, tangential_offset)"
+            )
         g = self.leg_offsets
         area = (g[1, 0] - g[0, 0]) * (g[2, 1] - g[0, 1]) - (g[1, 1] - g[0, 1]) * (g[2, 0] - g[0, 0])
         if abs(area) <= 1e-12 * length**2:
-            raise MechlabError(f"leg_azimuths = {self.leg_azimuths} put the three leg offsets on one line; "
-                               "expected three different directions and a radial offset other than zero")
+            raise MechlabError(
+                f"leg_azimuths = {self.leg_azimuths} put the three leg offsets on one line; "
+                "expected three different directions and a radial offset other than zero"
+            )
 
     @cached_property
     def radial_directions(self) -> FloatArray:
@@ -83,8 +96,9 @@ class Delta6:
     @cached_property
     def leg_offsets(self) -> FloatArray:
         """g_i = -rho r_i + tau t_i: horizontal way from guide to platform anchor at O = 0, shape (3, 2)."""
-        return freeze(-self.radial_offset * self.radial_directions
-                       + self.tangential_offset * self.tangential_directions)
+        return freeze(
+            -self.radial_offset * self.radial_directions + self.tangential_offset * self.tangential_directions
+        )
 
     @cached_property
     def platform_anchors(self) -> FloatArray:
@@ -95,8 +109,10 @@ class Delta6:
     @cached_property
     def guide_positions(self) -> FloatArray:
         """u_i = (platform_radius + rho) r_i - tau t_i: the vertical guides in the base plane, shape (3, 2)."""
-        return freeze((self.platform_radius + self.radial_offset) * self.radial_directions
-                       - self.tangential_offset * self.tangential_directions)
+        return freeze(
+            (self.platform_radius + self.radial_offset) * self.radial_directions
+            - self.tangential_offset * self.tangential_directions
+        )
 
     @cached_property
     def home_height(self) -> float:
@@ -107,4 +123,3 @@ class Delta6:
     def k_product(self) -> float:
         """k_transfer * k_bevel: turns of drives 1 and 2 per turn of alpha."""
         return self.k_transfer * self.k_bevel
-

@@ -112,19 +112,34 @@ def generalized_forces(geom: Delta6, torques: ArrayLike) -> FloatArray:
     return apply(drive_matrix(geom).T, vectors("torques", torques))
 
 
-def drive_torques(geom: Delta6, inertias: HeadInertias, beta: ArrayLike, rates: ArrayLike, accelerations: ArrayLike,
-                  gravity_term: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+def drive_torques(
+    geom: Delta6,
+    inertias: HeadInertias,
+    beta: ArrayLike,
+    rates: ArrayLike,
+    accelerations: ArrayLike,
+    gravity_term: ArrayLike = (0.0, 0.0, 0.0),
+) -> FloatArray:
     """Torques of the rotary drives for a motion with O held: K'^-1 (M v' + bias + gravity), (..., 3), N m.
 
     gravity_term: what `gravity` returns; zero by default, as in the source.
     """
-    forces = (apply(mass_matrix(geom, inertias, beta), vectors("accelerations", accelerations))
-              + bias(inertias, beta, rates) + vectors("gravity_term", gravity_term))
+    forces = (
+        apply(mass_matrix(geom, inertias, beta), vectors("accelerations", accelerations))
+        + bias(inertias, beta, rates)
+        + vectors("gravity_term", gravity_term)
+    )
     return np.asarray(np.linalg.solve(drive_matrix(geom).T, forces[..., None])[..., 0])
 
 
-def angle_accelerations_from_torques(geom: Delta6, inertias: HeadInertias, beta: ArrayLike, rates: ArrayLike,
-                                     torques: ArrayLike, gravity_term: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+def angle_accelerations_from_torques(
+    geom: Delta6,
+    inertias: HeadInertias,
+    beta: ArrayLike,
+    rates: ArrayLike,
+    torques: ArrayLike,
+    gravity_term: ArrayLike = (0.0, 0.0, 0.0),
+) -> FloatArray:
     """v' = M^-1 (K' torques - bias - gravity) with O held, (..., 3), rad/s^2."""
     right = generalized_forces(geom, torques) - bias(inertias, beta, rates) - vectors("gravity_term", gravity_term)
     return np.asarray(np.linalg.solve(mass_matrix(geom, inertias, beta), right[..., None])[..., 0])

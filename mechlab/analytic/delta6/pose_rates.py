@@ -44,8 +44,9 @@ def jacobian(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, g
     return result
 
 
-def drive_rates(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike,
-                twist: ArrayLike) -> FloatArray:
+def drive_rates(
+    geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike, twist: ArrayLike
+) -> FloatArray:
     """Rates of the six drives for a twist of the output link, (..., 6). Raises where `jacobian` does."""
     d, angles = pose_arrays(tool, alpha, beta, gamma)
     t = vectors("twist", twist, 6)
@@ -54,8 +55,9 @@ def drive_rates(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike
     return _join(linear, drives_from_angles(geom, angle_rates(angles, t[..., 3:])))
 
 
-def output_twist(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike,
-                 rates: ArrayLike) -> FloatArray:
+def output_twist(
+    geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike, rates: ArrayLike
+) -> FloatArray:
     """Twist of the output link for rates of the six drives, (..., 6). Valid at cos(beta) = 0 too."""
     d, angles = pose_arrays(tool, alpha, beta, gamma)
     r = vectors("rates", rates, 6)
@@ -65,8 +67,15 @@ def output_twist(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLik
     return _join(centre + np.cross(omega, arm), omega)
 
 
-def drive_accelerations(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike,
-                        twist: ArrayLike, twist_rate: ArrayLike) -> FloatArray:
+def drive_accelerations(
+    geom: Delta6,
+    tool: ArrayLike,
+    alpha: ArrayLike,
+    beta: ArrayLike,
+    gamma: ArrayLike,
+    twist: ArrayLike,
+    twist_rate: ArrayLike,
+) -> FloatArray:
     """Accelerations of the six drives for a twist and its rate (a_D, d omega/dt), (..., 6).
 
     Raises where `jacobian` does. a_O = a_D - d omega/dt x r - omega x (omega x r) with r = head_offset e1.
@@ -83,8 +92,15 @@ def drive_accelerations(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: A
     return _join(linear, drives_from_angles(geom, second))
 
 
-def output_acceleration(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike,
-                        rates: ArrayLike, accelerations: ArrayLike) -> FloatArray:
+def output_acceleration(
+    geom: Delta6,
+    tool: ArrayLike,
+    alpha: ArrayLike,
+    beta: ArrayLike,
+    gamma: ArrayLike,
+    rates: ArrayLike,
+    accelerations: ArrayLike,
+) -> FloatArray:
     """(a_D, d omega/dt), (..., 6), for rates and accelerations of the six drives. Valid at cos(beta) = 0 too."""
     d, angles = pose_arrays(tool, alpha, beta, gamma)
     r, a = vectors("rates", rates, 6), vectors("accelerations", accelerations, 6)

@@ -49,8 +49,11 @@ def rotation_from_axes(e1: ArrayLike, e2: ArrayLike) -> FloatArray:
     Raises MechlabError unless |e1| = |e2| = 1 and e1 . e2 = 0 to ORTHONORMAL_TOLERANCE.
     """
     x, y = np.broadcast_arrays(vectors("e1", e1), vectors("e2", e2))
-    for name, value, wanted in (("|e1|", np.linalg.norm(x, axis=-1), 1.0), ("|e2|", np.linalg.norm(y, axis=-1), 1.0),
-                                ("e1 . e2", np.sum(x * y, axis=-1), 0.0)):
+    for name, value, wanted in (
+        ("|e1|", np.linalg.norm(x, axis=-1), 1.0),
+        ("|e2|", np.linalg.norm(y, axis=-1), 1.0),
+        ("e1 . e2", np.sum(x * y, axis=-1), 0.0),
+    ):
         worst = np.max(np.abs(value - wanted), initial=0.0)
         if worst > ORTHONORMAL_TOLERANCE:
             raise MechlabError(f"{name} differs from {wanted:g} by {worst:.3g}; expected perpendicular unit vectors")

@@ -31,8 +31,11 @@ def inverse_rate_matrix(angles: ArrayLike) -> FloatArray:
     """
     a = vectors("angles", angles)
     cb, sb, cg, sg = np.cos(a[..., 1]), np.sin(a[..., 1]), np.cos(a[..., 2]), np.sin(a[..., 2])
-    demand(np.asarray(np.abs(cb) >= SINGULAR_COSINE), "beta = +-90 deg, one angular velocity cannot be produced",
-           "Keep |beta| below 90 deg or give rates of alpha, beta, gamma instead of omega")
+    demand(
+        np.asarray(np.abs(cb) >= SINGULAR_COSINE),
+        "beta = +-90 deg, one angular velocity cannot be produced",
+        "Keep |beta| below 90 deg or give rates of alpha, beta, gamma instead of omega",
+    )
     inverse = np.zeros(a.shape + (3,))
     inverse[..., 0, 0], inverse[..., 0, 1] = cg / cb, sg / cb
     inverse[..., 1, 0], inverse[..., 1, 1] = -sg, cg

@@ -29,8 +29,11 @@ class InversePosition:
     def require(self) -> FloatArray:
         """The drives, or NoSolution if any pose is out of reach."""
         smallest = np.min(self.h2, initial=np.inf)
-        demand(self.reachable, f"out of reach, smallest radicand L^2 - |G|^2 = {smallest:.6g} m^2",
-               "Move O towards the centre or lengthen the rods")
+        demand(
+            self.reachable,
+            f"out of reach, smallest radicand L^2 - |G|^2 = {smallest:.6g} m^2",
+            "Move O towards the centre or lengthen the rods",
+        )
         return self.drives
 
 
@@ -53,10 +56,16 @@ class ForwardPosition:
     def require(self) -> FloatArray:
         """O, or NoSolution if a pose does not assemble or is not on the branch with all h_i > 0."""
         smallest = np.min(self.discriminant, initial=np.inf)
-        demand(self.assembles, f"no assembly, smallest discriminant {smallest:.6g} m^2",
-               "Bring the slider positions closer together")
-        demand(self.on_branch, "assembles only with a rod that points upwards (some h_i <= 0)",
-               "Bring the slider positions closer together")
+        demand(
+            self.assembles,
+            f"no assembly, smallest discriminant {smallest:.6g} m^2",
+            "Bring the slider positions closer together",
+        )
+        demand(
+            self.on_branch,
+            "assembles only with a rod that points upwards (some h_i <= 0)",
+            "Bring the slider positions closer together",
+        )
         return self.position
 
 
@@ -114,8 +123,9 @@ def forward_position(geom: Delta6, sliders: ArrayLike) -> ForwardPosition:
     f = centres[..., 2, :] - centres[..., 0, :]
     n = np.cross(e, f)
     n2 = np.sum(n * n, axis=-1, keepdims=True)
-    arm = (np.sum(f * f, axis=-1, keepdims=True) * np.cross(n, e)
-           + np.sum(e * e, axis=-1, keepdims=True) * np.cross(f, n)) / (2.0 * n2)
+    arm = (
+        np.sum(f * f, axis=-1, keepdims=True) * np.cross(n, e) + np.sum(e * e, axis=-1, keepdims=True) * np.cross(f, n)
+    ) / (2.0 * n2)
     discriminant = np.asarray(geom.rod_length**2 - np.sum(arm * arm, axis=-1))
     assembles = np.asarray(discriminant >= 0.0)
     drop = np.sqrt(np.maximum(discriminant, 0.0))[..., None] * np.sign(n[..., 2:]) / np.sqrt(n2)

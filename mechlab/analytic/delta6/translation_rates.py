@@ -21,8 +21,11 @@ def leg_heights(geom: Delta6, position: ArrayLike) -> FloatArray:
     """h_i = sqrt(L^2 - |G_i|^2) > 0. position O (..., 3) -> (..., 3). Raises where h_i is zero or not real."""
     h2 = squared_heights(geom, position)
     smallest = h2.min(initial=np.inf)
-    demand(np.asarray(h2.min(axis=-1) > 0.0), f"on or beyond the reach limit, smallest h^2 = {smallest:.6g} m^2, where "
-           "slider rates are unbounded", "Use poses with inverse_position(...).h2 > 0")
+    demand(
+        np.asarray(h2.min(axis=-1) > 0.0),
+        f"on or beyond the reach limit, smallest h^2 = {smallest:.6g} m^2, where slider rates are unbounded",
+        "Use poses with inverse_position(...).h2 > 0",
+    )
     return np.asarray(np.sqrt(h2))
 
 
@@ -62,8 +65,9 @@ def slider_accelerations(geom: Delta6, position: ArrayLike, velocity: ArrayLike,
     return np.asarray(linear + _velocity_terms(geom, position, velocity))
 
 
-def platform_acceleration(geom: Delta6, position: ArrayLike, velocity: ArrayLike,
-                          accelerations: ArrayLike) -> FloatArray:
+def platform_acceleration(
+    geom: Delta6, position: ArrayLike, velocity: ArrayLike, accelerations: ArrayLike
+) -> FloatArray:
     """a_O from O, v_O and qddot, all (..., 3), m/s^2. Raises where the rods' triple is singular (type II)."""
     rest = vectors("accelerations", accelerations) - _velocity_terms(geom, position, velocity)
     return _solve(translation_jacobian(geom, position), rest)
@@ -81,5 +85,7 @@ def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     try:
         return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0])
     except np.linalg.LinAlgError as error:
-        raise NoSolution("the three rods are linearly dependent in at least one pose (type II singularity): the "
-                           "sliders do not determine the platform's motion there") from error
+        raise NoSolution(
+            "the three rods are linearly dependent in at least one pose (type II singularity): the "
+            "sliders do not determine the platform's motion there"
+        ) from error

@@ -71,8 +71,9 @@ def pose_margins(geom: Delta6, position: ArrayLike) -> PoseMargins:
     return PoseMargins(reachable, inverse, reach_margin(geom, p), height, np.arccos(height / geom.rod_length))
 
 
-def workspace_counts(geom: Delta6, slider_min: float = 0.25, slider_max: float = 0.65,
-                     bend_limit: float | None = None) -> WorkspaceCounts:
+def workspace_counts(
+    geom: Delta6, slider_min: float = 0.25, slider_max: float = 0.65, bend_limit: float | None = None
+) -> WorkspaceCounts:
     """Count reachable nodes i/100, i = -100..100, in x, y, z.
 
     A voxel needs all h_i real, every cardan bend <= bend_limit (radians, None = no limit) and every slider in

@@ -64,8 +64,9 @@ def slender_rod(mass: float, length: float) -> LinkMass:
     return LinkMass(mass, 0.5 * length, mass * length**2 / 12.0)
 
 
-def rod_fourbar(crank: float, coupler: float, rocker: float, ground: float, mass_per_length: float,
-                mode: int = 1) -> MovingFourbar:
+def rod_fourbar(
+    crank: float, coupler: float, rocker: float, ground: float, mass_per_length: float, mode: int = 1
+) -> MovingFourbar:
     """Four-bar whose moving links are uniform thin rods of the same mass per length, kg/m."""
     links = [slender_rod(mass_per_length * length, length) for length in (crank, coupler, rocker)]
     return MovingFourbar(crank, coupler, rocker, ground, links[0], links[1], links[2], mode)
@@ -91,8 +92,13 @@ def potential_energy(bar: MovingFourbar, crank_angle: ArrayLike, gravity: ArrayL
     return energy
 
 
-def acceleration(bar: MovingFourbar, crank_angle: ArrayLike, crank_rate: ArrayLike, torque: ArrayLike = 0.0,
-                 gravity: ArrayLike = NO_GRAVITY) -> FloatArray:
+def acceleration(
+    bar: MovingFourbar,
+    crank_angle: ArrayLike,
+    crank_rate: ArrayLike,
+    torque: ArrayLike = 0.0,
+    gravity: ArrayLike = NO_GRAVITY,
+) -> FloatArray:
     """Exact crank acceleration (torque + sum of m g . dr/dphi - J' rate^2 / 2) / J, rad/s^2; arguments broadcast.
 
     torque: on the crank, N m, positive counter-clockwise. Raises NoSolution where the loop does not close or rates do
@@ -105,8 +111,14 @@ def acceleration(bar: MovingFourbar, crank_angle: ArrayLike, crank_rate: ArrayLi
     return np.asarray((drive - 0.5 * slope * _finite("crank_rate", crank_rate) ** 2) / inertia)
 
 
-def energy_speed(bar: MovingFourbar, crank_angle: ArrayLike, start_angle: float, start_rate: float, torque: float = 0.0,
-                 gravity: ArrayLike = NO_GRAVITY) -> FloatArray:
+def energy_speed(
+    bar: MovingFourbar,
+    crank_angle: ArrayLike,
+    start_angle: float,
+    start_rate: float,
+    torque: float = 0.0,
+    gravity: ArrayLike = NO_GRAVITY,
+) -> FloatArray:
     """Crank rate at crank_angle from the energy at the start, with the sign of start_rate, rad/s. (...) -> (...).
 
     J w^2 / 2 = J_0 w_0^2 / 2 + torque (phi - phi_0) - (V - V_0), exact for a constant torque; angles are not wrapped.
@@ -128,8 +140,10 @@ def energy_speed(bar: MovingFourbar, crank_angle: ArrayLike, start_angle: float,
     result = square(phi)
     if barrier.any() or np.any(result < 0.0):
         where = way[barrier][0] if barrier.any() else phi[result < 0.0].flat[0]
-        raise NoSolution(f"the start energy does not carry the four-bar past the crank angle {where:.6g} rad: "
-                         "it turns back there. Start faster or ask for nearer angles")
+        raise NoSolution(
+            f"the start energy does not carry the four-bar past the crank angle {where:.6g} rad: "
+            "it turns back there. Start faster or ask for nearer angles"
+        )
     return np.asarray(math.copysign(1.0, start_rate) * np.sqrt(result))
 
 
@@ -152,8 +166,9 @@ def _reduce(bar: MovingFourbar, crank_angle: ArrayLike) -> tuple[FloatArray, Flo
 _Base = tuple[FloatArray, FloatArray, FloatArray]
 
 
-def _links(bar: MovingFourbar, phi: FloatArray,
-           motion: FourbarMotion) -> list[tuple[LinkMass, _Base, FloatArray, FloatArray, FloatArray]]:
+def _links(
+    bar: MovingFourbar, phi: FloatArray, motion: FourbarMotion
+) -> list[tuple[LinkMass, _Base, FloatArray, FloatArray, FloatArray]]:
     """For each link: mass, its first joint (r, dr/dphi, d2r/dphi2), its angle and the angle's two derivatives."""
     zero = np.zeros(phi.shape + (2,))
     pin = bar.crank * np.stack([np.cos(phi), np.sin(phi)], axis=-1)

@@ -43,18 +43,30 @@ class FourbarMotion:
     def require(self) -> FourbarMotion:
         """Itself, or NoSolution if the loop does not close or rates do not exist somewhere."""
         if not self.assembles.all():
-            raise NoSolution(f"the four-bar does not assemble at {np.count_nonzero(~self.assembles)} of "
-                             f"{self.assembles.size} crank angles, largest gap {self.gap.max():.6g} m. "
-                             "Keep the crank angle inside crank_limits(...)")
+            raise NoSolution(
+                f"the four-bar does not assemble at {np.count_nonzero(~self.assembles)} of "
+                f"{self.assembles.size} crank angles, largest gap {self.gap.max():.6g} m. "
+                "Keep the crank angle inside crank_limits(...)"
+            )
         if not self.regular.all():
-            raise NoSolution(f"coupler and rocker are in line at {np.count_nonzero(~self.regular)} of "
-                             f"{self.regular.size} crank angles: the crank cannot set "
-                             "their rates there. Keep away from the limit angles")
+            raise NoSolution(
+                f"coupler and rocker are in line at {np.count_nonzero(~self.regular)} of "
+                f"{self.regular.size} crank angles: the crank cannot set "
+                "their rates there. Keep away from the limit angles"
+            )
         return self
 
 
-def solve(crank: ArrayLike, coupler: ArrayLike, rocker: ArrayLike, ground: ArrayLike, crank_angle: ArrayLike,
-          crank_rate: ArrayLike = 0.0, crank_accel: ArrayLike = 0.0, mode: ArrayLike = 1) -> FourbarMotion:
+def solve(
+    crank: ArrayLike,
+    coupler: ArrayLike,
+    rocker: ArrayLike,
+    ground: ArrayLike,
+    crank_angle: ArrayLike,
+    crank_rate: ArrayLike = 0.0,
+    crank_accel: ArrayLike = 0.0,
+    mode: ArrayLike = 1,
+) -> FourbarMotion:
     """Coupler and rocker motion for a given crank motion; every argument broadcasts.
 
     With d = D - B and f = |d|: C = B + x d + mode y J d, x = (f^2 + coupler^2 - rocker^2) / (2 f^2),

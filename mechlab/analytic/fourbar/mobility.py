@@ -50,8 +50,12 @@ def grashof_class(crank: float, coupler: float, rocker: float, ground: float, to
         return GrashofClass.CHANGE_POINT
     if excess > 0.0:
         return GrashofClass.TRIPLE_ROCKER
-    return {"crank": GrashofClass.CRANK_ROCKER, "ground": GrashofClass.DOUBLE_CRANK,
-            "rocker": GrashofClass.ROCKER_CRANK, "coupler": GrashofClass.DOUBLE_ROCKER}[shortest]
+    return {
+        "crank": GrashofClass.CRANK_ROCKER,
+        "ground": GrashofClass.DOUBLE_CRANK,
+        "rocker": GrashofClass.ROCKER_CRANK,
+        "coupler": GrashofClass.DOUBLE_ROCKER,
+    }[shortest]
 
 
 def crank_limits(crank: float, coupler: float, rocker: float, ground: float, tolerance: float = 1e-12) -> CrankLimits:
@@ -65,8 +69,9 @@ def crank_limits(crank: float, coupler: float, rocker: float, ground: float, tol
     square = crank**2 + ground**2
     highest = (square - (coupler - rocker) ** 2) / scale
     lowest = (square - (coupler + rocker) ** 2) / scale
-    change = [angle for angle, cosine in ((0.0, highest), (math.pi, lowest))
-              if abs(cosine - math.cos(angle)) <= tolerance]
+    change = [
+        angle for angle, cosine in ((0.0, highest), (math.pi, lowest)) if abs(cosine - math.cos(angle)) <= tolerance
+    ]
     inner = math.acos(max(highest, -1.0)) if highest < 1.0 - tolerance else 0.0
     outer = math.acos(min(lowest, 1.0)) if lowest > -1.0 + tolerance else math.pi
     limits = [angle for angle in (inner, outer) if 0.0 < angle < math.pi]
@@ -87,5 +92,7 @@ def _scalar_lengths(crank: float, coupler: float, rocker: float, ground: float) 
     longest = max(crank, coupler, rocker, ground)
     rest = crank + coupler + rocker + ground - longest
     if longest > rest:
-        raise NoSolution(f"one link of {longest:g} m is longer than the other three together ({rest:g} m): "
-                         f"the four-bar never closes, short by {longest - rest:.6g} m")
+        raise NoSolution(
+            f"one link of {longest:g} m is longer than the other three together ({rest:g} m): "
+            f"the four-bar never closes, short by {longest - rest:.6g} m"
+        )

@@ -76,7 +76,9 @@ def _energy_speed(p: Any) -> Measured:
     gap = run.health.finding("loop_gap").value
     said = {"mujoco": [gap / 1e-7, (run.channel("crank_rate")[-1] - exact) / (5e-5 * SPEED)]}
     # In units of the limits: gap 1e-7 m; speed 5e-5 of 2 pi after five turns (second-order softness of the loop at 1 ms).
-    return Measured(said, 1.0, [0.0, 0.0], "free run of 5 s at 1 ms: loop gap and crank speed, in units of their limits")
+    return Measured(
+        said, 1.0, [0.0, 0.0], "free run of 5 s at 1 ms: loop gap and crank speed, in units of their limits"
+    )
 
 
 def _axes(p: Any) -> Measured:
@@ -87,7 +89,9 @@ def _axes(p: Any) -> Measured:
             fourbar(1.0, tilt)
         except MechlabError:
             refused += 1
-    return Measured({"builder": [shared, refused]}, 0.0, [1, 4], "distinct axes of the planar loop; tilted ones refused, of 4")
+    return Measured(
+        {"builder": [shared, refused]}, 0.0, [1, 4], "distinct axes of the planar loop; tilted ones refused, of 4"
+    )
 
 
 def _parallelogram(p: Any) -> Measured:
@@ -96,7 +100,12 @@ def _parallelogram(p: Any) -> Measured:
     for step in (1.0, 2.5, 5.0, 7.0, 10.0):
         phi = np.radians(np.arange(10.0, 270.1, step))
         said.append([_marched(0.1, phi), _marched(0.1001, phi), _marched(0.0999, phi)])
-    return Measured({"analytic": said}, 0.0, [[1.0, 0.0, 2.0]] * 5, "0: stays in its mode, 1: change point told, 2: no assembly told")
+    return Measured(
+        {"analytic": said},
+        0.0,
+        [[1.0, 0.0, 2.0]] * 5,
+        "0: stays in its mode, 1: change point told, 2: no assembly told",
+    )
 
 
 def _marched(rocker: float, phi: Array) -> float:
@@ -114,7 +123,12 @@ def _marched(rocker: float, phi: Array) -> float:
 
 FOURBAR_CHECKS = (
     Check("C6b", "four-bar, free run in MuJoCo against the energy law", _energy_speed, "Eksergian equation, DOP853"),
-    Check("C7", "acceleration at a consistent state includes the turning of the loop", _acceleration, "energy law of the four-bar"),
+    Check(
+        "C7",
+        "acceleration at a consistent state includes the turning of the loop",
+        _acceleration,
+        "energy law of the four-bar",
+    ),
     Check("C8", "axes of a planar loop are one vector; a tilt is refused", _axes, "bit for bit"),
     Check("C9", "parallelogram: nothing flips silently", _parallelogram, "change point at 180 deg"),
 )

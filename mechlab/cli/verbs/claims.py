@@ -13,7 +13,9 @@ POSITIONALS = "[NAME ...]"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of this verb."""
-    parser.add_argument("--figure", metavar="FILE", help="draw the verdict (.png, .svg, .pdf), for one mechanism with a figure")
+    parser.add_argument(
+        "--figure", metavar="FILE", help="draw the verdict (.png, .svg, .pdf), for one mechanism with a figure"
+    )
 
 
 def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:

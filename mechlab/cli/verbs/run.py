@@ -14,18 +14,14 @@ POSITIONALS = "NAME [key=value ...]"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of this verb."""
-    parser.add_argument(
-        "-o", dest="out", metavar="DIR", default="out", help="folder for the results (default: out)"
-    )
+    parser.add_argument("-o", dest="out", metavar="DIR", default="out", help="folder for the results (default: out)")
 
 
 def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
     """Generate, check, simulate the default scene, make the page."""
     name = one_name(names, "run")
     progress = stage_printer(options.json)
-    progress(
-        f"{name}: the whole pipeline, into {options.out}"
-    )  # before the engines load, which takes a second
+    progress(f"{name}: the whole pipeline, into {options.out}")  # before the engines load, which takes a second
 
     from mechlab import api
 

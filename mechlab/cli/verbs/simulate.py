@@ -18,9 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--duration", metavar="T", help="simulated time [s]")
     step = parser.add_mutually_exclusive_group()
     step.add_argument("--timestep", metavar="H", help="timestep [s]")
-    step.add_argument(
-        "--max-error", metavar="E", help="tolerated error; the lab chooses fidelity and timestep"
-    )
+    step.add_argument("--max-error", metavar="E", help="tolerated error; the lab chooses fidelity and timestep")
     parser.add_argument("--engine", metavar="E", help="mujoco, pinocchio, hybrid, one_freedom, analytic")
     parser.add_argument("--fidelity", metavar="F", help="level of fidelity: kinematic, minimal, parts, full")
     parser.add_argument("--at", metavar="T,...", help="times at which to sample the channels [s]")
@@ -33,11 +31,7 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     duration = None if options.duration is None else parse_number("--duration", options.duration, "s")
     timestep = None if options.timestep is None else parse_number("--timestep", options.timestep, "s")
     max_error = None if options.max_error is None else parse_number("--max-error", options.max_error, "")
-    at = (
-        None
-        if options.at is None
-        else tuple(parse_number("--at", text, "s") for text in options.at.split(","))
-    )
+    at = None if options.at is None else tuple(parse_number("--at", text, "s") for text in options.at.split(","))
     from mechlab import api
 
     result = api.simulate_values(
