@@ -1,0 +1,121 @@
+"""Verbs about a mechanism itself: catalog, sheets, files, checks, claims, synthesis, the whole pipeline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mechlab import catalog
+from mechlab.api.finding import Source, find, load
+from mechlab.api.viewing import view, write_run_page
+from mechlab.experiment.entry import Entry
+from mechlab.mechanism import Mechanism
+from mechlab.study.check import CheckReport, run_checks
+from mechlab.study.claims import ClaimReport, judge
+from mechlab.study.design import Design
+from mechlab.study.figure import write_figure
+from mechlab.study.results import FilesResult, RunResult, TableResult
+from mechlab.study.sheet import Description, describe_design
+
+if TYPE_CHECKING:
+    from mechlab.study.synthesis import SynthesisResult
+
+
+def list_entries() -> TableResult:
+    """The catalog."""
+    entries = [catalog.entry(n) for n in catalog.NAMES]
+    rows = tuple((e.name, e.title, ", ".join(e.fidelities), ", ".join(e.scenes), e.summary) for e in entries)
+    data = {
+        "mechanisms": [
+            {
+                "name": e.name,
+                "title": e.title,
+                "summary": e.summary,
+                "fidelities": list(e.fidelities),
+                "scenes": list(e.scenes),
+            }
+            for e in entries
+        ]
+    }
+    return TableResult(("name", "title", "fidelities", "scenes", "summary"), rows, data)
+
+
+def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None) -> Description:
+    """Parameters, structure, bodies, fidelities, scenes, questions."""
+    return describe_design(load(source, **dict(values or {})), fidelity)
+
+
+def generate(
+    source: Source, values: Mapping[str, Any] | None = None, out: str | Path = "out", fidelity: str | None = None
+) -> FilesResult:
+    """Model files, each reloaded by its consumer."""
+    d = load(source, **dict(values or {}))
+    m = d.mechanism(fidelity)
+    from mechlab.study.files import write_verified
+
+    files = write_verified(m, out)
+    return FilesResult(
+        Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings
+    )
+
+
+def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pictures: bool = True) -> FilesResult:
+    """A folder for each mechanism of the catalog: model files of its richest fidelity, sheet (README.md), picture.png."""
+    from mechlab.study.files import write_verified
+    from mechlab.study.sheet import model_sheet
+
+    files: dict[str, Path] = {}
+    for name in names or catalog.NAMES:
+        d = load(name)
+        folder = Path(out) / name
+        write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder)
+        sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png")
+        (folder / "README.md").write_text(sheet)
+        if pictures:
+            view(name, png=folder / "picture.png")
+        files[name] = folder
+    return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)")
+
+
+def check(sources: Source | Sequence[Source] = (), values: Mapping[str, Any] | None = None) -> CheckReport:
+    """Every check of the mechanisms (default: the whole catalog)."""
+    many = (
+        [sources]
+        if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources)
+        else list(sources)
+    )
+    return run_checks([load(s, **dict(values or {})) for s in many or catalog.NAMES])
+
+
+def claims(sources: Source | Sequence[Source] = (), figure: str | Path | None = None) -> ClaimReport:
+    """The ledger of printed claims (default: the whole catalog). figure: a file to draw the verdict to, for the one
+    mechanism that has a figure."""
+    many = (
+        [sources]
+        if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources)
+        else list(sources)
+    )
+    entries = [find(s) for s in many or catalog.NAMES]
+    drawn = "" if figure is None else str(write_figure(entries, figure))
+    return replace(judge(entries), figure=drawn)
+
+
+def synthesize(task: str, values: Mapping[str, Any] | None = None, **more: Any) -> SynthesisResult:
+    """Dimensions from wanted properties; tasks: planetary, gear_linkage, closed_differential. See `mechlab.study.synthesis`."""
+    from mechlab.study.synthesis import synthesize as work
+
+    return work(task, dict(values or {}) | more)
+
+
+def run(
+    source: Source,
+    values: Mapping[str, Any] | None = None,
+    out: str | Path = "out",
+    progress: Callable[[str], None] = lambda line: None,
+) -> RunResult:
+    """The whole pipeline: files, checks, a run of the default scene, the page."""
+    from mechlab.study.pipeline import pipeline
+
+    return pipeline(load(source, **dict(values or {})), Path(out), write_run_page, progress)

@@ -1,0 +1,142 @@
+"""Verbs that compute: answers, runs, cycles, portraits, charts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mechlab.api.finding import Source, load
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.question import Answers
+from mechlab.experiment.recording import Recording
+from mechlab.study.ask import ask, parameters_and_rest
+from mechlab.study.results import SimulateResult, SolveResult
+
+if TYPE_CHECKING:
+    from mechlab.study.chart import Chart
+    from mechlab.study.cycle import CycleResult
+    from mechlab.study.portrait import PortraitResult
+
+
+def solve(source: Source, **values: Any) -> Answers:
+    """Answers of all witnesses; keyword arguments are parameters and given quantities, numbers or arrays."""
+    return solve_values(source, values).answers
+
+
+def solve_values(source: Source, values: Mapping[str, Any]) -> SolveResult:
+    """As `solve`, from a mapping."""
+    base = load(source)
+    parameters, given = parameters_and_rest(base.entry.parameters, values)
+    return SolveResult(ask(load(base, **parameters), given))
+
+
+def simulate(source: Source, scene: str | None = None, at: Sequence[float] = (), **options: Any) -> Recording:
+    """Run a scene and return its Recording.
+
+    options: parameters, X_0, X_rate_0 (initial values), X_force (constant loads), and duration [s], timestep [s],
+    max_error, engine, fidelity, settings as of `simulate_values`. Nothing is raised for a run that cannot be trusted:
+    look at `recording.health.trusted`.
+    """
+    names = ("duration", "timestep", "max_error", "engine", "fidelity", "settings")
+    how = {k: options.pop(k) for k in names if k in options}
+    return simulate_values(source, options, scene=scene, at=at, **how).recording
+
+
+def simulate_values(
+    source: Source,
+    values: Mapping[str, Any] | None = None,
+    scene: str | None = None,
+    duration: float | None = None,
+    timestep: float | None = None,
+    max_error: float | None = None,
+    engine: str | None = None,
+    fidelity: str | None = None,
+    at: Sequence[float] | None = None,
+    settings: Any = None,
+) -> SimulateResult:
+    """Run a scene; the result carries the samples at the times `at` [s] and an exit code.
+
+    values: parameters, X_0, X_rate_0 (initial), X_force (constant loads). settings: a Settings or the name of a preset.
+    """
+    from mechlab.study.run import run_scene
+
+    base = load(source)
+    parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}))
+    chosen = load(base, **parameters)
+    numbers = {k: _number(k, v) for k, v in extra.items()}
+    recording = run_scene(
+        chosen, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
+        settings=settings, at=tuple(at or ()), extra=numbers,
+    )  # fmt: skip
+    return SimulateResult(recording, tuple(at or ()), chosen.warnings)
+
+
+def _number(key: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
+
+
+def portrait(
+    source: Source, kind: str, values: Mapping[str, Any] | None = None, out: str | Path | None = None, **more: Any
+) -> PortraitResult:
+    """A portrait of a mechanism (see its `portraits`); values: parameters (numbers), and what the portrait takes, numbers
+    or ranges. Arrays and a figure go to the folder `out`. Raises MechlabError for an unknown kind, listing them."""
+    from mechlab.study.ask import numeric
+    from mechlab.study.portrait import write
+
+    base = load(source)
+    if kind not in base.entry.portraits:
+        raise unknown(f"{base.name}: portrait", kind, base.entry.portraits)
+    given = dict(values or {}) | more
+    parameters, rest = parameters_and_rest(base.entry.parameters, given)
+    many = {k: numeric(k, v) for k, v in rest.items()}
+    for key in [k for k, v in parameters.items() if hasattr(v, "points") or isinstance(v, list | tuple)]:
+        many[key] = numeric(key, parameters.pop(key))
+    chosen = load(base, **parameters)
+    many |= {k: numeric(k, v) for k, v in parameters.items() if k.endswith("_0")}
+    made = base.entry.portraits[kind](chosen.parameters, many)
+    return write(base.name, made, None if out is None else Path(out), chosen.warnings)
+
+
+def cycle(
+    source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None, **more: Any
+) -> CycleResult:
+    """One turn of the drive of a mechanism with one freedom. Values (a mapping or keywords): parameters, X_rate and X_accel of
+    the drive X, X_force (constant loads). Options: drive, output, points, span; see `mechlab.study.cycle.run_cycle`."""
+    from mechlab.study.cycle import run_cycle
+
+    options = {k: x for k in ("drive", "output", "points", "span") if (x := more.pop(k, None)) is not None}
+    base = load(source)
+    parameters, motion = parameters_and_rest(base.entry.parameters, dict(values or {}) | more)
+    chosen = load(base, **parameters)
+    return run_cycle(chosen.mechanism(fidelity), chosen.name, {k: _number(k, v) for k, v in motion.items()}, **options)
+
+
+def chart(
+    source: Source,
+    values: Mapping[str, Any] | None = None,
+    scene: str | None = None,
+    duration: float | None = None,
+    target: float | None = None,
+    fidelity: str | None = None,
+    **parameters: Any,
+) -> Chart:
+    """Speed against accuracy of every method on a scene: points, Pareto front, recommended setting.
+
+    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.study.chart_file`.
+    target [m or rad]: the error to meet, by default that of the scene.
+    """
+    if isinstance(source, str | Path) and Path(source).suffix.lower() == ".xml":
+        from mechlab.study.chart_file import chart_file
+
+        for name, given in {"scene": scene, "fidelity": fidelity, **dict(values or {}), **parameters}.items():
+            if given is not None:
+                raise MechlabError(f"chart {source}: an MJCF file has no {name}; --duration and --target can be given.")
+        return chart_file(Path(source), duration, target)
+    from mechlab.study.chart import chart as work
+
+    d = load(source, **(dict(values or {}) | parameters))
+    return work(d, scene, fidelity=fidelity, duration=duration, target=target)

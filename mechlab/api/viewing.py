@@ -1,0 +1,220 @@
+"""Verbs that show: pages, pictures, films, the gallery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mechlab import catalog
+from mechlab.api.finding import Source, load
+from mechlab.api.runs import simulate_values
+from mechlab.errors import MechlabError
+from mechlab.experiment.recording import Recording
+from mechlab.study.design import Design, design
+from mechlab.study.results import FilesResult, SimulateResult
+from mechlab.study.sheet import describe_design
+
+if TYPE_CHECKING:
+    from mechlab.view.story import Story
+
+
+def story(
+    source: Source | Recording, values: Mapping[str, Any] | None = None, against: Source | Recording | None = None
+) -> Story:
+    """The Story of a Recording (or of its .npz), or the still one of a mechanism. `against`: a second run, drawn as ghost."""
+    from mechlab.view.from_recording import against as compare
+    from mechlab.view.from_recording import mechanism_story
+
+    recording = _recording(source)
+    if recording is None:
+        if against is not None:
+            raise MechlabError(
+                f"only a run can be compared with another: {source} is a mechanism, expected a .npz of a run."
+            )
+        d = load(source, **dict(values or {}))  # type: ignore[arg-type]
+        return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+    told = _recorded(recording)
+    if against is None:
+        return told
+    other = _recording(against)
+    if other is None:
+        raise MechlabError(f"against: expected a Recording or the .npz of a run, got {against!r}.")
+    name = f"the run {Path(against).name}" if isinstance(against, str | Path) else f"the run of scene {other.scene}"
+    return compare(told, _recorded(other), name)
+
+
+def explore(source: Source, values: Mapping[str, Any] | None = None) -> Story:
+    """A Story whose drives can be moved by sliders in the page: the richest fidelity, closed poses solved beforehand."""
+    from mechlab.view.from_recording import exploration_story
+
+    d = load(source, **dict(values or {}))
+    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+
+
+def view(
+    source: Source | Recording,
+    values: Mapping[str, Any] | None = None,
+    html: str | Path | None = None,
+    png: str | Path | None = None,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    wait: bool = True,
+    glb: str | Path | None = None,
+    mp4: str | Path | None = None,
+    csv: str | Path | None = None,
+    against: Source | Recording | None = None,
+    explorable: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> FilesResult:
+    """Files of a run or a mechanism: page, picture, animated GLB, film, table; without a file a live page on 127.0.0.1.
+
+    A mechanism that has a default scene is simulated first, so that it moves (not for a picture alone). against: a second
+    run to compare with. explorable: the page has sliders for the drives instead of a run.
+    """
+    wanted = {"page": html, "picture": png, "GLB": glb, "film": mp4, "table": csv}
+    if explorable and (html is None or glb or mp4 or csv or against):
+        raise MechlabError(
+            "to explore, the drives are moved in the page: ask for a page (html), and nothing else that needs a run."
+        )
+    recording = _recording(source)
+    notes: list[str] = []
+    if recording is None and not explorable and any(x is not None for x in (html, glb, mp4, csv, against)):
+        recording = simulate_values(source, values).recording  # type: ignore[arg-type]
+    if recording is not None:
+        told = story(recording, against=against)
+    else:
+        told = explore(source, values) if explorable else story(source, values)  # type: ignore[arg-type]
+    if not any(x is not None for x in wanted.values()):
+        return _live(source, told, values, host, port, wait)
+    files: dict[str, Path] = {}
+    if html is not None:
+        from mechlab.view import write_page
+
+        files["page"] = write_page(told, Path(html))
+    if png is not None:
+        from mechlab.view.picture import write_png
+
+        files["picture"] = write_png(told, Path(png))
+    if glb is not None:
+        from mechlab.view.glb import write_glb
+
+        files["GLB"] = write_glb(told, Path(glb))
+    if csv is not None and recording is not None:
+        from mechlab.view.table import write_csv
+
+        files["table"] = write_csv(recording, Path(csv))
+    if mp4 is not None:
+        from mechlab.view.film import film_sentence, write_mp4
+
+        files["film"] = write_mp4(told, Path(mp4), progress=progress)
+        notes.append(film_sentence(told))
+    return FilesResult(next(iter(files.values())).parent, files, " ".join(n for n in notes if n))
+
+
+def studio(source: Source, values: Mapping[str, Any] | None = None) -> FilesResult:
+    """MuJoCo's own web viewer with a mechanism, until it is interrupted. Warns on stderr: its port is open to the network."""
+    import tempfile
+
+    from mechlab.view.studio import open_studio
+
+    d = load(source, **dict(values or {}))
+    with tempfile.TemporaryDirectory() as folder:
+        d.save(folder)
+        open_studio(Path(folder) / "scene.xml", d.entry.title)
+    return FilesResult(Path("."), {}, "the web viewer was closed")
+
+
+def gallery(
+    out: str | Path,
+    names: Sequence[str] = (),
+    models: str | Path = "models",
+    progress: Callable[[str], None] = lambda line: None,
+) -> FilesResult:
+    """All mechanisms of the catalog as pages in one folder that any static host can serve; index.html first.
+
+    Each has a picture (from MODELS/NAME/picture.png where that exists), one sentence, the page of its default run, the
+    page to explore where it has drives, and its sheet.
+    """
+    from mechlab.view import write_page
+    from mechlab.view.gallery import Exhibit, write_gallery
+    from mechlab.view.picture import write_png
+
+    folder, exhibits = Path(out), []
+    for name in names or catalog.NAMES:
+        progress(f"{name}: run, page, picture, sheet")
+        d = load(name)
+        told = _recorded(simulate_values(name).recording)
+        write_page(told, folder / name / "run.html")
+        kept = Path(models) / name / "picture.png"
+        picture = kept.read_bytes() if kept.is_file() else write_png(told, folder / name / "picture.png").read_bytes()
+        moved = None
+        try:
+            moved = write_page(explore(name), folder / name / "explore.html")
+        except MechlabError as error:
+            progress(f"{name}: no page to explore: {error}")
+        sheet = describe_design(d).html()
+        exhibits.append(Exhibit(name, d.entry.title, d.entry.summary, picture, sheet, moved is not None))
+    return FilesResult(folder, {"gallery": write_gallery(exhibits, folder)}, f"{len(exhibits)} mechanisms")
+
+
+def _recording(source: Source | Recording) -> Recording | None:
+    if isinstance(source, Recording):
+        return source
+    if isinstance(source, str | Path) and str(source).endswith(".npz"):
+        from mechlab.formats import load_recording
+
+        return load_recording(source)
+    return None
+
+
+def _live(
+    source: Source | Recording, told: Story, values: Mapping[str, Any] | None, host: str, port: int, wait: bool
+) -> FilesResult:
+    """A live page; a mechanism is simulated while one looks, and the page of the run follows."""
+    from mechlab.view.live import serve
+
+    with serve(told, host=host, port=port) as server:
+        if wait and _recording(source) is None:
+            from mechlab.view.streaming import stream
+
+            d = load(source, **dict(values or {}))  # type: ignore[arg-type]
+            stream(server, d, _recorded)
+        if wait:
+            server.wait()
+        return FilesResult(Path("."), {}, f"served on {server.url}")
+
+
+def _facts(d: Design) -> dict[str, str]:
+    from mechlab.study.sheet import parameter_rows
+
+    return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
+
+
+def _recorded(recording: Recording) -> Story:
+    from mechlab.view.from_recording import recording_story
+
+    drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
+    s = recording.settings
+    facts |= {"engine": f"{s.engine}, {s.integrator}, step {s.timestep:g} s"}
+    if recording.name in catalog.NAMES:
+        entry = catalog.entry(recording.name)
+        d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
+        title = entry.title
+        facts |= _facts(d)
+        if entry.expand is not None:
+            drawn = entry.expand(d.parameters, recording)
+    return recording_story(
+        recording,
+        drawn,
+        title=title,
+        facts=facts,
+        channels=tuple(n for n in recording.channels if n.startswith("error_")),
+    )
+
+
+def write_run_page(d: Design, simulation: SimulateResult, path: Path) -> Path:
+    """Write the page of a run: the last step of the pipeline."""
+    from mechlab.view import write_page
+
+    return write_page(_recorded(simulation.recording), path)
