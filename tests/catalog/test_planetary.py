@@ -9,7 +9,7 @@ import mechlab as ml
 from mechlab import shapes
 from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.catalog.planetary import CHECKS, Parameters, build, phases
-from mechlab.catalog.planetary_claims import CLAIMS
+from mechlab.catalog.planetary.claims import CLAIMS
 from mechlab.errors import MechlabError
 from mechlab.experiment.check import Verdict
 from mechlab.mechanism import structure

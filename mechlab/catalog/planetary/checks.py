@@ -1,0 +1,45 @@
+"""Checks of the series-planet gear: Willis, Lagrange, teeth in gaps."""
+
+from __future__ import annotations
+
+import math
+
+from mechlab.catalog.epicyclic import FIDELITIES, final_rates, measured_speeds, reduced_masses
+from mechlab.catalog.planetary.build import build
+from mechlab.catalog.planetary.looks import phases
+from mechlab.catalog.planetary.parameters import Parameters
+from mechlab.catalog.planetary.questions import QUESTIONS
+from mechlab.catalog.planetary.scenes import acceleration, scene
+from mechlab.experiment.check import Check, Measured
+
+
+def _speeds(p: Parameters) -> Measured:
+    return measured_speeds(p, QUESTIONS, (7.0,), 1e-9 * float(p.ratio), "all members from the sun and from the carrier")
+
+
+def _inertia(p: Parameters) -> Measured:
+    masses = reduced_masses({f: build(p, f) for f in FIDELITIES}, ("carrier",))
+    said = {f: float(m[0, 0]) / p.inertia for f, m in masses.items()}
+    return Measured(said, 1e-12, 1.0, "inertia reduced to the carrier, relative to the closed form")
+
+
+def _run(p: Parameters) -> Measured:
+    said = final_rates(lambda f: build(p, f), lambda f: scene(p, f), "carrier")
+    # Softness of MuJoCo's gear rows: slip below 1e-6 rad, its rate well below 1e-4 rad/s.
+    return Measured(said, 1e-4, 0.5 * acceleration(p), "carrier speed after 0.5 s under constant torques [rad/s]")
+
+
+def _teeth(p: Parameters) -> Measured:
+    """Phase left over at gear 4 on every ray, in pitches: 0 when a tooth stands in a gap there."""
+    pitch = 2.0 * math.pi / p.teeth[3]
+    off = [(phases(p, k)[2] - phases(p, 0)[2]) / pitch for k in range(p.planets)]
+    said = {"drawn": max(abs(x - round(x)) for x in off)}
+    return Measured(said, 1e-9, 0.0, "gear 4 meshes with planet 3 on every ray [pitches]")
+
+
+CHECKS = (
+    Check("S1", "speeds of all members from three witnesses", _speeds, "Willis equation"),
+    Check("S2", "reduced inertia of each fidelity against the closed form", _inertia, "Lagrange"),
+    Check("S3", "run under constant torques against the closed form", _run, "Lagrange"),
+    Check("S4", "teeth in phase on every ray", _teeth, "assembly condition (z1 + z4) / planets whole"),
+)
