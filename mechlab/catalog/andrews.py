@@ -9,6 +9,7 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import Squeezer
 from mechlab.catalog import benchmark_parts as parts
+from mechlab.catalog import palette
 from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
@@ -98,8 +99,9 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
         ("K7", "epsilon", "ground", a, p.u, (p.ua, p.ub), -1.0),
         ("K6", "Omega", "K7", (p.u, 0.0, 0.0), p.zf, (p.zf - p.fa, 0.0), 3.0),
     )
-    colors = dict(zip(("K1", "K2", "K3", "K4", "K5", "K6", "K7"),
-                      (parts.ROSE, parts.ORANGE, parts.TEAL, parts.GOLD, parts.BLUE, parts.GOLD, parts.BLUE), strict=True))  # fmt: skip
+    c = palette
+    paints = (c.ROSE, c.ORANGE, c.TEAL, c.GOLD, c.BLUE, c.GOLD, c.BLUE)
+    colors = {f"K{i}": paint for i, paint in enumerate(paints, 1)}
     for name, joint, parent, at, length, centre, layer in rows:
         angle = k[name] - (k[parent] if parent != "ground" else 0.0)
         b.bar(name, revolute(joint, "z", zero=float(values[joint])), length, parent=parent, at=at, width=0.003,
@@ -112,7 +114,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
         b.loop(f"E_{name}", "K2", name, (ends["K2"], 0.0, 0.0), (ends[name], 0.0, 0.0))
     b.spring(Spring("spring", "ground", "K3", (*p.c, 0.0), (p.sc, p.sd, 0.0), p.spring_stiffness, 0.0, p.spring_length))
     b.frame("F", "K1", (p.rr, 0.0, 0.0)).frame("E", "K2", (p.d, 0.0, 0.0)).frame("D", "K3", (p.sc, p.sd, 0.0))
-    b.ground(shape("cylinder", Placement((*p.c, 0.0)), parts.GREY, "anchor", radius=0.0015, length=0.004))
+    b.ground(shape("cylinder", Placement((*p.c, 0.0)), palette.SLATE, "anchor", radius=0.0015, length=0.004))
     return b.build()
 
 

@@ -16,8 +16,6 @@ from mechlab.mechanism import Builder, Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.inertia import Inertia
 
-BLUE, ORANGE, TEAL = (0.16, 0.42, 0.75, 1.0), (0.90, 0.55, 0.13, 1.0), (0.20, 0.58, 0.56, 1.0)
-ROSE, GREY, GOLD = (0.74, 0.29, 0.36, 1.0), (0.35, 0.38, 0.43, 1.0), (0.80, 0.64, 0.20, 1.0)
 THIN = 1e-3
 """Share of the moment along a slender bar in that across it; it has no part in a planar motion, but MuJoCo wants it > 0."""
 

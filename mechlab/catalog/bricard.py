@@ -10,6 +10,7 @@ import numpy as np
 from mechlab.analytic.benchmarks import Bricard
 from mechlab.analytic.benchmarks.bricard import AXES, CORNERS
 from mechlab.catalog import benchmark_parts as parts
+from mechlab.catalog import palette
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -41,7 +42,7 @@ class Parameters:
 def build(p: Parameters, fidelity: str) -> Mechanism:
     """A chain of five bars; the sixth hinge closes it to the ground (5 rows, one of them redundant)."""
     b = Builder("bricard", gravity=p.gravity_vector, summary="Bricard's mechanism, benchmark A04")
-    colors = (parts.BLUE, parts.ORANGE, parts.TEAL, parts.ROSE, parts.GOLD)
+    colors = (palette.BLUE, palette.ORANGE, palette.TEAL, palette.ROSE, palette.GOLD)
     w = 0.06 * p.length
     for k, mass in enumerate(p.masses):
         along = CORNERS[k + 1] - CORNERS[k]
@@ -59,7 +60,12 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
                 **dict(zip("xyz", sides.tolist(), strict=True)),
             ),
             shape(
-                "cylinder", Placement.of(turn, (0.0, 0.0, 0.0)), parts.GREY, f"pin_{k}", radius=0.4 * w, length=2.2 * w
+                "cylinder",
+                Placement.of(turn, (0.0, 0.0, 0.0)),
+                palette.SLATE,
+                f"pin_{k}",
+                radius=0.4 * w,
+                length=2.2 * w,
             ),
         ]
         at = p.length * (CORNERS[k] - (CORNERS[k - 1] if k else 0.0))
@@ -75,7 +81,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     last = (p.length * (CORNERS[5] - CORNERS[4])).tolist()
     b.loop("hinge_5", "bar_4", "ground", last, (p.length * CORNERS[5]).tolist(), "revolute", AXES[5].tolist())
     pin = Placement.of(frame_along(tuple(AXES[5].tolist())), tuple((p.length * CORNERS[5]).tolist()))
-    b.ground(shape("cylinder", pin, parts.GREY, "pin_5", radius=0.4 * w, length=2.2 * w))
+    b.ground(shape("cylinder", pin, palette.SLATE, "pin_5", radius=0.4 * w, length=2.2 * w))
     return b.build()
 
 

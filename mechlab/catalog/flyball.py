@@ -10,6 +10,7 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import Governor
 from mechlab.catalog import benchmark_parts as parts
+from mechlab.catalog import palette
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -62,10 +63,10 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     rod = p.density * p.shaft_length * p.section**2
     half = 0.5 * p.shaft_length
     post = [
-        shape("cylinder", Placement((0.0, 0.0, half)), parts.GREY, "post", radius=0.6 * thick, length=p.shaft_length)
+        shape("cylinder", Placement((0.0, 0.0, half)), palette.SLATE, "post", radius=0.6 * thick, length=p.shaft_length)
     ]
     post.append(
-        shape("box", Placement((0.0, 0.0, p.shaft_length)), parts.GREY, "yoke", x=2 * p.pivot, y=2 * thick, z=2 * thick)
+        shape("box", Placement((0.0, 0.0, p.shaft_length)), palette.SLATE, "yoke", x=2 * p.pivot, y=2 * thick, z=2 * thick)
     )
     upright = Inertia.box(rod, p.section, p.section, p.shaft_length, (0.0, 0.0, half))
     b.body("shaft", revolute("shaft_angle", "z"), inertia=upright, shapes=post)
@@ -77,7 +78,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
         parent="shaft",
         at=(0.0, 0.0, p.start_height),
         inertia=cube,
-        shapes=[shape("box", color=parts.TEAL, name="slider", x=e, y=e, z=e)],
+        shapes=[shape("box", color=palette.TEAL, name="slider", x=e, y=e, z=e)],
     )
     lowered = _lowered(p.start_angle)
     for name, side in (("right", 1.0), ("left", -1.0)):
@@ -87,14 +88,14 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
             shape(
                 "box",
                 Placement((0.5 * p.arm_length, 0.0, 0.0)),
-                parts.BLUE,
+                palette.BLUE,
                 f"{name}_bar",
                 x=p.arm_length,
                 y=thick,
                 z=thick,
             ),
             shape(
-                "sphere", Placement((p.arm_length, 0.0, 0.0)), parts.ORANGE, f"{name}_ball", radius=0.07 * p.arm_length
+                "sphere", Placement((p.arm_length, 0.0, 0.0)), palette.ORANGE, f"{name}_ball", radius=0.07 * p.arm_length
             ),
         ]
         turn = lowered if side > 0 else np.diag([-1.0, -1.0, 1.0]) @ lowered

@@ -17,6 +17,7 @@ import numpy as np
 
 from mechlab.analytic import fourbar as closed_form
 from mechlab.analytic.benchmarks import FourbarCrank
+from mechlab.catalog.palette import BLUE, ORANGE, SLATE, TEAL
 from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant, Law, Servo
@@ -57,7 +58,6 @@ class Parameters:
 # 2. The mechanism. The reference pose is any assembled one; the closed form gives it.
 
 AXIS = "-y"
-BLUE, ORANGE, TEAL = (0.16, 0.42, 0.75, 1.0), (0.90, 0.55, 0.13, 1.0), (0.20, 0.58, 0.56, 1.0)
 
 
 def start_angle(p: Parameters) -> float:
@@ -97,7 +97,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     from mechlab.mechanism import Placement
 
     for x in (0.0, p.ground):
-        b.ground(shape("bracket", Placement.of(turned, (x, 0.9 * layer, 0.0)), (0.35, 0.38, 0.43, 1.0),
+        b.ground(shape("bracket", Placement.of(turned, (x, 0.9 * layer, 0.0)), SLATE,
                        height=0.6 * p.crank + 0.1 * p.ground, width=1.1 * layer, thickness=0.6 * layer))  # fmt: skip
     return b.assemble({"crank_angle": phi, "coupler_joint": psi - phi, "rocker_angle": chi}, hold=["crank_angle"])
 

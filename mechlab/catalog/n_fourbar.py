@@ -10,6 +10,7 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import ParallelogramChain
 from mechlab.catalog import benchmark_parts as parts
+from mechlab.catalog import palette
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -45,13 +46,13 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     for k in range(p.N + 1):
         at = (k * p.coupler_length, 0.0, 0.0)
         up = revolute(f"rocker_{k}", "z", zero=math.pi / 2)
-        b.bar(f"rocker_{k}", up, p.rocker_length, at=at, width=width, color=parts.BLUE)
+        b.bar(f"rocker_{k}", up, p.rocker_length, at=at, width=width, color=palette.BLUE)
         parts.with_inertia(b, parts.slender(p.rocker_mass, p.rocker_length))
         _turn(b, math.pi / 2)
         if k < p.N:
             joint = revolute(f"coupler_{k}", "z", zero=-math.pi / 2)
             b.bar(f"coupler_{k}", joint, p.coupler_length, parent=f"rocker_{k}", at=(p.rocker_length, 0.0, 0.0),
-                  width=width, color=parts.ORANGE, layer=0.5 * width)  # fmt: skip
+                  width=width, color=palette.ORANGE, layer=0.5 * width)  # fmt: skip
             parts.with_inertia(b, parts.slender(p.coupler_mass, p.coupler_length))
             _turn(b, -math.pi / 2)
             end = (p.coupler_length, 0.0, 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import Pendulum
 from mechlab.catalog import benchmark_parts as parts
+from mechlab.catalog import palette
 from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
@@ -45,10 +46,10 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     turn = Placement.of(axis_rotation((0.0, 0.0, 1.0), p.start_angle), (0.0, 0.0, 0.0))
     across = axis_rotation((0.0, 1.0, 0.0), math.pi / 2)
     looks = [
-        shape("cylinder", Placement.of(across, (0.5 * p.length, 0.0, 0.0)), parts.BLUE, "rod",
+        shape("cylinder", Placement.of(across, (0.5 * p.length, 0.0, 0.0)), palette.BLUE, "rod",
               radius=0.35 * w, length=p.length),
-        shape("sphere", Placement((p.length, 0.0, 0.0)), parts.ORANGE, "mass", radius=2.0 * w),
-        shape("cylinder", IDENTITY, parts.GREY, "pin", radius=w, length=2.0 * w),
+        shape("sphere", Placement((p.length, 0.0, 0.0)), palette.ORANGE, "mass", radius=2.0 * w),
+        shape("cylinder", IDENTITY, palette.SLATE, "pin", radius=w, length=2.0 * w),
     ]  # fmt: skip
     small = POINT * p.mass * p.length**2
     point = Inertia(p.mass, (p.length, 0.0, 0.0), (small, small, small, 0.0, 0.0, 0.0))

@@ -11,6 +11,7 @@ import numpy as np
 from mechlab.analytic.benchmarks import SliderCrank
 from mechlab.analytic.benchmarks.planar import Jet
 from mechlab.catalog import benchmark_parts as parts
+from mechlab.catalog import palette
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -44,12 +45,12 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     """Crank, rod, slider; the loop is closed by the pin between rod and slider."""
     b = Builder("slider_crank", gravity=(0.0, -p.gravity, 0.0), summary="slider-crank, running freely")
     width = 0.16 * p.crank + 0.03 * p.rod
-    b.bar("crank", revolute("crank_angle", "z"), p.crank, width=width, color=parts.BLUE)
+    b.bar("crank", revolute("crank_angle", "z"), p.crank, width=width, color=palette.BLUE)
     parts.with_inertia(b, parts.slender(p.crank_mass, p.crank))
     b.bar("rod", revolute("rod_joint", "z"), p.rod, parent="crank", at=(p.crank, 0.0, 0.0), width=width,
-          color=parts.ORANGE, layer=0.5 * width)  # fmt: skip
+          color=palette.ORANGE, layer=0.5 * width)  # fmt: skip
     parts.with_inertia(b, parts.slender(p.rod_mass, p.rod))
-    looks = [shape("box", color=parts.TEAL, name="slider", x=2.0 * width, y=1.5 * width, z=0.8 * width)]
+    looks = [shape("box", color=palette.TEAL, name="slider", x=2.0 * width, y=1.5 * width, z=0.8 * width)]
     block = parts.planar(p.slider_mass, p.slider_mass * width**2)
     b.body("slider", prismatic("slider_position", "x"), inertia=block, shapes=looks)
     b.loop("pin", "rod", "slider", (p.rod, 0.0, 0.0))

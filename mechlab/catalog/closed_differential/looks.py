@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 from mechlab.catalog.closed_differential.parameters import Parameters
+from mechlab.catalog.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
 from mechlab.mechanism.shape import Color, Shape
 from mechlab.shapes import external_phase, internal_phase
 
-BRASS, STEEL = (0.83, 0.68, 0.29, 1.0), (0.62, 0.66, 0.72, 1.0)
-BLUE, RED, GREEN = (0.16, 0.42, 0.75, 1.0), (0.76, 0.27, 0.25, 1.0), (0.20, 0.58, 0.36, 1.0)
 WIDTH, GAP = 8.0, 9.0
 """Face width and clear distance of the two gear planes, in modules."""
 

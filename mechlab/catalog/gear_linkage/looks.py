@@ -7,16 +7,10 @@ import math
 import numpy as np
 
 from mechlab.analytic.gear_linkage import GearLinkage
+from mechlab.catalog.palette import BLUE, BRASS, DARK, ORANGE, RED, SLATE, STEEL, TEAL
 from mechlab.mechanism import Placement, Shape, shape
 from mechlab.mechanism.shape import Color
 
-BRASS: Color = (0.83, 0.68, 0.29, 1.0)
-STEEL: Color = (0.62, 0.66, 0.72, 1.0)
-RED: Color = (0.76, 0.27, 0.25, 1.0)
-BLUE: Color = (0.16, 0.42, 0.75, 1.0)
-ORANGE: Color = (0.90, 0.55, 0.13, 1.0)
-TEAL: Color = (0.20, 0.58, 0.56, 1.0)
-DARK: Color = (0.28, 0.31, 0.36, 1.0)
 FEWEST, MOST = 24, 120
 
 
@@ -103,5 +97,5 @@ def ground_looks(g: GearLinkage) -> list[Shape]:
     """Pins at A and D, and the frame."""
     rod, _ = _sizes(g)
     base = Placement((0.0, 0.0, -2.0 * rod))
-    frame = shape("link", base, (0.35, 0.38, 0.43, 1.0), "frame", length=g.frame, width=1.4 * rod, thickness=0.4 * rod)
+    frame = shape("link", base, SLATE, "frame", length=g.frame, width=1.4 * rod, thickness=0.4 * rod)
     return [_pin(g, 0.0, -2.2, -0.92, "pin_A"), _pin(g, g.frame, -2.2, 2.3, "pin_D"), frame]

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 from mechlab.catalog.impulse_transmission.parameters import Parameters
+from mechlab.catalog.palette import BLUE, BRASS, DARK, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation
 from mechlab.mechanism.shape import Shape
 
-BRASS, STEEL = (0.83, 0.68, 0.29, 1.0), (0.62, 0.66, 0.72, 1.0)
-BLUE, RED, DARK = (0.16, 0.42, 0.75, 1.0), (0.76, 0.27, 0.25, 1.0), (0.28, 0.31, 0.36, 1.0)
 X = (1.0, 0.0, 0.0)
 
 
