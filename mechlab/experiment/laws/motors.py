@@ -1,0 +1,85 @@
+"""Laws of motors: a falling line, and a direct-current motor with memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws.protocol import OnOne, Plant, register
+from mechlab.mechanism.geometry import Array
+
+
+@register("motor")
+@dataclass(frozen=True)
+class Motor(OnOne):
+    """A motor with a straight characteristic: stall (1 - rate / no_load_rate)."""
+
+    on: str
+    stall: float
+    no_load_rate: float
+    kind: ClassVar[str]
+
+    def force(self, t: float, plant: Plant) -> Mapping[str, float]:
+        """The torque at the present rate."""
+        return {self.on: self.stall * (1.0 - plant.rate(self.on) / self.no_load_rate)}
+
+
+@register("dc_motor")
+@dataclass(frozen=True)
+class DcMotor(OnOne):
+    """A DC motor: torque = constant i with inductance i' = voltage - resistance i - constant rate, from i = `current`.
+
+    Its current is a state of the law (`mechlab.experiment.memory`), integrated with the motion; without inductance it is
+    (voltage - constant rate) / resistance at once. `neglected`: the time constant [s] of an inductance that was left
+    out, for the health record.
+    """
+
+    on: str
+    voltage: float
+    constant: float
+    resistance: float
+    inductance: float = 0.0
+    current: float = 0.0
+    neglected: float = 0.0
+    kind: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        if not self.resistance > 0 or self.inductance < 0:
+            raise MechlabError(
+                f"dc_motor on {self.on!r}: expected resistance > 0 and inductance >= 0, "
+                f"got {self.resistance!r} and {self.inductance!r}."
+            )
+
+    def static(self) -> DcMotor:
+        """The motor on its static line: without inductance, whose time constant it remembers as `neglected`."""
+        return replace(self, inductance=0.0, neglected=self.neglected + self.inductance / self.resistance)
+
+    def start(self) -> tuple[float, ...]:
+        """The states at t = 0: the current, or none without inductance."""
+        return (self.current,) if self.inductance else ()
+
+    def rest(self, plant: Plant) -> Array:
+        """(1,) the current that belongs to the present rate when it does not change."""
+        return np.array([(self.voltage - self.constant * plant.rate(self.on)) / self.resistance])
+
+    def state_rate(self, t: float, plant: Plant, state: Array) -> Array:
+        """(1,) rate of the current."""
+        return (self.rest(plant) - state) * (self.resistance / self.inductance)
+
+    def after(self, t: float, plant: Plant, state: Array, h: float) -> Array:
+        """(1,) current after h seconds at the present rate, exactly: stable for every step."""
+        rest = self.rest(plant)
+        return np.asarray(rest + (state - rest) * math.exp(-h * self.resistance / self.inductance))
+
+    def force(self, t: float, plant: Plant) -> Mapping[str, float]:
+        """The torque of the present current."""
+        if self.inductance:
+            state = getattr(plant, "memory", {}).get(self, (self.current,))
+        else:
+            state = self.rest(plant)
+        return {self.on: self.constant * float(state[0])}
