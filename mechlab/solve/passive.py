@@ -57,10 +57,12 @@ class Passive:
 
     def friction_force(self, v: Array, width: Array | float) -> Array:
         """(nv,) dry friction as it acts on the joints: -friction tanh(rate / width), `width` the rate at which it is
-        smoothed."""
+        smoothed; 0: -friction sign(rate)."""
         if not len(self.friction):
             return np.zeros(len(v))
-        return np.asarray(-self.friction_rows.T @ (self.friction * np.tanh((self.friction_rows @ v) / width)))
+        rate = self.friction_rows @ v
+        sense = np.tanh(rate / width) if np.all(width) else np.sign(rate)
+        return np.asarray(-self.friction_rows.T @ (self.friction * sense))
 
 
 def _friction_rows(m: Mechanism, rough: list[Joint | Shaft]) -> Array:

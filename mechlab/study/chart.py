@@ -12,7 +12,7 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from mechlab.study.design import Design
 from mechlab.study.methods import METHODS, TOLERANCES, Method, Problem, steps
 from mechlab.study.published import PUBLISHED, Published
 from mechlab.study.run import versions
+
+if TYPE_CHECKING:
+    from mechlab.study.chart_peers import PeerTable
 
 FEWEST = 4
 """Step sizes of every method, at least."""
@@ -44,7 +47,7 @@ class Budget:
 
 @dataclass(frozen=True)
 class Point:
-    """One method at one step [s] (or tolerance, see `control`)."""
+    """One method at one step [s] (or tolerance, see `control`); evaluations of the equations, 0 where nobody counts."""
 
     method: str
     step: float
@@ -57,6 +60,7 @@ class Point:
     status: str
     reason: str = ""
     default: bool = False
+    evaluations: int = 0
 
     @property
     def ok(self) -> bool:
@@ -68,7 +72,8 @@ class Point:
         numbers = {"cpu_s": self.cpu_s, "error": self.error, "e_G": self.e_g, "energy": self.energy, "gap": self.gap}
         shown = {k: x if math.isfinite(x) else None for k, x in numbers.items()}
         head = {"method": self.method, "step": self.step, "control": self.control, **shown}
-        return head | {"status": self.status, "reason": self.reason, "default": self.default}
+        told = {"status": self.status, "reason": self.reason, "default": self.default}
+        return head | told | {"evaluations": self.evaluations or None}
 
 
 @dataclass(frozen=True)
@@ -106,6 +111,7 @@ class Chart:
     notes: tuple[str, ...]
     published: tuple[Published, ...]
     versions: dict[str, str]
+    peers: PeerTable | None = None
 
     @property
     def front(self) -> tuple[Point, ...]:
@@ -127,6 +133,7 @@ class Chart:
             "published": [p.to_dict() for p in self.published], "versions": self.versions,
             "status": "answered" if self.recommendation.met else "no method meets the target",
             "message": self.recommendation.sentence,
+            **({} if self.peers is None else self.peers.to_dict()),
         }  # fmt: skip
 
     def text(self) -> str:
@@ -160,10 +167,12 @@ def chart(
     target: float | None = None,
     budget: Budget | None = None,
     methods: Sequence[Method] = METHODS,
+    peers: bool = False,
     progress: Callable[[str], None] = lambda line: None,
 ) -> Chart:
     """The chart of a scene. target [m or rad]: the error that the recommendation must meet (default: the scene's).
 
+    peers: compare error control with other people's engines (`mechlab.study.chart_peers`), as far as they are installed.
     Raises MechlabError for unknown names, or when there is nothing to hold the methods against.
     """
     if target is not None and not target > 0:
@@ -186,12 +195,20 @@ def chart(
     aim = made.tolerance if target is None else target
     changed = bool(design.given) or duration is not None
     names = {m.name: m for m in METHODS}
+    others = _compare(problem, truth, progress) if peers else None
     error, confirmed = _confirm(points, truth, {n for n, m in names.items() if m.engine == "analytic"})
     return Chart(
         design.name, design.entry.title, made.name, made.duration, truth.unit, truth.names, truth.text + confirmed, error,
-        tuple(points), skipped, recommend(points, aim, truth.unit), tuple(flat_defaults(points, aim, truth.unit, _has_rows(design, made))),
-        () if changed else PUBLISHED.get(design.name, ()), versions(),
+        (*points, *(others.points if others else ())), skipped | (others.skipped if others else {}),
+        recommend(points, aim, truth.unit), tuple(flat_defaults(points, aim, truth.unit, _has_rows(design, made))),
+        () if changed else PUBLISHED.get(design.name, ()), versions(), others,
     )  # fmt: skip
+
+
+def _compare(problem: Problem, truth: Reference, progress: Callable[[str], None]) -> PeerTable:
+    from mechlab.study.chart_peers import compare
+
+    return compare(problem, truth, progress)
 
 
 def _work(m: Method, problem: Problem, truth: Reference) -> tuple[Callable[[float], Trace], Callable[[Trace], Score]]:
@@ -233,7 +250,8 @@ def sweep(
             out.append(_missing(name, value, control, DIVERGED, why, default))
             continue
         cpu = _median(run, value, trace.cpu_s, budget)
-        out.append(Point(name, value, control, cpu, found.error, found.e_g, found.energy, found.gap, OK, "", default))
+        numbers = (cpu, found.error, found.e_g, found.energy, found.gap)
+        out.append(Point(name, value, control, *numbers, OK, "", default, getattr(trace, "evaluations", 0)))
         if sum(p.ok for p in out) >= FEWEST and cpu > budget.one:
             break
     return out

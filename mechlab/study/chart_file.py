@@ -17,6 +17,7 @@ from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism.geometry import Array
 from mechlab.study.chart import Budget, Chart, Point, flat_defaults, recommend, sweep
 from mechlab.study.chart_score import THRESHOLD, Score
+from mechlab.study.order_check import file_order
 from mechlab.study.run import versions
 from mechlab.study.witness import room
 
@@ -57,6 +58,8 @@ def chart_file(
         return trace_file(model, integrator, stiff, length, OUTPUTS, each)
 
     truth = _reference(run, hard)
+    order = file_order(run, model.model, hard, length / OUTPUTS)
+    notes += [f"RK4: {order.sentence}."] if order.severity != "ok" else []
     points: list[Point] = []
     between = length / OUTPUTS
     values = tuple(between / 2**k for k in range(13))

@@ -37,6 +37,8 @@ def chart_text(chart: Chart) -> str:
     ]
     if chart.recommendation.paste:
         lines += ["", chart.recommendation.paste]
+    if chart.peers is not None:
+        lines += ["", chart.peers.text()]
     return "\n".join(lines)
 
 

@@ -23,9 +23,25 @@ OTHERS: dict[str, tuple[str, str]] = {
     "Pinocchio DOP853": ("#064e3b", "h"),
     "one freedom RK4": ("#be185d", "o"),
     "one freedom DOP853": ("#831843", "h"),
+    "Pinocchio semi-implicit Euler, friction by tanh": ("#86a83b", "v"),
+    "Pinocchio RK4, friction by tanh": ("#15803d", "^"),
+    "Pinocchio RK4, friction by sign": ("#db2777", "*"),
+    "Pinocchio DOP853, friction by sign": ("#9d174d", "*"),
     "hybrid DOP853": ("#78350f", "h"),
     "own equations, scipy DOP853": ("#444444", "X"),
     "own equations, scipy Radau": ("#999999", "X"),
+    "Exudyn generalized-alpha": ("#b45309", "<"),
+    "Exudyn trapezoidal": ("#f59e0b", "<"),
+    "Exudyn RK44": ("#92400e", "<"),
+    "Exudyn RK67": ("#451a03", "<"),
+    "Exudyn DOPRI5": ("#d6a35c", "<"),
+    "Drake discrete SAP": ("#0f766e", ">"),
+    "Drake RK3": ("#14b8a6", ">"),
+    "Drake RK5": ("#134e4a", ">"),
+    "Drake Radau3": ("#5eead4", ">"),
+    "OpenSim Runge-Kutta-Merson": ("#a21caf", "p"),
+    "OpenSim Runge-Kutta-Fehlberg": ("#e879f9", "p"),
+    "OpenSim CPodes": ("#701a75", "p"),
 }
 RED = "#c1121f"
 
@@ -143,6 +159,7 @@ def _defaults(axes: Any, chart: Chart, shown: list[Point]) -> None:
     middle = math.sqrt(low * high)
     size = f"{middle:.2g} {chart.unit}"
     smallest, largest = min(p.step for p in flat), max(p.step for p in flat)
+    soft = "friction rows creep" if "friction" in chart.notes[0] else "its loops are springs"
     axes.text(
         0.015,
         0.985,
@@ -157,7 +174,7 @@ def _defaults(axes: Any, chart: Chart, shown: list[Point]) -> None:
         0.015,
         0.945,
         f"about {size} wrong at {1e3 * largest:.3g} ms and still at {1e3 * smallest:.2g} ms: "
-        "its loops are springs, a smaller step does not stiffen them",
+        f"{soft}, smaller steps do not stiffen them",
         transform=axes.transAxes,
         color=RED,
         fontsize=9,

@@ -13,7 +13,7 @@ from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.trace import Trace
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.mechanism.geometry import Array
-from mechlab.study.methods import METHODS, Problem
+from mechlab.study.methods import METHODS, Problem, is_rough
 
 EVERY = 4
 """Energy and loops are looked at at every fourth output time: they walk through the whole tree."""
@@ -81,7 +81,8 @@ def score(problem: Problem, reference: Reference, trace: Trace) -> Score:
 
 
 def reference_of(problem: Problem) -> Reference:
-    """Own equations of the entry where it has them, else rigid dynamics by Pinocchio at a sharp tolerance."""
+    """Own equations of the entry where it has them, else rigid dynamics by Pinocchio at a sharp tolerance, with located
+    events where there is dry friction."""
     names = tracked_names(problem)
     entry = problem.design.entry
     unit = "m" if all(n in entry.channels or n.rpartition("_")[2] in ("x", "y", "z") for n in names) else "m or rad"
@@ -111,7 +112,8 @@ def _own(problem: Problem, names: tuple[str, ...], unit: str) -> Reference | Non
 
 
 def _pinocchio(problem: Problem, names: tuple[str, ...], unit: str) -> Reference:
-    sharp = next(m for m in METHODS if m.engine == "pinocchio" and m.integrator == "DOP853")
+    engine = "hybrid" if is_rough(problem.mechanism) else "pinocchio"
+    sharp = next(m for m in METHODS if m.engine == engine and m.integrator == "DOP853")
     why = sharp.available(problem)
     if why:
         raise MechlabError(f"{problem.design.name}: a chart needs own equations or Pinocchio as reference: {why}")
@@ -123,4 +125,6 @@ def _pinocchio(problem: Problem, names: tuple[str, ...], unit: str) -> Reference
     values = tracked(problem, names, fine.q, fine.v)
     own_error = float(np.max(np.abs(values - tracked(problem, names, rough.q, rough.v))))
     text = "Pinocchio's rigid dynamics (DOP853, tolerance 1e-12)"
+    if engine == "hybrid":
+        text = "Pinocchio's rigid dynamics with located events of friction (hybrid, DOP853, tolerance 1e-12)"
     return Reference(names, unit, values, energies(problem, fine.q, fine.v), text, own_error)

@@ -40,8 +40,11 @@ class Problem:
 
 @dataclass(frozen=True)
 class Method:
-    """constraints: "default" (the engine's own softness), "hard" (solref 2h, solimp .9999), "soft" or "stiff" Baumgarte
-    gains, "exact" (own coordinates). control: what is refined, "step" [s] or "tolerance". order: expected of the error."""
+    """constraints: "default" (the engine's own softness), "hard" (solref 2h, solimp .9999), "extrapolated" (hard, and
+    2 run(h / 2) - run(h), Richardson 1911), "soft" or "stiff" Baumgarte gains, "exact" (own coordinates). control: what is
+    refined, "step" [s] or "tolerance". order: expected of the error.
+    friction: how dry friction enters the right-hand side, "sign" or "tanh" of the sliding rate; such a method is for
+    mechanisms with dry friction alone."""
 
     name: str
     engine: str
@@ -49,6 +52,7 @@ class Method:
     constraints: str
     control: str = "step"
     order: int = 1
+    friction: str = ""
 
     @property
     def is_default(self) -> bool:
@@ -79,17 +83,40 @@ def _orders(integrator: str) -> int:
 METHODS: tuple[Method, ...] = (
     *(Method(f"MuJoCo {i}, defaults", "mujoco", i, "default", order=_orders(i)) for i in MUJOCO_INTEGRATORS),
     *(Method(f"MuJoCo {i}, hard", "mujoco", i, "hard", order=min(2, _orders(i))) for i in MUJOCO_INTEGRATORS),
+    Method("MuJoCo discrete, extrapolated", "mujoco", "discrete", "extrapolated", order=2),
     Method("Pinocchio semi-implicit Euler", "pinocchio", "semi_implicit_Euler", "stiff"),
     Method("Pinocchio RK4, soft stabilisation", "pinocchio", "RK4", "soft", order=4),
     Method("Pinocchio RK4, stiff stabilisation", "pinocchio", "RK4", "stiff", order=4),
     Method("Pinocchio DOP853", "pinocchio", "DOP853", "soft", "tolerance", 8),
     Method("one freedom RK4", "one_freedom", "RK4", "exact", order=4),
     Method("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8),
+    Method(
+        "Pinocchio semi-implicit Euler, friction by tanh", "pinocchio", "semi_implicit_Euler", "exact", friction="tanh"
+    ),
+    Method("Pinocchio RK4, friction by tanh", "pinocchio", "RK4", "exact", friction="tanh"),
+    Method("Pinocchio RK4, friction by sign", "pinocchio", "RK4", "exact", friction="sign"),
+    Method("Pinocchio DOP853, friction by sign", "pinocchio", "DOP853", "exact", "tolerance", friction="sign"),
     Method("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8),
     Method("own equations, scipy DOP853", "analytic", "DOP853", "exact", "tolerance", 8),
     Method("own equations, scipy Radau", "analytic", "Radau", "exact", "tolerance", 5),
 )
 """Softness of MuJoCo's hard constraints goes with h^2, which limits RK4 with loops to order 2."""
+
+PEER_METHODS: tuple[Method, ...] = (
+    Method("Exudyn generalized-alpha", "exudyn", "generalized-alpha", "own", order=2),
+    Method("Exudyn trapezoidal", "exudyn", "trapezoidal", "own", order=2),
+    Method("Exudyn RK44", "exudyn", "RK44", "own", order=4),
+    Method("Exudyn RK67", "exudyn", "RK67", "own", order=6),
+    Method("Exudyn DOPRI5", "exudyn", "DOPRI5", "own", "tolerance", 5),
+    Method("Drake discrete SAP", "drake", "SAP", "own"),
+    Method("Drake RK3", "drake", "runge_kutta3", "own", "tolerance", 3),
+    Method("Drake RK5", "drake", "runge_kutta5", "own", "tolerance", 5),
+    Method("Drake Radau3", "drake", "radau3", "own", "tolerance", 3),
+    Method("OpenSim Runge-Kutta-Merson", "opensim", "RungeKuttaMerson", "own", "tolerance", 4),
+    Method("OpenSim Runge-Kutta-Fehlberg", "opensim", "RungeKuttaFeldberg", "own", "tolerance", 5),
+    Method("OpenSim CPodes", "opensim", "CPodes", "own", "tolerance", 5),
+)
+"""Other people's engines, run only by charts that are asked for them; their constraints are the engine's own."""
 
 GAINS = {"soft": (0.01, 0.2), "stiff": (0.25, 1.0)}
 """Baumgarte gains kp h^2, kd h. Soft keeps the order of RK4; stiff survives singular positions."""
@@ -109,6 +136,11 @@ def steps(problem: Problem, count: int = 13) -> tuple[float, ...]:
     return tuple(between / 2**k for k in range(count))
 
 
+def is_rough(mechanism: Mechanism) -> bool:
+    """Whether a joint or shaft has dry friction."""
+    return any(j.friction for j in mechanism.joints) or any(s.friction for s in mechanism.shafts)
+
+
 # -- engines ---------------------------------------------------------------------------------------------------------------
 
 
@@ -123,13 +155,16 @@ def _room(m: Method, problem: Problem) -> str:
 
 
 def _loose(m: Method, problem: Problem) -> str:
-    if m.constraints == "hard" and not (problem.mechanism.loops or problem.mechanism.relations):
-        return "nothing to harden: it has no loops and no gears"
+    mechanism = problem.mechanism
+    if m.constraints == "hard" and not (mechanism.loops or mechanism.relations or is_rough(mechanism)):
+        return "nothing to harden: it has no loops, no gears, no dry friction"
     return _room(m, problem)
 
 
 def _pinocchio_fits(m: Method, problem: Problem) -> str:
     missing = _room(m, problem)
+    if not missing and is_rough(problem.mechanism) != bool(m.friction):
+        return "no dry friction" if m.friction else "dry friction: see the methods that say how they take it"
     if not missing and m.constraints == "stiff" and m.integrator == "RK4":
         from mechlab.solve.trace import fits
 
@@ -150,9 +185,7 @@ def _one_freedom(m: Method, problem: Problem) -> str:
 
 
 def _hybrid(m: Method, problem: Problem) -> str:
-    m_ = problem.mechanism
-    rough = any(j.friction for j in m_.joints) or any(s.friction for s in m_.shafts)
-    return _room(m, problem) if rough else "no dry friction: the same as Pinocchio DOP853"
+    return _room(m, problem) if is_rough(problem.mechanism) else "no dry friction: the same as Pinocchio DOP853"
 
 
 def _own(m: Method, problem: Problem) -> str:
@@ -163,14 +196,20 @@ def _own(m: Method, problem: Problem) -> str:
 
 
 def _mujoco(m: Method, problem: Problem, value: float) -> Trace:
-    from mechlab.simulate.trace import trace
+    from mechlab.simulate.trace import extrapolated, trace
 
+    if m.constraints == "extrapolated":
+        return extrapolated(problem.mechanism, problem.scene, m.settings(value), problem.outputs)
     return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs)
 
 
 def _pinocchio(m: Method, problem: Problem, value: float) -> Trace:
     from mechlab.solve.trace import Stabilisation, trace
 
+    if m.friction:
+        from mechlab.solve.friction_trace import trace as rough_trace
+
+        return rough_trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs, m.friction)
     gains = Stabilisation(*GAINS[m.constraints])
     return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs, gains)
 
@@ -186,19 +225,35 @@ def _runner(m: Method, problem: Problem, value: float) -> Trace:
     module = import_module("mechlab.study.one_freedom" if m.engine == "one_freedom" else "mechlab.solve.hybrid")
     recording = module.run(problem.mechanism, problem.scene, m.settings(value), _times(problem))
     ends = [f.sentence for f in recording.health.findings if f.name == "blow_up"]
-    return Trace(recording.q, recording.v, recording.cost.cpu_s, recording.cost.steps, ends[0] if ends else "")
+    cost = recording.cost
+    return Trace(recording.q, recording.v, cost.cpu_s, cost.steps, ends[0] if ends else "", cost.evaluations)
 
 
 def _equations(m: Method, problem: Problem, value: float) -> Trace:
     reference: Any = problem.design.entry.reference
     recording = reference(problem.design.parameters, problem.scene, method=m.integrator, tolerance=value)
     at = np.searchsorted(recording.t, _times(problem) * (1.0 - 1e-12))
-    return Trace(recording.q[at], recording.v[at], recording.cost.cpu_s, recording.cost.steps)
+    cost = recording.cost
+    return Trace(recording.q[at], recording.v[at], cost.cpu_s, cost.steps, evaluations=cost.evaluations)
+
+
+def _peer_fits(m: Method, problem: Problem) -> str:
+    from mechlab.peers import refusal
+
+    return refusal(m.engine, m.integrator, problem.mechanism, problem.scene)
+
+
+def _peer(m: Method, problem: Problem, value: float) -> Trace:
+    from mechlab.peers.trace import trace
+
+    return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs)
 
 
 _AVAILABLE: dict[str, Callable[[Method, Problem], str]] = {
     "mujoco": _loose, "pinocchio": _pinocchio_fits, "one_freedom": _one_freedom, "hybrid": _hybrid, "analytic": _own,
+    "exudyn": _peer_fits, "drake": _peer_fits, "opensim": _peer_fits,
 }  # fmt: skip
 _RUN: dict[str, Callable[[Method, Problem, float], Trace]] = {
     "mujoco": _mujoco, "pinocchio": _pinocchio, "one_freedom": _runner, "hybrid": _runner, "analytic": _equations,
+    "exudyn": _peer, "drake": _peer, "opensim": _peer,
 }  # fmt: skip

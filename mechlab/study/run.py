@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import metadata
 from typing import Any
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import ENGINES, PRESETS, Settings
-from mechlab.mechanism import Mechanism
-from mechlab.mechanism.structure import structure
-from mechlab.study.design import Design
+from mechlab.study.design import AUTO, Design
+from mechlab.study.nature import by_nature, friction_findings, motor_findings, with_static_motors
+from mechlab.study.order_check import with_step_error
 from mechlab.study.witness import room
 
 HALVINGS = 7
@@ -44,16 +45,28 @@ def run_scene(
     settings: Settings | str | None = None,
     at: Sequence[float] = (),
     extra: Mapping[str, float] | None = None,
+    estimate: bool = True,
 ) -> Recording:
     """A Recording of a scene. `settings`: a Settings, the name of a preset, or None for the scene's own.
 
-    max_error: the timestep is halved until the run changes by less than that between two timesteps (largest difference
-    of any joint, at the common samples); the estimate stands in the health record, as an error when it is not reached.
-    Where neither engine nor settings are given, a mechanism of one freedom is run by `one_freedom`, which has no rows.
+    max_error: method, timestep and constraint settings are chosen, and the error of the tracked quantities is estimated and
+    checked (`mechlab.study.error_control`); with a given engine or settings only the timestep is halved until the run
+    changes by less. The estimate stands in the health record, as an error when it is not reached.
+    estimate: whether a run with fixed steps carries its "step_error", which takes more runs.
+    fidelity "auto": the cheapest that answers what the scene needs; the finding "fidelity" says why.
     Raises MechlabError for unknown names and engines that cannot run the scene.
     """
     lived = design.for_scene(scene)
     level = fidelity
+    if (fidelity or design.recipe(scene).fidelity) == AUTO:
+        from mechlab.study.fidelity import choose
+
+        choice = choose(design, scene, None, duration, extra)
+        done = run_scene(
+            design, scene, engine=engine, fidelity=choice.chosen, duration=duration, timestep=timestep,
+            max_error=max_error, settings=settings, at=at, extra=extra,
+        )  # fmt: skip
+        return replace(done, health=done.health + Health((choice.finding(),)))
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     if fidelity == "kinematic":
@@ -62,12 +75,12 @@ def run_scene(
     chosen = PRESETS[settings] if isinstance(settings, str) else settings or made.settings
     if engine == "pinocchio" and chosen.engine != "pinocchio":
         chosen = replace(chosen, engine="pinocchio", integrator="RK4")
-    if engine == "mujoco" and chosen.engine != "mujoco":
-        chosen = (
-            replace(PRESETS["stiff"], timestep=1e-4) if _rough(lived.mechanism(made.fidelity)) else PRESETS["accurate"]
-        )
+    if (engine or chosen.engine) == "mujoco" and (settings is None or chosen.engine != "mujoco"):
+        chosen = by_nature(chosen, lived.mechanism(made.fidelity), made)
     if timestep is not None:
         chosen = replace(chosen, timestep=timestep)
+    finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
+    made = with_static_motors(made, replace(chosen, engine=engine or chosen.engine, timestep=finest))
     for t in at:
         if not 0.0 <= t <= made.duration:
             raise MechlabError(f"{design.name}: the time {t:g} s lies outside the run (0 to {made.duration:g} s).")
@@ -79,7 +92,8 @@ def run_scene(
                 f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}."
             )
         return _complete(lived, lived.entry.reference(lived.parameters, made), made)
-    if "hybrid" in (engine, chosen.engine if engine is None else ""):
+    controlled = max_error is not None and engine is None and settings is None
+    if "hybrid" in (engine, chosen.engine if engine is None else "") and not controlled:
         return _complete(lived, _hybrid(lived, made, chosen, at, timestep, max_error), made)
     if engine == "one_freedom" and chosen.engine != "one_freedom":
         chosen = replace(chosen, engine="one_freedom", integrator="RK4")
@@ -91,22 +105,22 @@ def run_scene(
 
             return run_one_freedom(m, made, s, list(at) or None)
         done: Recording = room(s.engine).run(m, made, s, list(at) or None)
-        return replace(done, health=done.health + Health(_softened(m, s)))
+        return replace(done, health=done.health + Health(friction_findings(m, s)))
 
     if max_error is None:
-        return _complete(lived, once(chosen), made)
-    if engine is None and settings is None and _has_one_freedom(lived.mechanism(made.fidelity), made):
-        exact = replace(chosen, engine="one_freedom", integrator="RK4")
-        try:
-            return _complete(lived, _refine(once, exact, max_error, made.duration), made)
-        except MechlabError:
-            pass  # the path ends at a change point, or a law wants a plant that it does not have: the engine does it
-    return _complete(lived, _refine(once, chosen, max_error, made.duration), made)
+        run = once(chosen)
+        return _complete(lived, with_step_error(run, made) if estimate else run, made)
+    if not controlled:
+        return _complete(lived, _refine(once, chosen, max_error, made.duration), made)
+    from mechlab.study.error_control import control
 
-
-def _has_one_freedom(mechanism: Mechanism, scene: Scene) -> bool:
-    """Whether the generalised inertia of one freedom answers what the scene needs, without any constraint row."""
-    return structure(mechanism).freedoms == 1 and set(scene.needs) <= {"poses", "drive_forces"}
+    try:
+        return _complete(lived, control(lived, made, max_error, at), made)
+    except NoSolution as cause:
+        text = f"the error asked for ({max_error:g}) cannot be reached: {cause} This run is by {chosen.preset!r}; do not trust it"
+        run = once(chosen) if chosen.engine != "hybrid" else _hybrid(lived, made, chosen, at, timestep, max_error)
+        unmet = Finding("max_error", math.inf, max_error, "m or rad", "error", text)
+        return _complete(lived, replace(run, health=Health((unmet,)) + run.health), made)
 
 
 def _hybrid(
@@ -127,30 +141,15 @@ def _hybrid(
     return run(design.mechanism(scene.fidelity), scene, chosen, list(at) or None)
 
 
-def _rough(mechanism: Mechanism) -> tuple[str, ...]:
-    """Names of the joints and shafts with dry friction."""
-    joints = [j.name for j in mechanism.joints if j.friction]
-    return (*joints, *(s.name for s in mechanism.shafts if s.friction))
-
-
-def _softened(mechanism: Mechanism, settings: Settings) -> tuple[Finding, ...]:
-    """What an engine with fixed steps does to dry friction."""
-    names = ", ".join(_rough(mechanism))
-    if not names or settings.engine != "mujoco":
-        return ()
-    text = (
-        f"dry friction of {names}: the engine's is of first order whatever the integrator (step {settings.timestep:g} s) "
-        "and creeps instead of sticking; --engine hybrid follows it exactly"
-    )
-    return (Finding("friction", settings.timestep, 0.0, "s", "warning", text),)
-
-
 def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     """Provenance, and the channels of the entry that the scene asks for."""
     entry = design.entry
     parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
     level = recording.fidelity or scene.fidelity
-    full = replace(recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions())
+    health = recording.health + Health(motor_findings(scene))
+    full = replace(
+        recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health
+    )
     asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
     values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
     return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})

@@ -75,6 +75,12 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
     "C46": (FAILS, "no friction loss.*1.0013"),
     "C47": (ONLY_IF, "19:19 approach"),
     "C48": (CANNOT, "tooth numbers are not given"),
+    "C49": (ONLY_IF, "stands .nearly. still"),
+    "C50": (ONLY_IF, "upper bound.*49 % too long"),
+    "C51": (HOLDS, "u = 0.827 instead of 0.890"),
+    "C52": (ONLY_IF, "sgn 0 is taken as .1"),
+    "C53": (ONLY_IF, "border f = 0"),
+    "C54": (ONLY_IF, "corners are left out"),
 }
 
 
@@ -218,6 +224,13 @@ MUTATED: list[tuple[str, Callable[[pytest.MonkeyPatch], None], Verdict]] = [
     ("C33", patched(CLOSED, "generalized_forces", lambda f: lambda *a: -f(*a)), FAILS),
     ("C37", patched(DELTA + "claims_control", "_deviation", lambda f: lambda *a: 1e-9), HOLDS),
     ("C37", patched(DELTA + "claims_control", "_deviation", lambda f: lambda *a: 1.0), FAILS),
+    ("C49", patched(DELTA + "claims_toolpath", "_off_centre", lambda f: lambda curve: curve), HOLDS),
+    ("C49", patched("mechlab.analytic.bspline", "simpson_spans", lambda f: lambda c, n: 1.01 * f(c, n)), FAILS),
+    ("C50", patched("mechlab.analytic.bspline", "control_polygon_length", lambda f: lambda c: 0.7 * f(c)), HOLDS),
+    ("C50", patched("mechlab.analytic.bspline", "control_polygon_length", lambda f: lambda c: 0.5 * f(c)), FAILS),
+    ("C53", patched(DELTA + "claims_regions", "SMOOTH", lambda f: type(f)("wrong", np.add, f.join)), FAILS),
+    ("C53", patched(DELTA + "claims_regions", "indicator", lambda f: lambda x: (np.asarray(x) > 0).astype(int)), HOLDS),
+    ("C54", patched(DELTA + "claims_regions", "SMOOTH", lambda f: type(f)("min", np.minimum, np.maximum)), FAILS),
     ("C48", patched(DELTA + "claims_table", "loss", lambda f: lambda *a: 1.0501 if a[0] < a[1] else 1.0758), ONLY_IF),
 ]
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -16,12 +19,13 @@ def angles(p: Impulse, alpha: ArrayLike, beta: ArrayLike) -> tuple[Array, Array]
     return np.asarray((p.a * alpha + p.b * beta) / p.k), np.asarray(p.q * (alpha - beta))
 
 
-def coefficients(p: Impulse, psi: ArrayLike) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """A1 ... A6 [kg m2] of equations (2) at the planet angle psi (...) [rad].
+def coefficients(p: Impulse, psi: ArrayLike) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """A1 ... A6 [kg m2] of equations (2) at the planet angle psi (...) [rad]: arrays, or floats for a float.
 
     T = A1 alpha'^2 / 2 + A2 alpha' beta' + A3 beta'^2 / 2; 2 A4 = dA1/dalpha, 2 A5 = dA3/dbeta.
     """
-    cos, sin = np.cos(psi), np.sin(psi)
+    # A float, in the loop of an integration, is much faster when it stays one.
+    cos, sin = (math.cos(psi), math.sin(psi)) if isinstance(psi, float) else (np.cos(psi), np.sin(psi))
     f, g, unbalance = p.a / p.k + p.q, p.b / p.k - p.q, p.nm * p.h
     A1 = p.J1 + p.nm * p.a**2 + f**2 * p.nJ3 + 2.0 * unbalance * p.a * f * cos
     A2 = p.nm * p.a * p.b + f * g * p.nJ3 + unbalance * (2.0 * p.a * p.b / p.k + (p.b - p.a) * p.q) * cos
@@ -65,9 +69,9 @@ def motor_rate(p: Impulse, alpha_rate: ArrayLike, motor: ArrayLike) -> Array:
     return np.asarray((motor_torque_at(p, alpha_rate) - np.asarray(motor)) / p.tau)
 
 
-def motor_torque_at(p: Impulse, alpha_rate: ArrayLike) -> Array:
-    """Torque [N m] of the static characteristic at a speed [rad/s]."""
-    return np.asarray(p.Mn - (np.asarray(alpha_rate) - p.nominal_speed) / p.speed_per_torque)
+def motor_torque_at(p: Impulse, alpha_rate: ArrayLike) -> Any:
+    """Torque [N m] of the static characteristic at a speed [rad/s]: an array, or a float for a float."""
+    return p.Mn - (_plain(alpha_rate) - p.nominal_speed) / p.speed_per_torque
 
 
 def slope(p: Impulse, state: ArrayLike, width: float = 0.0) -> Array:
@@ -96,10 +100,14 @@ def constant_speed_acceleration(
     return np.asarray(force / (s.B3 + s.b3 * np.cos(psi)))
 
 
-def constant_speed_torque(
-    p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, beta_accel: ArrayLike
-) -> Array:
-    """Torque [N m] that keeps the input speed constant: A2 beta'' + A4 (w - beta')^2 + A6 beta'^2."""
+def constant_speed_torque(p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, beta_accel: ArrayLike) -> Any:
+    """Torque [N m] that keeps the input speed constant: A2 beta'' + A4 (w - beta')^2 + A6 beta'^2; an array, or a float
+    for floats."""
     _, A2, _, A4, _, A6 = coefficients(p, psi)
-    v = np.asarray(beta_rate, dtype=float)
-    return np.asarray(A2 * np.asarray(beta_accel) + A4 * (speed - v) ** 2 + A6 * v * v)
+    v = _plain(beta_rate)
+    return A2 * _plain(beta_accel) + A4 * (speed - v) ** 2 + A6 * v * v
+
+
+def _plain(x: ArrayLike) -> Any:
+    """A float as it is, an array of everything else."""
+    return x if isinstance(x, float) else np.asarray(x, dtype=float)

@@ -18,7 +18,8 @@ from mechlab.analytic.impulse import (
 )
 from mechlab.analytic.impulse.periodic import motion
 from mechlab.catalog.impulse_transmission.build import build, full_coordinates, minimal_coordinates
-from mechlab.catalog.impulse_transmission.checks_runs import RUN_CHECKS
+from mechlab.catalog.impulse_transmission.checks_runs import PORTRAIT_CHECK, RUN_CHECKS
+from mechlab.catalog.impulse_transmission.checks_sticking import STICKING_CHECKS
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
 from mechlab.errors import NoSolution
@@ -162,4 +163,6 @@ CHECKS = (
     Check("I4a", "consistent harmonics against shooting", i4_consistent, "shooting, DOP853 1e-12"),
     Check("I4b", "error of the printed harmonics", i4_printed, f"{SPEC}: 1.18 %"),
     *RUN_CHECKS,
+    *STICKING_CHECKS,
+    PORTRAIT_CHECK,
 )

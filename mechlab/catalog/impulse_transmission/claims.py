@@ -9,11 +9,11 @@ import numpy as np
 from mechlab.analytic.impulse import Impulse, coefficients, periodic_orbit, section_points, shape, unidirectional
 from mechlab.catalog.impulse_transmission.build import build
 from mechlab.catalog.impulse_transmission.checks import SPEED, i1
-from mechlab.catalog.impulse_transmission.checks_runs import of_scene
 from mechlab.catalog.impulse_transmission.claims_figures import FIGURE_CLAIMS
 from mechlab.catalog.impulse_transmission.claims_harmonics import HARMONIC_CLAIMS
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
+from mechlab.catalog.impulse_transmission.runs import of_scene
 from mechlab.experiment.check import Claim, Finding, Verdict
 from mechlab.mechanism.structure import structure
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.analytic.impulse import periodic_orbit
-from mechlab.catalog.impulse_transmission.checks_runs import of_scene
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.problems import ConstantSpeed
+from mechlab.catalog.impulse_transmission.runs import of_scene
 from mechlab.catalog.impulse_transmission.scenes import simulate
 from mechlab.experiment.check import Claim, Finding, Verdict
 from mechlab.integrate import integrate_hybrid

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from mechlab.analytic.impulse import Impulse, resonances
@@ -51,7 +52,7 @@ class Parameters:
     def __post_init__(self) -> None:
         self.impulse  # noqa: B018 - an impossible transmission raises here
 
-    @property
+    @cached_property
     def impulse(self) -> Impulse:
         """The same transmission for the closed form; raises MechlabError when there is none."""
         return Impulse(**{f.name: _plain(getattr(self, f.name)) for f in fields(Impulse)})

@@ -25,9 +25,9 @@ class WithMotor:
 
     def _parts(self, y: Array) -> tuple[float, ...]:
         p = self.p
-        A1, A2, A3, A4, A5, A6 = (float(x) for x in coefficients(p, p.q * (y[0] - y[1])))
+        A1, A2, A3, A4, A5, A6 = coefficients(p, p.q * float(y[0] - y[1]))
         u, v = float(y[2]), float(y[3])
-        motor = float(motor_torque_at(p, u)) if self.static else float(y[4])
+        motor = motor_torque_at(p, u) if self.static else float(y[4])
         square = (u - v) ** 2
         return A1, A2, A3, motor - A4 * square - A6 * v * v, -p.M0 - A5 * square + A6 * u * u - p.c * float(y[1])
 
@@ -40,7 +40,7 @@ class WithMotor:
             two -= modes[0] * self.p.M1 if modes else 0.0
             det = A1 * A3 - A2 * A2
             du, dv = (A3 * one - A2 * two) / det, (A1 * two - A2 * one) / det
-        dm = 0.0 if self.static else (float(motor_torque_at(self.p, y[2])) - y[4]) / self.p.tau
+        dm = 0.0 if self.static else (motor_torque_at(self.p, float(y[2])) - y[4]) / self.p.tau
         return np.array([y[2], y[3], du, dv, dm])
 
     def holding(self, t: float, y: Array, modes: Modes) -> Array:
@@ -80,7 +80,7 @@ class ConstantSpeed:
         stuck = bool(modes) and modes[0] == 0
         friction = modes[0] * self.p.M1 if modes else 0.0
         accel = 0.0 if stuck else (self._force(t, float(y[0]), v) - friction) / inertia
-        torque = float(constant_speed_torque(self.p, self.speed, t, v, accel))
+        torque = constant_speed_torque(self.p, self.speed, float(t), v, accel)
         pace = self.p.q * (self.speed - v)
         if not pace > 0.0:
             return np.full(4, np.nan)  # the output shaft has caught up with the input shaft: psi stands still

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,7 @@ def analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
     return Answer(values, notes=notes)
 
 
+@lru_cache(maxsize=64)
 def closed_cycle(p: Impulse, speed: float, section: float = 0.0) -> Cycle | None:
     """One cycle that ends as it began, found by the secant method on the simulated map of one cycle; None without one."""
 

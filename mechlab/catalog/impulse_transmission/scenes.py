@@ -27,7 +27,9 @@ HYBRID = Settings(engine="hybrid", integrator="DOP853", tolerance=1e-11, preset=
 def laws(p: Parameters) -> tuple[Law, ...]:
     """The motor with its lag, and the constant load. The dry friction is a property of the output shaft."""
     w = winding(p)
-    motor = DcMotor("alpha", voltage(p), w.constant, w.resistance, w.inductance, p.motor_torque_0)
+    motor = DcMotor("alpha", voltage(p), w.constant, w.resistance, p.tau * w.resistance, p.motor_torque_0)
+    if p.static_motor and p.tau > 0:
+        motor = motor.static()
     return (motor, Constant("beta", -p.M0)) if p.M0 else (motor,)
 
 

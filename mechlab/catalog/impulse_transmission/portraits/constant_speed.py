@@ -1,4 +1,4 @@
-"""Phase portraits, exact curves, Poincare map and bifurcation of the transmission."""
+"""Portraits at constant input speed: Poincare map, curves of the first integral, bifurcation of the mean speed."""
 
 from __future__ import annotations
 
@@ -12,70 +12,16 @@ from mechlab.analytic.impulse import (
     Impulse,
     constant_speed_acceleration,
     first_integral,
-    shape,
     slip_speed,
-    slope,
     unidirectional,
 )
 from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.errors import MechlabError, unknown
+from mechlab.catalog.impulse_transmission.portraits.common import UNITS, options, smoothing
+from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
-from mechlab.study.portrait import Portrait, estimated_error, flow, grid, section
+from mechlab.study.portrait import Portrait, estimated_error, grid, section
 
-STATES = ("alpha", "beta", "alpha_rate", "beta_rate", "motor_torque")
-UNITS = {
-    "t": "s", "alpha": "rad", "beta": "rad", "alpha_rate": "rad/s", "beta_rate": "rad/s", "motor_torque": "N m",
-    "psi": "rad", "slip": "rad/s", "mean_speed": "rad/s", "M0": "N m", "M1": "N m",
-}  # fmt: skip
-DURATION, TIMESTEP = 0.5, 5e-4
-WIDTH = 0.1
-"""Least rate [rad/s] below which a portrait with friction is smoothed; the error is of this size in beta'."""
 TURNS, TURN_STEPS = 100, 100
-
-
-def _options(given: Mapping[str, Any], **known: Any) -> dict[str, Any]:
-    for key in given:
-        if key not in known:
-            raise unknown("portrait: quantity", key, known)
-    return known | dict(given)
-
-
-def _smooth(i: Impulse, timestep: float) -> tuple[float, tuple[str, ...]]:
-    """Rate below which friction is smoothed, wide enough for RK4 to be stable, and what to say of it."""
-    if i.M1 == 0.0:
-        return 0.0, ()
-    width = max(WIDTH, timestep * i.M1 / (shape(i).B3 - abs(shape(i).b3)))
-    return width, (
-        f"dry friction is smoothed below {width:.3g} rad/s; `simulate --engine hybrid` follows single motions exactly",
-    )
-
-
-def _states(p: Parameters, o: Mapping[str, Any]) -> Array:
-    """(points, 5) initial states: all combinations of what was given."""
-    points = grid({f"{s}_0": o[f"{s}_0"] for s in STATES})
-    return np.column_stack(list(points.values()))
-
-
-def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
-    """Motions with the motor, from a grid of initial states."""
-    o = _options(
-        given, alpha_0=p.alpha_0, beta_0=np.linspace(-0.2, 0.2, 32), alpha_rate_0=p.alpha_rate_0,
-        beta_rate_0=np.linspace(-30.0, 30.0, 32), motor_torque_0=p.motor_torque_0, duration=DURATION, timestep=TIMESTEP,
-    )  # fmt: skip
-    if p.static_motor:
-        raise MechlabError(f"portrait: the motor torque is a state here and needs tau, got {p.tau:g} s.")
-    i = p.impulse
-    width, notes = _smooth(i, float(o["timestep"]))
-
-    def f(t: float, y: Array) -> Array:
-        return slope(i, y, width)
-
-    start = _states(p, o)
-    t, y = flow(f, start, float(o["duration"]), float(o["timestep"]))
-    error = estimated_error(f, start, float(o["duration"]), float(o["timestep"]))
-    arrays = {"t": t} | {name: y[:, :, k].T for k, name in enumerate(STATES)}
-    told = f"{len(start)} motions at once by RK4, step {float(o['timestep']):g} s, estimated error {error:.2g}"
-    return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=(told, *notes))
 
 
 def _over_psi(i: Impulse, w: float, width: float) -> Callable[[float, Array], Array]:
@@ -101,12 +47,12 @@ def _over_psi(i: Impulse, w: float, width: float) -> Callable[[float, Array], Ar
 
 def poincare(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     """Points (beta, beta') each time psi has grown by 2 pi, at constant input speed."""
-    o = _options(
+    o = options(
         given, input_speed=p.nominal_speed, beta_0=np.linspace(-0.05, 0.05, 5), beta_rate_0=np.linspace(-30.0, 10.0, 9),
         turns=TURNS,
     )  # fmt: skip
     i, w, turns = p.impulse, float(o["input_speed"]), int(o["turns"])
-    width, notes = _smooth(i, 2.0 * math.pi / (TURN_STEPS * i.q * w))
+    width, notes = smoothing(i, 2.0 * math.pi / (TURN_STEPS * i.q * w))
     points = grid({"beta_0": o["beta_0"], "beta_rate_0": o["beta_rate_0"]})
     slip = w - points["beta_rate_0"]
     if not np.all(slip > 0.0):
@@ -127,14 +73,15 @@ def poincare(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     few = start[passed[-1]]
     if len(few):
         error = estimated_error(f, few, 2.0 * math.pi * min(turns, 10), 2.0 * math.pi / TURN_STEPS)
-        told += f", estimated error of beta and s^2 after {min(turns, 10)} turns {error:.2g}"
+        # What is integrated is (w - beta')^2, whose error is 2 w times that of beta'.
+        told += f", estimated error of the steps after {min(turns, 10)} turns {error / (2.0 * w):.2g} rad/s in beta'"
     title = f"Poincare map at psi = 0 (mod 2 pi), {w:g} rad/s"
     return Portrait("poincare", title, "beta", "beta_rate", arrays, UNITS, True, (told, *notes))
 
 
 def exact(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     """Curves of the first integral at constant input speed (c = 0), for a constant resisting torque M0 and M1 = 0."""
-    o = _options(given, input_speed=p.nominal_speed, psi_0=0.0, beta_rate_0=np.linspace(-60.0, 60.0, 41), turns=1)
+    o = options(given, input_speed=p.nominal_speed, psi_0=0.0, beta_rate_0=np.linspace(-60.0, 60.0, 41), turns=1)
     i, w = p.impulse, float(o["input_speed"])
     if i.M1:
         raise MechlabError("portrait exact: friction changes its sign along a curve; set M1=0 (M0 may stay).")
@@ -151,7 +98,7 @@ def exact(p: Parameters, given: Mapping[str, Any]) -> Portrait:
 
 def bifurcation(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     """Mean speed of one-way rotation over M0/M1, exact; NaN where there is no such regime."""
-    o = _options(
+    o = options(
         given, input_speed=p.nominal_speed, ratio=np.linspace(0.0, 0.5, 201), friction=np.geomspace(1.0, 2000.0, 9)
     )
     friction, ratio = (
@@ -172,6 +119,3 @@ def bifurcation(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     note = f"exact half-phases; the regime exists at {100 * share:.3g} % of the points"
     title = f"mean output speed over M0/M1 at {w:g} rad/s, M1 = {friction.min():g} to {friction.max():g} N m"
     return Portrait("bifurcation", title, "M0/M1", "mean_speed", arrays, UNITS, notes=(note,))
-
-
-PORTRAITS = {"phase": phase, "poincare": poincare, "exact": exact, "bifurcation": bifurcation}

@@ -1,0 +1,85 @@
+"""Settings by nature: dry friction and motors faster than a step ask for other settings than smooth motion does."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from mechlab.experiment.health import Finding
+from mechlab.experiment.laws import DcMotor, Law
+from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import PRESETS, Settings
+from mechlab.mechanism import Mechanism
+
+FRICTION_STEP = 1e-4
+"""Timestep [s] for dry friction in MuJoCo, whose error is of first order in it whatever the integrator."""
+FASTEST = 2e-5
+"""Time constants of motors below this [s] are not resolved by any step that is taken unasked."""
+ADAPTIVE = ("DOP853", "Radau")
+
+
+def by_nature(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
+    """The settings of a scene for MuJoCo, where nobody chose any: `stiff` for dry friction, and for a motor whose time
+    constant is shorter than the timestep, with a step that resolves it; as they are for everything else."""
+    if settings.engine != "mujoco":
+        base, wanted = PRESETS["accurate"], PRESETS["stiff"]
+    elif settings.preset == "accurate":
+        base, wanted = settings, replace(settings, integrator="discrete", preset="stiff")
+    else:
+        return settings
+    resolving = max(FASTEST, min((x for x in map(lag, scene.laws) if x), default=math.inf))
+    if rough(mechanism):
+        return replace(wanted, timestep=min(base.timestep, FRICTION_STEP, resolving))
+    if resolving < base.timestep:
+        return replace(wanted, timestep=min(PRESETS["stiff"].timestep, resolving))
+    return base
+
+
+def rough(mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of the joints and shafts with dry friction."""
+    joints = [j.name for j in mechanism.joints if j.friction]
+    return (*joints, *(s.name for s in mechanism.shafts if s.friction))
+
+
+def lag(law: Law) -> float:
+    """Time constant [s] of a motor that a run has to follow; 0 for other laws and for a motor without."""
+    return law.inductance / law.resistance if isinstance(law, DcMotor) else 0.0
+
+
+def with_static_motors(scene: Scene, settings: Settings) -> Scene:
+    """The scene with the motors that are faster than a step on their static line: torque over speed without lag.
+
+    A step is the timestep of the settings; FASTEST for methods that control their steps, which would need thousands of
+    them for nothing. A closed form has its own motor.
+    """
+    if settings.engine == "analytic":
+        return scene
+    adaptive = settings.engine == "hybrid" or settings.integrator in ADAPTIVE
+    step = FASTEST if adaptive else settings.timestep
+    laws = tuple(law.static() if isinstance(law, DcMotor) and 0.0 < lag(law) < step else law for law in scene.laws)
+    return scene if laws == scene.laws else replace(scene, laws=laws)
+
+
+def motor_findings(scene: Scene) -> tuple[Finding, ...]:
+    """One finding for each motor whose lag was left out."""
+    out = []
+    for law in scene.laws:
+        if isinstance(law, DcMotor) and law.neglected:
+            text = (
+                f"the motor on {law.on} follows its static line, torque over speed: its time constant of "
+                f"{law.neglected:.3g} s is shorter than a step; a smaller timestep (not below {FASTEST:g} s) follows it"
+            )
+            out.append(Finding("static_motor", law.neglected, FASTEST, "s", "warning", text))
+    return tuple(out)
+
+
+def friction_findings(mechanism: Mechanism, settings: Settings) -> tuple[Finding, ...]:
+    """What an engine with fixed steps does to dry friction."""
+    names = ", ".join(rough(mechanism))
+    if not names or settings.engine != "mujoco":
+        return ()
+    text = (
+        f"dry friction of {names}: the engine's is of first order whatever the integrator (step {settings.timestep:g} s) "
+        "and creeps instead of sticking; --engine hybrid follows it exactly"
+    )
+    return (Finding("friction", settings.timestep, 0.0, "s", "warning", text),)
