@@ -101,6 +101,7 @@ def energy_finding(
     done: Array | None = None,
     limit: float = ENERGY_LIMIT,
     warn: float = ENERGY_WARNING,
+    in_rows: float = 0.0,
 ) -> Finding:
     """Finding "energy_balance": the largest |E(t) - E(0) - work(t)|, relative to the energy that the run turns over.
 
@@ -108,7 +109,8 @@ def energy_finding(
     or given by the engine as `done` (n,) [J], which is better. Turnover = max of: the largest kinetic energy, the
     span of the potential energy, the integral of |power|, and for a mechanism at rest what its weight does over
     STANDSTILL. What Simpson's rule itself may miss between samples (its
-    difference from the trapezoidal rule / 10) is not held against the run.
+    difference from the trapezoidal rule / 10) is not held against the run, nor is `in_rows` [J], the work that soft gear
+    rows take up under their loads (the lag itself has its own finding).
     """
     kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
     total = kinetic + potential
@@ -121,6 +123,7 @@ def energy_finding(
         from scipy.integrate import cumulative_trapezoid
 
         missing = np.maximum(0.0, missing - 0.1 * np.abs(cumulative_trapezoid(power, t, initial=0.0) - spent))
+    missing = np.maximum(0.0, missing - in_rows)
     noise = 1e-12 * float(np.max(np.abs(potential), initial=0.0))
     value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0
     text = f"energy balance: at most {np.max(missing):.3g} J of {turnover:.3g} J turned over is unaccounted for:"

@@ -11,6 +11,7 @@ from mechlab.experiment.check import Check, Claim
 from mechlab.experiment.question import Question
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.experiment.workspace import WorkspaceRecipe
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
@@ -36,6 +37,8 @@ class Entry:
     remarks(p) -> what `show` says of this design. figure(path) draws the
     verdict on the claims; the kind of file follows the suffix.
     portraits: kind -> function(parameters, given) -> `mechlab.study.portrait.Portrait`; given: numbers or arrays by name.
+    sliders: up to two parameters (lengths) that the page of explore mode can change.
+    workspace: the poses it can take, as a region; without it a workspace is found by asking a question at every node.
     """
 
     name: str
@@ -57,6 +60,8 @@ class Entry:
     remarks: Callable[[Any], tuple[str, ...]] | None = None
     figure: Callable[[Path], None] | None = None
     portraits: Mapping[str, Callable[[Any, Mapping[str, Any]], Any]] = field(default_factory=dict)
+    workspace: WorkspaceRecipe | None = None
+    sliders: tuple[str, ...] = ()
     chain: str = ""
     formulas: str = ""
     sources: tuple[str, ...] = ()

@@ -4,7 +4,7 @@ and drag between two parts."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -13,7 +13,9 @@ from typing import ClassVar
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.health import Finding
 from mechlab.experiment.laws import Law, Plant, register
+from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
 
 
@@ -131,6 +133,24 @@ class HeldRates:
             if gap <= scale:
                 break
         return [min(max(x, h.low), h.high) for x, h in zip(best, self.holds, strict=True)]
+
+
+def capture_finding(laws: Sequence[Law], settings: Settings) -> Finding | None:
+    """Finding "capture": the timestep over the capture time of held rates, None without such a law or with step control.
+    Beyond the limit of stability of the method on e' = -e / time (RK4 2.785, the others 2) the rates chatter about their
+    targets: an error; a tenth below it a warning."""
+    held = [law for law in laws if isinstance(law, HeldRates) and law.holds]
+    if not held or settings.integrator == "DOP853":
+        return None
+    ratio, limit = max(settings.timestep / law.time for law in held), 2.785 if settings.integrator == "RK4" else 2.0
+    text = f"held rates are captured in {settings.timestep / ratio:g} s, the timestep is {ratio:.3g} times that"
+    if ratio <= 0.9 * limit:
+        return Finding("capture", ratio, limit, "", "ok", f"{text} (limit {limit:g})")
+    severity = "error" if ratio > limit else "warning"
+    text += (
+        f"; beyond {limit:g} times the rates chatter about their targets instead of standing. Take a smaller timestep"
+    )
+    return Finding("capture", ratio, limit, "", severity, text + (": do not trust this run" if ratio > limit else ""))
 
 
 def _dot(a: list[float], b: list[float]) -> float:

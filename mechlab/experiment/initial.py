@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.scene import Scene
-from mechlab.mechanism.assembly import close
+from mechlab.mechanism.assembly import Assembly, close
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -36,9 +37,9 @@ def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -
     _finite(values, what, "initial value")
     if all(float(mechanism.value(name, q)) == x for name, x in values.items()):
         return q
-    found = close(mechanism, None, dict(values), steps=PATH_STEPS)
+    found = _closed(mechanism, tuple(values.items()))
     if found.closed:
-        return found.q
+        return found.q.copy()
     tree, constraints = TreeKinematics(mechanism, found.q), ConstraintSet(mechanism)
     open_ends = [
         f"{n} = {float(mechanism.value(n, found.q)):.6g} instead of {x:.6g}"
@@ -54,6 +55,12 @@ def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -
         f"{', '.join(open_ends) or 'another assembly mode'}. "
         "Give fewer initial values, or values nearer the reference pose."
     )
+
+
+@lru_cache(maxsize=32)
+def _closed(mechanism: Mechanism, values: tuple[tuple[str, float], ...]) -> Assembly:
+    """The pose with these values; the last ones are kept, for studies that run one scene many times."""
+    return close(mechanism, None, dict(values), steps=PATH_STEPS)
 
 
 def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], what: str) -> Array:

@@ -18,6 +18,8 @@ from mechlab.mechanism.structure import independent_rows, structure
 
 GAP_LIMIT = 1e-4
 MODE_SAMPLES = 200
+JUMP = 0.5
+"""Part of the way made so far: a step back of more than that may be a restart."""
 
 
 def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
@@ -162,6 +164,32 @@ def finite_finding(q: Array, v: Array) -> Finding:
     severity = "error" if bad else "ok"
     text = f"{bad} values are not finite; do not trust this run" if bad else "all values are finite"
     return Finding("finite", float(bad), 0.0, "values", severity, text)
+
+
+def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Finding | None:
+    """Finding "restart" (an error): the sample at which a run goes on from the reference pose, as an engine does that resets
+    itself after a blow-up; None when there is no such sample. Sought are steps back of more than JUMP of the way made so far,
+    to less than a tenth of that way from the reference, at twice the usual speed of the run at least, that end slower than
+    they began."""
+    home, columns = mechanism.reference(), mechanism._q_columns
+    if len(t) < 3 or not len(columns) or not np.all(np.isfinite(q)):
+        return None
+    away = np.max(np.abs(q - home)[:, columns], axis=1)
+    step = np.diff(q[:, columns], axis=0)
+    size = np.max(np.abs(step), axis=1)
+    speed = np.max(np.abs(v), axis=1, initial=0.0)
+    usual = np.diff(t) * float(np.median(speed))
+    reach = np.maximum.accumulate(away)[:-1]
+    back = (size > JUMP * reach) & (size > 2.0 * usual) & (away[1:] < 0.1 * reach) & (reach > 1e-9)
+    back &= speed[1:] < speed[:-1]
+    if not np.any(back):
+        return None
+    k = int(np.argmax(back)) + 1
+    text = (
+        f"at t = {t[k]:.6g} s the state jumps back by {size[k - 1]:.3g} rad or m to the reference pose, faster than the run "
+        "ever moves: the engine has restarted itself after a blow-up. Do not trust this run; switch autoreset off"
+    )
+    return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
 
 
 def _row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:

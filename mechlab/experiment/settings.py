@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from mechlab.errors import MechlabError, unknown
 
 ENGINES = ("mujoco", "pinocchio", "analytic", "hybrid", "one_freedom")
+PEER_ENGINES = ("exudyn", "drake", "opensim")
+"""Other people's engines, which charts compare with; scenes are not run by them."""
 MUJOCO_INTEGRATORS = ("RK4", "implicitfast", "implicit", "Euler", "discrete")
 PINOCCHIO_INTEGRATORS = ("RK4", "DOP853", "semi_implicit_Euler")
 
@@ -27,7 +29,7 @@ class Settings:
     preset: str = "accurate"
 
     def __post_init__(self) -> None:
-        if self.engine not in ENGINES:
+        if self.engine not in ENGINES + PEER_ENGINES:
             raise unknown("engine", self.engine, ENGINES)
         allowed = {"mujoco": MUJOCO_INTEGRATORS, "pinocchio": PINOCCHIO_INTEGRATORS}.get(self.engine)
         if allowed and self.integrator not in allowed:

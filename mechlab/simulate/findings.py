@@ -11,8 +11,9 @@ import numpy as np
 
 from mechlab.experiment.energy import dissipation, energy_finding, work
 from mechlab.experiment.health import Finding, Health
+from mechlab.experiment.held_rates import capture_finding
 from mechlab.experiment.lag import lag_findings
-from mechlab.experiment.observe import kinematic_findings, saturation_finding
+from mechlab.experiment.observe import kinematic_findings, restart_finding, saturation_finding
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
@@ -21,6 +22,8 @@ from mechlab.simulate.stepping import BlowUp
 
 LOOKED_AT = 250
 """At most so many samples are looked at where each costs a walk through the whole tree."""
+UNEXPLAINED, SLIP_FLOOR = 3.0, 1e-6
+"""Measured over predicted slip of gear rows that is to be known, and the slip [rad or m] below which it is not."""
 _FAILURES = ("BADQPOS", "BADQVEL", "BADQACC")
 
 
@@ -40,8 +43,8 @@ class Samples(Protocol):
         ...
 
     @property
-    def slip(self) -> tuple[float, float]:
-        """Largest residual of the relations, measured and predicted."""
+    def slip(self) -> tuple[float, float, float]:
+        """Largest residual of the relations, measured and predicted, and the work in their soft rows [J]."""
         ...
 
 
@@ -64,19 +67,22 @@ def health(
     out += kinematic_findings(mechanism, q[some], v[some], keep_mode=scene.keep_mode)
     if mechanism.relations:
         out += lag_findings(mechanism, scene, settings)
-        out.append(_slip(*samples.slip))
+        out.append(_slip(*samples.slip[:2]))
     lost = dissipation(mechanism, q, v)
     stopped = _stopped(mechanism, t, q, v)
     if len(t) > 1:
         done = samples.work - work(t, lost)
-        balance = energy_finding(mechanism, t[some], q[some], v[some], np.gradient(done, t)[some], done[some])
+        power = np.gradient(done, t)
+        balance = energy_finding(mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2])
         out.append(_excused(balance) if stopped else balance)
     if stopped:
         text = f"{', '.join(stopped)} reached the end of the range, where the engine has a soft stop that takes energy"
         out.append(Finding("range", float(len(stopped)), 0.0, "joints", "warning", text))
-    saturated = saturation_finding(scene.laws, samples.forces)
-    if saturated is not None:
-        out.append(saturated)
+    some_more = (saturation_finding(scene.laws, samples.forces), capture_finding(scene.laws, settings))
+    out += [f for f in some_more if f is not None]
+    restarted = restart_finding(mechanism, t, q, v)
+    if restarted is not None:
+        out.insert(0, restarted)
     out += _warnings(data)
     out += _notes(mechanism, settings)
     return Health(tuple(out))
@@ -115,10 +121,14 @@ def _excused(balance: Finding) -> Finding:
 
 
 def _slip(measured: float, predicted: float) -> Finding:
+    """Measured and predicted slip of soft rows: more than the loads explain is a motion of the rows themselves."""
     text = (
         f"softness alone predicts a slip of the relations of {predicted:.3g}, r = (1-d) tc^2 zeta^2 A f, standing; "
         f"measured {measured:.3g} rad or m"
     )
+    if measured > max(UNEXPLAINED * predicted, SLIP_FLOOR):
+        text += ": the loads do not explain it, the rows swing, or fight each other. Take a smaller timestep"
+        return Finding("relation_softness", measured, UNEXPLAINED * predicted, "rad or m", "warning", text)
     return Finding("relation_softness", predicted, math.inf, "rad or m", "ok", text)
 
 

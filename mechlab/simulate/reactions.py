@@ -118,17 +118,19 @@ class Reactions:
             return rows[0][:3], scale * (data.site_xmat[reader.site_b].reshape(3, 3) @ rows[0][3:])
         return rows[0], np.zeros(3)
 
-    def slip(self, data: mujoco.MjData) -> tuple[float, float]:
-        """Largest |residual| of the relations, and the largest one that softness alone predicts at standstill.
+    def slip(self, data: mujoco.MjData) -> tuple[float, float, float]:
+        """Largest |residual| of the relations, the largest one that softness alone predicts at standstill, and the work
+        [J] that their soft rows have taken up, sum |r f|: half of it stored, half lost when a load comes on at once.
 
         A soft row obeys R f = -k d r when the row neither moves nor accelerates, with R = (1 - d) A / d and
         k = 1 / (d^2 tc^2 zeta^2): r = (1 - d) tc^2 zeta^2 A f, A the engine's diagonal estimate of J M^-1 J^T.
         """
-        measured = predicted = 0.0
+        measured = predicted = taken = 0.0
         ids = data.efc_id[: data.ne]
         for name in self.relations:
             for k in np.flatnonzero(ids == self.map.equalities[name][0]):
                 stiffness, impedance = data.efc_KBIP[k, 0], data.efc_KBIP[k, 2]
                 measured = max(measured, abs(float(data.efc_pos[k])))
                 predicted = max(predicted, abs(float(data.efc_R[k] * data.efc_force[k] / (stiffness * impedance))))
-        return measured, predicted
+                taken += abs(float(data.efc_pos[k] * data.efc_force[k]))
+        return measured, predicted, taken

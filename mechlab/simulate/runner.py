@@ -109,7 +109,7 @@ class _Samples:
         self._force: list[list[float]] = []
         self._load: list[Array] = []
         self._work: list[float] = []
-        self._slip: list[tuple[float, float]] = []
+        self._slip: list[tuple[float, float, float]] = []
 
     def take(self, t: float) -> bool:
         """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here,
@@ -162,7 +162,7 @@ class _Samples:
         return np.array(self._work)
 
     @property
-    def slip(self) -> tuple[float, float]:
-        """Largest residual of the relations over all samples, measured and predicted."""
-        values = np.array(self._slip)
-        return float(values[:, 0].max()), float(values[:, 1].max())
+    def slip(self) -> tuple[float, float, float]:
+        """Largest residual of the relations over all samples, measured and predicted, and the work in their soft rows."""
+        worst = np.max(self._slip, axis=0)
+        return float(worst[0]), float(worst[1]), float(worst[2])

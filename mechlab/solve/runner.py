@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mechlab.errors import unknown
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.health import Finding, Health, measured
+from mechlab.experiment.held_rates import capture_finding
 from mechlab.experiment.initial import initial_state
 from mechlab.experiment.observe import ModeWatch, kinematic_findings, sample_grid, saturation_finding
 from mechlab.experiment.recording import Cost, Recording, basic_channels
@@ -193,9 +194,8 @@ def _findings(
         text = "the largest projection onto the constraints in a step was"
         out.append(measured("closure_correction", motion.corrected, CORRECTION_LIMIT, "m or rad", text, 1e-4))
     forces = {n: found[f"{n}_force"] for n in mechanism.scalar_names if f"{n}_force" in found}
-    limited = saturation_finding(scene.laws, forces)
-    if limited is not None:
-        out.append(limited)
+    limits = (saturation_finding(scene.laws, forces), capture_finding(scene.laws, settings))
+    out += [f for f in limits if f is not None]
     if len(motion.width):
         names = ", ".join(motion.plant.passive.friction_names)
         width = float(motion.width.max())

@@ -1,0 +1,108 @@
+"""How the error of a run falls with its timestep: the order that is observed, and the error that remains.
+
+    p = log2(|x(h) - x(h/2)| / |x(h/2) - x(h/4)|),     error of x(h) ~ |x(h) - x(2h)| / (2^p - 1)
+
+(Richardson). A method whose order is lost is wrong in a way that neither closure nor energy shows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.health import Finding
+from mechlab.experiment.settings import Settings
+from mechlab.mechanism.geometry import Array
+
+SLACK = 0.5
+"""An order lower than expected by more than this is lost: between clean orders there is 1."""
+ROUNDING = 1e-12
+"""Changes below this, relative to the largest value (at least 1), say nothing of the order."""
+CONVERGENT = 0.4
+"""An observed order below this is no convergence."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """expected and measured order; `coarse` |x(h) - x(h/2)| and `fine` |x(h/2) - x(h/4)| [rad or m]. `measured` is NaN
+    where the changes are rounding, or a run did not come through (`reason` says which)."""
+
+    expected: int
+    measured: float
+    coarse: float
+    fine: float
+    reason: str = ""
+
+    @property
+    def lost(self) -> bool:
+        """True when the order is lower than expected."""
+        return self.measured < self.expected - SLACK
+
+
+def expected_order(settings: Settings, rows: bool) -> int:
+    """Order of the positions at the ends of steps: 4 for RK4, 1 for the other fixed-step methods. MuJoCo's rows (loops,
+    gears) are springs whose softness goes with h^2: with them RK4 has order 2."""
+    if settings.integrator != "RK4":
+        return 1
+    return 2 if rows and settings.engine == "mujoco" else 4
+
+
+def observed_order(states: Callable[[float], Array], timestep: float, expected: int) -> Order:
+    """The order of `states(h)`, coordinates (n, nq) at n times that do not depend on h, at h = timestep and its half and
+    quarter. It returns fewer than n rows for a run that ended early."""
+    runs = [np.asarray(states(timestep / 2**k), dtype=float) for k in range(3)]
+    if len({x.shape for x in runs}) > 1 or not all(np.all(np.isfinite(x)) for x in runs):
+        return Order(expected, math.nan, math.nan, math.nan, "a run did not come through")
+    coarse, fine = (float(np.max(np.abs(a - b), initial=0.0)) for a, b in zip(runs[:2], runs[1:], strict=True))
+    floor = ROUNDING * max(1.0, float(np.max(np.abs(runs[2]), initial=0.0)))
+    if coarse <= 8.0 * floor or fine <= floor:
+        return Order(expected, math.nan, coarse, fine, "the change with the step is rounding")
+    return Order(expected, math.log2(coarse / fine), coarse, fine)
+
+
+def order_finding(order: Order, timestep: float, why: Iterable[str] = ()) -> Finding:
+    """Finding "order": a warning that names expected and measured order when one is lost; `why`: what may have done it."""
+    if math.isnan(order.measured):
+        severity = "ok" if "rounding" in order.reason else "warning"
+        text = f"order check at steps of {timestep:g} s, its half and quarter: {order.reason}; the order cannot be told"
+        return Finding("order", float(order.expected), float(order.expected), "", severity, text)
+    text = (
+        f"order of the error: expected {order.expected}, measured {order.measured:.2f} (changes of {order.coarse:.3g} and "
+        f"{order.fine:.3g} rad or m from steps of {timestep:g} s to half and quarter)"
+    )
+    if not order.lost:
+        return Finding("order", order.measured, order.expected - SLACK, "", "ok", text)
+    text += (
+        "; the run does not converge" if order.measured < CONVERGENT else "; smaller steps help less than they should"
+    )
+    reasons = ", ".join(why)
+    text += f". What may have lowered it: {reasons}" if reasons else ""
+    return Finding("order", order.measured, order.expected - SLACK, "", "warning", text)
+
+
+def step_error(change: float, order: int, refined: bool = False) -> float:
+    """Error of x(h) from its change [rad or m] against 2h, or (refined) against h/2. Orders above 2 are not relied on."""
+    power = 2.0 ** min(order, 2)
+    return change * (power / (power - 1.0) if refined else 1.0 / (power - 1.0))
+
+
+def grown(early: float, late: float, times: float) -> float:
+    """Error at `times` x the end of a piece, from those at its middle (early) and its end (late), both largest so far: it
+    goes on growing as a power of time, between the 0th and the 2nd (a wrong frequency is the 1st, a wrong energy the 2nd)."""
+    if times < 1.0:
+        raise MechlabError(f"grown: expected a factor of time >= 1, got {times!r}.")
+    power = math.log2(late / early) if early > 0.0 else 2.0
+    return float(late * times ** min(max(power, 0.0), 2.0))
+
+
+def step_error_finding(value: float, tolerance: float, text: str) -> Finding:
+    """Finding "step_error": the error that the timestep leaves; a warning beyond the tolerance of the scene."""
+    sentence = f"error left by the timestep: about {value:.2g} rad or m {text}"
+    if value <= tolerance:
+        return Finding("step_error", value, tolerance, "rad or m", "ok", f"{sentence} (tolerance {tolerance:g})")
+    sentence += f", beyond the tolerance {tolerance:g} of the scene; take a smaller timestep or --max-error"
+    return Finding("step_error", value, tolerance, "rad or m", "warning", sentence)
