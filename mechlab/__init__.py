@@ -19,18 +19,22 @@ if TYPE_CHECKING:
         claims,
         cycle,
         explore,
+        fidelities,
         find,
         generate,
         list_entries,
         load,
+        modes,
         portrait,
         run,
         show,
         simulate,
         solve,
+        stability,
         story,
         synthesize,
         view,
+        workspace,
     )
     from mechlab.errors import MechlabError
     from mechlab.experiment.parameters import parameter
@@ -50,8 +54,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "explore", "find", "generate", "list_entries", "load", "portrait", "run", "show",
-        "simulate", "solve", "story", "synthesize", "view",
+        "chart", "check", "claims", "cycle", "explore", "fidelities", "find", "generate", "list_entries", "load", "modes", "portrait",
+        "run", "show", "simulate", "solve", "stability", "story", "synthesize", "view", "workspace",
     ),
     "mechlab.errors": ("MechlabError",),
     "mechlab.experiment.parameters": ("parameter",),
@@ -65,9 +69,9 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Builder", "Inertia", "Mechanism", "MechlabError", "Placement", "Settings", "chart", "check", "claims", "cycle",
-    "explore", "find", "generate", "list_entries", "load", "load_recording", "parameter", "portrait", "prismatic",
-    "revolute", "run", "save_recording", "shape", "show", "simulate", "solve", "spherical", "story", "synthesize",
-    "universal", "view",
+    "explore", "fidelities", "find", "generate", "list_entries", "load", "load_recording", "modes", "parameter",
+    "portrait", "prismatic", "revolute", "run", "save_recording", "shape", "show", "simulate", "solve", "spherical",
+    "stability", "story", "synthesize", "universal", "view", "workspace",
 ]  # fmt: skip
 
 

@@ -3,9 +3,11 @@
 Every verb of the command line is one function here; `Design` (what `load` gives) carries the parameters.
 """
 
+from mechlab.api.designs import workspace
 from mechlab.api.finding import Source, find, load
 from mechlab.api.models import check, claims, generate, generate_catalog, list_entries, run, show, synthesize
 from mechlab.api.runs import chart, cycle, portrait, simulate, simulate_values, solve, solve_values
+from mechlab.api.studies import fidelities, modes, stability
 from mechlab.api.viewing import explore, gallery, story, studio, view
 
 __all__ = [
@@ -15,12 +17,14 @@ __all__ = [
     "claims",
     "cycle",
     "explore",
+    "fidelities",
     "find",
     "gallery",
     "generate",
     "generate_catalog",
     "list_entries",
     "load",
+    "modes",
     "portrait",
     "run",
     "show",
@@ -28,8 +32,10 @@ __all__ = [
     "simulate_values",
     "solve",
     "solve_values",
+    "stability",
     "story",
     "studio",
     "synthesize",
     "view",
+    "workspace",
 ]

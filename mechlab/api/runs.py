@@ -25,7 +25,11 @@ def solve(source: Source, **values: Any) -> Answers:
 
 
 def solve_values(source: Source, values: Mapping[str, Any]) -> SolveResult:
-    """As `solve`, from a mapping."""
+    """As `solve`, from a mapping. The source "toolpath" is no mechanism: it asks about the curve of a file."""
+    if source == "toolpath":
+        from mechlab.study.toolpath import solve_toolpath
+
+        return SolveResult(solve_toolpath(values))
     base = load(source)
     parameters, given = parameters_and_rest(base.entry.parameters, values)
     return SolveResult(ask(load(base, **parameters), given))
@@ -35,10 +39,10 @@ def simulate(source: Source, scene: str | None = None, at: Sequence[float] = (),
     """Run a scene and return its Recording.
 
     options: parameters, X_0, X_rate_0 (initial values), X_force (constant loads), and duration [s], timestep [s],
-    max_error, engine, fidelity, settings as of `simulate_values`. Nothing is raised for a run that cannot be trusted:
+    max_error, engine, fidelity, settings, order_check as of `simulate_values`. Nothing is raised for a run that cannot be trusted:
     look at `recording.health.trusted`.
     """
-    names = ("duration", "timestep", "max_error", "engine", "fidelity", "settings")
+    names = ("duration", "timestep", "max_error", "engine", "fidelity", "settings", "order_check")
     how = {k: options.pop(k) for k in names if k in options}
     return simulate_values(source, options, scene=scene, at=at, **how).recording
 
@@ -54,10 +58,12 @@ def simulate_values(
     fidelity: str | None = None,
     at: Sequence[float] | None = None,
     settings: Any = None,
+    order_check: bool = False,
 ) -> SimulateResult:
     """Run a scene; the result carries the samples at the times `at` [s] and an exit code.
 
     values: parameters, X_0, X_rate_0 (initial), X_force (constant loads). settings: a Settings or the name of a preset.
+    order_check: measure the order of the error in the timestep; the finding "order" names it and the expected one.
     """
     from mechlab.study.run import run_scene
 
@@ -69,6 +75,11 @@ def simulate_values(
         chosen, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
         settings=settings, at=tuple(at or ()), extra=numbers,
     )  # fmt: skip
+    if order_check:
+        from mechlab.study.order_check import with_order
+
+        lived = chosen.for_scene(scene)
+        recording = with_order(recording, lived.scene(scene, recording.fidelity or fidelity, duration, numbers))
     return SimulateResult(recording, tuple(at or ()), chosen.warnings)
 
 
@@ -122,12 +133,14 @@ def chart(
     duration: float | None = None,
     target: float | None = None,
     fidelity: str | None = None,
+    peers: bool = False,
     **parameters: Any,
 ) -> Chart:
     """Speed against accuracy of every method on a scene: points, Pareto front, recommended setting.
 
     An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.study.chart_file`.
-    target [m or rad]: the error to meet, by default that of the scene.
+    target [m or rad]: the error to meet, by default that of the scene. peers: also other people's engines, as far as they
+    are installed, and what `max_error` costs against the fastest of them.
     """
     if isinstance(source, str | Path) and Path(source).suffix.lower() == ".xml":
         from mechlab.study.chart_file import chart_file
@@ -135,8 +148,12 @@ def chart(
         for name, given in {"scene": scene, "fidelity": fidelity, **dict(values or {}), **parameters}.items():
             if given is not None:
                 raise MechlabError(f"chart {source}: an MJCF file has no {name}; --duration and --target can be given.")
+        if peers:
+            raise MechlabError(
+                f"chart {source}: peers are given a mechanism of the catalog or a Python file, not an MJCF file."
+            )
         return chart_file(Path(source), duration, target)
     from mechlab.study.chart import chart as work
 
     d = load(source, **(dict(values or {}) | parameters))
-    return work(d, scene, fidelity=fidelity, duration=duration, target=target)
+    return work(d, scene, fidelity=fidelity, duration=duration, target=target, peers=peers)

@@ -25,7 +25,10 @@ VERBS = {
     "check": "every check with its witnesses",
     "claims": "the ledger of printed claims, with a verdict for each",
     "chart": "work-precision diagram: all methods, Pareto front, engine defaults, recommended setting",
+    "modes": "equilibrium, eigenfrequencies, damping and mode shapes on the constraint manifold",
+    "stability": "where each method fails: timestep against stiffness, mass and gear ratio, singularity, friction",
     "synthesize": "dimensions from wanted properties: planetary, gear_linkage, closed_differential",
+    "workspace": "where a mechanism can be: nodes, volume, margins, dexterity, surface, two designs compared",
     "view": "the lab page of a mechanism or a recording, live or as a file",
 }
 STATUS = {1: "bad input", 2: "wrong usage", 3: "not to be trusted", 4: "no solution exists"}

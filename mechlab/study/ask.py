@@ -40,7 +40,7 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     elif asks_power_flow(keys):
         question = power_flow_question(design, values)
     else:
-        question = _generic(design, values)
+        question = generic_question(design, values)
     complete = {k: d for k, d in question.optional.items() if d is not None} | values
     answers = {name: _ask_one(name, witness, design, complete) for name, witness in question.witnesses.items()}
     warnings = design.warnings
@@ -93,7 +93,7 @@ def _plain(answer: Answer) -> Answer:
     return replace(answer, values={k: float(v) if np.ndim(v) == 0 else v for k, v in answer.values.items()})
 
 
-def _generic(design: Design, values: Mapping[str, Any]) -> Question:
+def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     """The question every Mechanism answers: joint, shaft and frame names, with rates and accelerations."""
     m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
     known = set(quantities(m))

@@ -33,7 +33,10 @@ COMMANDS = {
     "check": ["check", "delta6"],
     "claims": ["claims", "delta6"],
     "sweep": ["sweep", "impulse_transmission", "--portrait", "phase"],
+    "modes": ["modes", "pendulum"],
+    "stability": ["stability", "flyball"],
     "synthesize": ["synthesize", "planetary", "ratio=6"],
+    "workspace": ["workspace", "delta6"],
     "view": ["view", "run.npz"],
 }
 
@@ -73,8 +76,12 @@ class FakeApi(ModuleType):
             "claims",
             "cycle",
             "chart",
+            "fidelities",
+            "modes",
+            "stability",
             "portrait",
             "synthesize",
+            "workspace",
             "view",
         ):
             setattr(self, name, self.function(name))
@@ -131,6 +138,7 @@ def test_simulate_passes_its_options_on_and_saves(api: FakeApi, tmp_path: Path) 
             "engine": "mujoco",
             "fidelity": "full",
             "at": (1.0, 3.0),
+            "order_check": False,
         },
     )
     assert api.result.saved == out

@@ -105,10 +105,12 @@ from mechlab.analytic.delta6.workspace import (
     PoseMargins,
     WorkspaceCounts,
     condition,
+    inverse_condition,
     pose_margins,
     reach_margin,
     workspace_counts,
 )
+from mechlab.analytic.delta6.workspace_region import WorkspaceLimits, clearance, workspace_region
 
 __all__ = [
     "PRESSURE_ANGLE",
@@ -134,6 +136,7 @@ __all__ = [
     "Targets",
     "TorqueChain",
     "WorkspaceCounts",
+    "WorkspaceLimits",
     "angle_accelerations",
     "angle_accelerations_from_torques",
     "angle_rates",
@@ -146,6 +149,7 @@ __all__ = [
     "cardan_angles",
     "cardan_bend",
     "chebyshev",
+    "clearance",
     "command",
     "condition",
     "contact_point",
@@ -164,6 +168,7 @@ __all__ = [
     "home_axes",
     "implicit_matrices",
     "inverse",
+    "inverse_condition",
     "inverse_from_axes",
     "inverse_position",
     "inverse_rate_matrix",
@@ -203,5 +208,6 @@ __all__ = [
     "torque_chain",
     "translation_jacobian",
     "workspace_counts",
+    "workspace_region",
     "wrap",
 ]

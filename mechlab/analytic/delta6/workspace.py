@@ -59,14 +59,22 @@ def reach_margin(geom: Delta6, position: ArrayLike) -> FloatArray:
     return np.asarray(geom.rod_length - distance.max(axis=-1))
 
 
+def inverse_condition(geom: Delta6, position: ArrayLike) -> FloatArray:
+    """Smallest over largest singular value of the slider Jacobian, O (..., 3) -> (...), in [0, 1]; 0 at and beyond the
+    reach limit, so that it never raises for a pose out of reach."""
+    p = np.asarray(position, dtype=np.float64)
+    regular = np.asarray(squared_heights(geom, p).min(axis=-1) > 0.0)
+    out = np.zeros(regular.shape)
+    out[regular] = 1.0 / np.linalg.cond(translation_jacobian(geom, p[regular]))
+    return out
+
+
 def pose_margins(geom: Delta6, position: ArrayLike) -> PoseMargins:
     """All margins of O (..., 3) in one go; never raises for a pose that is out of reach, its mask says so."""
     p = np.asarray(position, dtype=np.float64)
     smallest = squared_heights(geom, p).min(axis=-1)
     reachable = np.asarray(smallest >= 0.0)
-    regular = np.asarray(smallest > 0.0)
-    inverse = np.zeros(smallest.shape)
-    inverse[regular] = 1.0 / np.linalg.cond(translation_jacobian(geom, p[regular]))
+    inverse = inverse_condition(geom, p)
     height = np.where(reachable, np.sqrt(np.maximum(smallest, 0.0)), np.nan)
     return PoseMargins(reachable, inverse, reach_margin(geom, p), height, np.arccos(height / geom.rod_length))
 

@@ -9,6 +9,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import expand
 from mechlab.catalog.delta6.questions import QUESTIONS
 from mechlab.catalog.delta6.scenes import CHANNELS, SCENES, reference
+from mechlab.catalog.delta6.workspace import WORKSPACE
 from mechlab.experiment.entry import Entry
 
 FORMULAS = """\
@@ -58,6 +59,7 @@ ENTRY = Entry(
     expand=expand,
     channels=CHANNELS,
     warnings=_warnings,
+    workspace=WORKSPACE,
     chain="3-PUU + 3-PSS legs (parallel rods) for translation; cardan shafts, spur train and bevel differential for rotation",
     formulas=FORMULAS,
     sources=("thesis abstract on a 6-DOF parallel mechanism with kinematic decoupling", "Gosselin & Angeles 1990"),

@@ -65,6 +65,27 @@ class Delta6Parameters:
     )
     position_gain: float = parameter(480.0, "1/s2", "head control: gain on the angle error", source=_THESIS, low=0)
     velocity_gain: float = parameter(240.0, "1/s", "head control: gain on the rate error", source=_THESIS, low=0)
+    curve: str = parameter(
+        "", "", "file of a B-spline for the scene toolpath (empty: a built-in curve)", source=_ASSUMED
+    )
+    slider_speed: float = parameter(
+        0.5, "m/s", "toolpath: largest speed of a slider", source=_ASSUMED, low=0, strict=True
+    )
+    slider_acceleration: float = parameter(
+        5.0, "m/s2", "toolpath: largest acceleration of a slider", source=_ASSUMED, low=0, strict=True
+    )
+    slider_jerk: float = parameter(
+        200.0, "m/s3", "toolpath: largest jerk of a slider", source=_ASSUMED, low=0, strict=True
+    )
+    shaft_speed: float = parameter(
+        12.0, "rad/s", "toolpath: largest speed of a rotary drive", source=_ASSUMED, low=0, strict=True
+    )
+    shaft_acceleration: float = parameter(
+        120.0, "rad/s2", "toolpath: largest acceleration of a rotary drive", source=_ASSUMED, low=0, strict=True
+    )
+    shaft_jerk: float = parameter(
+        5000.0, "rad/s3", "toolpath: largest jerk of a rotary drive", source=_ASSUMED, low=0, strict=True
+    )
 
     def __post_init__(self) -> None:
         if self.slider_min >= self.slider_max:

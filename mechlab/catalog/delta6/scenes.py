@@ -1,4 +1,4 @@
-"""Scenes of the delta: pose sweep, head tracking (the source's targets, errors and gains), gravity hold, pure rotation."""
+"""Scenes of the delta: pose sweep, head tracking (the source's example), gravity hold, pure rotation, toolpath."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ from mechlab.analytic.delta6 import (
     SOURCE_START_ANGLES,
     SOURCE_START_RATES,
     error_response,
+    output_axis,
     source_targets,
 )
 from mechlab.catalog.delta6.build import SERVO_LINEAR, SERVO_ROTARY, build
 from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names, legs
 from mechlab.catalog.delta6.poses import coordinates
+from mechlab.catalog.delta6.toolpath import table_of, toolpath
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque, Servo
-from mechlab.experiment.motion import Hold, Motion, Sine
+from mechlab.experiment.motion import Hold, Motion, Sine, Table
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
@@ -107,6 +109,21 @@ def pure_rotation(p: Delta6Parameters, fidelity: str) -> Scene:
     )  # fmt: skip
 
 
+def follow_curve(p: Delta6Parameters, fidelity: str) -> Scene:
+    """The output link runs along a B-spline; speed, acceleration and jerk of every drive stay within their limits."""
+    path = toolpath(p)
+    times = tuple(path.t.tolist())
+    commands = tuple((name, Table(times, values)) for name, values in table_of(path).items())
+    law = ComputedTorque(drive_names(), commands, (HOLD_GAINS,) * 6)
+    start = dict(zip(ANGLES, path.angles[0].tolist(), strict=True))
+    centre = path.tool[0] - p.head_offset * output_axis(path.angles[0])
+    start |= {f"O_{a}": float(x) for a, x in zip("xyz", centre, strict=True)}
+    return Scene(
+        "toolpath", fidelity, path.law.duration, (law,), initial=start, initial_rates=dict.fromkeys(start, 0.0),
+        needs=("poses", "drive_forces"), text="the output link follows a B-spline; every drive keeps its speed, acceleration and jerk",
+    )  # fmt: skip
+
+
 SCENES = {
     "pose-sweep": SceneRecipe(pose_sweep, "minimal", "all six freedoms move"),
     "head-tracking": SceneRecipe(head_tracking, "minimal", "the source's targets, initial errors and gains; computed torque"),
@@ -116,6 +133,7 @@ SCENES = {
     ),
     "gravity-hold": SceneRecipe(gravity_hold, "minimal", "servos hold a pose off home"),
     "pure-rotation": SceneRecipe(pure_rotation, "minimal", "the head turns about its resting centre"),
+    "toolpath": SceneRecipe(follow_curve, "minimal", "a B-spline (parameter curve) within the limits of every drive"),
 }  # fmt: skip
 
 

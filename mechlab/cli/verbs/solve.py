@@ -8,7 +8,7 @@ from mechlab.cli.arguments import one_name
 from mechlab.cli.output import Result
 from mechlab.values import Value
 
-POSITIONALS = "NAME key=value ..."
+POSITIONALS = "NAME|toolpath key=value ..."
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

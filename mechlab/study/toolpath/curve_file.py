@@ -1,0 +1,53 @@
+"""A B-spline curve in a JSON file: degree, knots, points, and optionally a name and the unit of the points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from mechlab.analytic.bspline import BSpline
+from mechlab.errors import MechlabError, unknown
+from mechlab.formats.json_text import parse
+from mechlab.units import UNITS
+
+REQUIRED = ("degree", "knots", "points")
+OPTIONAL = ("name", "unit")
+LENGTHS = tuple(k for k, u in UNITS.items() if u.si == "m")
+
+
+def read_curve(path: str | Path, coordinates: tuple[int, ...] = ()) -> BSpline:
+    """The curve of a file: {"degree": p, "knots": [...], "points": [[x, y, ...], ...]}, points in metres or in "unit".
+
+    The unit applies to the first three coordinates; further ones are angles [rad]. coordinates: how many coordinates a
+    point may have, () for any. Raises MechlabError that names the file and what is wrong in it.
+    """
+    file = Path(path)
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise MechlabError(f"curve: cannot read {file}: {getattr(error, 'strerror', None) or error}.") from None
+    document = parse(text, f"curve {file}")
+    for key in document:
+        if key not in (*REQUIRED, *OPTIONAL):
+            raise unknown(f"curve {file}: the key", key, (*REQUIRED, *OPTIONAL))
+    missing = [k for k in REQUIRED if k not in document]
+    if missing:
+        raise MechlabError(f"curve {file}: {', '.join(missing)} missing; expected the keys {', '.join(REQUIRED)}.")
+    factor = _factor(document.get("unit", "m"), file)
+    try:
+        curve = BSpline(document["degree"], document["knots"], document["points"])
+    except MechlabError as error:
+        raise MechlabError(f"curve {file}: {error}") from None
+    count = len(curve.points[0])
+    if coordinates and count not in coordinates:
+        wanted = " or ".join(str(n) for n in coordinates)
+        raise MechlabError(f"curve {file}: points: expected {wanted} coordinates, got {count}.")
+    if factor == 1.0:
+        return curve
+    return BSpline(curve.degree, curve.knots, tuple((*(factor * x for x in row[:3]), *row[3:]) for row in curve.points))
+
+
+def _factor(unit: Any, file: Path) -> float:
+    if unit not in LENGTHS:
+        raise unknown(f"curve {file}: unit", unit, LENGTHS)
+    return float(UNITS[unit].factor)

@@ -1,0 +1,85 @@
+"""The question `toolpath`: two witnesses, its file, and what is said of bad files."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mechlab import api
+from mechlab.cli import main
+from mechlab.errors import MechlabError
+
+CURVE_A = {
+    "degree": 3, "knots": [0, 0, 0, 0, 0.2, 0.4, 0.6, 0.8, 1, 1, 1, 1],
+    "points": [[0, 0], [60, 80], [120, -40], [180, 60], [240, 0], [300, 90], [340, 20], [400, 0]],
+}  # fmt: skip
+CUSP = {"degree": 3, "knots": [0, 0, 0, 0, 1, 1, 1, 1], "points": [[0, 0], [1, 1], [0, 1], [1, 0]]}
+
+
+def write(folder, document):
+    path = folder / "curve.json"
+    path.write_text(document if isinstance(document, str) else json.dumps(document))
+    return str(path)
+
+
+def test_length_and_braking_from_the_command_line(tmp_path, capsys):
+    file = write(tmp_path, CURVE_A)
+    assert (
+        main(["solve", "toolpath", f"curve={file}", "speed=200", "exit_speed=50", "deceleration=1000", "--json"]) == 0
+    )
+    document = json.loads(capsys.readouterr().out)
+    for witness in ("analytic", "quadrature"):
+        said = document["answers"][witness]
+        assert said["length"] == pytest.approx(462.770036091, abs=1e-9)
+        assert sum(said["spans"]) == pytest.approx(said["length"], abs=1e-12)
+        assert said["braking_length"] == pytest.approx(462.770036091 - 18.75, abs=1e-9)
+        assert said["braking_parameter"] == pytest.approx(0.979146494, abs=1e-9)
+    assert document["max_difference"] < 1e-9 and document["status"] == "solved"
+    assert main(["solve", "toolpath", f"curve={file}", "speed=2000", "deceleration=1000"]) == 4
+    assert "fastest start on it is 962" in capsys.readouterr().err
+
+
+def test_units_of_the_points(tmp_path):
+    plain = api.solve("toolpath", curve=write(tmp_path, CURVE_A))
+    scaled = api.solve("toolpath", curve=write(tmp_path, CURVE_A | {"unit": "mm", "name": "A"}))
+    assert scaled["analytic"]["length"] == pytest.approx(1e-3 * plain["analytic"]["length"], rel=1e-13)
+    assert set(plain["analytic"]) == {"length", "spans"}  # no braking was asked
+
+
+def test_a_cusp_has_a_length_and_is_named(tmp_path):
+    found = api.solve("toolpath", curve=write(tmp_path, CUSP))
+    # x = u(3 - 6u + 4u^2), y = 3u(1 - u): C' = 3 (1 - 2u) (1 - 2u, 1); |C'| = 3 |w| sqrt(1 + w^2), so L = 2 sqrt 2 - 1
+    assert found["analytic"]["length"] == pytest.approx(2 * np.sqrt(2) - 1, abs=1e-12)
+    assert found.max_difference < 1e-9
+    assert any("stands still at u = 0.5" in note for note in found.answers["analytic"].notes)
+
+
+@pytest.mark.parametrize(
+    ("document", "said"),
+    [
+        ({"degree": 3, "points": CURVE_A["points"]}, "knots missing"),
+        (CURVE_A | {"knots": CURVE_A["knots"][1:]}, "12 knots, got 11"),
+        (CURVE_A | {"knots": [0, 0, 0, 0, 0.4, 0.2, 0.6, 0.8, 1, 1, 1, 1]}, "knot 5 = 0.2 follows 0.4"),
+        (CURVE_A | {"weights": [1]}, "'weights' does not exist"),
+        (CURVE_A | {"unit": "kg"}, "unit 'kg' does not exist"),
+        (CURVE_A | {"degree": True}, "degree: expected a whole number"),
+        ("{", "not JSON"),
+        ("[]", "expected a JSON object"),
+    ],
+)
+def test_bad_files_say_what_is_wrong(tmp_path, capsys, document, said):
+    file = write(tmp_path, document)
+    assert main(["solve", "toolpath", f"curve={file}"]) == 1
+    err = capsys.readouterr().err
+    assert said in err and file in err and err.count("\n") == 1
+
+
+def test_bad_quantities(tmp_path):
+    file = write(tmp_path, CURVE_A)
+    for values, said in (
+        ({}, "curve is missing"), ({"curve": "nowhere.json"}, "cannot read nowhere.json"),
+        ({"curve": file, "sped": 1.0}, "'sped' does not exist"), ({"curve": file, "speed": 1.0}, "deceleration missing"),
+        ({"curve": file, "speed": 1.0, "exit_speed": 2.0, "deceleration": 1.0}, "speed = 1"),
+    ):  # fmt: skip
+        with pytest.raises(MechlabError, match=said):
+            api.solve_values("toolpath", values)
