@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from mechlab import catalog
 from mechlab.api.finding import Source, load
@@ -14,8 +17,10 @@ from mechlab.experiment.recording import Recording
 from mechlab.study.design import Design, design
 from mechlab.study.results import FilesResult, SimulateResult
 from mechlab.study.sheet import describe_design
+from mechlab.values import Range
 
 if TYPE_CHECKING:
+    from mechlab.view.explore import Surface
     from mechlab.view.story import Story
 
 
@@ -24,7 +29,6 @@ def story(
 ) -> Story:
     """The Story of a Recording (or of its .npz), or the still one of a mechanism. `against`: a second run, drawn as ghost."""
     from mechlab.view.from_recording import against as compare
-    from mechlab.view.from_recording import mechanism_story
 
     recording = _recording(source)
     if recording is None:
@@ -33,7 +37,7 @@ def story(
                 f"only a run can be compared with another: {source} is a mechanism, expected a .npz of a run."
             )
         d = load(source, **dict(values or {}))  # type: ignore[arg-type]
-        return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+        return _still(d)
     told = _recorded(recording)
     if against is None:
         return told
@@ -44,12 +48,45 @@ def story(
     return compare(told, _recorded(other), name)
 
 
-def explore(source: Source, values: Mapping[str, Any] | None = None) -> Story:
-    """A Story whose drives can be moved by sliders in the page: the richest fidelity, closed poses solved beforehand."""
-    from mechlab.view.from_recording import exploration_story
+def _still(d: Design) -> Story:
+    from mechlab.view.from_recording import mechanism_story
+
+    return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+
+
+def explore(
+    source: Source, values: Mapping[str, Any] | None = None, vary: Mapping[str, Range | Sequence[float]] | None = None
+) -> Story:
+    """A Story whose drives can be moved by sliders in the page: the richest fidelity, closed poses solved beforehand.
+
+    vary: up to two parameters that can be changed in the page too, key -> range or values; by default those that the entry
+    names, by 20 % either way.
+    """
+    from mechlab.view.variants import variations
 
     d = load(source, **dict(values or {}))
-    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+    told = _explored(d)
+    asked: Mapping[str, Any] = dict.fromkeys(d.entry.sliders) if vary is None else vary
+    return replace(told, variants=variations(d, asked, told, _explored))
+
+
+def _explored(d: Design) -> Story:
+    from mechlab.view.from_recording import exploration_story
+
+    rates = d.scene().initial_rates
+    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
+
+
+def _reach(d: Design) -> Surface | None:
+    """The border of the region that an entry states in x, y, z."""
+    from mechlab.view.explore import border
+
+    recipe = d.entry.workspace
+    if recipe is None or set(recipe.grid) != set("xyz"):
+        return None
+    region, box = recipe.make(d.parameters, {}), [recipe.grid[a] for a in "xyz"]
+    low, high = np.array([r.low for r in box]), np.array([r.high for r in box])
+    return border(recipe.text, lambda x, y, z: region.margin({"x": x, "y": y, "z": z}), low, high)
 
 
 def view(
@@ -65,12 +102,13 @@ def view(
     csv: str | Path | None = None,
     against: Source | Recording | None = None,
     explorable: bool = False,
+    vary: Mapping[str, Range | Sequence[float]] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> FilesResult:
     """Files of a run or a mechanism: page, picture, animated GLB, film, table; without a file a live page on 127.0.0.1.
 
     A mechanism that has a default scene is simulated first, so that it moves (not for a picture alone). against: a second
-    run to compare with. explorable: the page has sliders for the drives instead of a run.
+    run to compare with. explorable: the page has sliders for the drives instead of a run; vary: see `explore`.
     """
     wanted = {"page": html, "picture": png, "GLB": glb, "film": mp4, "table": csv}
     if explorable and (html is None or glb or mp4 or csv or against):
@@ -84,7 +122,7 @@ def view(
     if recording is not None:
         told = story(recording, against=against)
     else:
-        told = explore(source, values) if explorable else story(source, values)  # type: ignore[arg-type]
+        told = explore(source, values, vary) if explorable else story(source, values)  # type: ignore[arg-type]
     if not any(x is not None for x in wanted.values()):
         return _live(source, told, values, host, port, wait)
     files: dict[str, Path] = {}
@@ -171,15 +209,16 @@ def _recording(source: Source | Recording) -> Recording | None:
 def _live(
     source: Source | Recording, told: Story, values: Mapping[str, Any] | None, host: str, port: int, wait: bool
 ) -> FilesResult:
-    """A live page; a mechanism is simulated while one looks, and the page of the run follows."""
+    """A live page; a mechanism is simulated while one looks, and the page of the run follows. Its parameters can be
+    changed there."""
     from mechlab.view.live import serve
 
     with serve(told, host=host, port=port) as server:
         if wait and _recording(source) is None:
-            from mechlab.view.streaming import stream
+            from mechlab.view.rebuild import Rebuilder
 
             d = load(source, **dict(values or {}))  # type: ignore[arg-type]
-            stream(server, d, _recorded)
+            Rebuilder(server, d, _still, _recorded)
         if wait:
             server.wait()
         return FilesResult(Path("."), {}, f"served on {server.url}")

@@ -32,10 +32,11 @@ RATE_LIMIT = 1e6
 
 @dataclass(frozen=True)
 class Stabilisation:
-    """Baumgarte's gains in steps: kp = position / h^2, kd = velocity / h."""
+    """Baumgarte's gains in steps: kp = position / h^2, kd = velocity / h; `mu` regularises rows that repeat each other."""
 
     position: float
     velocity: float
+    mu: float = MU
 
 
 def fits(mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:
@@ -52,7 +53,7 @@ def fits(mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:
 class ConstrainedDynamics:
     """Accelerations of a mechanism that `fits`, by pin.constraintDynamics; also the state that a law sees."""
 
-    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], kp: float, kd: float) -> None:
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], kp: float, kd: float, mu: float = MU) -> None:
         self.mechanism, self.laws = mechanism, laws
         made = build(mechanism)
         self.model = made.model
@@ -63,7 +64,7 @@ class ConstrainedDynamics:
         for contact in self.contacts:
             self.contact_data.append(contact.createData())
         pin.initConstraintDynamics(self.model, self.data, self.contacts, self.contact_data)
-        self.proximal = pin.ProximalSettings(ACCURACY, MU, ITERATIONS)
+        self.proximal = pin.ProximalSettings(ACCURACY, mu, ITERATIONS)
         joints = mechanism.joints
         self.damping = np.array([j.damping for j in joints])
         self.stiffness = np.array([j.stiffness for j in joints])
@@ -172,7 +173,8 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, 
     between = scene.duration / outputs
     each = 1 if settings.integrator == "DOP853" else max(1, round(between / settings.timestep))
     h = between / each
-    dynamics = ConstrainedDynamics(mechanism, scene.laws, stabilisation.position / h**2, stabilisation.velocity / h)
+    kp, kd = stabilisation.position / h**2, stabilisation.velocity / h
+    dynamics = ConstrainedDynamics(mechanism, scene.laws, kp, kd, stabilisation.mu)
     q, v = initial_state(mechanism, scene)
     if settings.integrator == "DOP853":
         return _adaptive(dynamics, q, v, times, settings.tolerance)

@@ -18,9 +18,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--duration", metavar="T", help="simulated time [s]")
     step = parser.add_mutually_exclusive_group()
     step.add_argument("--timestep", metavar="H", help="timestep [s]")
-    step.add_argument("--max-error", metavar="E", help="tolerated error; the lab chooses fidelity and timestep")
+    step.add_argument(
+        "--max-error",
+        metavar="E",
+        help="tolerated error [m or rad] of what the scene tracks; engine, method, step and constraint settings are chosen",
+    )
     parser.add_argument("--engine", metavar="E", help="mujoco, pinocchio, hybrid, one_freedom, analytic")
-    parser.add_argument("--fidelity", metavar="F", help="level of fidelity: kinematic, minimal, parts, full")
+    parser.add_argument("--order-check", action="store_true", help="measure the order of the error in the timestep")
+    parser.add_argument(
+        "--fidelity", metavar="F", help="level of fidelity: minimal, parts, full, or auto: the cheapest that answers"
+    )
     parser.add_argument("--at", metavar="T,...", help="times at which to sample the channels [s]")
     parser.add_argument("-o", dest="out", metavar="FILE.npz", help="file for the recording")
 
@@ -44,6 +51,7 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
         engine=options.engine,
         fidelity=options.fidelity,
         at=at,
+        order_check=options.order_check,
     )
     if options.out is not None:
         result.save(Path(options.out))

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from mechlab.cli.arguments import one_name, refuse_values
+from mechlab.cli.arguments import one_name, refuse_values, split_tokens
 from mechlab.cli.output import Result, stage_printer
 from mechlab.errors import UsageError
-from mechlab.values import Value
+from mechlab.values import Range, Value
 
 POSITIONALS = "NAME|run.npz [key=value ...]"
 FILES = ("html", "png", "glb", "mp4", "csv")
@@ -28,6 +28,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--csv", metavar="F", help="write all channels as a table")
     add("--against", metavar="run.npz", help="compare with a second run: its ghost, its curves")
     add("--explore", action="store_true", help="with --html: sliders for the drives instead of a run")
+    add("--vary", metavar="KEY=LO:HI:N", action="append", default=[],
+        help="with --explore: a slider for this parameter too (twice for two); none: --vary none")  # fmt: skip
     add("--studio", action="store_true", help="MuJoCo's own web viewer, whose port is open to the whole network")
     add("--catalog", action="store_true", help="with --html DIR: a gallery of all mechanisms, for any static host")
     add("--host", metavar="H", default="127.0.0.1", help="address of the live page (default: this machine only)")
@@ -49,6 +51,10 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
         more["against"] = options.against
     if options.explore:
         more["explorable"] = True
+    if options.vary:
+        if not options.explore:
+            raise UsageError("--vary needs --explore: it adds a slider to the page of the drives.")
+        more["vary"] = {} if options.vary == ["none"] else ranges(options.vary)
     from mechlab import api
 
     if options.studio:
@@ -59,6 +65,21 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
         if "mp4" in files:
             more["progress"] = progress
         return api.view(target, values, html=files.get("html"), png=files.get("png"), host=options.host, **more)
+
+
+def ranges(tokens: list[str]) -> dict[str, Range | tuple[float, ...]]:
+    """KEY=LO:HI:N or KEY=a,b,c of --vary; raises UsageError for anything else."""
+    found: dict[str, Range | tuple[float, ...]] = {}
+    for key, value in split_tokens(tokens)[1].items():
+        if isinstance(value, Range):
+            found[key] = value
+        elif isinstance(value, tuple) and not any(isinstance(x, str) for x in value):
+            found[key] = tuple(float(x) for x in value)
+        else:
+            raise UsageError(f"--vary {key}: expected a range such as {key}=80mm:120mm:9, or a list of values.")
+    if len(found) < len(tokens):
+        raise UsageError("--vary: expected KEY=LO:HI:N, for example --vary crank=80mm:120mm:9.")
+    return found
 
 
 @contextlib.contextmanager

@@ -1,0 +1,119 @@
+"""Which maps a mechanism gets, and making them within a budget of CPU time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.study.design import Design
+from mechlab.study.methods import METHODS
+from mechlab.study.run import versions
+from mechlab.study.stability.data import Axis, Map, Stability
+from mechlab.study.stability.gears import plan_gear_ratio, plan_light_parts
+from mechlab.study.stability.loops import plan_mass_ratio, plan_redundancy, plan_softness
+from mechlab.study.stability.measure import panels
+from mechlab.study.stability.plan import Case, Plan
+from mechlab.study.stability.ranges import plan_range
+from mechlab.study.stability.sentences import sentences
+from mechlab.study.stability.singular import plan_singular
+from mechlab.study.stability.springs import plan_stiffness
+from mechlab.study.stability.sticking import plan_sticking
+from mechlab.values import Range
+
+KINDS: dict[str, Callable[[Case], Plan | str]] = {
+    "stiffness": plan_stiffness,
+    "mass-ratio": plan_mass_ratio,
+    "singularity": plan_singular,
+    "redundancy": plan_redundancy,
+    "softness": plan_softness,
+    "gear-ratio": plan_gear_ratio,
+    "light-parts": plan_light_parts,
+    "sticking": plan_sticking,
+}
+"""Maps that the structure of a mechanism calls for. Adding a kind is adding a row."""
+BUDGET = 26.0
+"""CPU seconds of a study, unless it is asked for more."""
+WEIGHTS = {"stiffness": 2.0, "softness": 0.6, "redundancy": 0.6}
+"""Shares of the budget, where they are not 1: stiff references are slow."""
+
+
+def study(
+    design: Design,
+    scene: str | None = None,
+    *,
+    kinds: Sequence[str] = (),
+    methods: Sequence[str] = (),
+    ranges: Mapping[str, Range] | None = None,
+    fidelity: str | None = None,
+    budget: float = BUDGET,
+    progress: Callable[[str], None] = lambda line: None,
+) -> Stability:
+    """Stability maps of a scene of a design: timestep against what may make a method fail.
+
+    kinds: of KINDS (default: all that fit; with `ranges`, those alone). methods: names, or parts of names, of
+    `mechlab.study.methods`. ranges: parameter, BODY_mass, X_stiffness or friction -> Range. budget: CPU seconds.
+    Raises MechlabError for unknown names, and for a kind that does not fit the mechanism, saying why.
+    """
+    if not budget > 0:
+        raise MechlabError(f"budget: expected CPU seconds > 0, got {budget!r}.")
+    lived = design.for_scene(scene)
+    made = lived.scene(scene, fidelity)
+    lived.mechanism(made.fidelity)
+    case = Case(lived, made, chosen_methods(methods))
+    for kind in kinds:
+        if kind not in KINDS:
+            raise unknown("map", kind, KINDS)
+    began = time.process_time()
+    plans: list[Plan] = [plan_range(case, key, given) for key, given in (ranges or {}).items()]
+    without: dict[str, str] = {}
+    for kind in kinds or (() if plans else tuple(KINDS)):
+        progress(f"{kind}: which")
+        found = KINDS[kind](case)
+        if isinstance(found, Plan):
+            plans.append(found)
+        elif kind in kinds:
+            raise MechlabError(f"{design.name}: no map {kind!r}: {found}.")
+        else:
+            without[kind] = found
+    maps = []
+    for k, plan in enumerate(plans):
+        waiting = sum(WEIGHTS.get(p.kind, 1.0) for p in plans[k:])
+        left = (budget - (time.process_time() - began)) * WEIGHTS.get(plan.kind, 1.0) / waiting
+        maps.append(make_map(plan, max(1.0, left), progress))
+    return Stability(
+        design.name, design.entry.title, made.name, tuple(maps), without, versions(), time.process_time() - began,
+        design.warnings,
+    )  # fmt: skip
+
+
+def make_map(plan: Plan, seconds: float, progress: Callable[[str], None] = lambda line: None) -> Map:
+    """Run a plan within `seconds` of CPU."""
+    shown, skipped = panels(plan, seconds, progress)
+    able = tuple(m for m in plan.methods if m.name in {p.method for p in shown})
+    theory = plan.theory(able)
+    x = Axis("timestep", "s", plan.steps)
+    first = plan.problem(plan.y.nominal if plan.y.nominal in plan.y.values else plan.y.values[-1])
+    names = {
+        "error": "error / how far it moves",
+        "energy": "energy astray / energy turned over",
+        "gap": "open rows, rad or m",
+    }
+    made = Map(
+        plan.kind, plan.title, x, plan.y, shown, theory, names[plan.measure], plan.right, plan.wrong,
+        first.scene.fidelity, first.scene.duration, (), skipped,
+    )  # fmt: skip
+    return replace(made, sentences=sentences(made, plan.remark))
+
+
+def chosen_methods(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of the methods meant: a full name, or a part that several may share. Raises MechlabError that lists them."""
+    out: list[str] = []
+    for name in names:
+        every = [m.name for m in METHODS if m.control == "step"]
+        meant = [n for n in every if n == name] or [n for n in every if name.lower() in n.lower()]
+        if not meant:
+            raise unknown("method with a timestep", name, every)
+        out += [n for n in meant if n not in out]
+    return tuple(out)
