@@ -46,7 +46,7 @@ def choose(
     """The cheapest fidelity, in the order of the entry, that answers `needs` (default: the scene's) within the tolerance.
 
     A fidelity is taken as exact when its accelerations agree with those of the richest (`agreement`); otherwise both run the
-    scene, or as much of it as costs little. The answer is kept for the process. Raises MechlabError when no fidelity can answer.
+    scene, or its first STEPS steps. The answer is kept for the process. Raises MechlabError when no fidelity can answer.
     """
     key = tuple(sorted(dict(extra or {}).items()))
     try:
