@@ -1,0 +1,10 @@
+"""Error control: a scene solved to a stated error, by one rule set for all mechanisms.
+
+`solve_to` chooses the method and its sharpness, estimates the error by refining, and lets another method check it;
+`control` makes a Recording of it.
+"""
+
+from mechlab.study.error_control.control import control
+from mechlab.study.error_control.solve import Result, solve_to
+
+__all__ = ["Result", "control", "solve_to"]

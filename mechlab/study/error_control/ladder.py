@@ -1,0 +1,178 @@
+"""A ladder of runs of one method, each rung sharper than the last, with the error of the best estimated from the rungs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.settings import Settings
+from mechlab.experiment.trace import Trace
+from mechlab.mechanism.geometry import Array
+from mechlab.study.cpu_limit import OutOfTime, cpu_limit
+from mechlab.study.error_control.measure import Measure
+from mechlab.study.error_control.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, LadderRule
+from mechlab.study.methods import METHODS, Method, Problem
+
+EPSILON = 2.2e-16
+
+
+@dataclass
+class Ladder:
+    """The runs of one method so far; `estimate` of the best, `cpu` of the last, `ended`: why it cannot go on."""
+
+    rule: LadderRule
+    problem: Problem
+    measure: Measure
+    fastest: float
+    values: list[float] = field(default_factory=list)
+    traces: list[Trace] = field(default_factory=list)
+    tables: list[list[tuple[Array, Array]]] = field(default_factory=list)
+    tracked: list[Array] = field(default_factory=list)
+    estimate: float = math.inf
+    cpu: float = 0.0
+    spent: float = 0.0
+    failures: int = 0
+    ended: str = ""
+
+    @property
+    def best(self) -> tuple[Array, Array]:
+        """q, v of the sharpest rung (extrapolated where the rule says so)."""
+        return self.tables[-1][-1]
+
+    @property
+    def settings(self) -> Settings:
+        """Those of the sharpest rung."""
+        return self.method.settings(self.values[-1])
+
+    @property
+    def method(self) -> Method:
+        """The method of the registry that the rungs are runs of."""
+        r = self.rule
+        kind = r.constraints
+        if r.engine == "mujoco" and not _rows(self.problem):
+            kind = "default"
+        return next(
+            m
+            for m in METHODS
+            if (m.engine, m.integrator, m.constraints, m.control) == (r.engine, r.integrator, kind, r.control)
+        )
+
+    @property
+    def next_cost(self) -> float:
+        """Expected CPU seconds of the next rung; infinite at the end of the ladder."""
+        if self.ended:
+            return math.inf
+        if not self.traces:
+            value = self._next()
+            if value is None:
+                return math.inf
+            count = self.problem.scene.duration / value if self.rule.control == "step" else self.problem.outputs
+            return count * self.rule.cost
+        return self.cpu * (2.0 if self.rule.control == "step" else 1.6)
+
+    def climb(self, budget: float) -> None:
+        """One rung more, within `budget` seconds of CPU."""
+        value = self._next()
+        if value is None:
+            self.ended = self.ended or "its sharpest setting was used"
+            return
+        try:
+            with cpu_limit(max(budget, 0.05)):
+                trace = self.method.run(self.problem, value)
+        except OutOfTime:
+            self.ended = f"its next run would take more than {budget:.2g} s of CPU"
+            return
+        except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as cause:
+            self._failed(str(cause))
+            return
+        self.cpu = trace.cpu_s
+        self.spent += trace.cpu_s
+        if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self.problem.outputs + 1:
+            self.values.append(value)
+            self._failed(trace.reason or "the state is not finite")
+            return
+        self.values.append(value)
+        self.traces.append(trace)
+        self._combine(trace)
+        self._judge()
+
+    def rounding(self) -> float:
+        """What a change of the start by a few units in the last place does to the last run but one."""
+        scene = self.problem.scene
+        names = tuple(scene.initial_rates) or self.problem.mechanism.scalar_names[:1]
+        # of the rates, because assembly rounds away so small a change of the pose; their scale is that of the motion
+        small = RULES.rounding * EPSILON * max(1.0, float(np.max(np.abs(self.traces[-1].v))))
+        rates = dict(scene.initial_rates) | {n: scene.initial_rates.get(n, 0.0) + small for n in names}
+        moved = Problem(self.problem.design, replace(scene, initial_rates=rates), self.problem.outputs)
+        trace = self.method.run(moved, self.values[-2])
+        self.spent += trace.cpu_s
+        plain = self.traces[-2]
+        if len(trace.q) != len(plain.q):
+            return math.inf
+        t = np.linspace(0.0, scene.duration, self.problem.outputs + 1)
+        return _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
+
+    def _failed(self, why: str) -> None:
+        """A rung that did not come through; too many end the ladder, and runs before it do not count."""
+        self.failures += 1
+        self.traces, self.tables, self.tracked, self.estimate = [], [], [], math.inf
+        if self.failures > RULES.failures or self.rule.control == "tolerance":
+            self.ended = why
+
+    def _next(self) -> float | None:
+        if self.rule.control == "tolerance":
+            left = [x for x in RULES.tolerances if not self.values or x < self.values[-1]]
+            return left[0] if left else None
+        between = self.problem.scene.duration / self.problem.outputs
+        if self.values:
+            return 0.5 * self.values[-1]
+        first = between
+        if self.rule.stable and self.fastest > 0.0:
+            first = min(first, self.rule.stable / self.fastest)
+        return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
+
+    def _combine(self, trace: Trace) -> None:
+        row = [(trace.q, trace.v)]
+        if self.rule.extrapolated and self.tables:
+            for j, (q, v) in enumerate(self.tables[-1], start=1):
+                weight = 1.0 / (2.0**j - 1.0)
+                fine_q, fine_v = row[-1]
+                row.append((fine_q + weight * (fine_q - q), fine_v + weight * (fine_v - v)))
+        self.tables.append(row)
+
+    def _judge(self) -> None:
+        t = np.linspace(0.0, self.problem.scene.duration, self.problem.outputs + 1)
+        rows = self.tables
+        self.tracked.append(self.measure(t, *rows[-1][-1]))
+        if len(self.tracked) < 2:
+            return
+        last = _distance(self.tracked[-1], self.tracked[-2])
+        if self.rule.control == "tolerance":
+            self.estimate = last if len(self.tracked) >= RULES.rungs else math.inf
+            return
+        if len(self.tracked) < RULES.rungs:
+            # two runs of a method that does not extrapolate: the change itself, not a share of it
+            self.estimate = math.inf if self.rule.extrapolated else last
+            return
+        before = _distance(self.tracked[-2], self.tracked[-3])
+        order = (
+            EXTRAPOLATED
+            if self.rule.extrapolated
+            else LOOPS_ORDER
+            if self.rule.engine == "mujoco" and _rows(self.problem)
+            else self.rule.order
+        )
+        # the observed ratio, never better than theory promises; without a falling error the change itself counts
+        ratio = min(before / last if last > 0.0 else math.inf, 2.0**order)
+        self.estimate = last / (ratio - 1.0) if ratio > 1.5 else 2.0 * max(last, before)
+
+
+def _distance(a: Array, b: Array) -> float:
+    return float(np.max(np.abs(a - b), initial=0.0))
+
+
+def _rows(problem: Problem) -> bool:
+    return bool(problem.mechanism.loops or problem.mechanism.relations)

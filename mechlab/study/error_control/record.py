@@ -1,0 +1,111 @@
+"""A Recording of a motion whose error is known: the states that were estimated, at even times and at those asked for."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+
+import numpy as np
+import scipy
+
+from mechlab.experiment.energy import dissipation, energy_finding
+from mechlab.experiment.health import Finding, Health, measured
+from mechlab.experiment.laws import applied_force
+from mechlab.experiment.observe import kinematic_findings
+from mechlab.experiment.recording import Cost, Recording, basic_channels
+from mechlab.experiment.scene import Scene
+from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.statics import passive_force
+from mechlab.study.error_control.solve import Result
+from mechlab.study.one_freedom import OneFreedomPlant
+
+
+def findings(result: Result) -> tuple[Finding, ...]:
+    """Findings "max_error" and, where there is one, "check_method"."""
+    severity = "ok" if result.reached else "error"
+    out = [Finding("max_error", result.estimate, result.max_error, result.unit, severity, result.sentence)]
+    if result.checked is not None:
+        c = result.checked
+        out.append(Finding("check_method", c.difference, c.own, result.unit, "ok", c.sentence))
+    return tuple(out)
+
+
+def recording_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequence[float]) -> Recording:
+    """Channels: the basic ones, NAME_accel of joints and shafts, NAME_force of what constant loads and laws act on."""
+    t = np.union1d(result.t, np.asarray(at, dtype=float))
+    if result.motion is not None:
+        states = result.motion.states(t)
+        q, v, a = states.q, states.v, states.a
+    else:
+        q, v, a = _between(mechanism, scene, result, t)
+    channels, units = basic_channels(mechanism, q, v)
+    for name in mechanism.scalar_names:
+        channels[f"{name}_accel"] = a @ mechanism.row(name)
+        units[f"{name}_accel"] = f"{units[name]}/s2"
+    power, done = np.zeros(len(t)), np.zeros(len(t))
+    plant = OneFreedomPlant(mechanism)
+    forces = []
+    for k in range(len(t)):
+        plant.set(float(t[k]), q[k], v[k], 1.0)
+        forces.append(applied_force(mechanism, scene.laws, float(t[k]), plant)[1] if scene.laws else {})
+    for name in dict.fromkeys(n for x in forces for n in x):
+        channels[f"{name}_force"] = np.array([x.get(name, 0.0) for x in forces])
+        units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
+        power += channels[f"{name}_force"] * channels[f"{name}_rate"]
+        done += channels[f"{name}_force"] * (channels[name] - channels[name][0])
+    constant = result.motion is not None
+    balance = (
+        energy_finding(mechanism, t, q, v, power, done)
+        if constant
+        else energy_finding(mechanism, t, q, v, power - dissipation(mechanism, q, v))
+    )
+    found = [*findings(result), *kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode), balance]
+    return Recording(
+        mechanism, t, q, v, channels, units, Health(tuple(found)), Cost(result.cpu_s, len(result.t) - 1, result.evaluations),
+        result.settings, scene.name, mechanism.name, scene.fidelity,
+        versions={"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()},
+    )  # fmt: skip
+
+
+def _between(mechanism: Mechanism, scene: Scene, result: Result, t: Array) -> tuple[Array, Array, Array]:
+    """States at times t: those of the result, and between them the quintic through positions, rates and accelerations."""
+    m = mechanism
+    known = np.array([_acceleration(m, scene, x, q, v) for x, q, v in zip(result.t, result.q, result.v, strict=True)])
+    if len(t) == len(result.t):
+        return result.q, result.v, known
+    from scipy.interpolate import BPoly
+
+    spline = BPoly.from_derivatives(result.t, np.stack([result.q, result.v, known], axis=1))
+    return spline(t), spline.derivative()(t), spline.derivative(2)(t)
+
+
+def _acceleration(m: Mechanism, scene: Scene, t: float, q: Array, v: Array) -> Array:
+    """(nv,) rigid dynamics at a state, without dry friction: M a + J^T r = forces, J a = -dJ/dt v."""
+    tree, constraints = TreeKinematics(m, q, v), ConstraintSet(m)
+    plant = OneFreedomPlant(m)
+    plant.set(t, q, v, 1.0)
+    applied = applied_force(m, scene.laws, t, plant)[0] if scene.laws else np.zeros(m.nv)
+    force = applied + passive_force(tree) - tree.bias_force()
+    rows = constraints.jacobian(tree)
+    size = m.nv + len(rows)
+    matrix, side = np.zeros((size, size)), np.zeros(size)
+    matrix[: m.nv, : m.nv], matrix[: m.nv, m.nv :], matrix[m.nv :, : m.nv] = tree.mass_matrix(), rows.T, rows
+    side[: m.nv], side[m.nv :] = force, -constraints.bias(tree)
+    return np.asarray(np.linalg.lstsq(matrix, side, rcond=1e-12)[0][: m.nv])
+
+
+def with_estimate(recording: Recording, result: Result, difference: float) -> Recording:
+    """A Recording that an engine made with the accepted settings; what it differs from the estimated run counts too."""
+    total = result.estimate + difference
+    own = findings(result)
+    text = f"{result.sentence}; the recorded run differs from the estimated one by {difference:.2g} {result.unit}"
+    if result.reached:
+        first = measured("max_error", total, result.max_error, result.unit, f"{text}; together")
+    else:
+        first = Finding("max_error", total, result.max_error, result.unit, "error", text)
+    return Recording(
+        recording.mechanism, recording.t, recording.q, recording.v, recording.channels, recording.units,
+        Health((first, *own[1:])) + recording.health, recording.cost, recording.settings, recording.scene, recording.name,
+        recording.fidelity, recording.parameters, recording.versions,
+    )  # fmt: skip

@@ -1,0 +1,68 @@
+"""The one rule set of error control, as data. Nothing here knows a mechanism."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What all problems are held to.
+
+    safety: an estimate counts this many times; cpu_limit [s]: of all probing together; nodes: of a cell of the method
+    "energy", first and last; rungs: of a ladder, at least, before the order that it shows is believed; failures: of a ladder
+    at its coarse end, before it is given up; floor [m or rad]: below it the error of "energy" is rounding, which steps do not
+    cure; tolerances: of a ladder that is controlled by them; rounding: units in the last place by which the energy is shifted
+    to see what double precision allows; check_share: of the CPU spent so far that the check method may add; check_steps: its
+    steps in an output interval, fewest and most; check_own: share of the size of the motion up to which its own error lets
+    it say anything; contradiction: how many times the errors stated by both methods their difference may be.
+    """
+
+    safety: float = 2.0
+    cpu_limit: float = 4.5
+    nodes: tuple[int, int] = (6, 192)
+    rungs: int = 3
+    failures: int = 6
+    floor: float = 1e-8
+    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+    rounding: float = 4.0
+    check_share: float = 0.1
+    check_steps: tuple[int, int] = (4, 4000)
+    check_own: float = 1e-3
+    contradiction: float = 10.0
+
+
+RULES = Rules()
+
+
+@dataclass(frozen=True)
+class LadderRule:
+    """A method as error control may use it. engine, integrator, constraints as of `mechlab.study.methods.Method`; order:
+    of its error in the step; control: "step" or "tolerance"; stable: largest step times the fastest rate of the mechanism
+    (0: no limit); extrapolated: whether the steps of the ladder are combined (Richardson); cost [s]: expected of a step (or, for
+    a tolerance, of an output interval), until a run has told."""
+
+    name: str
+    engine: str
+    integrator: str
+    constraints: str
+    control: str
+    order: float
+    cost: float
+    stable: float = 0.0
+    extrapolated: bool = False
+
+
+LADDERS: tuple[LadderRule, ...] = (
+    LadderRule("MuJoCo RK4", "mujoco", "RK4", "hard", "step", 4.0, 1e-5, 2.2),
+    LadderRule("MuJoCo discrete, extrapolated", "mujoco", "discrete", "hard", "step", 1.0, 3e-6, 0.0, True),
+    LadderRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 4e-5, 2.2),
+    LadderRule("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8.0, 2e-4),
+    LadderRule("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8.0, 1e-3),
+)
+"""The methods in the order of expected cost; "energy" comes before all of them where it applies."""
+
+LOOPS_ORDER = 2.0
+"""Of MuJoCo with loops or gears: their softness goes with the square of the step."""
+EXTRAPOLATED = 3.0
+"""Largest order that the errors of extrapolated runs are believed to fall with: it rises from rung to rung."""
