@@ -133,7 +133,7 @@ def _squeeze(p: Parameters, fidelity: str) -> Scene:
     laws = (Constant("beta", p.torque),) if p.torque else ()
     return Scene(
         "squeeze", fidelity, p.duration, laws, {"beta": p.start_angle}, {"beta": p.start_rate}, tuple(CHANNELS),
-        tolerance=1e-5, settings=Settings(timestep=4e-5),
+        tolerance=1e-5, settings=Settings(timestep=1e-5),
     )  # fmt: skip
 
 

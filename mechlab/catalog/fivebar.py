@@ -53,6 +53,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=PLANAR.scenes(),
     default_scene="driven-crank",
+    sliders=("base", "rod_left"),
     questions=(PLANAR.question(),),
     checks=PLANAR.checks("V"),
     reference=PLANAR.reference,

@@ -169,9 +169,10 @@ def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
         "constant-torque": (Constant("crank_angle", p.torque),),
     }
     start = 0.0 if name == "constant-torque" else p.speed
-    return Scene(
-        name, fidelity, 2.0, laws[name], {"crank_angle": start_angle(p)}, {"crank_angle": start}, tolerance=1e-4
-    )
+    # under a constant torque the crank gets fast: 200 rad/s after 2 s
+    settings = Settings(timestep=2.5e-4) if name == "constant-torque" else Settings()
+    at, rate = {"crank_angle": start_angle(p)}, {"crank_angle": start}
+    return Scene(name, fidelity, 2.0, laws[name], at, rate, tolerance=1e-4, settings=settings)
 
 
 def _driven(p: Parameters, fidelity: str) -> Scene:
@@ -288,6 +289,7 @@ ENTRY = Entry(
         "constant-torque": SceneRecipe(_torque, "minimal", "a constant torque starts the crank from rest"),
     },
     default_scene="driven-crank",
+    sliders=("crank", "coupler"),
     questions=(QUESTION,),
     checks=CHECKS,
     reference=reference,

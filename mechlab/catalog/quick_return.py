@@ -57,6 +57,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=PLANAR.scenes(),
     default_scene="driven-crank",
+    sliders=("crank", "lever"),
     questions=(PLANAR.question(),),
     checks=PLANAR.checks("Q"),
     reference=PLANAR.reference,

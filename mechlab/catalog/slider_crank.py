@@ -16,6 +16,7 @@ from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Builder, Mechanism, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array
 from mechlab.study.own_equations import record_own
@@ -70,7 +71,7 @@ CHANNELS: dict[str, parts.Channel] = {"slider": ("m", lambda p, recording: recor
 def _run(p: Parameters, fidelity: str) -> Scene:
     return Scene(
         "free-run", fidelity, p.duration, initial={"crank_angle": p.start_angle},
-        initial_rates={"crank_angle": p.start_rate}, channels=tuple(CHANNELS), tolerance=1e-4,
+        initial_rates={"crank_angle": p.start_rate}, channels=tuple(CHANNELS), tolerance=1e-4, settings=Settings(timestep=2.5e-4),
     )  # fmt: skip
 
 
@@ -105,6 +106,7 @@ ENTRY = Entry(
     default_fidelity="full",
     scenes={"free-run": SceneRecipe(_run, "full", "the crank is let go at full speed")},
     default_scene="free-run",
+    sliders=("crank", "rod"),
     checks=parts.checks(build, Parameters, _run, reference, CHANNELS, PRINTED, 1e-4),
     reference=reference,
     channels=CHANNELS,

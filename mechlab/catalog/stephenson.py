@@ -60,6 +60,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=PLANAR.scenes(),
     default_scene="driven-crank",
+    sliders=("crank", "link"),
     questions=(PLANAR.question(),),
     checks=PLANAR.checks("S"),
     reference=PLANAR.reference,

@@ -17,6 +17,9 @@ from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 
+AUTO = "auto"
+"""As the fidelity of a scene or a run: the cheapest that answers what is needed; see `mechlab.study.fidelity`."""
+
 
 @dataclass(frozen=True)
 class Design:
@@ -104,24 +107,34 @@ class Design:
         Raises MechlabError for unknown names.
         """
         chosen = name or self.entry.default_scene
-        if chosen not in self.entry.scenes:
-            raise unknown(f"{self.name}: scene", chosen, self.entry.scenes)
-        recipe = self.entry.scenes[chosen]
+        recipe = self.recipe(name)
         p = replace(self.parameters, **{k: v for k, v in recipe.overrides.items() if k not in self.given})
-        level = self.fidelity(fidelity or recipe.fidelity)
+        level = self.fidelity(self._resolved(fidelity or recipe.fidelity, chosen, duration, extra))
         scene = recipe.make(p, level)
         if duration is not None:
             if not 0.0 < duration < 1e6:
                 raise MechlabError(f"{self.name}: duration must be positive, got {duration!r} s.")
             scene = replace(scene, duration=duration)
-        return replace(_with_extra(self, scene, extra or {}), name=chosen)
+        return replace(with_extra(self, scene, extra or {}), name=chosen)
 
-    def for_scene(self, name: str | None) -> Design:
-        """The same design with the overrides of a scene taken into its parameters."""
+    def recipe(self, name: str | None) -> SceneRecipe:
+        """The recipe of a scene (default: the entry's); raises MechlabError that lists the scenes."""
         chosen = name or self.entry.default_scene
         if chosen not in self.entry.scenes:
             raise unknown(f"{self.name}: scene", chosen, self.entry.scenes)
-        changes = {k: v for k, v in self.entry.scenes[chosen].overrides.items() if k not in self.given}
+        return self.entry.scenes[chosen]
+
+    def _resolved(self, fidelity: str, scene: str, duration: float | None, extra: Mapping[str, float] | None) -> str:
+        """The fidelity; for "auto" the cheapest that answers what the scene needs."""
+        if fidelity != AUTO:
+            return fidelity
+        from mechlab.study.fidelity import choose
+
+        return choose(self, scene, None, duration, extra).chosen
+
+    def for_scene(self, name: str | None) -> Design:
+        """The same design with the overrides of a scene taken into its parameters."""
+        changes = {k: v for k, v in self.recipe(name).overrides.items() if k not in self.given}
         return replace(self, parameters=replace(self.parameters, **changes))
 
 
@@ -130,7 +143,8 @@ def initial_keys(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(f"{n}{s}" for n in mechanism.scalar_names for s in ("_0", "_rate_0", "_force"))
 
 
-def _with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Scene:
+def with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Scene:
+    """The scene with initial values X_0, X_rate_0 and constant loads X_force added; raises MechlabError for other keys."""
     if not extra:
         return scene
     m = design.mechanism(scene.fidelity)

@@ -26,6 +26,9 @@ from mechlab.study.witness import engine_answer
 START_OFFSET = 1e-3
 """The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
 DRIVEN = Settings(timeconst=4.0)
+"""Of driven cranks: softer rows follow an acceleration that a law commands with less ringing."""
+FREE = Settings(timestep=2.5e-4)
+"""Of free motion, within its tolerance by the estimate of its own steps."""
 ORDERS = ("", "_rate", "_accel")
 
 
@@ -147,7 +150,9 @@ class Planar:
                 ramps = tuple((n, Ramp(start[n], speed[n])) for n in start)
                 law = ComputedTorque(tuple(start), ramps, ((1e4, 200.0),) * len(start))
                 laws = (law,) if name == "driven-crank" else ()
-                return Scene(name, fidelity, turn if laws else 2.0, laws, start, speed, tolerance=1e-5, settings=DRIVEN)
+                if laws:
+                    return Scene(name, fidelity, turn, laws, start, speed, tolerance=1e-5, settings=DRIVEN)
+                return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4, settings=FREE)
 
             return scene
 

@@ -44,8 +44,8 @@ def nice_step(length: float, count: int = 12) -> float:
     return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= raw * (1.0 - 1e-9))
 
 
-def _outermost(points: Array) -> Array:
-    """The points farthest out in each of 26 directions."""
+def outermost(points: Array) -> Array:
+    """The points of (n, 3) farthest out in each of 26 directions, (k, 3)."""
     return points[np.unique((points @ _DIRECTIONS.T).argmax(axis=0))]
 
 
@@ -54,20 +54,25 @@ def frame_story(story: Story) -> Framing:
     nothing."""
     moving = story.poses
     if story.explore is not None:
-        moving = np.concatenate([moving, *(sweep.poses for sweep in story.explore.sweeps)])
-    poses = moving[:: max(1, math.ceil(len(moving) / _MOST_FRAMES))]
-    found = [_outermost(trace) for trace in story.traces.values()]
+        # Samples of a sweep lie evenly along its arc; each sweep gives as many.
+        share = _MOST_FRAMES // len(story.explore.sweeps)
+        thinned = (
+            s.poses[np.unique(np.linspace(0, len(s.poses) - 1, share).astype(int))] for s in story.explore.sweeps
+        )
+        moving = np.concatenate([moving, *thinned])
+    poses = moving[:: max(1, math.ceil(len(moving) / _MOST_FRAMES / 2))]
+    found = [outermost(trace) for trace in story.traces.values()]
     for part in story.parts:
         local = part.vertices[np.unique(part.faces)]
-        in_body = _outermost(local) @ part.placement[:3, :3].T + part.placement[:3, 3]
+        in_body = outermost(local) @ part.placement[:3, :3].T + part.placement[:3, 3]
         moved = poses[:, story.bodies.index(part.body)]
         found.append(
-            _outermost(
+            outermost(
                 np.einsum("nij,kj->nki", moved[:, :3, :3], in_body).reshape(-1, 3)
                 + np.repeat(moved[:, :3, 3], len(in_body), axis=0)
             )
         )
-    points = _outermost(np.concatenate(found)) if found else np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+    points = outermost(np.concatenate(found)) if found else np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
     low, high = points.min(axis=0), points.max(axis=0)
     radius = max(float(np.linalg.norm(high - low)) / 2.0, 1e-6)
     return Framing(points, low, high, float(low[2]) - 0.02 * radius, nice_step(2.0 * radius), radius)

@@ -10,10 +10,12 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.health import Health
 from mechlab.experiment.recording import Recording, frame_positions
-from mechlab.mechanism import GROUND, Mechanism, Shape, body_poses
+from mechlab.mechanism import GROUND, Mechanism, Shape
 from mechlab.mechanism.geometry import Array
 from mechlab.shapes import mesh
 from mechlab.view import annotate
+from mechlab.view.explore.many import ManyPoses
+from mechlab.view.explore.surface import Surface
 from mechlab.view.story import Arrow, Part, Plot, Severity, Story
 
 MAX_FRAMES = 501
@@ -81,14 +83,21 @@ def motion_story(
     )  # fmt: skip
 
 
-def exploration_story(mechanism: Mechanism, title: str = "", facts: Mapping[str, str] | None = None) -> Story:
+def exploration_story(
+    mechanism: Mechanism,
+    title: str = "",
+    facts: Mapping[str, str] | None = None,
+    rates: Mapping[str, float] | None = None,
+    reach: Surface | None = None,
+) -> Story:
     """A Story whose drives can be moved in the page; see `mechlab.view.explore`. Raises MechlabError like `explore`."""
     from mechlab.view.explore import explore
     from mechlab.view.framing import frame_story
 
     still = mechanism_story(mechanism, title, facts)
     size = 2.0 * frame_story(still).radius
-    return replace(still, explore=explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size))
+    found = explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size, rates)
+    return replace(still, explore=replace(found, reach=reach))
 
 
 def against(story: Story, other: Story, name: str) -> Story:
@@ -156,7 +165,7 @@ Owners = list[tuple[str, tuple[Shape, ...]]]
 
 def placed(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, Owners]:
     """Names, poses (n, nb, 4, 4) and shapes of the bodies, of shafts that are drawn, and of the ground."""
-    bodies = body_poses(mechanism, q)
+    bodies = ManyPoses(mechanism).set(q).poses()
     names = [b.name for b in mechanism.bodies]
     poses = [bodies[:, k] for k in range(len(names))]
     index = {n: k for k, n in enumerate(names)}
@@ -221,8 +230,8 @@ def _plots(recording: Recording, keep: Array, wanted: Sequence[str] | None) -> t
         title = titles[kind]
         if kind in ("drives", "forces"):
             title = {
-                "m": "linear drives",
-                "rad": "rotary drives",
+                "m": "linear drives" if m.drives else "slides",
+                "rad": "rotary drives" if m.drives else "joint angles",
                 "N": "forces of linear drives",
                 "N m": "torques of rotary drives",
             }.get(unit, title)

@@ -9,6 +9,7 @@ import json
 import os
 import tempfile
 import zlib
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -26,6 +27,7 @@ SCRIPTS = (
     "arrows.js",
     "labels.js",
     "show.js",
+    "sweep.js",
     "explore.js",
     "camera.js",
     "player.js",
@@ -36,14 +38,16 @@ SCRIPTS = (
 )
 
 
-def story_to_html(story: Story, *, live: bool = False, connect: str = "data:") -> str:
+def story_to_html(
+    story: Story, *, live: bool = False, connect: str = "data:", controls: Sequence[Mapping[str, str]] = ()
+) -> str:
     """The page as text. `live` makes it listen to the server that serves it; `connect` is what its policy
-    lets it connect to.
+    lets it connect to; `controls` are the parameters that a live page can change.
 
     Raises EngineMissing where meshcat, whose viewer the page contains, is not installed.
     """
     document, block = pack(story)
-    document["live"] = live
+    document["live"], document["controls"] = live, list(controls)
     parts = {
         "title": html.escape(story.title),
         "connect": html.escape(connect),

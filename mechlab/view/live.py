@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import ipaddress
 import json
 import socket
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
 from types import TracebackType
 from typing import Any
 
@@ -22,6 +24,17 @@ from mechlab.view.pack import quaternions
 from mechlab.view.story import Story
 
 _STARTUP_SECONDS = 10.0
+_LARGEST_MESSAGE = 65536
+
+
+@dataclass(frozen=True)
+class Control:
+    """A parameter in the form of a live page: its name, value as text, unit, and what it is."""
+
+    key: str
+    value: str
+    unit: str
+    text: str
 
 
 def serve(story: Story, host: str = "127.0.0.1", port: int = 0, *, quiet: bool = False) -> Server:
@@ -34,7 +47,8 @@ def serve(story: Story, host: str = "127.0.0.1", port: int = 0, *, quiet: bool =
     server = Server(story, host, port)
     if not server.loopback:
         print(
-            f"warning: {host} can be reached by other computers; everybody on the network can see this page.",
+            f"warning: {host} can be reached by other computers; everybody on the network can see this page "
+            "and change its parameters.",
             file=sys.stderr,
         )
     if not quiet:
@@ -49,6 +63,9 @@ class Server:
         self.story = story
         self.host = host
         self.loopback = _is_loopback(host)
+        self.controls: tuple[Control, ...] = ()
+        self.on_values: Callable[[Mapping[str, str], Callable[[str], None]], None] | None = None
+        """Called with the parameters that a browser sends, and how to tell that browser why they are refused."""
         self._last: str | None = None
         self._clients: set[_Live] = set()
         self._closed = False
@@ -153,7 +170,9 @@ class Server:
     def _work(self) -> None:
         asyncio.set_event_loop(self._loop)
         arguments = {"server": self}
-        application = web.Application([("/", _Page, arguments), ("/live", _Live, arguments)])
+        application = web.Application(
+            [("/", _Page, arguments), ("/live", _Live, arguments)], websocket_max_message_size=_LARGEST_MESSAGE
+        )
         server = httpserver.HTTPServer(application)
         self._loop.call_soon(server.add_sockets, [self._socket])
         self._loop.call_soon(self._started.set)
@@ -195,8 +214,9 @@ class _Page(web.RequestHandler):
     def get(self) -> None:
         self.set_header("Cache-Control", "no-store")
         self.set_header("X-Frame-Options", "DENY")
-        host = self.request.host
-        self.finish(story_to_html(self.server.story, live=True, connect=f"data: 'self' ws://{host}"))
+        connect = f"data: 'self' ws://{self.request.host}"
+        controls = [asdict(c) for c in self.server.controls]
+        self.finish(story_to_html(self.server.story, live=True, connect=connect, controls=controls))
 
 
 class _Live(websocket.WebSocketHandler):
@@ -219,7 +239,22 @@ class _Live(websocket.WebSocketHandler):
             self.server._clients.discard(self)
 
     def on_message(self, message: str | bytes) -> None:
-        """Browsers only look; whatever they send is ignored."""
+        """Parameters {"type": "values", "values": {key: text}} are handed on; whatever else a browser sends is ignored."""
+        try:
+            said = json.loads(message)
+            values = said["values"] if said["type"] == "values" else None
+        except (ValueError, TypeError, KeyError):
+            return
+        take = self.server.on_values
+        if take is None or not isinstance(values, dict) or not all(isinstance(x, str) for x in values.values()):
+            return
+        take(values, self.refuse)
+
+    def refuse(self, reason: str) -> None:
+        """Tells this browser why its parameters are refused; from any thread."""
+        message = json.dumps({"type": "refused", "message": reason})
+        with contextlib.suppress(MechlabError):
+            self.server._call(lambda: self.push(message))
 
     def on_close(self) -> None:
         self.server._clients.discard(self)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.view.crease import crease
-from mechlab.view.framing import FIELD_OF_VIEW, MARGIN, THREE_QUARTER, frame_story, nice_step
+from mechlab.view.framing import FIELD_OF_VIEW, MARGIN, THREE_QUARTER, frame_story, nice_step, outermost
 from mechlab.view.story import Part, Story
 from mechlab.view.tempo import SPEEDS, tempo
 
@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 ARROW_LENGTH = 0.7
 """Length of the longest arrow, at most, in radii of the mechanism."""
+FEW_ARROWS = 3
+"""Up to so many arrows are shown at once; the page knows the same number."""
 
 
 class Block:
@@ -26,15 +28,20 @@ class Block:
     def __init__(self) -> None:
         self._pieces: list[bytes] = []
         self._length = 0
+        self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
 
     def add(self, array: NDArray[Any], kind: str) -> dict[str, Any]:
-        """Appends `array` as `kind` (f8, f4, i2, u2, u4), aligned to 8 bytes; the reference is {at, kind,
-        count}."""
+        """Appends `array` as `kind` (f8, f4, i2, u2, u4), aligned to 8 bytes, unless the same stands there already; the
+        reference is {at, kind, count}."""
         data = np.ascontiguousarray(array, dtype="<" + kind).tobytes()
+        key = (kind, hashlib.sha256(data).digest())
+        if key in self._known:
+            return self._known[key]
         reference = {"at": self._length, "kind": kind, "count": int(np.size(array))}
         padded = data + bytes(-len(data) % 8)
         self._pieces.append(padded)
         self._length += len(padded)
+        self._known[key] = reference
         return reference
 
     def bytes(self) -> bytes:
@@ -65,6 +72,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     pace = tempo(story)
     geometries, parts = _pack_parts(story, block)
     framing = frame_story(story)
+    scales = _scales(story, framing.step, framing.radius)
     document = {
         "title": story.title,
         "summary": story.summary,
@@ -99,17 +107,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for a in story.arrows
         ],
-        "arrowScales": _scales(story, framing.step, framing.radius),
-        "marks": [
-            {
-                "body": story.bodies.index(m.body),
-                "name": m.name,
-                "point": list(m.point),
-                "direction": None if m.direction is None else list(m.direction),
-                "kind": m.kind,
-            }
-            for m in story.marks
-        ],
+        "arrowScales": scales,
+        "marks": _pack_marks(story),
         "ghost": None
         if story.ghost is None
         else {"name": story.ghost_name, "shown": story.ghost_shown, "motion": pack_motion(story.ghost, block)},
@@ -121,8 +120,18 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "speeds": list(SPEEDS),
         },
         "explore": None if story.explore is None else story.explore.packed(block, pack_motion),
+        "variants": [
+            {
+                "key": v.key,
+                "unit": v.unit,
+                "values": list(v.values),
+                "home": v.home,
+                "choices": [x if isinstance(x, str) else _pack_choice(x, block) for x in v.stories],
+            }
+            for v in story.variants
+        ],
         "framing": {
-            "points": framing.points.tolist(),
+            "points": [*framing.points.tolist(), *_tips(story, scales, framing.step)],
             "low": framing.low.tolist(),
             "high": framing.high.tolist(),
             "floor": framing.floor,
@@ -136,8 +145,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     return document, block.bytes()
 
 
-def pack_motion(poses: Array, block: Block) -> list[dict[str, Any]]:
-    """References of positions and quaternions of poses (n, nb, 4, 4), body by body."""
+def pack_motion(poses: Array, block: Block, kind: str = "f8") -> list[dict[str, Any]]:
+    """References of positions, of that kind, and quaternions of poses (n, nb, 4, 4), body by body."""
     rotation = quaternions(poses[:, :, :3, :3])
     motion = []
     for k in range(poses.shape[1]):
@@ -145,20 +154,50 @@ def pack_motion(poses: Array, block: Block) -> list[dict[str, Any]]:
         frames = slice(0, 1) if still else slice(None)
         motion.append(
             {
-                "position": block.add(poses[frames, k, :3, 3], "f8"),
+                "position": block.add(poses[frames, k, :3, 3], kind),
                 "quaternion": block.add(rotation[frames, k], "f4"),
             }
         )
     return motion
 
 
+def _pack_marks(story: Story) -> list[dict[str, Any]]:
+    return [
+        {
+            "body": story.bodies.index(m.body),
+            "name": m.name,
+            "point": list(m.point),
+            "direction": None if m.direction is None else list(m.direction),
+            "kind": m.kind,
+        }
+        for m in story.marks
+    ]
+
+
+def _pack_choice(story: Story, block: Block) -> dict[str, Any]:
+    """What differs from one variant of a mechanism to the next."""
+    geometries, parts = _pack_parts(story, block)
+    explore = None if story.explore is None else story.explore.packed(block, pack_motion)
+    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "explore": explore}
+
+
 def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
     """Unit -> amount of it that an arrow one grid step long stands for: 1, 2 or 5 times a power of ten."""
     largest: dict[str, float] = {}
-    for arrow in story.arrows:
-        size = float(np.linalg.norm(arrow.vectors, axis=1).max())
-        largest[arrow.unit] = max(largest.get(arrow.unit, 0.0), size)
+    found = [(a.unit, a.vectors) for a in story.arrows]
+    if story.explore is not None:
+        found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
+    for unit, vectors in found:
+        largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
     return {unit: nice_step(size * step / (ARROW_LENGTH * radius), 1) for unit, size in largest.items() if size > 0}
+
+
+def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[float]]:
+    """Where arrows that are shown at once reach farthest, so that the camera takes them in."""
+    if not 0 < len(story.arrows) <= FEW_ARROWS:
+        return []
+    tips = [a.points + a.vectors * (step / scales[a.unit]) for a in story.arrows if a.unit in scales]
+    return outermost(np.concatenate(tips)).tolist() if tips else []
 
 
 def geometry_key(part: Part) -> str:

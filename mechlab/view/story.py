@@ -104,6 +104,18 @@ class Mark:
 
 
 @dataclass(frozen=True, eq=False)
+class Variation:
+    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design with its
+    sweeps, or a sentence why there is none. home: index of the value of the story itself."""
+
+    key: str
+    unit: str
+    values: tuple[float, ...]
+    home: int
+    stories: tuple[Story | str, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Story:
     """Everything that a page needs, already computed; the writers in this package only draw it.
 
@@ -114,7 +126,8 @@ class Story:
     from its result. arrows, marks: see there. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, called
     `ghost_name`; shown at once with `ghost_shown`. tooth_rate: teeth that pass in a second, at most [1/s]; playback:
     a sentence on how far the picture between two frames may be off. explore: sweeps of the drives, see
-    `mechlab.view.explore`. Raises MechlabError, naming the culprit, for anything that does not fit together.
+    `mechlab.view.explore`; variants: parameters that can be changed there, one at a time. Raises
+    MechlabError, naming the culprit, for anything that does not fit together.
     """
 
     title: str
@@ -136,6 +149,7 @@ class Story:
     tooth_rate: float = 0.0
     playback: str = ""
     explore: Exploration | None = None
+    variants: tuple[Variation, ...] = ()
 
     def __post_init__(self) -> None:
         t = frozen(self.t, "t", (None,))

@@ -18,13 +18,22 @@ from mechlab.view.watch import Stopped, Watch, glimpse, watched
 
 
 def stream(
-    server: Server, design: Design, told: Callable[[Recording], Story], scene: str | None = None, speed: float = 1.0
+    server: Server,
+    design: Design,
+    told: Callable[[Recording], Story],
+    scene: str | None = None,
+    speed: float = 1.0,
+    stop: Callable[[], bool] = lambda: False,
 ) -> threading.Thread:
     """Runs a scene of the design in a thread, not faster than `speed` times its own time, and shows every browser where
-    it is; when it has ended, the page of the recording replaces it. What goes wrong is told on the page."""
+    it is; when it has ended, the page of the recording replaces it. What goes wrong is told on the page. `stop()` true: the
+    run is no longer wanted and ends."""
     lived = design.for_scene(scene)
     chosen = scene or design.entry.default_scene
     fidelity = design.entry.scenes[chosen].fidelity
+
+    def over() -> bool:
+        return server.closed or stop()
 
     def see(t: float, plant: Any) -> None:
         now = glimpse(plant, t, fidelity)
@@ -38,15 +47,17 @@ def stream(
         server.update(poses[0])
 
     def work() -> None:
-        watch = Watch(see, speed, lambda: server.closed)
+        watch = Watch(see, speed, over)
         try:
             recording = run_scene(replace(design, entry=watched(design.entry, watch)), scene)
-            if not server.closed:
-                server.show(told(recording))
+            if not over():
+                page = told(recording)
+                if not over():
+                    server.show(page)
         except Stopped:
             return
         except MechlabError as error:
-            if not server.closed:
+            if not over():
                 failed = replace(
                     server.story, health=(*server.story.health, ("error", f"the simulation ended: {error}"))
                 )

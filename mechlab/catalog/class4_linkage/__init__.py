@@ -22,6 +22,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="driven-crank",
+    sliders=("AC",),
     questions=(QUESTION,),
     checks=CHECKS,
     claims=CLAIMS,

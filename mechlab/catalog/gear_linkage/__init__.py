@@ -26,6 +26,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="constant-crank",
+    sliders=("crank",),
     questions=QUESTIONS,
     checks=CHECKS,
     claims=CLAIMS,

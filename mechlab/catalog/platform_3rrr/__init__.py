@@ -23,6 +23,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="driven-cranks",
+    sliders=("leg",),
     questions=QUESTIONS,
     checks=CHECKS,
     reference=reference,

@@ -32,6 +32,13 @@ class Arrows {
     return { ...arrow, points: read(arrow.points), vectors: read(arrow.vectors), group, shaft, heads, tip: new THREE.Vector3(), size: 0 };
   }
 
+  /** Takes other arrows; `sign` -1 draws one the other way round. */
+  replace(arrows, read) {
+    for (const { group } of this.items) this.stage.root.remove(group);
+    this.items = arrows.map((arrow) => this.add(arrow, read));
+    if (this.onReplace) this.onReplace();
+  }
+
   /** Shows the arrows at a place between two recorded frames. */
   apply(frame, share) {
     const along = new THREE.Vector3(0, 0, 1);
@@ -40,7 +47,7 @@ class Arrows {
       return values[a] + share * (values[b] - values[a]);
     };
     for (const item of this.items) {
-      const vector = new THREE.Vector3(...[0, 1, 2].map((k) => next(item.vectors, k)));
+      const vector = new THREE.Vector3(...[0, 1, 2].map((k) => next(item.vectors, k))).multiplyScalar(item.sign || 1);
       item.size = vector.length();
       const length = (item.size / (this.scales[item.unit] || 1)) * this.step;
       item.visible = this.shown && length > 0.02 * this.step;
@@ -61,7 +68,8 @@ class Arrows {
 
   /** What an arrow as long as one grid step stands for. */
   get scaleText() {
-    const shown = Object.entries(this.scales).map(([unit, amount]) => `${significant(amount)} ${unit}`);
+    const units = new Set(this.items.map((item) => item.unit));
+    const shown = Object.entries(this.scales).filter(([unit]) => units.has(unit)).map(([unit, amount]) => `${significant(amount)} ${unit}`);
     return shown.length && this.shown ? `arrow of one grid step: ${shown.join(" or ")}` : "";
   }
 }

@@ -1,96 +1,66 @@
-// Moving the drives by hand. Every position is blended from closed poses that were solved beforehand, so it is closed too.
+// Moving the drives by hand, and changing a parameter. Every pose is blended from poses that were solved beforehand.
 
-const BLEND = 6;
 const NEAR = 0.05;
-
-class Sweep {
-  constructor(sweep, bodies, read) {
-    Object.assign(this, sweep);
-    this.tracks = sweep.motion.map((m) => ({ position: read(m.position), quaternion: read(m.quaternion) }));
-    this.near = read(sweep.closeness);
-    for (const { quaternion } of this.tracks) {
-      // Opposite quaternions are the same turn; blending needs the nearer one.
-      for (let i = 4; i < quaternion.length; i += 4) {
-        const dot = [0, 1, 2, 3].reduce((sum, k) => sum + quaternion[i + k] * quaternion[i + k - 4], 0);
-        if (dot < 0) for (let k = 0; k < 4; k++) quaternion[i + k] *= -1;
-      }
-    }
-  }
-
-  exists(value) { const tiny = 1e-9 * (this.last - this.first); return value >= this.first - tiny && value <= this.last + tiny; }
-
-  /** First sample and weights of the polynomial through the samples around a value. */
-  weights(value) {
-    let share = Math.min(1, Math.max(0, (value - this.first) / (this.last - this.first)));
-    if (this.cosine) share = Math.acos(1 - 2 * share) / Math.PI;
-    const position = share * (this.count - 1);
-    const first = Math.min(Math.max(Math.floor(position) - (BLEND / 2 - 1), 0), this.count - BLEND);
-    const weights = [];
-    for (let i = 0; i < BLEND; i++) {
-      let w = 1;
-      for (let j = 0; j < BLEND; j++) if (j !== i) w *= (position - first - j) / (i - j);
-      weights.push(w);
-    }
-    return { first, weights };
-  }
-
-  apply(groups, value) {
-    const { first, weights } = this.weights(value);
-    const blend = (values, width, still) => {
-      const out = [];
-      for (let k = 0; k < width; k++) {
-        if (still) { out.push(values[k]); continue; }
-        let sum = 0;
-        for (let i = 0; i < BLEND; i++) sum += weights[i] * values[width * (first + i) + k];
-        out.push(sum);
-      }
-      return out;
-    };
-    groups.forEach((group, k) => {
-      const { position, quaternion } = this.tracks[k];
-      const still = quaternion.length === 4;
-      group.position.fromArray(blend(position, 3, still));
-      group.quaternion.fromArray(blend(quaternion, 4, still)).normalize();
-    });
-  }
-
-  nearness(value) {
-    const { first, weights } = this.weights(value);
-    return weights.reduce((sum, w, i) => sum + w * this.near[first + i], 0);
-  }
-}
+const PIECES = 240;
 
 class Explorer {
-  constructor(story, stage, traces, read, holder, redraw) {
-    this.stage = stage;
-    this.redraw = redraw;
-    this.data = story.explore;
-    this.sweeps = this.data.sweeps.map((s) => new Sweep(s, story.bodies, read));
-    this.traces = traces;
-    this.frames = story.marks.filter((m) => m.kind === "frame");
-    this.active = null;
+  constructor(story, stage, traces, layers, read, holder, redraw) {
+    Object.assign(this, { story, stage, traces, layers, read, redraw });
+    this.picked = story.variants.map((v) => v.home);
+    this.active = 0;
+    this.freeBody = null;
+    this.take(story);
     this.values = this.sweeps.map((s) => s.home);
     this.build(holder);
-    this.move(0, this.sweeps[0].home);
+    this.addReach();
+    this.show();
+  }
+
+  /** Takes over the sweeps of a variant, or of the story itself. */
+  take(source) {
+    this.data = source.explore;
+    this.known = this.known || new Map();
+    if (!this.known.has(source)) this.known.set(source, source.explore.sweeps.map((s) => new Sweep(s, this.read)));
+    this.sweeps = this.known.get(source);
+    this.marks = source.marks.filter((m) => m.kind === "frame");
+    this.drawn = null;
   }
 
   build(holder) {
     holder.hidden = false;
     holder.className = "explore";
     const drives = make("div", { class: "drives" });
-    holder.append(drives);
     this.rows = this.sweeps.map((sweep, k) => {
-      const step = niceStep(sweep.high - sweep.low, 1000);
-      const value = make("output", { class: "value" });
-      const slider = make("input", { type: "range", min: sweep.low, max: sweep.high, step: "any", value: sweep.home, "aria-label": `${sweep.name}, ${sweep.unit}`,
-        oninput: () => this.move(k, slider.valueAsNumber),
-        onkeydown: (event) => this.key(event, k) });
-      drives.append(make("div", { class: "drive" }, make("span", { class: "name" }, sweep.name), slider, value));
-      return { slider, value, step };
+      const row = this.row(drives, sweep.name, "drive", { min: sweep.low, max: sweep.high, step: "any", value: sweep.home, "aria-label": `${sweep.name}, ${sweep.unit}` },
+        (value) => this.move(k, value), (event) => this.key(event, k));
+      return { ...row, step: niceStep(sweep.high - sweep.low, 1000) };
     });
+    this.choices = this.story.variants.map((v, j) => this.row(drives, v.key, "drive parameter",
+      { min: 0, max: v.values.length - 1, step: 1, value: v.home, "aria-label": `parameter ${v.key}, ${v.unit || "a number"}` },
+      (index) => this.pick(j, index), (event) => { if (event.key === "Home") { event.preventDefault(); this.pick(j, v.home); } else event.stopPropagation(); }));
     this.state = make("p", { class: "state", role: "status", "aria-live": "polite" });
-    const others = this.sweeps.length > 1 ? " One drive moves at a time; the others stay at home." : "";
-    holder.append(this.state, make("p", { class: "hint" }, `Arrow keys move by a hundredth of the slider, with shift a tenth; Home goes home.${others}`));
+    const others = [this.sweeps.length > 1 ? " One drive moves at a time; the others stay at home." : "",
+      this.choices.length ? ` Each step of a parameter is a mechanism of its own, solved beforehand${this.choices.length > 1 ? "; one parameter differs at a time" : ""}.` : ""].join("");
+    holder.append(drives, this.bodyChoice(), this.state, make("p", { class: "hint" }, `Arrow keys move by a hundredth of the slider, with shift a tenth; Home goes home.${others}`));
+  }
+
+  row(holder, name, kind, attributes, oninput, onkeydown) {
+    const value = make("output", { class: "value" });
+    const slider = make("input", { type: "range", ...attributes, oninput: () => oninput(slider.valueAsNumber), onkeydown });
+    holder.append(make("div", { class: kind }, make("span", { class: "name" }, name), slider, value));
+    return { slider, value };
+  }
+
+  /** Which forces are drawn: all, or those on one part with its weight. */
+  bodyChoice() {
+    const loads = this.sweeps.flatMap((s) => s.loads);
+    if (!loads.length) return "";
+    const bodies = [...new Set(loads.flatMap((x) => [x.on, x.by]))].filter((k) => k >= 0 && this.stage.bodies[k] !== "ground").sort((a, b) => a - b);
+    const options = [["none", "none"], ["all", "all joints"], ...bodies.map((k) => [String(k), `on ${this.stage.bodies[k]}`])];
+    this.freeBody = "none";
+    this.bodySelect = make("select", { id: "free-body", onchange: (event) => { this.freeBody = event.target.value; this.show(); } },
+      ...options.map(([value, words]) => make("option", { value }, words)));
+    return make("p", { class: "forces" }, make("label", { for: "free-body" }, "Forces "), this.bodySelect, this.bodyNote = make("span", { class: "hint" }));
   }
 
   key(event, k) {
@@ -107,32 +77,86 @@ class Explorer {
     if (!Number.isFinite(asked)) throw new Error(`cannot move to ${asked}: expected a number`);
     const sweep = this.sweeps[k];
     const value = Math.min(sweep.high, Math.max(sweep.low, asked));
+    this.active = k;
     this.values = this.sweeps.map((s, i) => (i === k ? value : s.home));
-    const exists = sweep.exists(value);
-    sweep.apply(this.stage.groups, value);
-    if (this.active !== k) this.draw(k);
+    this.show();
+  }
+
+  /** Takes choice `index` of parameter `j`; the other parameter goes home, the drive stays where it is. */
+  pick(j, index) {
+    const variant = this.story.variants[j];
+    this.picked = this.story.variants.map((v, i) => (i === j ? Math.min(v.values.length - 1, Math.max(0, Math.round(index))) : v.home));
+    const at = this.picked[j];
+    const choice = at === variant.home ? this.story : variant.choices[at];
+    this.refused = typeof choice === "string" ? choice : "";
+    if (!this.refused) {
+      const value = this.values[this.active];
+      this.take(choice);
+      this.stage.replaceParts(choice, this.read);
+      this.sweeps.forEach((s, k) => { Object.assign(this.rows[k].slider, { min: s.low, max: s.high }); });
+      const s = this.sweeps[this.active];
+      this.values = this.sweeps.map((sweep, i) => (i === this.active ? Math.min(s.high, Math.max(s.low, value)) : sweep.home));
+    }
+    this.show();
+  }
+
+  show() {
+    const sweep = this.sweeps[this.active];
+    const value = this.values[this.active];
+    const place = sweep.place(value);
+    sweep.apply(this.stage.groups, place);
+    if (this.drawn !== sweep) this.draw(sweep);
     this.rows.forEach(({ slider, value: words, step }, i) => {
       slider.value = this.values[i];
       const text = `${fixed(this.values[i], step)} ${this.sweeps[i].unit}`;
       const degrees = this.sweeps[i].unit === "rad" ? ` (${((this.values[i] * 180) / Math.PI).toFixed(1)}\u00b0)`.replace("-", "\u2212") : "";
       words.textContent = text + degrees;
       slider.setAttribute("aria-valuetext", text);
-      slider.parentElement.classList.toggle("away", i !== k);
+      slider.parentElement.classList.toggle("away", i !== this.active);
     });
-    this.tell(sweep, value, exists);
+    this.choices.forEach(({ slider, value: words }, j) => {
+      const { values, unit, home } = this.story.variants[j];
+      slider.value = this.picked[j];
+      words.textContent = unit === "m" ? lengthText(values[this.picked[j]]) : `${significant(values[this.picked[j]])} ${unit}`;
+      slider.setAttribute("aria-valuetext", words.textContent);
+      slider.parentElement.classList.toggle("away", this.picked[j] === home);
+    });
+    this.drawLoads(sweep, place);
+    this.tell(sweep, value, place);
     this.redraw();
   }
 
-  tell(sweep, value, exists) {
-    const closeness = sweep.nearness(value);
+  drawLoads(sweep, place) {
+    if (this.freeBody === null) return;
+    const arrows = this.layers.arrows;
+    const choice = this.freeBody;
+    const body = Number(choice);
+    const shown = sweep.loads.filter((x) => (choice === "all" ? x.by >= 0 : choice !== "none" && (x.on === body || x.by === body)));
+    const key = `${choice} ${this.picked} ${this.active}`;
+    if (this.loadKey !== key) {
+      this.loadKey = key;
+      arrows.replace(shown.map((x) => ({ ...x, sign: choice !== "all" && x.by === body ? -1 : 1 })), this.read);
+    }
+    arrows.apply(place.here, place.share);
+    const unbounded = shown.some((x, i) => !Number.isFinite(arrows.items[i].size));
+    this.bodyNote.textContent = choice === "none" ? "" : ` with ${sweep.name} moving steadily at ${significant(sweep.rate)} ${sweep.unit}/s${unbounded ? "; here they have no bound" : ""}`;
+  }
+
+  tell(sweep, value, place) {
+    const closeness = sweep.nearness(place);
+    const exists = sweep.exists(value) && !this.refused;
     const near = exists && closeness < NEAR;
     this.state.className = `state ${exists ? (near ? "warning" : "ok") : "error"}`;
     document.getElementById("stage").classList.toggle("impossible", !exists || near);
     const mark = make("span", { class: "mark", "aria-hidden": "true" }, exists ? (near ? "!" : "\u2713") : "\u2715");
-    const words = !exists
+    const gap = this.gap();
+    const loops = this.data.loops.length ? `Loops open by ${gap < 1e-9 ? "less than 1 nm" : lengthText(gap)}.` : "No loops.";
+    const words = this.refused
+      ? `No mechanism here: ${this.refused} Shown is the last one that exists.`
+      : !exists
       ? `${value < sweep.first ? sweep.lowReason : sweep.highReason}; shown is the last pose that closes.`
       : `${near ? "Near a singularity. " : ""}Assembly mode: ${this.data.mode}. Distance from the nearest singularity: ` +
-        `${Math.round(100 * Math.max(0, closeness))}\u00a0% of the largest. ${this.data.loops.length ? `Loops open by ${this.gap() < 1e-9 ? "less than 1 nm" : lengthText(this.gap())}.` : "No loops."}`;
+        `${Math.round(100 * Math.max(0, closeness))}\u00a0% of the largest. ${loops}`;
     this.state.replaceChildren(mark, make("span", {}, words));
     this.exists = exists;
     this.near = near;
@@ -152,23 +176,33 @@ class Explorer {
     return worst;
   }
 
-  /** The paths of all named points over the whole reach of drive `k`. */
-  draw(k) {
-    this.active = k;
+  /** The paths of all named points over the whole reach of a drive: coupler curves. */
+  draw(sweep) {
+    this.drawn = sweep;
     this.traces.clear();
-    const sweep = this.sweeps[k];
-    const count = 240;
-    const groups = this.stage.groups.map(() => new THREE.Group());
-    const paths = this.frames.map(() => []);
-    for (let i = 0; i <= count; i++) {
-      const share = sweep.cosine ? (1 - Math.cos((Math.PI * i) / count)) / 2 : i / count;
-      sweep.apply(groups, sweep.first + share * (sweep.last - sweep.first));
-      this.frames.forEach((frame, j) => {
-        const at = new THREE.Vector3(...frame.point).applyQuaternion(groups[frame.body].quaternion).add(groups[frame.body].position);
-        paths[j].push(at.x, at.y, at.z);
-      });
+    const paths = sweep.paths(this.marks, PIECES);
+    this.marks.forEach((mark, j) => this.traces.add(this.stage, paths[j], TRACE_COLORS[j % TRACE_COLORS.length], mark.name));
+    this.traces.apply(PIECES);
+  }
+
+  /** A region that a point can be in, see-through. */
+  addReach() {
+    const { reach } = this.data;
+    if (!reach) return;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(this.read(reach.positions), 3));
+    geometry.setIndex(new THREE.BufferAttribute(this.read(reach.faces), 1));
+    geometry.computeVertexNormals();
+    const color = new THREE.Color(0x1b5e9e).convertSRGBToLinear();
+    // The far side first, then the near one, so that the inside can be seen.
+    this.reach = new THREE.Group();
+    for (const side of [THREE.BackSide, THREE.FrontSide]) {
+      const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.16, depthWrite: false, side, roughness: 0.9 }));
+      mesh.renderOrder = side === THREE.BackSide ? 1 : 2;
+      this.reach.add(mesh);
     }
-    this.frames.forEach((frame, j) => this.traces.add(this.stage, paths[j], TRACE_COLORS[j % TRACE_COLORS.length], frame.name));
-    this.traces.apply(count);
+    this.reach.name = "reach";
+    this.stage.root.add(this.reach);
+    this.layers.show.add("reach", `reach: ${reach.name}`, true, (on) => { this.reach.visible = on; });
   }
 }

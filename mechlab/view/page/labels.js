@@ -21,7 +21,13 @@ class Labels {
     const element = make("span", { class: `label ${kind}` });
     this.holder.append(element);
     const line = this.lines.appendChild(document.createElementNS(this.lines.namespaceURI, "line"));
-    this.items.push({ element, line, point, text, shown, last: 0, width: 0, words: null });
+    this.items.push({ kind, element, line, point, text, shown, last: 0, width: 0, words: null });
+  }
+
+  /** Takes away the labels of some kinds. */
+  remove(kinds) {
+    for (const item of this.items.filter((x) => kinds.includes(x.kind))) { item.element.remove(); item.line.remove(); }
+    this.items = this.items.filter((x) => !kinds.includes(x.kind));
   }
 
   place() {

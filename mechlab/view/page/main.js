@@ -17,7 +17,7 @@ async function start() {
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
-    layers.arrows.apply(frame, share);
+    if (!explorer) layers.arrows.apply(frame, share);
     if (layers.ghost) layers.ghost.apply(time);
     byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
     stage.redraw();
@@ -31,8 +31,8 @@ async function start() {
   });
   addPlots(story, read, player, plots);
   player.seek(motion.start);
-  if (story.explore) explorer = new Explorer(story, stage, traces, read, byId("player"), () => stage.redraw());
-  if (story.live) listen(story, stage, player, byId("notice"));
+  if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
+  if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
   window.lab = {
     ready: false,
@@ -44,7 +44,7 @@ async function start() {
     view: (name) => rig.view(name),
     explorer,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
-    arrows: layers.arrows.items,
+    get arrows() { return layers.arrows.items; },
     get time() { return player.time; },
     get playing() { return player.playing; },
     viewer: stage.viewer,

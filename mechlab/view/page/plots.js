@@ -44,7 +44,9 @@ class PlotView {
     this.low = Math.floor(low / step + 1e-6) * step;
     this.high = Math.ceil(high / step - 1e-6) * step;
     const largest = Math.max(Math.abs(this.low), Math.abs(this.high));
-    this.power = largest >= 1e4 || largest < 1e-2 ? 3 * Math.floor(Math.log10(largest) / 3 + 1e-9) : 0;
+    // Long numbers would run into the name of the unit.
+    const long = [this.low, this.high].some((value) => fixed(value, this.step).length > 5);
+    this.power = largest >= 1e4 || largest < 1e-2 || (long && largest < 0.1) ? 3 * Math.floor(Math.log10(largest) / 3 + 1e-9) : 0;
   }
 
   get unitText() {

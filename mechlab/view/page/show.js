@@ -69,17 +69,23 @@ function addShow(story, read, stage, traces, holder, redraw) {
   const arrows = new Arrows(stage, story, read);
   const axes = addAxes(stage, story.marks);
   const wanted = {};
-  const layer = { arrows, ghost: story.ghost ? new Ghost(stage, story, read) : null, labels, wanted };
+  if (story.explore) wanted.values = true;
+  const layer = { show, arrows, ghost: story.ghost ? new Ghost(stage, story, read) : null, labels, wanted };
   const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind]);
   const kinds = { points: story.marks.filter((m) => m.kind === "frame"), bodies: story.marks.filter((m) => m.kind === "body"), axes: story.marks.filter((m) => m.direction) };
   for (const [kind, marks] of Object.entries(kinds)) for (const mark of marks) name(mark, kind);
-  for (const item of arrows.items) labels.add(item.kind, () => item.tip, () => `${item.name} ${significant(item.size, 3)} ${item.unit}`, () => item.visible && wanted.values);
+  const nameArrows = () => {
+    labels.remove(Object.keys(ARROW_COLORS));
+    for (const item of arrows.items) labels.add(item.kind, () => item.tip, () => `${item.name} ${significant(item.size, 3)} ${item.unit}`, () => item.visible && wanted.values);
+  };
+  arrows.onReplace = nameArrows;
+  nameArrows();
   if (kinds.points.length) show.add("points", "names of points", kinds.points.length <= FEW, (on) => { wanted.points = on; });
   if (kinds.bodies.length) show.add("bodies", "names of parts", false, (on) => { wanted.bodies = on; });
   if (axes.length) show.add("axes", "joint axes", false, (on) => { wanted.axes = on && axes.length <= 2 * FEW; for (const axis of axes) axis.visible = on; });
   if (story.traces.length || story.explore) show.add("traces", "paths of points", true, (on) => traces.show(on));
   if (arrows.items.length) show.add("arrows", "forces and torques", arrows.items.length <= 3, (on) => { arrows.shown = wanted.values = on; });
   if (layer.ghost) show.add("ghost", `ghost: ${story.ghost.name}`, story.ghost.shown, (on) => { layer.ghost.holder.visible = on; });
-  holder.hidden = !show.list.children.length;
+  holder.hidden = !show.list.children.length && !story.explore;
   return layer;
 }

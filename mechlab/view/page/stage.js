@@ -102,8 +102,17 @@ class Stage {
     this.root.add(grid);
   }
 
+  /** Draws the parts of another variant of the same bodies instead. */
+  replaceParts(story, read) {
+    for (const group of this.groups) for (const child of [...group.children]) if (child.isMesh) group.remove(child);
+    this.addParts(story, read);
+  }
+
   addParts(story, read) {
+    this.shapes = this.shapes || new Map();
     const shapes = story.geometries.map((g) => {
+      const key = `${g.positions.at} ${g.faces.at}`;
+      if (this.shapes.has(key)) return this.shapes.get(key);
       const solid = new THREE.BufferGeometry();
       solid.setAttribute("position", new THREE.BufferAttribute(read(g.positions), 3));
       solid.setAttribute("normal", new THREE.BufferAttribute(read(g.normals), 3, true));
@@ -111,9 +120,12 @@ class Stage {
       const lines = new THREE.BufferGeometry();
       lines.setAttribute("position", solid.getAttribute("position"));
       lines.setIndex(new THREE.BufferAttribute(read(g.edges), 1));
-      return { solid, lines, hasLines: g.edges.count > 0 };
+      const shape = { solid, lines, hasLines: g.edges.count > 0 };
+      this.shapes.set(key, shape);
+      return shape;
     });
-    const materials = new Map();
+    this.materials = this.materials || new Map();
+    const materials = this.materials;
     for (const part of story.parts) {
       const key = part.color.join();
       if (!materials.has(key)) materials.set(key, partMaterials(part.color));

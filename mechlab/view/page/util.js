@@ -50,8 +50,8 @@ function superscript(number) {
 
 /** A length in the unit that an engineer would write. */
 function lengthText(metres) {
-  const [size, unit] = metres > 0.49 ? [1, "m"] : metres > 4.9e-5 ? [1e-3, "mm"] : [1e-6, "\u00b5m"];
-  return `${significant(metres / size)} ${unit}`;
+  const [size, unit] = metres > 0.49 ? [1, "m"] : metres > 4.9e-5 ? [1e-3, "mm"] : metres > 4.9e-7 ? [1e-6, "\u00b5m"] : [1e-9, "nm"];
+  return `${significant(metres / size, size < 1e-7 ? 2 : 4)} ${unit}`;
 }
 
 /** The smallest 1, 2 or 5 times a power of ten that divides `span` into at most `count` steps. */

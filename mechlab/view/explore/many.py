@@ -1,0 +1,210 @@
+"""A tree at many poses at once: kinematics, closure residuals and Jacobians as arrays with the pose as first index.
+
+The same mathematics as `TreeKinematics` and `ConstraintSet`, which take one pose; a test compares the two row by row.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mechlab.mechanism import GROUND, ConstraintSet, Mechanism
+from mechlab.mechanism.constraints import AXES
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import LinearRelation, Loop
+
+
+class ManyPoses:
+    """Kinematics of a Mechanism at n poses; `set(q (n, nq))` first.
+
+    rotations (n, nb, 3, 3), origins (n, nb, 3): body to world; axes, anchors (n, nv, 3): of the rates, world.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.index = {GROUND: -1} | {b.name: i for i, b in enumerate(mechanism.bodies)}
+        self._parents = [self.index[b.parent] for b in mechanism.bodies]
+        self._columns: list[list[int]] = []
+        for i, body in enumerate(mechanism.bodies):
+            slices = [mechanism.v_slice[j.name] for j in body.joints]
+            own = [k for s in slices for k in range(s.start, s.stop)]
+            self._columns.append((self._columns[self._parents[i]] if self._parents[i] >= 0 else []) + own)
+        self.turns = np.zeros(mechanism.nv)
+        for joint in mechanism.joints:
+            if joint.kind != "prismatic":
+                self.turns[mechanism.v_slice[joint.name]] = 1.0
+        constraints = ConstraintSet(mechanism)
+        self._loops = [
+            (x, constraints.slices[x.name], constraints.items[k].rows) for k, x in enumerate(mechanism.loops)
+        ]
+        self._relations = [(x, constraints.slices[x.name].start) for x in mechanism.relations]
+        self.rows = len(constraints)
+
+    def set(self, q: Array) -> ManyPoses:
+        """Move to coordinates q (n, nq)."""
+        m, n = self.mechanism, len(q)
+        self.q = q
+        self.rotations = np.empty((n, len(m.bodies), 3, 3))
+        self.origins = np.empty((n, len(m.bodies), 3))
+        self.axes = np.zeros((n, m.nv, 3))
+        self.anchors = np.zeros((n, m.nv, 3))
+        for i, (parent, body) in enumerate(zip(self._parents, m.bodies, strict=True)):
+            r0, p0 = body.placement.rotation, body.placement.translation
+            if parent >= 0:
+                rotation = self.rotations[:, parent] @ r0
+                origin = self.origins[:, parent] + self.rotations[:, parent] @ p0
+            else:
+                rotation, origin = np.tile(r0, (n, 1, 1)), np.tile(p0, (n, 1))
+            for joint in body.joints:
+                values, k = q[:, m.q_slice[joint.name]], m.v_slice[joint.name].start
+                axis = np.array(joint.axis)
+                if joint.kind == "revolute":
+                    self.axes[:, k], self.anchors[:, k] = rotation @ axis, origin
+                    rotation = rotation @ turned(axis, values[:, 0])
+                elif joint.kind == "prismatic":
+                    self.axes[:, k] = rotation @ axis
+                    origin = origin + self.axes[:, k] * values
+                    self.anchors[:, k] = origin
+                else:
+                    rotation = rotation @ matrices(values)
+                    self.axes[:, k : k + 3] = np.swapaxes(rotation, 1, 2)
+                    self.anchors[:, k : k + 3] = origin[:, None]
+            self.rotations[:, i], self.origins[:, i] = rotation, origin
+        return self
+
+    def poses(self) -> Array:
+        """(n, nb, 4, 4) of the bodies, in the order of the Mechanism."""
+        out = np.zeros((*self.origins.shape[:2], 4, 4))
+        out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = self.rotations, self.origins, 1.0
+        return out
+
+    def residual_and_jacobian(self) -> tuple[Array, Array]:
+        """(n, rows) and (n, rows, nv) of all constraints, in the order of `ConstraintSet`."""
+        n, nv = len(self.q), self.mechanism.nv
+        residual, jacobian = np.zeros((n, self.rows)), np.zeros((n, self.rows, nv))
+        for loop, place, names in self._loops:
+            residual[:, place], jacobian[:, place] = self._loop(loop, names)
+        for relation, row in self._relations:
+            residual[:, row], jacobian[:, row] = self._relation(relation)
+        return residual, jacobian
+
+    def _frame(self, body: str) -> tuple[Array, Array]:
+        i = self.index[body]
+        if i < 0:
+            return np.tile(np.eye(3), (len(self.q), 1, 1)), np.zeros((len(self.q), 3))
+        return self.rotations[:, i], self.origins[:, i]
+
+    def _motion(self, body: str, point: Array) -> tuple[Array, Array]:
+        """(n, nv, 3) velocity of the body's point at world `point` (n, 3) for each rate, and angular velocity."""
+        linear = np.zeros((len(self.q), self.mechanism.nv, 3))
+        angular = np.zeros_like(linear)
+        i = self.index[body]
+        if i >= 0:
+            k = self._columns[i]
+            axes, turns = self.axes[:, k], self.turns[k][:, None]
+            linear[:, k] = turns * _cross(axes, point[:, None] - self.anchors[:, k]) + (1.0 - turns) * axes
+            angular[:, k] = turns * axes
+        return linear, angular
+
+    def _loop(self, loop: Loop, names: tuple[str, ...]) -> tuple[Array, Array]:
+        (ra, pa), (rb, pb) = self._frame(loop.body_a), self._frame(loop.body_b)
+        a, b = loop.placement_a, loop.placement_b
+        pa, pb = pa + ra @ a.translation, pb + rb @ b.translation
+        (va, wa), (vb, wb) = self._motion(loop.body_a, pa), self._motion(loop.body_b, pb)
+        d, relative = pb - pa, vb - va
+        if loop.kind == "distance":
+            value = ((d * d).sum(axis=1) - loop.length**2) / (2.0 * loop.length)
+            return value[:, None], (relative @ d[:, :, None])[:, None, :, 0] / loop.length
+        ra, rb = ra @ a.rotation, rb @ b.rotation
+        values, rows = [], []
+        for name in names:
+            u_name, _, w_name = name.rpartition(".")[2].partition("_")
+            u = ra[:, :, AXES.index(u_name)]
+            if w_name:
+                w = rb[:, :, AXES.index(w_name)]
+                values.append((u * w).sum(axis=1))
+                rows.append(((wa - wb) @ _cross(u, w)[:, :, None])[..., 0])
+            else:
+                values.append((u * d).sum(axis=1))
+                rows.append((relative @ u[:, :, None] + wa @ _cross(u, d)[:, :, None])[..., 0])
+        return np.stack(values, axis=1), np.stack(rows, axis=1)
+
+    def _relation(self, relation: LinearRelation) -> tuple[Array, Array]:
+        m = self.mechanism
+        total = sum(float(c) * self.q[:, m.q_slice[n].start] for n, c in relation.coefficients)
+        return np.asarray(total), m.coefficient_row(relation.coefficients)
+
+
+def moved(mechanism: Mechanism, q: Array, dv: Array) -> Array:
+    """Coordinates (n, nq) after displacements dv (n, nv), as `integrate` for one pose."""
+    if mechanism.nq == mechanism.nv:
+        return q + dv
+    out = np.empty_like(q)
+    for joint in mechanism.joints:
+        qs, vs = mechanism.q_slice[joint.name], mechanism.v_slice[joint.name]
+        if joint.kind == "spherical":
+            angle = np.linalg.norm(dv[:, vs], axis=1, keepdims=True)
+            turn = np.hstack([np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * dv[:, vs]])
+            product = _product(q[:, qs], turn)
+            out[:, qs] = product / np.linalg.norm(product, axis=1, keepdims=True)
+        else:
+            out[:, qs] = q[:, qs] + dv[:, vs]
+    return out
+
+
+def displacement(mechanism: Mechanism, start: Array, end: Array) -> Array:
+    """(n, nv) such that `moved(start, displacement) == end`; turns of spherical joints of less than pi."""
+    if mechanism.nq == mechanism.nv:
+        return end - start
+    out = np.empty((len(start), mechanism.nv))
+    for joint in mechanism.joints:
+        qs, vs = mechanism.q_slice[joint.name], mechanism.v_slice[joint.name]
+        if joint.kind == "spherical":
+            back = start[:, qs] * np.array([1.0, -1.0, -1.0, -1.0])
+            out[:, vs] = rotation_vectors(_product(back, end[:, qs]))
+        else:
+            out[:, vs] = end[:, qs] - start[:, qs]
+    return out
+
+
+def rotation_vectors(wxyz: Array) -> Array:
+    """(n, 3) axis times angle [rad], at most pi, of unit quaternions (n, 4) w, x, y, z."""
+    wxyz = np.where(wxyz[:, :1] < 0, -wxyz, wxyz)
+    size = np.linalg.norm(wxyz[:, 1:], axis=1)
+    factor = np.where(size < 1e-12, 2.0, 2.0 * np.arctan2(size, wxyz[:, 0]) / np.maximum(size, 1e-300))
+    return np.asarray(wxyz[:, 1:] * factor[:, None])
+
+
+def turned(axis: Array, angles: Array) -> Array:
+    """(n, 3, 3) rotations by `angles` (n,) about the unit `axis` (3,) (Rodrigues)."""
+    x, y, z = axis
+    hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s, c = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
+    return np.asarray(c * np.eye(3) + s * hat + (1.0 - c) * np.outer(axis, axis))
+
+
+def matrices(wxyz: Array) -> Array:
+    """(n, 3, 3) rotations of quaternions (n, 4) w, x, y, z, normalised first."""
+    w, x, y, z = (wxyz / np.linalg.norm(wxyz, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return out
+
+
+def _product(a: Array, b: Array) -> Array:
+    aw, ax, ay, az = a.T
+    bw, bx, by, bz = b.T
+    return np.column_stack([
+        aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw,
+    ])  # fmt: skip
