@@ -33,7 +33,7 @@ COSTLY = (0.3, 3.0)
 """A peer is refined until a run costs FAR times as much as ours, at least and at most this CPU time [s]."""
 FAR = 20.0
 REPEATS = 5
-CONTENDERS = 3
+CONTENDERS = 2
 """So many of the cheapest peers of a target are looked at again, with BISECTIONS settings between two of the sweep."""
 BISECTIONS = 3
 
@@ -220,23 +220,20 @@ class _Search:
         return min(out, key=lambda p: p.cpu_s, default=None)
 
     def _sharpened(self, m: Method, good: Point, target: float) -> Point:
-        best = self.point(m, good.step, REPEATS)
+        """The largest value that meets the target, looked for by single runs; the median time of several runs with it."""
         low = good.step
-        coarser = [p.step for p in self.points if p.method == m.name and p.step > low]
-        if not coarser:
-            return best
-        high = min(coarser)
+        high = min((p.step for p in self.points if p.method == m.name and p.step > low), default=low)
         for _ in range(BISECTIONS):
             middle = self._on_grid(m, math.sqrt(low * high))
-            if middle <= low * 1.0001 or middle >= high * 0.9999:
+            if not 1.0001 * low < middle < 0.9999 * high:
                 break
-            p = self.point(m, middle, REPEATS)
+            p = self.point(m, middle)
             if p.ok and p.error <= target:
                 low = middle
-                best = p if p.cpu_s < best.cpu_s else best
             else:
                 high = middle
-        return best
+        found = self.point(m, low, REPEATS)
+        return found if found.ok and found.error <= target else good
 
     def _on_grid(self, m: Method, value: float) -> float:
         """A step that divides the distance of the outputs."""
