@@ -83,9 +83,9 @@ def advance(
     for here in steps.samples:
         if here > done:
             mujoco.mj_getState(model, data, state, _STATE)
-            start = time.process_time()
+            start = time.thread_time()
             _step(model, data, steps, done, here)
-            cpu += time.process_time() - start
+            cpu += time.thread_time() - start
             if _fault(data) is not None:
                 return _locate(model, data, map_, steps, state, done, here), cpu, here
             done = here

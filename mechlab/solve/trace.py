@@ -181,10 +181,10 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, 
     step = _rk4 if settings.integrator == "RK4" else _semi_implicit
     qs, vs, spent = [q], [v], 0.0
     for k in range(outputs):
-        began = time.process_time()
+        began = time.thread_time()
         for i in range(each):
             q, v = step(dynamics, times[k] + i * h, q, v, h)
-        spent += time.process_time() - began
+        spent += time.thread_time() - began
         if not np.max(np.abs(v)) < RATE_LIMIT:
             reason = f"diverged before t = {times[k + 1]:.4g} s"
             return Trace(np.array(qs), np.array(vs), spent, (k + 1) * each, reason)
@@ -219,12 +219,12 @@ def _adaptive(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, t
     def slope(t: float, y: Array) -> Array:
         return np.concatenate([y[nq:], dynamics(t, y[:nq], y[nq:])])
 
-    began = time.process_time()
+    began = time.thread_time()
     found = integrate_adaptive(
         slope, 0.0, np.concatenate([q, v]), times[-1], rtol=tolerance, atol=1e-3 * tolerance, most_evaluations=100_000
     )
     y = found.at(times[times <= found.t[-1]])
-    spent = time.process_time() - began
+    spent = time.thread_time() - began
     reason = "" if found.complete else f"stopped at t = {found.t[-1]:.4g} s: {found.outcome.value}"
     return Trace(y[:, :nq], y[:, nq:], spent, len(found.t) - 1, reason)
 

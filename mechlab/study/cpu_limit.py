@@ -16,7 +16,10 @@ class OutOfTime(Exception):
 @contextmanager
 def cpu_limit(seconds: float) -> Iterator[None]:
     """Raises OutOfTime in the block once it has used `seconds` of CPU time. In other threads than the main one, and where
-    the system has no such timer (Windows), there is no limit."""
+    the system has no such timer (Windows), there is no limit.
+
+    While the timer runs, Linux counts `time.process_time()` in ticks of some milliseconds; clock what is inside the block
+    with `time.thread_time()`."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
         yield
         return

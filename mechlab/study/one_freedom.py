@@ -180,12 +180,12 @@ def run(
         raise unknown("integrator of one_freedom", settings.integrator, INTEGRATORS)
     times = sample_grid(scene.duration, settings.timestep, sample_times)
     q0, v0 = initial_state(mechanism, scene)
-    began = time.process_time()
+    began = time.thread_time()
     model = OneFreedom(mechanism, scene.laws, q0)
     first = [model.path.start.phi, float(mechanism.row(model.coordinate) @ v0), 0.0]
     state = np.concatenate([first, model.memory.initial])
     t, y, steps, end = _march(model, settings, times, state)
-    spent = time.process_time() - began
+    spent = time.thread_time() - began
     return _recording(model, scene, settings, t, y, Cost(spent, steps, model.evaluations), end)
 
 

@@ -34,13 +34,13 @@ def record_own(
     states: (n, m) states -> coordinates (n, nq) and rates (n, nv) of the mechanism. `tolerance` is relative; absolute, a
     tenth of it. The cost is that of the integration. Raises NoSolution when the integration cannot reach the end.
     """
-    began = time.process_time()
+    began = time.thread_time()
     tolerance = max(tolerance, 2.3e-14)  # scipy refuses less than a hundred times the rounding unit
     with np.errstate(over="ignore"):  # Radau's difference quotients by a state that nothing depends on
         found = integrate_adaptive(
             slope, 0.0, start, scene.duration, method=method, rtol=tolerance, atol=0.1 * tolerance
         )
-    spent = time.process_time() - began
+    spent = time.thread_time() - began
     if not found.complete:
         raise NoSolution(f"{mechanism.name}: own equations end at t = {found.t[-1]:.6g} s: {found.outcome.value}.")
     t = np.linspace(0.0, scene.duration, SAMPLES)
