@@ -1,4 +1,4 @@
-"""Timed runs of any MuJoCo model, whatever it holds: centres of mass of all bodies at even output times."""
+"""Timed runs of any MuJoCo model, whatever it holds: two points of every body at even output times."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 @dataclass(frozen=True)
 class FileTrace:
-    """points (n, bodies, 3): centres of mass; energy (n,) [J]; gap: largest residual of an equality; cpu_s of stepping."""
+    """points (n, 2 x bodies, 3): centres of mass, and points a radius of gyration beside them, which see a turn;
+    energy (n,) [J]; gap: largest residual of an equality; cpu_s of stepping."""
 
     points: Array
     energy: Array
@@ -37,10 +38,12 @@ class FileTrace:
 
 @dataclass(frozen=True)
 class FileModel:
-    """A model as its file says; `driven`: with the controls of its first keyframe, else with actuators switched off."""
+    """A model as its file says; `driven`: with the controls of its first keyframe, else with actuators switched off;
+    `push` [rad/s or m/s]: the largest rate that it starts with, all joints forward as far as the equalities allow."""
 
     model: mujoco.MjModel
     driven: bool = True
+    push: float = 0.0
 
     @property
     def timestep(self) -> float:
@@ -93,12 +96,34 @@ def trace_file(source: FileModel, integrator: str, hard: bool, duration: float, 
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     with engine():
+        if source.push:
+            data.qvel[:] = _forward(model, data, source.push)
         qpos, qvel, spent, reason = step_through(model, data, outputs, each)
-        points, energy, gap = np.empty((len(qpos), model.nbody, 3)), np.empty(len(qpos)), 0.0
+        points, energy, gap = np.empty((len(qpos), 2 * model.nbody, 3)), np.empty(len(qpos)), 0.0
         for k, (q, v) in enumerate(zip(qpos, qvel, strict=True)):
             data.qpos[:], data.qvel[:] = q, v
             mujoco.mj_forward(model, data)
-            points[k], energy[k] = data.xipos, data.energy.sum()
+            points[k], energy[k] = np.vstack([data.xipos, data.xipos + _beside(model, data)]), data.energy.sum()
             equality = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
             gap = max(gap, float(np.max(np.abs(data.efc_pos[equality]), initial=0.0)))
     return FileTrace(points, energy, gap, spent, (len(qpos) - 1) * each, reason)
+
+
+def _forward(model: mujoco.MjModel, data: mujoco.MjData, push: float) -> Array:
+    """(nv,) rates: equal ones, less what the equalities forbid, the largest of them `push`."""
+    mujoco.mj_forward(model, data)
+    rows = np.zeros((data.nefc, model.nv))
+    if mujoco.mj_isSparse(model):
+        mujoco.mju_sparse2dense(rows, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+    else:
+        rows = data.efc_J.reshape(data.nefc, model.nv)
+    rows = rows[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    rates = np.ones(model.nv) - np.linalg.pinv(rows, rcond=1e-9) @ rows.sum(axis=1)
+    return np.asarray(push * rates / max(float(np.abs(rates).max(initial=0.0)), 1e-12))
+
+
+def _beside(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(bodies, 3) from the centres of mass to points a radius of gyration away, along the diagonal of the principal axes."""
+    mass = np.maximum(model.body_mass, 1e-12)
+    radius = np.sqrt(0.5 * model.body_inertia.sum(axis=1) / mass / 3.0)
+    return np.asarray(data.ximat.reshape(-1, 3, 3).sum(axis=2) * radius[:, None])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,8 +21,13 @@ from mechlab.study.order_check import file_order
 from mechlab.study.run import versions
 from mechlab.study.witness import room
 
+if TYPE_CHECKING:
+    from mechlab.simulate.trace_file import FileModel, FileTrace
+
 OUTPUTS = 100
 DURATION = 1.0
+PUSH = 1.0
+"""Start rate of a model that nothing moves [rad/s or m/s]."""
 
 
 @dataclass(frozen=True)
@@ -41,17 +46,24 @@ def chart_file(
     Raises MechlabError for a file that MuJoCo refuses, NoSolution when no fine run comes through.
     """
     room("mujoco")
-    from mechlab.simulate.trace_file import INTEGRATORS, FileModel, FileTrace, read_model, trace_file
+    from mechlab.simulate.trace_file import INTEGRATORS, read_model, trace_file
 
     length = DURATION if duration is None else duration
     if not 0.0 < length < 1e6 or (target is not None and not target > 0):
         raise MechlabError(f"chart {path.name}: duration and target must be positive.")
-    model: FileModel = read_model(path)
+    model = read_model(path)
     notes = [f"The file itself says: {model.integrator}, timestep {model.timestep:g} s."]
     first = trace_file(model, "implicitfast", False, length, OUTPUTS, 8)
-    if np.ptp(first.points, axis=0).max(initial=0.0) < 1e-3 * model.extent and model.model.nu:
+    if _still(first, model) and model.model.nu:
         model = replace(model, driven=False)
         notes.append("With its controls it stands still; here it moves freely, actuators off.")
+        first = trace_file(model, "implicitfast", False, length, OUTPUTS, 8)
+    if _still(first, model):
+        model = replace(model, push=PUSH)
+        notes.append(f"Nothing moves it; here it starts with a rate of {PUSH:g} rad/s or m/s, all joints forward.")
+        first = trace_file(model, "implicitfast", False, length, OUTPUTS, 8)
+    if _still(first, model):
+        raise MechlabError(f"chart {path.name}: nothing in it can move, so there is no error to measure.")
     hard = model.has_equalities
 
     def run(integrator: str, stiff: bool, each: int) -> FileTrace:
@@ -82,9 +94,14 @@ def chart_file(
             f"Take care: the reference itself is only known to {truth.error:.1e} m (contacts, friction or chaos)."
         )
     return Chart(
-        path.stem, path.name, "as in the file", length, "m", ("centres of mass",), truth.text, truth.error, tuple(points), {},
+        path.stem, path.name, "as in the file", length, "m", ("two points of every body",), truth.text, truth.error, tuple(points), {},
         recommend(points, aim, "m"), tuple(notes), (), versions(),
     )  # fmt: skip
+
+
+def _still(trace: FileTrace, model: FileModel) -> bool:
+    """Whether all but nothing happens: no point moves by more than a thousandth of the model's size."""
+    return not trace.reason and float(np.ptp(trace.points, axis=0).max(initial=0.0)) < 1e-3 * model.extent
 
 
 def _extrapolated(run: Any, integrator: str, hard: bool, order: int, each: int) -> tuple[Array, Array, float]:
