@@ -12,6 +12,8 @@ PEER_ENGINES = ("exudyn", "drake", "opensim")
 """Other people's engines, which charts compare with; scenes are not run by them."""
 MUJOCO_INTEGRATORS = ("RK4", "implicitfast", "implicit", "Euler", "discrete")
 PINOCCHIO_INTEGRATORS = ("RK4", "DOP853", "semi_implicit_Euler")
+TRACE_INTEGRATORS = ("LSODA",)
+"""On the equations of either engine, for the traces that charts and error control make; its runner does not have them."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Settings:
         if self.engine not in ENGINES + PEER_ENGINES:
             raise unknown("engine", self.engine, ENGINES)
         allowed = {"mujoco": MUJOCO_INTEGRATORS, "pinocchio": PINOCCHIO_INTEGRATORS}.get(self.engine)
-        if allowed and self.integrator not in allowed:
+        if allowed and self.integrator not in allowed + TRACE_INTEGRATORS:
             raise unknown(f"integrator of {self.engine}", self.integrator, allowed)
         if not math.isfinite(self.timestep) or self.timestep <= 0:
             raise MechlabError(f"timestep: expected a number > 0 s, got {self.timestep!r}.")

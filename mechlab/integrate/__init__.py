@@ -3,10 +3,11 @@
 from mechlab.integrate.adaptive import ADAPTIVE, Outcome, Trajectory, integrate_adaptive
 from mechlab.integrate.fixed import Stopped, integrate_fixed, step
 from mechlab.integrate.hybrid import Ending, Event, HybridTrajectory, Modes, RoughProblem, integrate_hybrid, modes_at
+from mechlab.integrate.lsoda import Table, integrate_lsoda
 from mechlab.integrate.tableau import EULER, HEUN, RK4, RK38, TABLEAUX, Tableau
 
 __all__ = [
     "ADAPTIVE", "EULER", "HEUN", "RK4", "RK38", "TABLEAUX", "Ending", "Event", "HybridTrajectory", "Modes", "Outcome",
-    "RoughProblem", "Stopped", "Tableau", "Trajectory", "integrate_adaptive", "integrate_fixed", "integrate_hybrid",
-    "modes_at", "step",
+    "RoughProblem", "Stopped", "Table", "Tableau", "Trajectory", "integrate_adaptive", "integrate_fixed",
+    "integrate_hybrid", "integrate_lsoda", "modes_at", "step",
 ]  # fmt: skip

@@ -13,6 +13,7 @@ from mechlab.experiment.initial import initial_state
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.experiment.trace import Trace
+from mechlab.integrate import integrate_lsoda
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.control import controlled, engine
@@ -49,22 +50,62 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) 
     Laws are evaluated at every stage, inside the timed steps. Raises MechlabError for bad input.
     """
     each = max(1, round(scene.duration / outputs / settings.timestep))
+    model, data, map_ = _started(mechanism, scene, settings)
+    model.opt.timestep = scene.duration / outputs / each
+    with _driven(mechanism, scene, model, data, map_, sampling=False):
+        qpos, qvel, spent, reason = step_through(model, data, outputs, each)
+    done = (len(qpos) - 1) * each
+    return Trace(map_.coordinates(qpos), map_.rates(qvel), spent, done, reason)
+
+
+def _started(mechanism: Mechanism, scene: Scene, settings: Settings) -> tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]:
+    """A model at the start of a scene, without actuators and without the automatic reset."""
     q, v = initial_state(mechanism, scene)
     model, data = to_mujoco(mechanism, settings)
     passive(model)
-    model.opt.timestep = scene.duration / outputs / each
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     map_ = MujocoMap(mechanism, model)
     data.qpos[:] = map_.engine_coordinates(q)
     data.qvel[:] = map_.engine_rates(data.qpos, v)
     data.qacc_warmstart[:] = 0.0
-    hooks: AbstractContextManager[None] = engine()
-    if scene.laws:
-        hooks = controlled(data, Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_)))
-    with hooks:
-        qpos, qvel, spent, reason = step_through(model, data, outputs, each)
-    done = (len(qpos) - 1) * each
-    return Trace(map_.coordinates(qpos), map_.rates(qvel), spent, done, reason)
+    return model, data, map_
+
+
+def _driven(
+    mechanism: Mechanism, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, sampling: bool
+) -> AbstractContextManager[None]:
+    """The engine under the laws of a scene; constant ones are put into it once, without a call back at every stage."""
+    if all(law.kind == "constant" for law in scene.laws):
+        for law in scene.laws:
+            data.qfrc_applied[map_.dof] += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
+        return engine()
+    driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
+    driver.sampling = sampling
+    return controlled(data, driver)
+
+
+def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
+    """A scene of a tree of one-coordinate joints at `outputs` + 1 even times: MuJoCo's equations of motion (mj_forward, exact
+    without constraints) under LSODA, to the tolerance of the settings."""
+    model, data, map_ = _started(mechanism, scene, settings)
+    n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
+    qpos, qvel, qacc, forward = data.qpos, data.qvel, data.qacc, mujoco.mj_forward
+    slope = np.empty(2 * n)
+
+    def f(t: float, y: Array) -> Array:
+        data.time = t
+        qpos[:], qvel[:] = y[:n], y[n:]
+        forward(model, data)
+        slope[:n], slope[n:] = y[n:], qacc
+        return slope
+
+    # LSODA goes back and forth in time: nothing may be summed up over its evaluations
+    with _driven(mechanism, scene, model, data, map_, sampling=True):
+        began = time.thread_time()
+        found = integrate_lsoda(f, np.concatenate([qpos, qvel]), times, settings.tolerance)
+        spent = time.thread_time() - began
+    q, v = map_.coordinates(found.y[:, :n]), map_.rates(found.y[:, n:])
+    return Trace(q, v, spent, found.steps, found.reason, found.evaluations)
 
 
 def extrapolated(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:

@@ -6,6 +6,7 @@ more goes through `mechlab.solve.runner`, which is slower and projects.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from mechlab.experiment.laws import Law
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.experiment.trace import Trace
-from mechlab.integrate import integrate_adaptive
+from mechlab.integrate import integrate_adaptive, integrate_lsoda
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Loop, Mechanism, Spring
 from mechlab.solve.model import PinModel, build
@@ -100,7 +101,7 @@ class ConstrainedDynamics:
         if self.springs:
             pin.computeJointJacobians(self.model, self.data, q)
             for spring in self.springs:
-                tau = tau + spring.force(self.model, self.data, v)
+                tau = tau + spring.force(self.data, v)
         if not len(self.contacts):
             return np.asarray(pin.aba(self.model, self.data, q, v, tau))
         return np.asarray(
@@ -109,27 +110,33 @@ class ConstrainedDynamics:
 
 
 class _Spring:
-    """Generalised force of a spring between two points, by the frames of its ends."""
+    """Generalised force of a spring between two points, by the wrench that it exerts: both ends lie on its line."""
 
     def __init__(self, made: PinModel, spring: Spring) -> None:
-        self.spring = spring
-        self.ends: list[int] = []
-        for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b)):
+        s = spring
+        self.law = (s.stiffness, s.damping, s.rest_length)
+        self.ends: list[tuple[int, Array]] = []
+        for body, point in ((s.body_a, s.point_a), (s.body_b, s.point_b)):
             rotation, shift = made.offset_of[body]
-            place = pin.SE3(np.eye(3), shift + rotation @ np.array(point))
-            frame = pin.Frame(f"{spring.name}_{len(self.ends)}", made.joint_of[body], place, pin.FrameType.OP_FRAME)
-            self.ends.append(made.model.addFrame(frame, False))
+            self.ends.append((made.joint_of[body], shift + rotation @ np.array(point)))
+        (a, _), (b, _) = self.ends
+        self.moves = np.zeros(made.model.nv)
+        for joint, sign in ((b, 1.0), (a, -1.0)):
+            for k in made.model.supports[joint]:
+                first = made.model.joints[k].idx_v
+                if k:
+                    self.moves[first : first + made.model.joints[k].nv] += sign
 
-    def force(self, model: pin.Model, data: pin.Data, v: Array) -> Array:
+    def force(self, data: pin.Data, v: Array) -> Array:
         """(nv,) after computeJointJacobians."""
-        a, b = self.ends
-        world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        d = pin.updateFramePlacement(model, data, b).translation - pin.updateFramePlacement(model, data, a).translation
-        length = float(np.sqrt(d @ d))
-        rows = pin.getFrameJacobian(model, data, b, world)[:3] - pin.getFrameJacobian(model, data, a, world)[:3]
-        row = (d / length) @ rows
-        s = self.spring
-        return np.asarray(-(s.stiffness * (length - s.rest_length) + s.damping * float(row @ v)) * row)
+        (a, at_a), (b, at_b) = self.ends
+        x0, y0, z0 = (data.oMi[a] * at_a).tolist()
+        x, y, z = (data.oMi[b] * at_b).tolist()
+        length = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2)
+        a, b, c = (x - x0) / length, (y - y0) / length, (z - z0) / length
+        row = np.array((a, b, c, y * c - z * b, z * a - x * c, x * b - y * a)) @ data.J * self.moves
+        stiffness, damping, rest = self.law
+        return np.asarray(row * -(stiffness * (length - rest) + damping * float(row @ v)))
 
 
 def _contacts(made: PinModel, kp: float, kd: float) -> pin.StdVec_RigidConstraintModel:
@@ -165,19 +172,21 @@ def _size(mechanism: Mechanism) -> float:
 
 
 def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, stabilisation: Stabilisation) -> Trace:
-    """A scene at `outputs` + 1 even times: RK4 and semi_implicit_Euler with fixed steps that divide their distance,
-    DOP853 with the tolerance of the settings (its Baumgarte gains are those of a step of one output distance)."""
+    """A scene at `outputs` + 1 even times: RK4 and semi_implicit_Euler with fixed steps that divide their distance, DOP853
+    and, for trees, LSODA with the tolerance of the settings (Baumgarte gains are those of a step of one output distance)."""
     times = np.linspace(0.0, scene.duration, outputs + 1)
     if not fits(mechanism, scene.laws):
         return _slow(mechanism, scene, settings, times)
     between = scene.duration / outputs
-    each = 1 if settings.integrator == "DOP853" else max(1, round(between / settings.timestep))
+    each = 1 if settings.integrator in ("DOP853", "LSODA") else max(1, round(between / settings.timestep))
     h = between / each
     kp, kd = stabilisation.position / h**2, stabilisation.velocity / h
     dynamics = ConstrainedDynamics(mechanism, scene.laws, kp, kd, stabilisation.mu)
     q, v = initial_state(mechanism, scene)
     if settings.integrator == "DOP853":
         return _adaptive(dynamics, q, v, times, settings.tolerance)
+    if settings.integrator == "LSODA":
+        return _lsoda(dynamics, q, v, times, settings.tolerance)
     step = _rk4 if settings.integrator == "RK4" else _semi_implicit
     qs, vs, spent = [q], [v], 0.0
     for k in range(outputs):
@@ -227,6 +236,20 @@ def _adaptive(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, t
     spent = time.thread_time() - began
     reason = "" if found.complete else f"stopped at t = {found.t[-1]:.4g} s: {found.outcome.value}"
     return Trace(y[:, :nq], y[:, nq:], spent, len(found.t) - 1, reason)
+
+
+def _lsoda(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, tolerance: float) -> Trace:
+    nq = len(q)
+    slope = np.empty(2 * nq)
+
+    def f(t: float, y: Array) -> Array:
+        slope[:nq], slope[nq:] = y[nq:], dynamics(t, y[:nq], y[nq:])
+        return slope
+
+    began = time.thread_time()
+    found = integrate_lsoda(f, np.concatenate([q, v]), times, tolerance)
+    spent = time.thread_time() - began
+    return Trace(found.y[:, :nq], found.y[:, nq:], spent, found.steps, found.reason, found.evaluations)
 
 
 def _slow(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -> Trace:

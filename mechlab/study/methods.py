@@ -21,6 +21,7 @@ from mechlab.mechanism import Mechanism
 from mechlab.study.design import Design
 from mechlab.study.witness import ENGINES, room
 
+SMOOTH_LAWS = ("constant", "harmonic", "table", "servo", "viscous", "constant_power")
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 
 
@@ -88,6 +89,8 @@ METHODS: tuple[Method, ...] = (
     Method("Pinocchio RK4, soft stabilisation", "pinocchio", "RK4", "soft", order=4),
     Method("Pinocchio RK4, stiff stabilisation", "pinocchio", "RK4", "stiff", order=4),
     Method("Pinocchio DOP853", "pinocchio", "DOP853", "soft", "tolerance", 8),
+    Method("LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5),
+    Method("LSODA on Pinocchio's tree", "pinocchio", "LSODA", "exact", "tolerance", 5),
     Method("one freedom RK4", "one_freedom", "RK4", "exact", order=4),
     Method("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8),
     Method(
@@ -141,6 +144,17 @@ def is_rough(mechanism: Mechanism) -> bool:
     return any(j.friction for j in mechanism.joints) or any(s.friction for s in mechanism.shafts)
 
 
+def why_no_tree(problem: Problem) -> str:
+    """Why a problem is not a smooth tree of one-coordinate joints under laws without memory; empty when it is."""
+    m, laws = problem.mechanism, problem.scene.laws
+    if m.loops or m.relations:
+        return "it has loops or gears"
+    if is_rough(m) or any(j.nv != 1 for j in m.joints) or any(s.inertia or s.damping or s.stiffness for s in m.shafts):
+        return "its joints or shafts are of other kinds, or have dry friction"
+    other = [law.kind for law in laws if law.kind not in SMOOTH_LAWS]
+    return f"a law of kind {other[0]}" if other else ""
+
+
 # -- engines ---------------------------------------------------------------------------------------------------------------
 
 
@@ -156,6 +170,8 @@ def _room(m: Method, problem: Problem) -> str:
 
 def _loose(m: Method, problem: Problem) -> str:
     mechanism = problem.mechanism
+    if m.integrator == "LSODA":
+        return why_no_tree(problem) or _room(m, problem)
     if m.constraints == "hard" and not (mechanism.loops or mechanism.relations or is_rough(mechanism)):
         return "nothing to harden: it has no loops, no gears, no dry friction"
     return _room(m, problem)
@@ -163,6 +179,8 @@ def _loose(m: Method, problem: Problem) -> str:
 
 def _pinocchio_fits(m: Method, problem: Problem) -> str:
     missing = _room(m, problem)
+    if not missing and m.integrator == "LSODA":
+        return why_no_tree(problem)
     if not missing and is_rough(problem.mechanism) != bool(m.friction):
         return "no dry friction" if m.friction else "dry friction: see the methods that say how they take it"
     if not missing and m.constraints == "stiff" and m.integrator == "RK4":
@@ -196,8 +214,10 @@ def _own(m: Method, problem: Problem) -> str:
 
 
 def _mujoco(m: Method, problem: Problem, value: float) -> Trace:
-    from mechlab.simulate.trace import extrapolated, trace
+    from mechlab.simulate.trace import adaptive, extrapolated, trace
 
+    if m.integrator == "LSODA":
+        return adaptive(problem.mechanism, problem.scene, m.settings(value), problem.outputs)
     if m.constraints == "extrapolated":
         return extrapolated(problem.mechanism, problem.scene, m.settings(value), problem.outputs)
     return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs)
@@ -210,7 +230,7 @@ def _pinocchio(m: Method, problem: Problem, value: float) -> Trace:
         from mechlab.solve.friction_trace import trace as rough_trace
 
         return rough_trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs, m.friction)
-    gains = Stabilisation(*GAINS[m.constraints])
+    gains = Stabilisation(*GAINS["soft" if m.integrator == "LSODA" else m.constraints])
     return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs, gains)
 
 

@@ -8,16 +8,21 @@ import pytest
 from mechlab import api
 from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.initial import initial_state
+from mechlab.experiment.laws import law
 from mechlab.experiment.recording import frame_positions
 from mechlab.experiment.scene import Scene
-from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, prismatic, revolute
+from mechlab.experiment.settings import Settings
+from mechlab.mechanism import Builder, ConstraintSet, Inertia, Spring, TreeKinematics, prismatic, revolute
 from mechlab.study.chart_score import reference_of, tracked
 from mechlab.study.design import design, entry_of
 from mechlab.study.error_control import Result, solve_to
-from mechlab.study.error_control.batch import BatchRows, BatchTree
+from mechlab.study.error_control.batch import BatchTree
 from mechlab.study.error_control.clock import Clock, nodes
-from mechlab.study.error_control.conservative import Energies, why_not
-from mechlab.study.methods import Problem
+from mechlab.study.error_control.conservative import Energies, OneJoint, why_not
+from mechlab.study.error_control.energy_method import EnergyMotion
+from mechlab.study.error_control.rows import BatchRows
+from mechlab.study.methods import Problem, method
 
 DEFAULTS = [
     ("pendulum", {}),
@@ -202,9 +207,6 @@ def test_bad_errors_are_refused() -> None:
 
 def test_a_start_where_modes_meet_is_not_followed_by_the_energy() -> None:
     """A parallelogram laid flat: two freedoms there, so that no energy tells which way it goes."""
-    from mechlab.experiment.initial import initial_state
-    from mechlab.study.error_control.energy_method import EnergyMotion
-
     b = Builder("flat", gravity=(0.0, -9.81, 0.0))
     bar = Inertia.rod(1.0, (0, 0, 0), (1, 0, 0), 0.01)
     b.body("left", revolute("left", "z"), inertia=bar)
@@ -216,3 +218,72 @@ def test_a_start_where_modes_meet_is_not_followed_by_the_energy() -> None:
     tree = BatchTree(m)
     with pytest.raises(NoSolution, match="2 freedoms"):
         EnergyMotion(m, scene, *initial_state(m, scene), tree, BatchRows(tree))
+
+
+def test_a_stiff_tree_reaches_1e_9_by_lsoda() -> None:
+    result, error = solved("flyball", 1e-9, duration=0.3)
+    assert result.reached and error <= 1e-9
+    assert "LSODA" in result.method
+    # the check is by the other engine's equations
+    assert result.checked is not None and "Pinocchio" in result.checked.method
+
+
+@pytest.mark.parametrize("name", ["LSODA on MuJoCo's tree", "LSODA on Pinocchio's tree"])
+def test_lsoda_on_either_engine_follows_the_reference(name: str) -> None:
+    lived = api.load("flyball", duration=0.3).for_scene(None)
+    problem = Problem(lived, lived.scene())
+    truth = reference_of(problem)
+    trace = method(name).run(problem, 1e-9)
+    # the global error of the whole scene is some tens of tolerances (measured: 15 to 30)
+    assert np.max(np.abs(tracked(problem, truth.names, trace.q, trace.v) - truth.values)) < 1e-7
+    loops = api.load("slider_crank").for_scene(None)
+    assert "loops" in method(name).available(Problem(loops, loops.scene()))
+
+
+def test_the_runner_does_not_take_lsoda_for_something_else() -> None:
+    with pytest.raises(MechlabError, match="LSODA"):
+        api.simulate_values("flyball", duration=0.1, settings=Settings(integrator="LSODA"))
+
+
+def test_a_constant_load_pushes_as_it_should() -> None:
+    """x = F t^2 / (2 m), which RK4 integrates exactly."""
+    from mechlab.simulate.trace import adaptive, trace
+
+    b = Builder("sledge", gravity=(0.0, 0.0, 0.0))
+    b.body("mass", prismatic("slide", "x"), inertia=Inertia.box(2.0, 0.1, 0.1, 0.1))
+    m = b.build()
+    scene = Scene("s", "full", 1.0, (law("constant", on="slide", value=3.0),))
+    t = np.linspace(0.0, 1.0, 11)
+    assert trace(m, scene, Settings(timestep=0.05), 10).q[:, 0] == pytest.approx(0.75 * t**2, abs=1e-12)
+    exact = adaptive(m, scene, Settings(integrator="LSODA", tolerance=1e-10), 10)
+    assert exact.q[:, 0] == pytest.approx(0.75 * t**2, abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_the_closed_form_of_one_joint_is_that_of_the_tree(kind: str) -> None:
+    b = Builder("one", gravity=(1.0, -2.0, 9.0))
+    joint = revolute if kind == "revolute" else prismatic
+    first = joint("j", (0.6, 0.0, 0.8), stiffness=7.0, spring_rest=0.2, armature=0.3)
+    b.body("arm", first, at=(0.1, 0.2, 0.3), inertia=Inertia.rod(2.0, (0, 0, 0), (0.5, 0.4, 0.1), 0.02))
+    b.spring(Spring("s", "ground", "arm", (1.0, 0.3, 0.2), (0.3, 0.1, 0.0), stiffness=150.0, rest_length=0.2))
+    scene = Scene("s", "full", 1.0, (law("constant", on="j", value=3.0),))
+    tree = BatchTree(b.build())
+    q = np.random.default_rng(1).normal(size=(6, 1))
+    ones = np.ones((6, 1))
+    for mine, theirs in zip(OneJoint(tree, scene)(q, ones), Energies(tree, scene)(q, ones), strict=True):
+        assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(("name", "changes"), [("pendulum", {}), ("slider_crank", {}), ("andrews", {"duration": 0.02})])
+def test_what_fewer_nodes_would_change_is_what_they_change(name: str, changes: dict) -> None:
+    """Against the motion made of the fewer nodes alone: the same to first order in the change."""
+    lived = api.load(name, **changes).for_scene(None)
+    m, scene = lived.mechanism(), lived.scene()
+    tree = BatchTree(m)
+    t = np.linspace(0.0, scene.duration, 31)
+    coarse, fine = (EnergyMotion(m, scene, *initial_state(m, scene), tree, BatchRows(tree)) for _ in range(2))
+    coarse.refine(8)
+    fine.refine(16)
+    states = fine.states(t)
+    told, done = fine.moved(states, t, every=2), coarse.states(t).q - states.q
+    assert np.max(np.abs(told - done)) < 0.02 * np.max(np.abs(done)) + 1e-12

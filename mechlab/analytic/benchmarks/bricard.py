@@ -22,6 +22,17 @@ def _cross(w: Array) -> Array:
     return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
 
 
+_STILL = np.eye(3)
+_TURNS = [_cross(a) for a in AXES]
+_SQUARES = [c @ c for c in _TURNS]
+
+
+def _crossed(a: Array, b: Array) -> Array:
+    """a x b of two vectors, without the checks that cost numpy twenty times as much."""
+    (p, q, r), (x, y, z) = a.tolist(), b.tolist()
+    return np.array((q * z - r * y, r * x - p * z, p * y - q * x))
+
+
 @dataclass(frozen=True)
 class Bricard:
     """length of the edges [m], masses (5,) of the square bars [kg], `section` [m] their width, gravity (3,) [m/s2].
@@ -52,8 +63,7 @@ class Bricard:
         the last (the identity when the loop is closed)."""
         rotation, shift, out = np.eye(3), np.zeros(3), []
         for k in range(6):
-            c = _cross(AXES[k])
-            turn = np.eye(3) + np.sin(q[k]) * c + (1.0 - np.cos(q[k])) * (c @ c)
+            turn = _STILL + np.sin(q[k]) * _TURNS[k] + (1.0 - np.cos(q[k])) * _SQUARES[k]
             corner = self.length * CORNERS[k]
             shift = shift + rotation @ (corner - turn @ corner)
             rotation = rotation @ turn
@@ -71,7 +81,7 @@ class Bricard:
         rows = []
         for k, (rotation, shift) in enumerate(before):
             n = rotation @ AXES[k]
-            rows.append(np.concatenate([np.cross(rotation @ (self.length * CORNERS[k]) + shift, n), n]))
+            rows.append(np.concatenate([_crossed(rotation @ (self.length * CORNERS[k]) + shift, n), n]))
         return np.array(rows)
 
     def slope(self, t: float, y: Array) -> Array:
@@ -89,7 +99,7 @@ class Bricard:
         for k in range(6):
             # the screw of hinge k moves with the body before it: dS/dt = ad(V) S
             w, v, s = twist[3:], twist[:3], screws[k]
-            moved = np.concatenate([np.cross(w, s[:3]) + np.cross(v, s[3:]), np.cross(w, s[3:])])
+            moved = np.concatenate([_crossed(w, s[:3]) + _crossed(v, s[3:]), _crossed(w, s[3:])])
             drift = drift + rate[k] * moved
             twist, unit = twist + rate[k] * s, unit + null[k] * s
             twists.append(twist)
@@ -102,11 +112,11 @@ class Bricard:
             rotation, shift = poses[k]
             c, spatial = rotation @ centre + shift, rotation @ tensor @ rotation.T
             w, wu = twists[k][3:], units[k][3:]
-            v, vu = twists[k][:3] + np.cross(w, c), units[k][:3] + np.cross(wu, c)
+            v, vu = twists[k][:3] + _crossed(w, c), units[k][:3] + _crossed(wu, c)
             total = accel + carried[k]
             # classical acceleration of the centre: spatial part at c, and w x v of that point
-            a = total[:3] + np.cross(total[3:], c) + np.cross(w, v)
-            moment = spatial @ total[3:] + np.cross(w, spatial @ w)
+            a = total[:3] + _crossed(total[3:], c) + _crossed(w, v)
+            moment = spatial @ total[3:] + _crossed(w, spatial @ w)
             inertia += mass * (vu @ vu) + wu @ spatial @ wu
             force += vu @ (mass * (np.array(self.gravity) - a)) - wu @ moment
         return np.concatenate([rate, bend + null * (force / inertia)])

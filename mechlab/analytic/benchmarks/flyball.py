@@ -48,7 +48,7 @@ class Governor:
 
     def slope(self, t: float, y: Array) -> Array:
         """Rate (6,) of y = (alpha, s, phi, alpha', s', H)."""
-        alpha, s, _, dalpha, ds, momentum = (float(x) for x in y)
+        alpha, s, _, dalpha, ds, momentum = y.tolist()
         sine, cosine, half = math.sin(alpha), math.cos(alpha), 0.5 * self.arm_length
         moment, bend = self.moment(alpha)
         spin = momentum / moment

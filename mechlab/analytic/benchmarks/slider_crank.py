@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.analytic.benchmarks.planar import Balance, Jet, arm
+from mechlab.analytic.benchmarks.planar import Jet, arm
 from mechlab.errors import NoSolution
 
 Array = NDArray[np.float64]
@@ -46,15 +46,28 @@ class SliderCrank:
         return pin, psi, pin + arm(psi, self.rod)
 
     def slope(self, t: float, y: Array) -> Array:
-        """Rate (2,) of y = (phi, phi')."""
-        phi = Jet(float(y[0]), 1.0, 0.0)
-        pin, psi, slider = self.pose(phi.value.real)
-        g = complex(0.0, -self.gravity)
-        sums = Balance()
-        sums.body(self.crank_mass, self.crank_mass * self.crank**2 / 12.0, arm(phi, 0.5 * self.crank), phi, g)
-        sums.body(self.rod_mass, self.rod_mass * self.rod**2 / 12.0, pin + arm(psi, 0.5 * self.rod), psi, g)
-        sums.body(self.slider_mass, 0.0, slider, Jet(0.0))
-        return np.array([y[1], sums.acceleration(float(y[1]))])
+        """Rate (2,) of y = (phi, phi'): J w' + J'/2 w^2 = Q in plain floats, the points of `pose` written out."""
+        phi, speed = float(y[0]), float(y[1])
+        r, rod, half = self.crank, self.rod, 0.5 * self.rod
+        s, c = math.sin(phi), math.cos(phi)
+        sine = -r * s / rod
+        if abs(sine) >= 1.0:
+            raise NoSolution(f"slider-crank: the rod of {rod:g} m cannot follow a crank of {r:g} m.")
+        cosine = math.sqrt(1.0 - sine * sine)
+        turn = -r * c / (rod * cosine)
+        bend = (r * s / rod + sine * turn * turn) / cosine
+        # derivatives by phi of e^(i psi), then of the middle of the rod and of the slider
+        along, across = -turn * sine, turn * cosine
+        along2, across2 = -bend * sine - turn * turn * cosine, bend * cosine - turn * turn * sine
+        x, z = -r * s + half * along, r * c + half * across
+        x2, z2 = -r * c + half * along2, -r * s + half * across2
+        out, out2 = -r * s + rod * along, -r * c + rod * along2
+        spin = self.rod_mass * rod * rod / 12.0
+        inertia = self.crank_mass * r * r / 3.0 + self.rod_mass * (x * x + z * z) + spin * turn * turn
+        inertia += self.slider_mass * out * out
+        half_slope = self.rod_mass * (x * x2 + z * z2) + spin * turn * bend + self.slider_mass * out * out2
+        force = -self.gravity * (0.5 * self.crank_mass * r * c + self.rod_mass * z)
+        return np.array([speed, (force - half_slope * speed * speed) / inertia])
 
     def states(self, y: Array) -> tuple[Array, Array]:
         """(n, 3) crank angle, rod angle, slider [m], and their rates, along states y (n, 2)."""

@@ -5,6 +5,7 @@
 """
 
 from mechlab.study.error_control.control import control
-from mechlab.study.error_control.solve import Result, solve_to
+from mechlab.study.error_control.result import Result
+from mechlab.study.error_control.solve import solve_to
 
 __all__ = ["Result", "control", "solve_to"]

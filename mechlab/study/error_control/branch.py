@@ -9,24 +9,29 @@ import numpy as np
 from mechlab.errors import NoSolution
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.study.error_control.batch import BatchRows, BatchTree
+from mechlab.study.error_control.batch import BatchTree
+from mechlab.study.error_control.rows import BatchRows
 
 STRIDE = 0.3
 """No coordinate moves farther between two poses of the continuation [rad or m]."""
 SHORTEST = 5e-2
 """Share of the first try below which a step of the continuation is given up."""
-CLOSED, NEARLY = 1e-12, 1e-6
-"""Last correction of Newton's method: after it the error is its square. While the branch is only explored, NEARLY is enough."""
+CLOSED, NEARLY, EXPLORED = 1e-12, 1e-6, 1e-4
+"""Last correction of Newton's method: after it the error of the pose is its square, that of the tangent as large as it. While
+the branch is only explored, EXPLORED is enough; a full turn has to end where it began to NEARLY squared."""
 SLOPE_LIMIT = 15.0
 """A joint that moves so many times faster than at the start, per motion of the one that counts, marks a limit position."""
 TURN = 2.0 * np.pi
+SPOILT = 1e-6
+"""Share of a solution that normal equations may be off before their step of refinement; else they are factored."""
 
 
 class Branch:
     """Closed poses q(phi) through q0 (nv,), phi the coordinate of joint number `coordinate`.
 
     Continuation predicts by the last three poses and tangents, which carries it through places where assembly modes meet
-    (the branch goes on smoothly there), and corrects by Newton. `turn`: what a full turn adds to q once it is known.
+    (the branch goes on smoothly there), and corrects by Newton. `turn`: what a full turn adds to q once it is known;
+    `patience`: so many tries of a step may fail before the joint is given up.
     Raises NoSolution where the joint reaches a limit position.
     """
 
@@ -34,7 +39,9 @@ class Branch:
         self.mechanism, self.coordinate, self.tree, self.rows = mechanism, coordinate, tree, rows
         self.others = np.array([k for k in range(mechanism.nv) if k != coordinate], dtype=int)
         self.start = float(q0[coordinate])
+        self.columns = np.array([*self.others, mechanism.nv, coordinate], dtype=int)
         self.turn: Array | None = None
+        self.patience = 10**9
         self.limit = np.inf
         q, u = self.close(np.array([self.start]), q0[None])
         self.limit = SLOPE_LIMIT * max(1.0, float(np.max(np.abs(u))))
@@ -61,18 +68,19 @@ class Branch:
         u[:, self.coordinate] = 1.0
         if not self.rows.count or not len(self.others):
             return q, u
+        count = len(self.others)
         for _ in range(8):
-            residual, jacobian = self.rows.evaluate(q)
-            sides = np.stack([residual, jacobian[:, :, self.coordinate]], axis=2)
+            system = self.rows.system(q)[:, :, self.columns]
             try:
-                solved = _least_squares(jacobian[:, :, self.others], sides)
+                solved = _least_squares(system[:, :, :count], system[:, :, count:])
             except np.linalg.LinAlgError:
                 raise NoSolution(f"{self.mechanism.name}: singular pose on the path") from None
-            q[:, self.others] -= solved[:, :, 0]
-            size = np.max(np.abs(solved[:, :, 0]))
+            correction = solved[:, :, 0]
+            q[:, self.others] -= correction
+            size = max(correction.max(), -correction.min())
             if size < closed:
                 u[:, self.others] = -solved[:, :, 1]
-                if not np.max(np.abs(u)) < self.limit:
+                if not max(u.max(), -u.min()) < self.limit:
                     break
                 return q, u
             if not size < 10.0:
@@ -86,33 +94,33 @@ class Branch:
 
     def extend(self, sign: int) -> float:
         """One pose more at the end of the branch in the direction of `sign`; its phi. Raises NoSolution at a limit."""
-        ends = range(len(self.phi) - 1, max(-1, len(self.phi) - 4), -1) if sign > 0 else range(min(3, len(self.phi)))
-        known = [(self.phi[k], self.q[k], self.u[k]) for k in ends]
+        last = range(len(self.phi) - 1, max(-1, len(self.phi) - 4), -1) if sign > 0 else range(min(3, len(self.phi)))
+        known = [(self.phi[k], self.q[k], self.u[k]) for k in last]
         phi0, q0, u0 = known[0]
         size = STRIDE / max(1.0, float(np.max(np.abs(u0))))
         first = size
-        while size > SHORTEST * first:
+        while size > SHORTEST * first and self.patience > 0:
             phi = phi0 + sign * size
             inside = abs(phi0 - self.start) < TURN - 1e-9
             if self.tree.revolute[self.coordinate] and inside and abs(phi - self.start) > TURN:
                 phi = self.start + sign * TURN
             guess = _hermite(known, phi)
             try:
-                q, u = self.close(np.array([phi]), guess[None], NEARLY)
+                ends = abs(phi - self.start) > TURN - 1e-9
+                q, u = self.close(np.array([phi]), guess[None], NEARLY if ends else EXPLORED)
             except NoSolution:
                 size *= 0.25
+                self.patience -= 1
                 continue
-            moved = float(np.max(np.abs(q[0] - guess)))
-            if (
-                moved <= 0.1 * float(np.max(np.abs(q[0] - q0)))
-                and np.max(np.abs(u[0] - u0)) <= 0.5 * np.max(np.abs(u0)) + 0.5
-            ):
+            moved, gone, bent, fast = (max(x.max(), -x.min()) for x in (q[0] - guess, q[0] - q0, u[0] - u0, u0))
+            if moved <= 0.1 * gone and bent <= 0.5 * fast + 0.5:
                 at = len(self.phi) if sign > 0 else 0
                 self.phi.insert(at, phi)
                 self.q.insert(at, q[0])
                 self.u.insert(at, u[0])
                 return phi
             size *= 0.25
+            self.patience -= 1
         raise NoSolution(f"{self.mechanism.name}: {self.name} cannot be moved beyond {phi0:.9g}: a limit position")
 
     def close_turn(self, sign: int) -> bool:
@@ -127,8 +135,10 @@ class Branch:
         self.turn = turns
         return True
 
-    def at(self, phi: Array) -> tuple[Array, Array]:
+    def at(self, phi: Array, closed: float = CLOSED) -> tuple[Array, Array]:
         """Closed poses q (P, nv) and tangents u (P, nv) at phi (P,) within the branch, or anywhere once it turns fully."""
+        if not self.rows.count and not len(self.others):
+            return phi[:, None].copy(), np.ones((len(phi), 1))
         turns = np.zeros(len(phi))
         low, high = self.phi[0], self.phi[-1]
         if self.turn is not None:
@@ -147,7 +157,7 @@ class Branch:
                 (1 + 2 * s) * (1 - s) ** 2 * qs[k] + s * (1 - s) ** 2 * h * us[k]
                 + s * s * (3 - 2 * s) * qs[k + 1] - s * s * (1 - s) * h * us[k + 1]
             )  # fmt: skip
-        q, u = self.close(inside, guess)
+        q, u = self.close(inside, guess, closed)
         if self.turn is not None:
             q = q + turns[:, None] * self.turn
         return q, u
@@ -163,18 +173,34 @@ def next_coordinate(failed: Branch, left: list[int]) -> int | None:
 
 def _hermite(known: list[tuple[float, Array, Array]], phi: float) -> Array:
     """The polynomial through up to three poses with their tangents, at phi."""
-    xs = np.array([x for x, _, _ in known])
     out = np.zeros_like(known[0][1])
     for i, (x, q, u) in enumerate(known):
-        rest = np.delete(xs, i)
-        basis = float(np.prod(((phi - rest) / (x - rest)) ** 2))
-        slope = float(np.sum(2.0 / (x - rest)))
-        out = out + basis * ((1.0 - slope * (phi - x)) * q + (phi - x) * u)
+        basis, slope = 1.0, 0.0
+        for j, (y, _, _) in enumerate(known):
+            if j != i:
+                basis *= ((phi - y) / (x - y)) ** 2
+                slope += 2.0 / (x - y)
+        out += (basis * (1.0 - slope * (phi - x))) * q + (basis * (phi - x)) * u
     return out
 
 
 def _least_squares(matrices: Array, sides: Array) -> Array:
     """(P, n, k) least-squares solutions of matrices (P, m, n) with m >= n; raises LinAlgError for a singular one."""
+    across = np.swapaxes(matrices, 1, 2)
+    try:
+        inverse = np.linalg.inv(across @ matrices)
+    except np.linalg.LinAlgError:
+        return _by_factors(matrices, sides)
+    found = inverse @ (across @ sides)
+    change = inverse @ (across @ (sides - matrices @ found))
+    found += change
+    # the step of refinement makes good what the squared condition number took, and tells how much that was
+    if not max(change.max(), -change.min()) < SPOILT * max(found.max(), -found.min(), 1e-6):
+        return _by_factors(matrices, sides)
+    return np.asarray(found)
+
+
+def _by_factors(matrices: Array, sides: Array) -> Array:
     orthogonal, upper = np.linalg.qr(matrices)
     return np.asarray(np.linalg.solve(upper, np.swapaxes(orthogonal, 1, 2) @ sides))
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
-from mechlab.study.error_control.conservative import scalars
-from mechlab.study.error_control.measure import Measure
+from mechlab.study.error_control.measure import Measure, most
 from mechlab.study.error_control.meter import Meter
 from mechlab.study.error_control.rules import LADDERS, RULES, LadderRule
-from mechlab.study.methods import METHODS, Method, Problem
+from mechlab.study.methods import METHODS, Method, Problem, is_rough
+
+CHECKING = ("mujoco", "pinocchio")
+FIRST_INTERVAL = 20.0
+"""What an adaptive method spends on the first output interval, in later ones: the start of a stiff motion is rough."""
 
 
 @dataclass(frozen=True)
@@ -34,78 +38,95 @@ class Checked:
 def check(
     problem: Problem, measure: Measure, tracked: Array, used: str, fastest: float, meter: Meter
 ) -> Checked | None:
-    """Runs the first step ladder of another engine over the first output times, with two steps; None where none
-    can: no engine with fixed steps follows dry friction.
+    """Runs the cheapest ladder of another engine over the first output times, at two sharpnesses; None where none can: no
+    engine that may check follows dry friction.
 
     tracked (n, names): the accepted motion at all output times; used: engine of the accepted method.
     """
-    if any(x.friction for x in scalars(problem.mechanism)):
+    if is_rough(problem.mechanism):
         return None
-    for rule in LADDERS:
-        if rule.control != "step" or rule.engine == used or (used == "mujoco" and rule.engine == "mujoco"):
-            continue
-        method = _registered(rule, problem)
-        if method is None:
-            continue
+    found = None
+    for way in sorted(_ways(problem, used, fastest), key=lambda x: x.cost):
         with meter.building():
-            why = method.available(problem)
-        if why:
-            continue
-        found = _compare(problem, measure, tracked, method, rule, fastest, meter)
+            why = way.method.available(problem)
+        if not why:
+            found = _compare(problem, measure, tracked, way, meter)
         if found is not None:
             return found
     return None
 
 
+@dataclass(frozen=True)
+class _Way:
+    """A method that may check, the two values that it is run at, and what the first output interval may cost [s]."""
+
+    method: Method
+    values: tuple[float, float]
+    cost: float
+
+
+def _ways(problem: Problem, used: str, fastest: float) -> Iterator[_Way]:
+    between = problem.scene.duration / problem.outputs
+    few, most_steps = RULES.check_steps
+    for rule in LADDERS:
+        if rule.engine not in CHECKING or rule.engine == used or rule.extrapolated:
+            continue
+        method = _registered(rule, problem)
+        if method is None:
+            continue
+        if rule.control == "tolerance":
+            yield _Way(method, RULES.check_tolerances, FIRST_INTERVAL * rule.cost)
+            continue
+        each = few
+        if rule.stable and fastest > 0.0:
+            each = max(few, math.ceil(between * fastest / rule.stable))
+        if each <= most_steps:
+            yield _Way(method, (between / each, 0.5 * between / each), 3.0 * each * rule.cost)
+
+
 def _registered(rule: LadderRule, problem: Problem) -> Method | None:
     rows = problem.mechanism.loops or problem.mechanism.relations
-    kind = "default" if rule.engine == "mujoco" and not rows else rule.constraints
+    kind = "default" if rule.engine == "mujoco" and rule.control == "step" and not rows else rule.constraints
     for m in METHODS:
         if (m.engine, m.integrator, m.constraints) == (rule.engine, rule.integrator, kind):
             return m
     return None
 
 
-def _compare(
-    problem: Problem, measure: Measure, tracked: Array, method: Method, rule: LadderRule, fastest: float, meter: Meter
-) -> Checked | None:
-    between = problem.scene.duration / problem.outputs
-    few, most = RULES.check_steps
-    each = few
-    if rule.stable and fastest > 0.0:
-        each = max(few, math.ceil(between * fastest / rule.stable))
-    if each > most:
-        return None
+def _compare(problem: Problem, measure: Measure, tracked: Array, way: _Way, meter: Meter) -> Checked | None:
+    method, between = way.method, problem.scene.duration / problem.outputs
+    size = max(1e-3, float(np.ptp(tracked, axis=0).max()))
     budget = max(RULES.check_share * meter.spent, 1e-4)
     count = 1
     while True:
-        part = Problem(problem.design, replace(problem.scene, duration=count * between), count)
-        t = np.linspace(0.0, part.scene.duration, count + 1)
+        with meter.building():
+            part = Problem(problem.design, replace(problem.scene, duration=count * between), count)
+            t = np.linspace(0.0, part.scene.duration, count + 1)
         try:
             with meter.stepping() as told:
-                runs = [method.run(part, between / n) for n in (each, 2 * each)]
+                runs = [method.run(part, x) for x in way.values]
                 told += [r.cpu_s for r in runs]
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
         if not all(r.complete and len(r.q) == count + 1 for r in runs):
             return None
-        coarse, fine = (measure(t, r.q, r.v) for r in runs)
-        sure = np.max(np.abs(coarse - fine), axis=1) <= RULES.check_own * max(
-            1e-3, float(np.ptp(tracked, axis=0).max())
-        )
+        both = measure(np.tile(t, 2), *(np.concatenate([getattr(r, x) for r in runs]) for x in ("q", "v")))
+        coarse, fine = both[: count + 1], both[count + 1 :]
+        change = np.max(np.abs(coarse - fine), axis=1)
+        sure = change <= RULES.check_own * size
         good = len(sure) if sure.all() else int(np.argmin(sure))
         if good < 2:
             return None
-        own = float(np.max(np.abs(coarse - fine)[:good]))
-        away = float(np.max(np.abs(fine - tracked[: count + 1])[:good]))
-        cost = max(sum(told) / count, 1e-7)
-        more = min(problem.outputs, int(budget / cost) - count)
-        if count > 1 or more <= 1:
+        own = float(np.max(change[:good]))
+        away = most((fine - tracked[: count + 1])[:good])
+        left = budget - sum(told)
+        more = min(problem.outputs, int(left / max(sum(told) / count, 1e-7)))
+        if good < len(sure) or more < 4 * count:
             break
-        count = more
+        budget, count = left, more
     until = float(t[good - 1])
     sentence = (
         f"check by {method.name} up to t = {until:.4g} s: it differs by {away:.2g} {measure.unit}, and changes by "
-        f"{own:.2g} {measure.unit} when its own step is halved"
+        f"{own:.2g} {measure.unit} when it is made sharper"
     )
     return Checked(method.name, away, own, until, sentence)

@@ -49,7 +49,12 @@ def deriving(n: int) -> Array:
 
 def basis(xi: Array, n: int) -> Array:
     """(P, n + 1) Chebyshev polynomials at xi (P,)."""
-    return np.cos(np.arccos(np.clip(xi, -1.0, 1.0))[:, None] * np.arange(n + 1))
+    return np.cos(np.multiply.outer(np.arccos(np.minimum(np.maximum(xi, -1.0), 1.0)), _numbers(n + 1)))
+
+
+@lru_cache(maxsize=16)
+def _numbers(n: int) -> Array:
+    return np.arange(float(n))
 
 
 @dataclass(frozen=True)
@@ -83,22 +88,37 @@ class Clock:
         xi = np.array([2.0 * (x - self.low - cell * self.width) / self.width - 1.0])
         return float(self.starts[cell] + basis(xi, self.times.shape[1] - 1)[0] @ self.times[cell])
 
-    def invert(self, t: Array) -> tuple[NDArray[np.intp], Array, Array]:
-        """Cell (P,), local place xi (P,) and its basis (P, n + 2) at times t (P,) of [0, total]."""
-        cell = np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.times) - 1).astype(np.intp)
+    def invert(self, t: Array, last_step: float = 1e-7) -> tuple[NDArray[np.intp], Array, Array]:
+        """Cell (P,), local place xi (P,) and its basis (P, n + 2) at times t (P,) of [0, total]; what is left after Newton's
+        `last_step` is its square."""
+        cells, n = len(self.times), self.slopes.shape[1] - 1
+        at = _at_nodes(n)
+        # cubic through the times and slopes at the nodes, then Newton: two steps for what half of the digits were right in
+        known = (self.times @ at.T + self.starts[:-1, None]).ravel()
+        k = np.minimum(np.maximum(np.searchsorted(known, t, side="right") - 1, 0), len(known) - 2)
+        k -= k % (n + 1) == n
+        rate = 1.0 / (0.5 * self.width * (self.slopes @ at[:, : n + 1].T).ravel())
+        places = nodes(n)
+        cell, i = np.divmod(k, n + 1)
+        h = known[k + 1] - known[k]
+        s = (t - known[k]) / h
+        r = 1.0 - s
+        xi = r * r * ((1.0 + 2.0 * s) * places[i] + s * h * rate[k])
+        xi += s * s * ((3.0 - 2.0 * s) * places[i + 1] - r * h * rate[k + 1])
         into = t - self.starts[cell]
-        n = self.slopes.shape[1] - 1
         times, slopes = self.times[cell], 0.5 * self.width * self.slopes[cell]
-        coarse = basis(nodes(n), n + 1) @ self.times.T
-        xi = np.empty(len(t))
-        for k in range(len(self.times)):
-            mine = cell == k
-            if mine.any():
-                xi[mine] = np.interp(into[mine], coarse[:, k], nodes(n))
+        if cells == 1:
+            times, slopes = self.times[0], 0.5 * self.width * self.slopes[0]
         for _ in range(12):
             b = basis(xi, n + 1)
-            step = (np.sum(b * times, axis=1) - into) / np.sum(b[:, : n + 1] * slopes, axis=1)
-            xi = np.clip(xi - step, -1.0, 1.0)
-            if np.max(np.abs(step)) < 1e-9:
+            step = ((b * times).sum(axis=1) - into) / (b[:, : n + 1] * slopes).sum(axis=1)
+            xi = np.minimum(np.maximum(xi - step, -1.0), 1.0)
+            if max(step.max(), -step.min()) < last_step:
                 break
         return cell, xi, basis(xi, n + 1)
+
+
+@lru_cache(maxsize=16)
+def _at_nodes(n: int) -> Array:
+    """(n + 1, n + 2) Chebyshev polynomials at the nodes."""
+    return basis(nodes(n), n + 1)

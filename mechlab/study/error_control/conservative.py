@@ -5,12 +5,17 @@ J(phi) phi'^2 / 2 + V(phi) = E        J = u^T M u        V: weight, springs, con
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Joint, Mechanism, Shaft
 from mechlab.mechanism.geometry import Array
-from mechlab.study.error_control.batch import BatchTree
+from mechlab.study.error_control.batch import BatchTree, crossed
+
+Potential = Callable[[Array, Array], tuple[Array, Array, Array]]
+"""J (P,), V (P,) and dV/dphi (P,) at poses q (P, nv) with tangents u (P, nv)."""
 
 
 def scalars(mechanism: Mechanism) -> list[Joint | Shaft]:
@@ -54,19 +59,22 @@ class Energies:
             tree.points([(s.body_b, np.array(s.point_b)) for s in m.springs]),
         )
         self.stiffness = np.array([s.stiffness for s in m.springs])
-        self.rest = np.array([s.rest_length for s in m.springs])
+        self.rest = np.array([s.rest_length for s in m.springs])[:, None]
 
     def __call__(self, q: Array, u: Array) -> tuple[Array, Array, Array]:
         """J (P,), V (P,) and dV/dphi (P,) at poses q (P, nv) with tangents u (P, nv)."""
         tree = self.tree
         poses = tree.at(q)
+        screws = tree.screws(poses)
+        links = tree.mass_at[0]
         points = tree.positions(poses, tree.mass_at)
-        linear, angular = tree.velocities(poses, tree.mass_at[0], points, u)
-        local = np.swapaxes(poses.rotations[:, tree.mass_at[0]], 2, 3) @ angular[..., None]
-        spin = np.sum(local * (tree.tensors @ local), axis=(2, 3))
-        inertia = np.sum(linear * linear, axis=2) @ tree.masses + np.sum(spin, axis=1) + u**2 @ self.armature
-        height = -(points @ tree.gravity) @ tree.masses - q @ self.load
-        slope = -(linear @ tree.gravity) @ tree.masses - u @ self.load
+        linear, angular = tree.twists(screws, links, u)
+        linear = linear + crossed(angular, points)
+        local = angular[:, :, None, :] @ poses.frames[links, :, :3, :3]
+        spin = local @ tree.tensors @ np.swapaxes(local, 2, 3)
+        inertia = tree.masses @ np.sum(linear * linear, axis=2) + np.sum(spin, axis=(0, 2, 3)) + u**2 @ self.armature
+        height = -tree.masses @ (points @ tree.gravity) - q @ self.load
+        slope = -tree.masses @ (linear @ tree.gravity) - u @ self.load
         for size, row in self.shafts:
             inertia = inertia + size * (u @ row) ** 2
         for stiffness, row, rest in self.sprung:
@@ -74,12 +82,61 @@ class Energies:
             height = height + 0.5 * stiffness * stretch**2
             slope = slope + stiffness * stretch * (u @ row)
         if len(self.stiffness):
-            (la, _), (lb, _) = self.ends
             a, b = tree.positions(poses, self.ends[0]), tree.positions(poses, self.ends[1])
             d = b - a
             length = np.sqrt(np.sum(d * d, axis=2))
-            relative = tree.velocities(poses, lb, b, u)[0] - tree.velocities(poses, la, a, u)[0]
-            rate = np.sum(d * relative, axis=2) / np.maximum(length, 1e-300)
-            height = height + 0.5 * (length - self.rest) ** 2 @ self.stiffness
-            slope = slope + ((length - self.rest) * rate) @ self.stiffness
+            (la, wa), (lb, wb) = (tree.twists(screws, x[0], u) for x in self.ends)
+            # d . (velocity of B - of A); the lever of A may be taken at B, since both lie on the line d
+            rate = np.sum(d * (lb - la + crossed(wb - wa, b)), axis=2) / np.maximum(length, 1e-300)
+            height = height + 0.5 * self.stiffness @ (length - self.rest) ** 2
+            slope = slope + self.stiffness @ ((length - self.rest) * rate)
         return inertia, height, slope
+
+
+class OneJoint:
+    """`Energies` of a tree of one joint, in closed form: J is constant, points are linear in sin q and 1 - cos q (or in q)."""
+
+    def __init__(self, tree: BatchTree, scene: Scene) -> None:
+        whole = Energies(tree, scene)
+        self.turns = bool(tree.revolute[0])
+        self.load = float(whole.load[0])
+        self.inertia = float(whole(np.zeros((1, 1)), np.ones((1, 1)))[0][0])
+        self.springs = [(k, float(row[0]), rest) for k, row, rest in whole.sprung]
+        self.stiffness, self.rest = whole.stiffness, whole.rest
+        links, places = tree.mass_at
+        weight = -(tree.shape(links, places)[..., :3] @ tree.gravity) @ tree.masses
+        self.fixed, self.by_sine, self.by_rest = weight.tolist()
+        a, b = (tree.shape(*x) for x in whole.ends)
+        self.between = (b - a)[..., :3]
+
+    def __call__(self, q: Array, u: Array) -> tuple[Array, Array, Array]:
+        """J (P,), V (P,) and dV/dq (P,) at q (P, 1); the tangents u are 1."""
+        x = q[:, 0]
+        s, c = (np.sin(x), np.cos(x)) if self.turns else (x, 1.0)
+        r, ds = 1.0 - c, s if self.turns else 0.0
+        height = self.fixed + self.by_sine * s + self.by_rest * r
+        slope = self.by_sine * c + self.by_rest * ds + 0.0 * x
+        if self.load:
+            height, slope = height - self.load * x, slope - self.load
+        for stiffness, factor, rest in self.springs:
+            stretch = factor * x - rest
+            height, slope = height + 0.5 * stiffness * stretch**2, slope + stiffness * stretch * factor
+        for stiffness, rest, (d0, d1, d2) in zip(
+            self.stiffness, self.rest[:, 0], self.between.transpose(1, 0, 2), strict=True
+        ):
+            d = (
+                d0 + np.multiply.outer(s, d1) + np.multiply.outer(r, d2)
+                if self.turns
+                else d0 + np.multiply.outer(s, d1)
+            )
+            rate = np.multiply.outer(c, d1) + np.multiply.outer(ds, d2) if self.turns else d1
+            length = np.sqrt(np.sum(d * d, axis=1))
+            force = stiffness * (length - rest)
+            height = height + 0.5 * force * (length - rest)
+            slope = slope + force * np.sum(d * rate, axis=1) / np.maximum(length, 1e-300)
+        return np.full(len(x), self.inertia), height, slope
+
+
+def potential(tree: BatchTree, scene: Scene) -> Potential:
+    """J, V and dV/dphi of a mechanism under the constant loads of a scene."""
+    return OneJoint(tree, scene) if tree.ground == 1 else Energies(tree, scene)

@@ -13,7 +13,8 @@ from mechlab.experiment.scene import Scene
 from mechlab.study.design import Design
 from mechlab.study.error_control.measure import Measure
 from mechlab.study.error_control.record import recording_of, with_estimate
-from mechlab.study.error_control.solve import Result, solve_to
+from mechlab.study.error_control.result import Result
+from mechlab.study.error_control.solve import solve_to
 from mechlab.study.methods import Problem
 from mechlab.study.witness import room
 

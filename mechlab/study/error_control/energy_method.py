@@ -6,28 +6,48 @@ where the motion is asked for. Refining doubles the nodes; its error falls geome
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.study.error_control.batch import BatchRows, BatchTree
-from mechlab.study.error_control.branch import TURN, Branch, branches, next_coordinate
-from mechlab.study.error_control.clock import Clock, deriving, fitting, nodes
-from mechlab.study.error_control.conservative import Energies
+from mechlab.study.error_control.batch import BatchTree
+from mechlab.study.error_control.branch import CLOSED, TURN, Branch, branches, next_coordinate
+from mechlab.study.error_control.clock import Clock, basis, deriving, fitting, nodes
+from mechlab.study.error_control.conservative import Potential, potential
 from mechlab.study.error_control.orbit import Explorer, Orbit
+from mechlab.study.error_control.rows import BatchRows
+
+PATIENCE = 2
+"""Tries of steps along a joint that may fail while there are other joints to try."""
+NEAR = 1e-2
+"""Poses farther from the polynomials of coarser samples may be of another branch: they are looked for anew [rad or m]."""
 
 
 @dataclass(frozen=True)
 class States:
-    """q, v, a (n, nv) at asked times."""
+    """q, v, a (n, nv) at asked times; a where it was asked for."""
 
     q: Array
     v: Array
-    a: Array
+    a: Array | None
+    place: _Place
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where on the orbit: passages done before, whether a swing is on its way back, cell, basis there, pose without turns."""
+
+    lap: Array
+    back: NDArray[np.bool_] | None
+    cell: NDArray[np.intp]
+    basis: Array
+    q: Array
 
 
 @dataclass(frozen=True)
@@ -42,41 +62,46 @@ class _Samples:
 
 
 class EnergyMotion:
-    """The motion of a mechanism from q0, v0 by its energy. Raises NoSolution where no joint counts along it."""
+    """The motion of a mechanism from q0, v0 by its energy. closed: last correction of its poses; energies: as of
+    `potential`, where they are known already. Raises NoSolution where no joint counts along it."""
 
     def __init__(
-        self, mechanism: Mechanism, scene: Scene, q0: Array, v0: Array, tree: BatchTree, rows: BatchRows
-    ) -> None:
+        self, mechanism: Mechanism, scene: Scene, q0: Array, v0: Array, tree: BatchTree, rows: BatchRows,
+        closed: float = CLOSED, energies: Potential | None = None,
+    ) -> None:  # fmt: skip
         self.mechanism, self.tree = mechanism, tree
-        self.energies = Energies(tree, scene)
+        self.energies = energies or potential(tree, scene)
         explorer = self._explore(q0, v0, rows, scene.duration)
         self.energy, self.duration = explorer.energy, scene.duration
         self.samples: _Samples | None = None
         self.evaluations = 0
+        self.closed, self.last_step = closed, max(1e-7, math.sqrt(closed))
 
     def _explore(self, q0: Array, v0: Array, rows: BatchRows, duration: float) -> Explorer:
         """The orbit along the first joint that counts; one that stops hands on the poses that it has reached."""
-        tree = self.tree
-        left = branches(self.mechanism, q0, tree, rows)
-        failed: Branch | None = None
+        order = branches(self.mechanism, q0, self.tree, rows)
+        # a joint that comes near a limit position is left soon for another; when none is better, all may go to their limits
         why = ""
-        k: int | None = left[0]
-        while k is not None:
-            left.remove(k)
-            branch = Branch(self.mechanism, q0, k, tree, rows)
-            if failed is not None:
-                branch.seed(failed)
-            if not rows.count and tree.revolute[k]:
-                branch.turn = np.full(1, TURN)
-            explorer = Explorer(branch, self.energies, float(v0[k]), duration)
-            try:
-                self.orbit: Orbit = explorer.orbit()
-            except NoSolution as cause:
-                why, failed = str(cause), branch
-                k = next_coordinate(branch, left)
-                continue
-            self.branch = branch
-            return explorer
+        for patience in (PATIENCE, 10**9) if rows.count and len(order) > 1 else (10**9,):
+            left, failed = list(order), None
+            k: int | None = left[0]
+            while k is not None:
+                left.remove(k)
+                branch = Branch(self.mechanism, q0, k, self.tree, rows)
+                branch.patience = patience
+                if failed is not None:
+                    branch.seed(failed)
+                if not rows.count and self.tree.revolute[k]:
+                    branch.turn = np.full(1, TURN)
+                explorer = Explorer(branch, self.energies, float(v0[k]), duration)
+                try:
+                    self.orbit: Orbit = explorer.orbit()
+                except NoSolution as cause:
+                    why, failed = str(cause), branch
+                    k = next_coordinate(branch, left)
+                    continue
+                self.branch = branch
+                return explorer
         raise NoSolution(f"the energy does not tell the motion: {why}")
 
     @property
@@ -91,7 +116,7 @@ class EnergyMotion:
         xs = o.low + width * (np.arange(o.cells)[:, None] + 0.5 * (nodes(n) + 1.0))
         old = self.samples
         new = xs if old is None else xs[:, 1::2]
-        q, u = self.branch.at(o.phi(new.ravel()))
+        q, u = self._poses(o.phi(new.ravel()), new.shape[1])
         found = [a.reshape(*new.shape, *a.shape[1:]) for a in (q, *self.energies(q, u))]
         self.evaluations += new.size
         if old is not None:
@@ -103,50 +128,103 @@ class EnergyMotion:
             found = both
         self.samples = _Samples(xs, *found)
 
-    def states(self, t: Array, every: int = 1, shift: float = 0.0) -> States:
-        """The motion at times t (P,), from every `every`-th node; `shift` [J] of the energy tells what rounding does.
-        Raises NoSolution where the speed is lost between turning points."""
-        s, o = self.samples, self.orbit
-        assert s is not None
-        x, q, inertia = s.x[:, ::every], s.q[:, ::every], s.inertia[:, ::every]
-        corner = o.turning(x)
-        square = np.where(corner, 1.0, 2.0 * (self.energy + shift - s.height[:, ::every]) / inertia)
-        if not np.all(square > 0.0):
-            raise NoSolution("the motion comes to rest on its way: an equilibrium that it just reaches")
-        g = np.where(
-            corner, o.at_turning(inertia, np.maximum(np.abs(s.slope[:, ::every]), 1e-300)), o.slope(x) / np.sqrt(square)
-        )
-        clock = Clock.of(o.low, o.high, g)
-        return self._at(clock, q, t)
+    def _poses(self, phi: Array, per_cell: int) -> tuple[Array, Array]:
+        """Closed poses at phi (P,), `per_cell` in each cell: near the polynomials of the coarser samples where these are close
+        enough, so that there is little left to correct."""
+        old = self.samples
+        if old is not None and self.branch.rows.count:
+            n = self.n
+            at = basis(nodes(2 * n)[1::2], n) @ fitting(n)
+            guess = (at @ old.q).reshape(len(phi), -1)
+            try:
+                q, u = self.branch.close(phi, guess, self.closed)
+            except NoSolution:
+                pass
+            else:
+                if np.max(np.abs(q - guess)) < NEAR:
+                    return q, u
+        return self.branch.at(phi, self.closed)
 
-    def _at(self, clock: Clock, q: Array, t: Array) -> States:
-        o, n = self.orbit, q.shape[1] - 1
-        total, sign, turns = clock.total, np.ones(len(t)), np.zeros(len(t))
+    def states(self, t: Array, accelerations: bool = False) -> States:
+        """The motion at times t (P,). Raises NoSolution where the speed is lost between turning points."""
+        assert self.samples is not None
+        o, clock = self.orbit, self._clock()
+        total, lap, back = clock.total, np.zeros(1), None
         if o.kind == "swing":
-            phase = clock.time(o.x0)
-            p = np.mod((phase if o.forward else 2.0 * total - phase) + t, 2.0 * total)
-            sign = np.where(p > total, -1.0, 1.0)
-            p = np.where(p > total, 2.0 * total - p, p)
+            p = self._phase(clock) + t
+            lap = np.floor(p / (2.0 * total))
+            p = p - 2.0 * total * lap
+            back = p > total
+            p = np.where(back, 2.0 * total - p, p)
         elif o.kind == "turn":
-            p = clock.time(o.x0) + t
-            turns = np.floor(p / total)
-            p, turns = p - turns * total, o.sign * (turns - 1.0)
+            p = self._phase(clock) + t
+            lap = np.floor(p / total)
+            p = p - lap * total
         else:
             if t[-1] > total * (1.0 + 1e-12):
                 raise NoSolution("the orbit was not followed far enough")
             p = np.minimum(t, total)
-        cell, _, b = clock.invert(p)
-        c = np.einsum("kj,cjv->ckv", fitting(n), q)
-        d = np.einsum("kj,cjv->ckv", deriving(n), c) * (2.0 / clock.width)
-        dd = np.einsum("kj,cjv->ckv", deriving(n), d) * (2.0 / clock.width)
-        b = b[:, : n + 1]
-        value, first, second = (np.einsum("pk,pkv->pv", b, x[cell]) for x in (c, d, dd))
-        g = np.sum(b * clock.slopes[cell], axis=1)
-        dg = np.sum(b * (clock.slopes @ deriving(n).T)[cell], axis=1) * (2.0 / clock.width)
+        cell, _, wide = clock.invert(p, self.last_step)
+        b, n = wide[:, :-1], self.n
+        c = fitting(n) @ self.samples.q
+        slope = deriving(n) * (2.0 / clock.width)
+        d = slope @ c
+        g = (b * clock.slopes[cell]).sum(axis=1)
+        polynomials = (c, d, slope @ d) if accelerations else (c, d)
+        found = [(b[:, None] @ x[cell])[:, 0] for x in polynomials]
+        value, first = found[:2]
+        v = first / (g if back is None else np.where(back, -g, g))[:, None]
+        q = value
         if o.kind == "turn" and self.branch.turn is not None:
-            value = value + turns[:, None] * self.branch.turn
-        v = first * (sign / g)[:, None]
-        return States(value, v, second / (g * g)[:, None] - first * (dg / g**3)[:, None])
+            q = value + np.multiply.outer(o.sign * (lap - 1.0), self.branch.turn)
+        place = _Place(lap, back, cell, wide, value)
+        if not accelerations:
+            return States(q, v, None, place)
+        dg = (b * (clock.slopes @ slope.T)[cell]).sum(axis=1)
+        return States(q, v, found[2] / (g * g)[:, None] - first * (dg / g**3)[:, None], place)
+
+    def moved(self, states: States, t: Array, every: int = 1, shift: float = 0.0) -> Array:
+        """By how much (P, nv) the poses of `states` at times t would be others from every `every`-th node alone, or with
+        `shift` [J] more energy: what passes between the times at which either motion is in a place, at its rate, and the
+        difference of the polynomials. Raises NoSolution as `states`."""
+        assert self.samples is not None
+        o, clock, place = self.orbit, self._clock(every, shift), states.place
+        n = clock.slopes.shape[1] - 1
+        b = place.basis[:, : n + 2]
+        passed = clock.starts[place.cell] + (b * clock.times[place.cell]).sum(axis=1)
+        if place.back is not None:
+            passed = np.where(place.back, 2.0 * clock.total - passed, passed) + 2.0 * clock.total * place.lap
+        elif o.kind == "turn":
+            passed = passed + clock.total * place.lap
+        if o.kind != "run":
+            passed = passed - self._phase(clock)
+        out = states.v * (t - passed)[:, None]
+        if every > 1:
+            out += (b[:, None, :-1] @ (fitting(n) @ self.samples.q[:, ::every])[place.cell])[:, 0] - place.q
+        return np.asarray(out)
+
+    def _clock(self, every: int = 1, shift: float = 0.0) -> Clock:
+        s, o = self.samples, self.orbit
+        assert s is not None
+        x, inertia, height, slope = (a[:, ::every] for a in (s.x, s.inertia, s.height, s.slope))
+        along = o.slope(x)
+        corner = o.turning(along)
+        square = 2.0 * (self.energy + shift - height) / inertia
+        if corner is None:
+            if not square.min() > 0.0:
+                raise NoSolution("the motion comes to rest on its way: an equilibrium that it just reaches")
+            return Clock.of(o.low, o.high, along / np.sqrt(square))
+        square[corner] = 1.0
+        if not square.min() > 0.0:
+            raise NoSolution("the motion comes to rest on its way: an equilibrium that it just reaches")
+        g = along / np.sqrt(square)
+        g[corner] = o.at_turning(inertia[corner], np.maximum(np.abs(slope[corner]), 1e-300))
+        return Clock.of(o.low, o.high, g)
+
+    def _phase(self, clock: Clock) -> float:
+        """Time at the start since the beginning of a passage."""
+        x = clock.time(self.orbit.x0)
+        return x if self.orbit.forward or self.orbit.kind != "swing" else 2.0 * clock.total - x
 
 
 __all__ = ["EnergyMotion", "States"]

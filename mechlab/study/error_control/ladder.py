@@ -27,6 +27,7 @@ class Ladder:
     problem: Problem
     measure: Measure
     fastest: float
+    target: float
     values: list[float] = field(default_factory=list)
     traces: list[Trace] = field(default_factory=list)
     tables: list[list[tuple[Array, Array]]] = field(default_factory=list)
@@ -52,7 +53,7 @@ class Ladder:
         """The method of the registry that the rungs are runs of."""
         r = self.rule
         kind = r.constraints
-        if r.engine == "mujoco" and not _rows(self.problem):
+        if r.engine == "mujoco" and r.control == "step" and not _rows(self.problem):
             kind = "default"
         return next(
             m
@@ -124,8 +125,7 @@ class Ladder:
 
     def _next(self) -> float | None:
         if self.rule.control == "tolerance":
-            left = [x for x in RULES.tolerances if not self.values or x < self.values[-1]]
-            return left[0] if left else None
+            return self._next_tolerance()
         between = self.problem.scene.duration / self.problem.outputs
         if self.values:
             return 0.5 * self.values[-1]
@@ -133,6 +133,16 @@ class Ladder:
         if self.rule.stable and self.fastest > 0.0:
             first = min(first, self.rule.stable / self.fastest)
         return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
+
+    def _next_tolerance(self) -> float | None:
+        if not self.rule.proportional:
+            left = [x for x in RULES.tolerances if not self.values or x < self.values[-1]]
+            return left[0] if left else None
+        first, last = RULES.tolerances[0], RULES.sharpest
+        value = (
+            0.1 * self.values[-1] if self.values else min(max(self.target / self.rule.proportional, 10.0 * last), first)
+        )
+        return value if value > 0.5 * last else None
 
     def _combine(self, trace: Trace) -> None:
         row = [(trace.q, trace.v)]
@@ -151,7 +161,9 @@ class Ladder:
             return
         last = _distance(self.tracked[-1], self.tracked[-2])
         if self.rule.control == "tolerance":
-            self.estimate = last if len(self.tracked) >= RULES.rungs else math.inf
+            # the change is the error of the coarser run; one that started far above the target may agree by chance
+            enough = 2 if self.rule.proportional else RULES.rungs
+            self.estimate = last if len(self.tracked) >= enough else math.inf
             return
         if len(self.tracked) < RULES.rungs:
             # two runs of a method that does not extrapolate: the change itself, not a share of it

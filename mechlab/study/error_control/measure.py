@@ -79,3 +79,8 @@ class Measure:
             raise MechlabError(
                 f"{m.name}: a tracked channel needs {missing}, which states alone do not tell."
             ) from None
+
+
+def most(difference: Array) -> float:
+    """Largest absolute value; 0 of nothing."""
+    return float(np.max(np.abs(difference), initial=0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
 from mechlab.mechanism.geometry import Array
-from mechlab.study.error_control.branch import TURN, Branch
-from mechlab.study.error_control.conservative import Energies
+from mechlab.study.error_control.branch import NEARLY, STRIDE, TURN, Branch
+from mechlab.study.error_control.conservative import Potential
 
 MARGIN = 1.02
 MOST_TURNS = 20_000
@@ -51,11 +52,11 @@ class Orbit:
             return np.asarray(self.radius * np.abs(np.sin(x)))
         return 2.0 * np.abs(x) if self.square else np.ones_like(x)
 
-    def turning(self, x: Array) -> NDArray[np.bool_]:
-        """Where x is a turning point, so that speed and dphi/dx vanish together."""
-        return np.asarray(self.slope(x) < 1e-7 * (self.radius if self.kind == "swing" else 1.0)) & (
-            self.kind == "swing" or self.square
-        )
+    def turning(self, along: Array) -> NDArray[np.bool_] | None:
+        """Which of the slopes |dphi/dx| vanish at a turning point, together with the speed; None where there is none."""
+        if self.kind != "swing" and not self.square:
+            return None
+        return np.asarray(along < 1e-7 * (self.radius if self.kind == "swing" else 1.0))
 
     def at_turning(self, inertia: Array, force: Array) -> Array:
         """The limit of dt/dx at a turning point, from J and |dV/dphi|."""
@@ -70,10 +71,15 @@ class _End:
     fastest: float
 
 
+Node = tuple[float, float, float, float]
+"""phi, J, V, dV/dphi."""
+AHEAD = 2
+
+
 class Explorer:
     """Follows the branch from its start until it is known where the motion goes within `duration`."""
 
-    def __init__(self, branch: Branch, energies: Energies, rate: float, duration: float) -> None:
+    def __init__(self, branch: Branch, energies: Potential, rate: float, duration: float) -> None:
         self.branch, self.energies, self.duration = branch, energies, duration
         at = branch.first
         j, v, slope = energies(branch.q[at][None], branch.u[at][None])
@@ -127,15 +133,16 @@ class Explorer:
         """Go on until a turning point, a full turn after which everything repeats, or the end of the time."""
         phi, _, v = self.first
         w, time, fastest, count = abs(self.rate), 0.0, abs(self.rate), 0
-        for new, j_new, v_new in self._nodes(sign):
+        slope = -self.push
+        for new, j_new, v_new, slope_new in self._nodes(sign):
             square = 2.0 * (self.energy - v_new) / j_new
             if square <= 0.0:
-                corner = self._corner(phi, new)
+                corner = self._corner((phi, v, slope), (new, v_new, slope_new))
                 return _End("corner", corner, time + 2.0 * abs(corner - phi) / max(w, 1e-300), fastest)
-            w_new = float(np.sqrt(square))
+            w_new = math.sqrt(square)
             time += 2.0 * abs(new - phi) / (w + w_new)
             fastest, count = max(fastest, w_new), count + 1
-            phi, v, w = new, v_new, w_new
+            phi, v, slope, w = new, v_new, slope_new, w_new
             around = self.branch.turn is not None and abs(phi - self.branch.start) > TURN - 1e-9
             if around and abs(self.drift[sign]) <= SAME * max(abs(self.energy), abs(v)):
                 return _End("turn", phi, time, fastest)
@@ -143,54 +150,93 @@ class Explorer:
                 break
         return _End("time", phi, time, fastest)
 
-    def _nodes(self, sign: int) -> Iterator[tuple[float, float, float]]:
-        """phi, J, V one after the other; after a full turn those of the first turn again, shifted by its work."""
+    def _nodes(self, sign: int) -> Iterator[Node]:
+        """phi, J, V, dV/dphi one after the other; after a full turn those of the first turn again, shifted by its work."""
         b = self.branch
-        seen: list[tuple[float, float, float]] = []
+        seen: list[Node] = []
         if b.turn is None:
-            ends = range(b.first + 1, len(b.phi)) if sign > 0 else range(b.first - 1, -1, -1)
-            known = [(b.phi[i], b.q[i], b.u[i]) for i in ends]
-            for phi, q, u in known:
-                j, v, _ = self.energies(q[None], u[None])
-                seen.append((phi, float(j[0]), float(v[0])))
-                yield seen[-1]
-            while True:
-                phi = b.extend(sign)
-                k = len(b.phi) - 1 if sign > 0 else 0
-                j, v, _ = self.energies(b.q[k][None], b.u[k][None])
-                seen.append((phi, float(j[0]), float(v[0])))
-                turned = b.close_turn(sign)
+            ends = list(range(b.first + 1, len(b.phi)) if sign > 0 else range(b.first - 1, -1, -1))
+            if ends:
+                seen += self._told(ends)
+                yield from seen
+            ended: list[NoSolution] = []
+            while sign not in self.drift:
+                before = len(b.phi)
+                turned = self._ahead(sign, seen[-1] if seen else (*self.first, -self.push), ended)
+                more = len(b.phi) - before
+                new = (
+                    self._told(list(range(before, len(b.phi)) if sign > 0 else range(more - 1, -1, -1))) if more else []
+                )
+                seen += new
                 if turned:
                     self.drift[sign] = seen[-1][2] - self.first[2]
-                yield seen[-1]
-                if turned:
-                    break
+                yield from new
+                if ended:
+                    raise ended[0]
         else:
             phis = b.start + sign * TURN * np.linspace(0.0, 1.0, 33)[1:]
-            j, v, _ = self.energies(*b.at(phis))
-            seen = [(float(x), float(y), float(z)) for x, y, z in zip(phis, j, v, strict=True)]
+            seen = _nodes(phis, *self.energies(*b.at(phis)))
             self.drift[sign] = seen[-1][2] - self.first[2]
             yield from seen
         for turn in range(1, MOST_TURNS):
-            for phi, jk, vk in seen:
-                yield phi + sign * turn * TURN, jk, vk + turn * self.drift[sign]
+            for phi, jk, vk, dk in seen:
+                yield phi + sign * turn * TURN, jk, vk + turn * self.drift[sign], dk
 
-    def _corner(self, inside: float, outside: float) -> float:
-        """The turning point between two phi: Newton, kept between them."""
-        good, bad = inside, outside
-        phi = 0.5 * (good + bad)
+    def _ahead(self, sign: int, last: Node, ended: list[NoSolution]) -> bool:
+        """One pose more, or some together where no turning point is near: evaluations of many cost little more than of one.
+        Whether a turn is full; why the branch ends goes into `ended`."""
+        _, _, height, slope = last
+        near = self.energy - height < 2.0 * AHEAD * STRIDE * sign * slope
+        for _ in range(1 if near else AHEAD):
+            try:
+                self.branch.extend(sign)
+            except NoSolution as cause:
+                ended.append(cause)
+                return False
+            if self.branch.close_turn(sign):
+                return True
+        return False
+
+    def _told(self, numbers: list[int]) -> list[Node]:
+        """The poses of these numbers on the branch."""
+        b = self.branch
+        phi, q, u = (np.array([x[k] for k in numbers]) for x in (b.phi, b.q, b.u))
+        return _nodes(phi, *self.energies(q, u))
+
+    def _corner(self, inside: tuple[float, float, float], outside: tuple[float, float, float]) -> float:
+        """The turning point between two (phi, V, dV/dphi): Newton from that of the cubic through them, kept between them."""
+        good, bad = inside[0], outside[0]
+        phi = _crossing(inside, outside, self.energy)
         for _ in range(60):
-            _, v, slope = self.energies(*self.branch.at(np.array([phi])))
+            _, v, slope = self.energies(*self.branch.at(np.array([phi]), NEARLY))
             missing = self.energy - float(v[0])
             good, bad = (phi, bad) if missing > 0.0 else (good, phi)
             new = phi + missing / float(slope[0]) if slope[0] else 0.5 * (good + bad)
             room = abs(bad - good)
             if not min(good, bad) - room <= new <= max(good, bad) + room:
                 new = 0.5 * (good + bad)
-            if abs(new - phi) <= 1e-14 * max(1.0, abs(phi)):
+            # Newton squares its step, so that nothing is left of one below the root of the rounding unit
+            if abs(new - phi) <= 1e-9 * max(1.0, abs(phi)):
                 return new
             phi = new
         return phi
+
+
+def _crossing(inside: tuple[float, float, float], outside: tuple[float, float, float], level: float) -> float:
+    """Where the cubic through two (x, y, slope) takes the value `level` between them, to a thousandth of their distance."""
+    (x0, y0, d0), (x1, y1, d1) = inside, outside
+    h = x1 - x0
+    low, high = 0.0, 1.0
+    for _ in range(12):
+        s = 0.5 * (low + high)
+        r = 1.0 - s
+        y = r * r * ((1.0 + 2.0 * s) * y0 + s * h * d0) + s * s * ((3.0 - 2.0 * s) * y1 - r * h * d1)
+        low, high = (s, high) if y < level else (low, s)
+    return x0 + 0.5 * (low + high) * h
+
+
+def _nodes(phi: Array, inertia: Array, height: Array, slope: Array) -> list[Node]:
+    return list(zip(phi.tolist(), inertia.tolist(), height.tolist(), slope.tolist(), strict=True))
 
 
 def _cells(length: float) -> int:

@@ -17,7 +17,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import passive_force
-from mechlab.study.error_control.solve import Result
+from mechlab.study.error_control.result import Result
 from mechlab.study.one_freedom import OneFreedomPlant
 
 
@@ -35,7 +35,8 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequenc
     """Channels: the basic ones, NAME_accel of joints and shafts, NAME_force of what constant loads and laws act on."""
     t = np.union1d(result.t, np.asarray(at, dtype=float))
     if result.motion is not None:
-        states = result.motion.states(t)
+        states = result.motion.states(t, accelerations=True)
+        assert states.a is not None
         q, v, a = states.q, states.v, states.a
     else:
         q, v, a = _between(mechanism, scene, result, t)

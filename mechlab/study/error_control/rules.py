@@ -12,9 +12,11 @@ class Rules:
     safety: an estimate counts this many times; cpu_limit [s]: of all probing together; nodes: of a cell of the method
     "energy", first and last; rungs: of a ladder, at least, before the order that it shows is believed; failures: of a ladder
     at its coarse end, before it is given up; floor [m or rad]: below it the error of "energy" is rounding, which steps do not
-    cure; tolerances: of a ladder that is controlled by them; rounding: units in the last place by which the energy is shifted
+    cure; tolerances: of a ladder that is controlled by them; sharpest: of a
+    ladder that starts near its target; rounding: units in the last place by which the energy is shifted
     to see what double precision allows; check_share: of the CPU spent so far that the check method may add; check_steps: its
-    steps in an output interval, fewest and most; check_own: share of the size of the motion up to which its own error lets
+    steps in an output interval, fewest and most; check_tolerances: of a check method that has no steps;
+    check_own: share of the size of the motion up to which its own error lets
     it say anything; contradiction: how many times the errors stated by both methods their difference may be.
     """
 
@@ -25,9 +27,11 @@ class Rules:
     failures: int = 6
     floor: float = 1e-8
     tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+    sharpest: float = 1e-13
     rounding: float = 4.0
     check_share: float = 0.1
     check_steps: tuple[int, int] = (4, 4000)
+    check_tolerances: tuple[float, float] = (1e-5, 1e-7)
     check_own: float = 1e-3
     contradiction: float = 10.0
 
@@ -39,7 +43,8 @@ RULES = Rules()
 class LadderRule:
     """A method as error control may use it. engine, integrator, constraints as of `mechlab.study.methods.Method`; order:
     of its error in the step; control: "step" or "tolerance"; stable: largest step times the fastest rate of the mechanism
-    (0: no limit); extrapolated: whether the steps of the ladder are combined (Richardson); cost [s]: expected of a step (or, for
+    (0: no limit); extrapolated: whether the steps of the ladder are combined (Richardson); proportional: error that a tolerance
+    leaves, in tolerances, so that the ladder starts near its target (0: it starts at the coarsest); cost [s]: expected of a step (or, for
     a tolerance, of an output interval), until a run has told."""
 
     name: str
@@ -51,12 +56,15 @@ class LadderRule:
     cost: float
     stable: float = 0.0
     extrapolated: bool = False
+    proportional: float = 0.0
 
 
 LADDERS: tuple[LadderRule, ...] = (
     LadderRule("MuJoCo RK4", "mujoco", "RK4", "hard", "step", 4.0, 1e-5, 2.2),
     LadderRule("MuJoCo discrete, extrapolated", "mujoco", "discrete", "hard", "step", 1.0, 3e-6, 0.0, True),
     LadderRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 4e-5, 2.2),
+    LadderRule("LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5.0, 2e-4, proportional=150.0),
+    LadderRule("LSODA on Pinocchio's tree", "pinocchio", "LSODA", "exact", "tolerance", 5.0, 7e-4, proportional=150.0),
     LadderRule("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8.0, 2e-4),
     LadderRule("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8.0, 1e-3),
 )

@@ -1,0 +1,113 @@
+"""A race of ladders: the method whose next run is the cheapest is refined, until one of them meets the error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.mechanism.geometry import Array
+from mechlab.study.error_control.check_method import Checked, check
+from mechlab.study.error_control.ladder import Ladder
+from mechlab.study.error_control.measure import Measure, most
+from mechlab.study.error_control.meter import Meter
+from mechlab.study.error_control.rates import fastest_rate
+from mechlab.study.error_control.result import Result
+from mechlab.study.error_control.rules import LADDERS, RULES
+from mechlab.study.error_control.verdict import verdict
+from mechlab.study.methods import Problem, is_rough, why_no_tree
+
+
+def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: int, why: str, meter: Meter) -> Result:
+    """The scene by the cheapest ladder; why: the energy does not do. Raises NoSolution where no method gets to its end,
+    MechlabError where no engine is installed that could."""
+    t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
+    fastest = fastest_rate(problem.mechanism, problem.scene)
+    ladders = [Ladder(rule, problem, measure, fastest, max_error) for rule in LADDERS]
+    with meter.building():
+        ladders = [x for x in ladders if _usable(x, freedoms)]
+    if not ladders:
+        raise MechlabError(f"{problem.design.name}: no engine is installed that can control the error of this scene.")
+    winner: Ladder | None = None
+    while winner is None:
+        x = min(ladders, key=lambda one: one.next_cost)
+        left = RULES.cpu_limit - meter.spent
+        if math.isinf(x.next_cost) or x.next_cost > left:
+            break
+        with meter.stepping() as told:
+            before = x.spent
+            x.climb(left)
+            told.append(x.spent - before)
+        if RULES.safety * x.estimate <= max_error:
+            winner = x
+    rounding = 0.0
+    if winner is not None and max_error < 1e-6 and len(winner.traces) > 1:
+        with meter.stepping() as told:
+            before = winner.spent
+            rounding = winner.rounding()
+            told.append(winner.spent - before)
+    ran = [x for x in ladders if x.traces]
+    if not ran:
+        ends = "; ".join(f"{x.rule.name}: {x.ended}" for x in ladders)
+        raise NoSolution(f"{problem.design.name}: no method gets to the end of the scene ({ends}).")
+    best = winner or min(ran, key=lambda x: x.estimate)
+    q, v = best.best
+    tracked = measure(t, q, v)
+    checked = _against(best, [x for x in ran if x is not best], t, problem)
+    if checked is None:
+        checked = check(problem, measure, tracked, best.rule.engine, fastest, meter)
+    sharp = f"{'step' if best.rule.control == 'step' else 'tolerance'} {best.values[-1]:.3g}"
+    stiff = f", whose fastest rate is {fastest:.3g} 1/s" if fastest * t[1] > 1.0 else ""
+    chosen = (
+        f"{best.rule.name}, {sharp}{' s' if best.rule.control == 'step' else ''}, the cheapest of {len(ladders)} methods to get "
+        f"there ({why}{stiff})"
+    )
+    size = float(np.max(np.abs(tracked), initial=1.0))
+    total = best.estimate + rounding
+    of = f"of which rounding {rounding:.1g}" if rounding > best.estimate else ""
+    ok, sentence = verdict(total, max_error, measure.unit, chosen, checked, size, of)
+    if winner is None:
+        ok = False
+        sentence += f"; {RULES.cpu_limit:g} s of CPU or the sharpest settings were used up: {_ends(ladders)}"
+    return Result(
+        t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, meter.spent,
+        best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
+        extrapolated=best.rule.extrapolated,
+    )  # fmt: skip
+
+
+def _ends(ladders: list[Ladder]) -> str:
+    return "; ".join(f"{x.rule.name} {x.ended or f'would need {x.next_cost:.2g} s more'}" for x in ladders)
+
+
+def _usable(ladder: Ladder, freedoms: int) -> bool:
+    """Whether the rules let this method run this problem: dry friction is for located events alone."""
+    m = ladder.problem.mechanism
+    if is_rough(m) != (ladder.rule.engine == "hybrid"):
+        return False
+    if ladder.rule.engine == "one_freedom" and freedoms != 1:
+        return False
+    if ladder.rule.extrapolated and (m.loops or m.relations or not why_no_tree(ladder.problem)):
+        return False
+    try:
+        return not ladder.method.available(ladder.problem)
+    except StopIteration:
+        return False
+
+
+def _against(best: Ladder, others: list[Ladder], t: Array, problem: Problem) -> Checked | None:
+    """The check by the ladder of another method that was climbed beside: the sharpest of its runs."""
+    told = [x for x in others if len(x.tracked) >= 2]
+    if not told:
+        return None
+    other = min(told, key=lambda x: most(x.tracked[-1] - x.tracked[-2]))
+    own = most(other.tracked[-1] - other.tracked[-2])
+    away = most(other.tracked[-1] - best.tracked[-1])
+    unit = best.measure.unit
+    sentence = (
+        f"check by {other.rule.name} up to t = {t[-1]:.4g} s: it differs by {away:.2g} {unit}, and changes by {own:.2g} {unit} "
+        "in its last refinement"
+    )
+    return Checked(other.rule.name, away, own, float(t[-1]), sentence)
