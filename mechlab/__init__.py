@@ -18,20 +18,25 @@ if TYPE_CHECKING:
         check,
         claims,
         cycle,
+        doctor,
         explore,
         fidelities,
         find,
         generate,
         list_entries,
         load,
+        load_recording,
         modes,
+        optimize,
         portrait,
         run,
+        sensitivity,
         show,
         simulate,
         solve,
         stability,
         story,
+        sweep,
         synthesize,
         view,
         workspace,
@@ -39,7 +44,7 @@ if TYPE_CHECKING:
     from mechlab.errors import MechlabError
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.settings import Settings
-    from mechlab.formats import load_recording, save_recording
+    from mechlab.formats import save_recording
     from mechlab.mechanism import (
         Builder,
         Inertia,
@@ -54,13 +59,14 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "explore", "fidelities", "find", "generate", "list_entries", "load", "modes", "portrait",
-        "run", "show", "simulate", "solve", "stability", "story", "synthesize", "view", "workspace",
+        "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "generate", "list_entries", "load",
+        "load_recording", "modes", "optimize", "portrait",
+        "run", "sensitivity", "show", "simulate", "solve", "stability", "story", "sweep", "synthesize", "view", "workspace",
     ),
     "mechlab.errors": ("MechlabError",),
     "mechlab.experiment.parameters": ("parameter",),
     "mechlab.experiment.settings": ("Settings",),
-    "mechlab.formats": ("load_recording", "save_recording"),
+    "mechlab.formats": ("save_recording",),
     "mechlab.mechanism": (
         "Builder", "Inertia", "Mechanism", "Placement", "prismatic", "revolute", "shape", "spherical", "universal",
     ),
@@ -69,9 +75,9 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Builder", "Inertia", "Mechanism", "MechlabError", "Placement", "Settings", "chart", "check", "claims", "cycle",
-    "explore", "fidelities", "find", "generate", "list_entries", "load", "load_recording", "modes", "parameter",
-    "portrait", "prismatic", "revolute", "run", "save_recording", "shape", "show", "simulate", "solve", "spherical",
-    "stability", "story", "synthesize", "universal", "view", "workspace",
+    "doctor", "explore", "fidelities", "find", "generate", "list_entries", "load", "load_recording", "modes", "optimize",
+    "parameter", "portrait", "prismatic", "revolute", "run", "save_recording", "sensitivity", "shape", "show", "simulate", "solve",
+    "spherical", "stability", "story", "sweep", "synthesize", "universal", "view", "workspace",
 ]  # fmt: skip
 
 

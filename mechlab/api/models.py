@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from mechlab import catalog
 from mechlab.api.finding import Source, find, load
-from mechlab.api.viewing import view, write_run_page
+from mechlab.api.runs import simulate
+from mechlab.api.viewing import story, view, write_run_page
 from mechlab.experiment.entry import Entry
 from mechlab.mechanism import Mechanism
 from mechlab.study.check import CheckReport, run_checks
@@ -20,6 +21,7 @@ from mechlab.study.results import FilesResult, RunResult, TableResult
 from mechlab.study.sheet import Description, describe_design
 
 if TYPE_CHECKING:
+    from mechlab.study.doctor import Diagnosis
     from mechlab.study.synthesis import SynthesisResult
 
 
@@ -62,7 +64,10 @@ def generate(
 
 
 def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pictures: bool = True) -> FilesResult:
-    """A folder for each mechanism of the catalog: model files of its richest fidelity, sheet (README.md), picture.png."""
+    """A folder for each mechanism of the catalog: model files of its richest fidelity and the sheet (README.md).
+
+    pictures: also picture.png, the plots of the default scene (motion.svg), and gallery.png, which shows every picture in `out`.
+    """
     from mechlab.study.files import write_verified
     from mechlab.study.sheet import model_sheet
 
@@ -71,12 +76,27 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
         d = load(name)
         folder = Path(out) / name
         write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder)
-        sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png")
+        sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
         (folder / "README.md").write_text(sheet)
         if pictures:
+            from mechlab.view.motion_picture import write_motion_svg
+
             view(name, png=folder / "picture.png")
+            write_motion_svg(story(simulate(name)), folder / "motion.svg")
         files[name] = folder
+    if pictures:
+        files["gallery"] = _gallery_picture(Path(out))
     return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)")
+
+
+def _gallery_picture(folder: Path) -> Path:
+    """gallery.png: the pictures of all mechanisms that have a folder there, in the order of the catalog."""
+    from mechlab.view.gallery import contact_sheet
+    from mechlab.view.html_page import write_atomically
+
+    kept = [(catalog.entry(n).title, folder / n / "picture.png") for n in catalog.NAMES]
+    made = contact_sheet([(title, p.read_bytes()) for title, p in kept if p.is_file()])
+    return write_atomically(folder / "gallery.png", made)
 
 
 def check(sources: Source | Sequence[Source] = (), values: Mapping[str, Any] | None = None) -> CheckReport:
@@ -100,6 +120,24 @@ def claims(sources: Source | Sequence[Source] = (), figure: str | Path | None = 
     entries = [find(s) for s in many or catalog.NAMES]
     drawn = "" if figure is None else str(write_figure(entries, figure))
     return replace(judge(entries), figure=drawn)
+
+
+def doctor(source: Source) -> Diagnosis:
+    """What is wrong, or will go wrong, with an MJCF (.xml) or URDF file, or any other source: freedoms, redundant rows by
+    name, gap of the reference pose, softness, traps of the engines, a short run of the file as it is, settings to paste.
+
+    An .xml or .urdf is taken as MuJoCo takes it, whatever it holds. Raises MechlabError for a file that cannot be read.
+    """
+    from mechlab.study.witness import room
+
+    room("mujoco")
+    from mechlab.study.doctor.case import ROOTS, case_of, read_case
+    from mechlab.study.doctor.diagnose import diagnose
+
+    if isinstance(source, str | Path) and Path(source).suffix.lower() in ROOTS:
+        return diagnose(read_case(Path(source)))
+    kind = "JSON" if str(source).endswith(".json") else "mechanism"
+    return diagnose(case_of(load(source).mechanism(), kind))
 
 
 def synthesize(task: str, values: Mapping[str, Any] | None = None, **more: Any) -> SynthesisResult:

@@ -176,6 +176,7 @@ def gallery(
     """
     from mechlab.view import write_page
     from mechlab.view.gallery import Exhibit, write_gallery
+    from mechlab.view.motion_picture import motion_svg
     from mechlab.view.picture import write_png
 
     folder, exhibits = Path(out), []
@@ -192,7 +193,9 @@ def gallery(
         except MechlabError as error:
             progress(f"{name}: no page to explore: {error}")
         sheet = describe_design(d).html()
-        exhibits.append(Exhibit(name, d.entry.title, d.entry.summary, picture, sheet, moved is not None))
+        exhibits.append(
+            Exhibit(name, d.entry.title, d.entry.summary, picture, sheet, moved is not None, motion_svg(told))
+        )
     return FilesResult(folder, {"gallery": write_gallery(exhibits, folder)}, f"{len(exhibits)} mechanisms")
 
 

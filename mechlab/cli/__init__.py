@@ -20,7 +20,7 @@ VERBS = {
     "generate": "model files: MJCF, URDF, JSON, geometry",
     "solve": "give some quantities, get the others from each witness",
     "simulate": "run a scene; final values, samples, health, cost",
-    "sweep": "many initial states or loads at once: phase portraits, Poincare maps, bifurcations",
+    "sweep": "quantities over ranges of parameters, poses, initial states, loads; phase portraits; on all cores or a cluster",
     "cycle": "one turn of the drive: motion, drive force, reactions, shaking force, transmission, curves",
     "check": "every check with its witnesses",
     "claims": "the ledger of printed claims, with a verdict for each",
@@ -28,7 +28,9 @@ VERBS = {
     "modes": "equilibrium, eigenfrequencies, damping and mode shapes on the constraint manifold",
     "stability": "where each method fails: timestep against stiffness, mass and gear ratio, singularity, friction",
     "synthesize": "dimensions from wanted properties: planetary, gear_linkage, closed_differential",
+    "optimize": "the best parameters for a goal under constraints; the front of two goals",
     "workspace": "where a mechanism can be: nodes, volume, margins, dexterity, surface, two designs compared",
+    "doctor": "diagnosis of an MJCF or URDF: freedoms, redundancies, softness, engine traps, settings to paste",
     "view": "the lab page of a mechanism or a recording, live or as a file",
 }
 STATUS = {1: "bad input", 2: "wrong usage", 3: "not to be trusted", 4: "no solution exists"}
@@ -59,7 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = getattr(error, "status", None) or STATUS[error.exit_code]
         return call.fail(error, error.exit_code, status, str(error))
     except KeyboardInterrupt as error:
-        return call.fail(error, 130, "interrupted", "interrupted.")
+        told = f"interrupted: {error}." if str(error) else "interrupted."
+        return call.fail(error, 130, "interrupted", told)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")

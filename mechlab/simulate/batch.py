@@ -121,9 +121,10 @@ def _keep(
     """What is kept of some motions: states (n, steps + 1, size), the energies sensed (n, steps, 2) before each step."""
     qpos, qvel = states[:, :, 1 : 1 + model.nq], states[:, :, 1 + model.nq : 1 + model.nq + model.nv]
     out.q[at], out.v[at] = map_.coordinates(qpos[:, keep]), map_.rates(qvel[:, keep])
-    fastest = np.max(np.abs(qvel), axis=(1, 2), initial=0.0)
-    sound = np.isfinite(fastest) & (fastest < RATE_LIMIT) & np.all(np.isfinite(qpos), axis=(1, 2))
-    out.reached[at] = np.where(sound, states[:, -1, 0], np.minimum(states[:, -1, 0], 0.0))
+    fastest = np.max(np.abs(qvel), axis=2, initial=0.0)
+    bad = ~((fastest < RATE_LIMIT) & np.all(np.isfinite(qpos), axis=2))
+    first = np.where(np.any(bad, axis=1), np.argmax(bad, axis=1), -1)
+    out.reached[at] = states[np.arange(len(states)), first, 0]  # where the engine gives up it repeats its last time
     if mechanism.relations:
         rows = np.array([mechanism.coefficient_row(x.coefficients) for x in mechanism.relations])
         out.slip[at] = np.max(np.abs(out.q[at][..., mechanism._q_columns] @ rows.T), axis=(1, 2), initial=0.0)

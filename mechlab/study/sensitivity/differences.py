@@ -1,0 +1,88 @@
+"""Derivatives of many outputs by one input, from differences: Richardson's extrapolation chooses the step and tells the error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechlab.mechanism.geometry import Array
+
+FIRST = 0.005
+"""First step, as a share of the input's size."""
+LEVELS = 6
+"""Steps: each is half of the one before."""
+SHRINK = (1.0, 0.1, 0.01)
+"""Where an output is missing beside the input, both sides are tried again so much nearer."""
+ENOUGH = 1e-9
+"""Relative error at which no smaller step is tried."""
+NOISE = 1e-13
+"""Changes of an output that are smaller, as a share of its size (at least 1), are rounding."""
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Derivatives (n,) and their estimated errors (n,); NaN where the output is missing beside the input. sides: 2 for
+    central differences, 1 where only one side could be had, 0 where none could."""
+
+    value: Array
+    error: Array
+    sides: int
+
+
+def slope(change: Callable[[float], Array], size: float, outputs: Array) -> Slope:
+    """Derivatives at 0 of change(d) (n,), the outputs at input + d less those at the input; NaN: no such output.
+
+    size: of the input. outputs (n,): the outputs themselves. An input whose first step changes nothing at all has none.
+
+    Ridders' scheme: D(h) = (f(h) - f(-h)) / (2h) at h, h/2, ...; the tableau of extrapolations removes h^2, h^4, ...; of each
+    output the entry is taken that changes least against its neighbours, and that change is the error. Where one side is
+    missing, (4 f(h) - f(2h)) / (2h), with errors h^2, h^3, ... Source: Ridders 1982.
+    """
+    floor = NOISE * np.maximum(1.0, np.abs(outputs))
+    for share in SHRINK:
+        h = FIRST * share * size
+        up = change(h)
+        if not np.any(up):  # NaN counts as a change
+            return Slope(np.zeros(len(up)), np.zeros(len(up)), 2)
+        down = change(-h)
+        here = np.isfinite(up) & np.isfinite(down)
+        if here.all():
+            return _ridders(_central(change, (up, down)), h, 2, floor)
+    one = [s for s, x in ((1.0, up), (-1.0, down)) if np.isfinite(x).sum() > here.sum()]
+    if one:
+        return _ridders(_one_sided(change, one[0]), FIRST * SHRINK[-1] * size, 1, floor)
+    if here.any():
+        return _ridders(_central(change, (up, down)), h, 2, floor)
+    return Slope(np.full(len(up), np.nan), np.full(len(up), np.nan), 0)
+
+
+def _central(change: Callable[[float], Array], first: tuple[Array, Array]) -> Callable[[float, int], Array]:
+    def quotient(h: float, level: int) -> Array:
+        up, down = first if level == 0 else (change(h), change(-h))
+        return (up - down) / (2.0 * h)
+
+    return quotient
+
+
+def _one_sided(change: Callable[[float], Array], side: float) -> Callable[[float, int], Array]:
+    return lambda h, level: (4.0 * change(side * h) - change(2.0 * side * h)) / (2.0 * side * h)
+
+
+def _ridders(quotient: Callable[[float, int], Array], first: float, sides: int, floor: Array) -> Slope:
+    row = [quotient(first, 0)]
+    best = row[0]
+    error = np.where(best == 0.0, 0.0, np.abs(best))
+    for level in range(1, LEVELS):
+        if np.all((error <= ENOUGH * np.abs(best)) | (error * first / 2.0**level <= floor) | np.isnan(best)):
+            break
+        new = [quotient(first / 2.0**level, level)]
+        for k, old in enumerate(row):
+            order = 2 * (k + 1) if sides == 2 else k + 2
+            new.append(new[k] + (new[k] - old) / (2.0**order - 1.0))
+            doubt = np.maximum(np.abs(new[k + 1] - new[k]), np.abs(new[k + 1] - old))
+            better = doubt < error
+            best, error = np.where(better, new[k + 1], best), np.where(better, doubt, error)
+        row = new
+    return Slope(np.asarray(best), np.asarray(error), sides)

@@ -1,0 +1,123 @@
+"""What can be asked of a sweep, learnt at a few of its points before it begins."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.recording import Recording
+from mechlab.mechanism import Mechanism
+from mechlab.study.design import Design, design, initial_keys
+from mechlab.study.run import run_scene
+from mechlab.study.sweep.by_answer import question_of
+from mechlab.study.sweep.request import Axis, Request
+
+PROBES = 8
+"""So many points are tried, to learn what can be asked of a run."""
+PROBE_STEPS = 4
+
+
+def corners(chosen: Design, axes: Sequence[Axis]) -> list[Design]:
+    """Designs at a few points of the parameter axes: the middle first, then ends, then as the design is."""
+    outer = [a for a in axes if a.role == "parameter"]
+    if not outer:
+        return [chosen]
+    picks: list[tuple[Any, ...]] = [tuple(a.values[len(a.values) // 2] for a in outer)]
+    picks += itertools.islice(itertools.product(*((a.values[0], a.values[-1]) for a in outer)), PROBES)
+    out, cause = [], None
+    for pick in picks:
+        changes = {a.key: x for a, x in zip(outer, pick, strict=True)}
+        try:
+            out.append(design(chosen.entry, dict(chosen.given) | changes))
+        except MechlabError as error:
+            cause = cause or error
+    if not out and cause is not None:
+        raise cause
+    return out
+
+
+def a_mechanism(chosen: Design, axes: Sequence[Axis]) -> Mechanism | None:
+    """A mechanism of the sweep, for its names."""
+    for one in [*corners(chosen, axes), chosen]:
+        try:
+            return one.mechanism(
+                None
+                if one.entry.default_fidelity != "kinematic"
+                else one.entry.scenes[one.entry.default_scene].fidelity
+            )
+        except MechlabError:
+            continue
+    return None
+
+
+def known_initial_keys(chosen: Design, axes: Sequence[Axis]) -> set[str]:
+    """X_0, X_rate_0, X_force of what the mechanism has."""
+    found = a_mechanism(chosen, axes)
+    return set() if found is None else set(initial_keys(found))
+
+
+def answers_of(draft: Request, chosen: Design, question: Question, witness: str) -> dict[str, str]:
+    """Answers that are single numbers -> unit, from a few points; where none has an answer, those that the question names."""
+    inner = [a for a in draft.axes if a.role == "given"]
+    optional = {k: v for k, v in question.optional.items() if v is not None}
+    picks = [tuple(a.values[len(a.values) // 2] for a in inner)]
+    picks += itertools.islice(itertools.product(*((a.values[0], a.values[-1]) for a in inner)), PROBES)
+    for one in corners(chosen, draft.axes):
+        for pick in picks:
+            nodes = {a.key: float(x) for a, x in zip(inner, pick, strict=True)}
+            try:
+                given = dict(draft.given) | nodes
+                here = question if question.name != "generic" else question_of(one, set(given), given)
+                answer: Answer = here.witnesses[witness](one.parameters, optional | given)
+            except (MechlabError, ArithmeticError, ValueError):
+                continue
+            if answer.cannot:
+                raise MechlabError(f"{chosen.name}: {witness} cannot answer: {answer.cannot}")
+            numbers = [k for k, v in answer.values.items() if np.ndim(v) == 0 and not isinstance(v, str)]
+            if numbers and not answer.status.exit_code:
+                return {k: question.units.get(k, "") for k in numbers}
+    return {k: question.units.get(k, "") for k in question.answers}
+
+
+def short_run(draft: Request, chosen: Design, step_error: bool) -> Recording | None:
+    """A few steps of one of the runs, to learn its channels and findings; None where none of a few points runs."""
+    inner = [a for a in draft.axes if a.role == "initial"]
+    extra = {k: float(v) for k, v in draft.given.items()} | {a.key: float(a.values[len(a.values) // 2]) for a in inner}
+    cause: MechlabError | None = None
+    for one in corners(chosen, draft.axes):
+        try:
+            step = draft.timestep or one.for_scene(draft.scene).scene(draft.scene, None).settings.timestep
+            return run_scene(
+                one, draft.scene, engine=draft.engine, fidelity=draft.fidelity, duration=PROBE_STEPS * step,
+                timestep=draft.timestep, extra=extra, estimate=step_error,
+            )  # fmt: skip
+        except MechlabError as error:
+            cause = cause or error
+    if cause is not None and cause.exit_code == 1:
+        raise cause
+    return None
+
+
+def names_of(chosen: Design, probe: Recording | None) -> tuple[dict[str, str], dict[str, str]]:
+    """Channels and findings with their units."""
+    channels = {n: unit for n, (unit, _) in chosen.entry.channels.items()}
+    if probe is None:
+        return channels, {}
+    return channels | {n: probe.units.get(n, "") for n in probe.channels}, {
+        f.name: f.unit for f in probe.health.findings
+    }
+
+
+def scene_channels(chosen: Design, draft: Request, recipe: Any) -> list[str]:
+    """Channels that the scene names."""
+    for one in [*corners(chosen, draft.axes), chosen]:
+        try:
+            return list(one.scene(draft.scene, draft.fidelity).channels)
+        except MechlabError:
+            continue
+    return []

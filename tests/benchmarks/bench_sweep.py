@@ -1,0 +1,172 @@
+"""Sweeps: time and memory against the number of points over three decades, overhead against calling the engine directly,
+phase portraits.
+
+Run as `python tests/benchmarks/bench_sweep.py`: prints tables and draws assets/sweep_scaling.svg; asserts nothing. Every size
+runs in a process of its own, so that its peak memory is its own. One process, one thread: what is measured is CPU time.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+PICTURE = ROOT / "assets" / "sweep_scaling.svg"
+SHORT = 0.05
+POSE = {"z": 0.0, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
+CASES = {
+    "closed form": ("delta6: pose to drives, closed form", (1_000, 10_000, 100_000, 1_000_000)),
+    "rollout": (f"pendulum: {SHORT:g} s at 1 ms, mujoco.rollout", (16, 100, 1_000, 10_000)),
+    "runs": (f"four-bar: {SHORT:g} s, run by run with health", (1, 10, 100, 1_000)),
+    "portrait": ("transmission: phase portrait of 0.5 s, vectorised RK4 at 1 ms", (100, 1_000, 10_000, 100_000)),
+}
+
+
+def sweep_of(case: str, count: int) -> Callable[[], object]:
+    """The work of a case, imported and warmed up."""
+    import mechlab as ml
+    from mechlab.values import Range
+
+    def asked(n: int) -> object:
+        if case == "closed form":
+            side = max(2, round(n**0.5))
+            return ml.sweep("delta6", {"x": Range(0.0, 0.08, side), "y": Range(-0.08, 0.0, side)} | POSE)
+        if case == "rollout":
+            return ml.sweep("pendulum", {"angle_0": Range(0.0, 3.0, n)}, "angle", duration=SHORT, workers=1)
+        if case == "runs":
+            speeds = np.linspace(3.0, 6.0, n)
+            return ml.sweep("fourbar", {"speed": speeds}, "rocker_angle", scene="free-run", duration=SHORT, workers=1)
+        starts = {"beta_0": Range(-0.2, 0.2, 10), "beta_rate_0": Range(-30.0, 30.0, n // 10)}
+        return ml.portrait("impulse_transmission", "phase", starts | {"M0": 0.0, "M1": 0.0, "timestep": 1e-3})
+
+    asked(16 if case == "rollout" else 100 if case != "runs" else 1)
+    return lambda: asked(count)
+
+
+def measured(work: Callable[[], object]) -> float:
+    """CPU seconds."""
+    began = time.process_time()
+    work()
+    return time.process_time() - began
+
+
+def one(case: str, count: int) -> None:
+    """A case at one size, in this process: prints JSON."""
+    work = sweep_of(case, count)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    spent = measured(work)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps({"cpu": spent, "peak": peak / 1e3, "grown": (peak - before) / 1e3}))
+
+
+def scaling() -> dict[str, list[tuple[int, float, float]]]:
+    """Case -> (points, CPU [s], peak memory [MB])."""
+    out: dict[str, list[tuple[int, float, float]]] = {}
+    print(f"{'sweep':62s} {'points':>9s} {'CPU [s]':>9s} {'us/point':>9s} {'peak [MB]':>9s}")
+    for case, (text, counts) in CASES.items():
+        for count in counts:
+            command = [sys.executable, __file__, case, str(count)]
+            environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+            done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment, cwd=ROOT)
+            found = json.loads(done.stdout.splitlines()[-1])
+            out.setdefault(case, []).append((count, found["cpu"], found["peak"]))
+            print(
+                f"{text:62s} {count:9d} {found['cpu']:9.3f} {1e6 * found['cpu'] / count:9.1f} {found['peak']:9.0f}",
+                flush=True,
+            )
+    return out
+
+
+def overhead() -> None:
+    """Sweeps against the same numbers computed by calling the engine or the closed form directly; best of some repeats."""
+    import mechlab as ml
+    from mechlab.experiment.initial import initial_state
+    from mechlab.simulate.batch import roll
+    from mechlab.simulate.stepping import grid
+    from mechlab.study.run import run_scene
+    from mechlab.values import Range
+
+    side, many = 1000, 4096
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(0.0, 0.08, side), np.linspace(-0.08, 0.0, side), indexing="ij"))
+    delta = ml.load("delta6")
+    witness = next(q for q in delta.entry.questions if "x" in q.given).witnesses["analytic"]
+    axes = {"x": Range(0.0, 0.08, side), "y": Range(-0.08, 0.0, side)}
+    pendulum = ml.load("pendulum")
+    scene = pendulum.scene()
+    mechanism = pendulum.mechanism()
+    q, v = initial_state(mechanism, scene)
+    starts = np.linspace(0.0, 3.0, many)[:, None] - mechanism.zero("angle")
+    speeds = np.linspace(3.0, 6.0, 40)
+    steps = grid(0.5, 1e-3)
+
+    def rolled() -> object:
+        return roll(mechanism, scene.settings, steps, starts, np.tile(v, (many, 1)), {}, 1)
+
+    def run_directly() -> list[float]:
+        made = [ml.load("fourbar", speed=s) for s in speeds]
+        return [run_scene(d, "free-run", duration=0.5, estimate=False).final()["rocker_angle"] for d in made]
+
+    pairs: tuple[tuple[str, Callable[[], object], Callable[[], object]], ...] = (
+        (f"closed form, {side**2} poses of the delta", lambda: witness(delta.parameters, POSE | {"x": x, "y": y}),
+         lambda: ml.sweep("delta6", axes | POSE)),
+        (f"rollout, {many} motions of the pendulum of 0.5 s", rolled,
+         lambda: ml.sweep("pendulum", {"angle_0": Range(0.0, 3.0, many)}, "angle", duration=0.5, workers=1)),
+        ("runs, 40 motions of the four-bar of 0.5 s", run_directly,
+         lambda: ml.sweep("fourbar", {"speed": speeds}, "rocker_angle", scene="free-run", duration=0.5, workers=1)),
+    )  # fmt: skip
+    print(f"\n{'':55s} {'direct [s]':>11s} {'sweep [s]':>10s} {'overhead':>9s}   (CPU, best of 3, one thread)")
+    for text, direct, swept in pairs:
+        direct(), swept()
+        best = [min(times) for times in zip(*((measured(direct), measured(swept)) for _ in range(3)), strict=True)]
+        print(f"{text:55s} {best[0]:11.3f} {best[1]:10.3f} {100 * (best[1] / best[0] - 1):8.1f} %", flush=True)
+
+
+def draw(found: dict[str, list[tuple[int, float, float]]]) -> None:
+    """The chart of time and memory."""
+    from importlib.metadata import version
+
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.6, 4.5), layout="constrained", facecolor="white")
+    FigureCanvasSVG(figure)
+    left, right = figure.subplots(1, 2)
+    for (case, rows), color, mark in zip(
+        found.items(), ("#1f5a96", "#c96a1b", "#3f7f5f", "#6b4c9a"), "osD^", strict=True
+    ):
+        counts, cpu, peak = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
+        left.loglog(counts, cpu, mark + "-", color=color, markersize=5, label=CASES[case][0])
+        right.loglog(counts, peak, mark + "-", color=color, markersize=5)
+    left.loglog([10, 1e5], [1e-3, 10.0], ":", color="#777777", label="linear")
+    for axes, text in ((left, "CPU time, s"), (right, "peak memory of the process, MB")):
+        axes.set_xlabel("points")
+        axes.set_title(text, loc="left", fontsize=11)
+        axes.grid(True, which="major", linewidth=0.3)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+    right.set_ylim(50, 2000)
+    left.legend(fontsize=7.5, frameon=False, loc="upper left")
+    left.set_ylim(top=left.get_ylim()[1] * 60)
+    engines = ", ".join(f"{n} {version(n)}" for n in ("mujoco", "numpy"))
+    figure.suptitle(
+        f"Sweeps: time and memory against the number of points (one thread, {engines})", fontsize=12, x=0.01, ha="left"
+    )
+    figure.savefig(PICTURE, metadata={"Date": None})
+    print(f"\n{PICTURE.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3:
+        one(sys.argv[1], int(sys.argv[2]))
+    else:
+        chosen = scaling()
+        draw(chosen)
+        overhead()
