@@ -14,11 +14,15 @@ PACKAGE = ROOT / "mechlab"
 
 # Top to bottom, as in the design: a room imports only rooms above it.
 ROOMS = (
-    "errors", "units", "values", "analytic", "integrate", "mechanism", "shapes", "experiment", "formats",
+    "errors", "units", "values", "tables", "analytic", "integrate", "mechanism", "shapes", "experiment", "formats",
     "solve", "simulate", "peers", "study", "catalog", "view", "api", "cli",
 )  # fmt: skip
 # Witnesses must not talk before the trial.
-STRANGERS = {"solve": {"simulate", "analytic"}, "simulate": {"solve", "analytic"}, "peers": {"solve", "simulate", "analytic"}}
+STRANGERS = {
+    "solve": {"simulate", "analytic"},
+    "simulate": {"solve", "analytic"},
+    "peers": {"solve", "simulate", "analytic"},
+}
 NUMPY_AND_SCIPY_ALONE = ("analytic", "integrate", "mechanism", "formats")
 HEAVY = ("pinocchio", "mujoco", "meshcat", "trimesh", "yourdfpy", "matplotlib", "rich", "scipy", "numpy")
 

@@ -95,6 +95,11 @@ class Answers:
         """0 answered, 3 not to be trusted, 4 no solution exists."""
         return self.status.exit_code
 
+    def _repr_html_(self) -> str:
+        from mechlab.experiment.notebook import answers_html
+
+        return answers_html(self)
+
 
 def choose(questions: Sequence[Question], keys: set[str], owner: str) -> Question:
     """The question that these keys ask; raises MechlabError that lists what can be asked."""

@@ -78,6 +78,11 @@ class Recording:
         """The same run with more channels."""
         return replace(self, channels=self.channels | dict(channels), units=self.units | dict(units))
 
+    def _repr_html_(self) -> str:
+        from mechlab.experiment.notebook import recording_html
+
+        return recording_html(self)
+
 
 def basic_channels(mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
     """Channels that every run has: value and `_rate` of each joint and shaft, `_x _y _z` of each frame; with units."""

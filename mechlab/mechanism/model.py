@@ -333,6 +333,11 @@ class Mechanism:
         """Mass of all moving parts and everything fixed that carries mass [kg]."""
         return sum(b.inertia.mass for b in self.bodies)
 
+    def _repr_html_(self) -> str:
+        from mechlab.mechanism.summary import mechanism_html
+
+        return mechanism_html(self)
+
 
 def _slices(sizes: list[tuple[str, int]]) -> dict[str, slice]:
     out: dict[str, slice] = {}

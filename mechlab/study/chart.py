@@ -142,6 +142,11 @@ class Chart:
 
         return chart_text(self)
 
+    def _repr_html_(self) -> str:
+        from mechlab.study.chart_files import chart_html
+
+        return chart_html(self)
+
     def save(self, path: Any) -> dict[str, Any]:
         """Write picture, table and data; see `mechlab.study.chart_files.save`."""
         from mechlab.study.chart_files import save

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import io
 import json
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
-from mechlab.study.tables import number, table
+from mechlab.study.chart_labels import headline
+from mechlab.study.tables import html_sheet, number, table
 
 if TYPE_CHECKING:
     from mechlab.study.chart import Chart, Point
@@ -40,6 +43,18 @@ def chart_text(chart: Chart) -> str:
     if chart.peers is not None:
         lines += ["", chart.peers.text()]
     return "\n".join(lines)
+
+
+def chart_html(chart: Chart) -> str:
+    """For a notebook: the picture, what follows from it, and the Pareto front as a table."""
+    from mechlab.study.chart_picture import picture
+
+    address = base64.b64encode(picture(chart, "png")).decode("ascii")
+    rows = [(p.method, _step(p), _cell(p.cpu_s), _cell(p.error)) for p in chart.front]
+    front = (("method", "step", "CPU time [s]", f"error [{chart.unit}]"), rows)
+    said = [chart.recommendation.sentence, *chart.notes]
+    image = f'<img src="data:image/png;base64,{address}" style="max-width:100%" alt="{escape(headline(chart))}">'
+    return image + html_sheet("", said, {"Nothing is better than these in both": front})
 
 
 def _step(p: Point) -> str:

@@ -1,10 +1,16 @@
-"""The picture of a chart: CPU time against error, both logarithmic; what an engine's defaults do is said in the picture."""
+"""The picture of a chart: CPU time against error, both logarithmic. It speaks for itself: a sentence above it, words beside
+each line, and what an engine's defaults do in red."""
 
 from __future__ import annotations
 
+import io
 import math
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from mechlab.study.chart_labels import FAINT, INK, RED, SIZE, beside, flat_methods, headline, label, quantity
+from mechlab.study.chart_marks import flat, published, recommended
 
 if TYPE_CHECKING:
     from mechlab.study.chart import Chart, Point
@@ -43,74 +49,121 @@ OTHERS: dict[str, tuple[str, str]] = {
     "OpenSim Runge-Kutta-Fehlberg": ("#e879f9", "p"),
     "OpenSim CPodes": ("#701a75", "p"),
 }
-RED = "#c1121f"
 
 
 def draw(chart: Chart, path: Path) -> Path:
     """Write the picture; the suffix of the path says whether SVG or PNG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 7.0), dpi=130, facecolor="white")
-    FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.075, 0.1, 0.60, 0.755))
-    shown = [p for p in chart.points if p.ok and p.error > 0]
-    _frame(chart, figure, axes, shown)
-    names = list(dict.fromkeys(p.method for p in chart.points))
-    for name in names:
-        _line(axes, name, [p for p in chart.points if p.method == name])
-    front = [p for p in chart.front if p.error > 0]
-    axes.plot(
-        [p.cpu_s for p in front],
-        [p.error for p in front],
-        color="#111111",
-        lw=6.0,
-        alpha=0.12,
-        zorder=1,
-        solid_capstyle="round",
-        label="Pareto front",
-    )
-    _defaults(axes, chart, shown)
-    _recommended(axes, chart)
-    _published(axes, chart)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.015, 1.012), fontsize=7.6, frameon=False, handlelength=3.0)
-    metadata = {"Date": None} if path.suffix == ".svg" else None
-    figure.savefig(path, metadata=metadata)
+    path.write_bytes(picture(chart, path.suffix[1:]))
     return path
 
 
-def _frame(chart: Chart, figure: Any, axes: Any, shown: list[Point]) -> None:
+def picture(chart: Chart, kind: str) -> bytes:
+    """The picture as "svg" or "png"; the SVG of one chart is the same every time."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    out = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "mechlab"}):
+        figure = Figure(figsize=(11.0, 7.0), dpi=130, facecolor="white")
+        FigureCanvasAgg(figure)
+        axes = figure.add_axes((0.085, 0.145, 0.60, 0.675))
+        _frame(chart, figure, axes)
+        lines = {name: [p for p in chart.points if p.method == name] for name in _names(chart)}
+        for name, points in lines.items():
+            _line(axes, name, points)
+        front = [p for p in chart.front if p.error > 0]
+        x, y = [p.cpu_s for p in front], [p.error for p in front]
+        axes.plot(x, y, color=INK, lw=7.0, alpha=0.13, zorder=1, solid_capstyle="round")
+        flat(axes, chart)
+        recommended(axes, chart)
+        published(axes, chart)
+        _labels(axes, chart, lines)
+        _foot(chart, figure, [n for n, points in lines.items() if not any(_drawn(p) for p in points)])
+        figure.savefig(out, format=kind, metadata={"Date": None} if kind == "svg" else None)
+    return out.getvalue()
+
+
+def _names(chart: Chart) -> list[str]:
+    return list(dict.fromkeys(p.method for p in chart.points))
+
+
+def _drawn(p: Point) -> bool:
+    return p.ok and p.error > 0
+
+
+def _frame(chart: Chart, figure: Any, axes: Any) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     axes.set_xscale("log")
     axes.set_yscale("log")
     target = chart.recommendation.target
-    low, high = min([p.error for p in shown] + [target]), max([p.error for p in shown] + [target])
-    axes.set_ylim(max(low / 5.0, 1e-15), high * 30.0)
-    axes.set_xlabel("CPU time of stepping, s (one thread, median)", fontsize=10)
-    axes.set_ylabel(f"largest error of {', '.join(chart.tracked[:3])}, {chart.unit}", fontsize=10)
+    shown = [p for p in chart.points if _drawn(p)]
+    errors, times = [p.error for p in shown] + [target], [p.cpu_s for p in shown] + [x.cpu_s for x in chart.published]
+    axes.set_ylim(
+        max(min(errors) / (60.0 if chart.published else 8.0), 1e-15),
+        max(errors) * (60.0 if flat_methods(chart) else 4.0),
+    )
+    axes.set_xlim(min(times) / 1.6, max(times) * 1.5)
+    for axis, unit, (low, high) in (
+        (axes.xaxis, "s", axes.get_xlim()),
+        (axes.yaxis, chart.unit, axes.get_ylim()),
+    ):
+        between = (1.0, 2.0, 5.0) if high < 60.0 * low else (1.0,)
+        axis.set_major_locator(LogLocator(10.0, subs=between, numticks=12))
+        axis.set_major_formatter(FuncFormatter(lambda v, _, unit=unit: quantity(v, unit, 1)))
+        axis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("CPU time of stepping (one thread, median)", fontsize=11, color=INK)
+    axes.text(
+        -0.095,
+        1.025,
+        f"largest error of {', '.join(chart.tracked[:3])}",
+        transform=axes.transAxes,
+        fontsize=11,
+        color=INK,
+    )
+    axes.tick_params(labelsize=10, colors=INK)
     axes.grid(True, which="major", color="#e3e6ea", lw=0.8)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    axes.axhline(target, color="#111111", lw=0.9, ls=(0, (5, 4)), zorder=1)
+    axes.axhline(target, color=INK, lw=0.9, ls=(0, (5, 4)), zorder=1)
+    right = _free_end(axes, shown, target)
     axes.annotate(
-        f"target {target:g} {chart.unit}",
-        (1.0, target),
+        f"target {quantity(target, chart.unit, 1)}",
+        (1.0 if right else 0.0, target),
         xycoords=("axes fraction", "data"),
-        xytext=(-2, 4),
+        xytext=(-4 if right else 4, 4),
         textcoords="offset points",
-        fontsize=8.5,
-        ha="right",
+        ha="right" if right else "left",
+        fontsize=SIZE,
+        color=INK,
+        bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
     )
-    figure.text(0.075, 0.945, f"{chart.title}: speed against accuracy", fontsize=16, weight="bold")
-    figure.text(
-        0.075,
-        0.905,
-        f"{chart.duration:g} s simulated. Lower left is better. Each line: one method, ever smaller steps.",
-        fontsize=10.5,
-        color="#444444",
-    )
+    said, color = headline(chart), RED if flat_methods(chart) else INK
+    figure.text(0.022, 0.957, chart.title, fontsize=11.5, weight="bold", color=FAINT)
+    figure.text(0.022, 0.912, said, fontsize=min(18.0, 18.0 * 70 / len(said)), weight="bold", color=color)
+    words = f"{chart.duration:g} s simulated, scene {chart.scene}. Lower left is better. Each line: one method, from large to small steps."
+    figure.text(0.022, 0.876, words, fontsize=10.5, color=FAINT)
+
+
+def _free_end(axes: Any, shown: list[Point], target: float) -> bool:
+    """True where the right end of the target line has fewer points above it than the left one."""
+    to_axes = axes.transData + axes.transAxes.inverted()
+    level = to_axes.transform((1.0, target))[1]
+    near = [x for x, y in (to_axes.transform((p.cpu_s, p.error)) for p in shown) if -0.01 < y - level < 0.05]
+    return sum(x > 0.8 for x in near) < sum(x < 0.2 for x in near)
+
+
+def _foot(chart: Chart, figure: Any, lost: list[str]) -> None:
+    """Signs, what did not come through, and what the errors are held against."""
     engines = ", ".join(f"{n} {chart.versions[n]}" for n in ("mujoco", "pin") if n in chart.versions)
-    words = f"Reference: {chart.reference}. {engines}."
-    figure.text(0.075, 0.012, words, fontsize=6.8, color="#666666")
+    signs = "Grey: nothing is better in both. × 25 ms: diverges at that step and above."
+    if lost:
+        signs += f" Not drawn, diverged or over the budget of CPU time: {', '.join(lost)}."
+    reference = chart.reference.split(";")[0]
+    reference = chart.reference.split(";")[0]
+    text = [*textwrap.wrap(signs, 165), f"Held against: {reference}. {engines}."]
+    figure.text(0.022, 0.012, "\n".join(text), fontsize=8.8, color=FAINT, va="bottom", linespacing=1.3)
 
 
 def _style(name: str) -> dict[str, Any]:
@@ -125,81 +178,18 @@ def _style(name: str) -> dict[str, Any]:
 
 def _line(axes: Any, name: str, points: list[Point]) -> None:
     """A line that breaks where a run is missing."""
-    x = [p.cpu_s if p.ok and p.error > 0 else math.nan for p in points]
-    y = [p.error if p.ok and p.error > 0 else math.nan for p in points]
-    axes.plot(x, y, label=_label(name, points), zorder=3, **_style(name))
+    x = [p.cpu_s if _drawn(p) else math.nan for p in points]
+    y = [p.error if _drawn(p) else math.nan for p in points]
+    axes.plot(x, y, zorder=3, **_style(name))
 
 
-def _label(name: str, points: list[Point]) -> str:
-    """The method, and from which step on it diverges: what is missing is said, not dropped."""
-    lost = [p.step for p in points if p.status == "diverged"]
-    if not lost:
-        return name
-    where = f"{1e3 * min(lost):.3g} ms" if points[0].control == "step" else f"tolerance {min(lost):.0e}"
-    return f"{name}\n    (x diverges from {where})"
-
-
-def _defaults(axes: Any, chart: Chart, shown: list[Point]) -> None:
-    """The band in which MuJoCo's defaults stay, with words on it, when they do not converge."""
-    if not chart.notes:
-        return
-    from mechlab.study.chart import is_flat
-
-    names = {p.method for p in shown if p.default}
-    flat = [
-        p
-        for n in names
-        for p in shown
-        if p.method == n and is_flat([x for x in shown if x.method == n], chart.recommendation.target)
-    ]
-    if not flat:
-        return
-    low, high = min(p.error for p in flat), max(p.error for p in flat)
-    axes.axhspan(low / 1.5, high * 1.5, color=RED, alpha=0.09, zorder=0, lw=0)
-    middle = math.sqrt(low * high)
-    size = f"{middle:.2g} {chart.unit}"
-    smallest, largest = min(p.step for p in flat), max(p.step for p in flat)
-    soft = "friction rows creep" if "friction" in chart.notes[0] else "its loops are springs"
-    axes.text(
-        0.015,
-        0.985,
-        "MuJoCo's DEFAULTS DO NOT CONVERGE",
-        transform=axes.transAxes,
-        color=RED,
-        fontsize=13.5,
-        weight="bold",
-        va="top",
-    )
-    axes.text(
-        0.015,
-        0.945,
-        f"about {size} wrong at {1e3 * largest:.3g} ms and still at {1e3 * smallest:.2g} ms: "
-        f"{soft}, smaller steps do not stiffen them",
-        transform=axes.transAxes,
-        color=RED,
-        fontsize=9,
-        va="top",
-    )
-
-
-def _recommended(axes: Any, chart: Chart) -> None:
-    p = chart.recommendation.point
-    if p.error <= 0:
-        return
-    axes.plot([p.cpu_s], [p.error], "o", ms=15, mfc="none", mec="#111111", mew=1.6, zorder=5, label="recommended")
-
-
-def _published(axes: Any, chart: Chart) -> None:
-    """Stars on the axis: their sources print a time, but no error."""
-    for x in chart.published:
-        axes.axvline(x.cpu_s, color="#8a6d1f", lw=0.8, ls=":", zorder=1)
-        axes.plot(
-            [x.cpu_s],
-            [axes.get_ylim()[0]],
-            "*",
-            ms=15,
-            color="#b8860b",
-            clip_on=False,
-            zorder=6,
-            label=f"{x.program},\n{x.machine}: time only,\nno error published",
-        )
+def _labels(axes: Any, chart: Chart, lines: dict[str, list[Point]]) -> None:
+    """The name of each line at its end; flat defaults are named together in their band."""
+    together = flat_methods(chart)
+    entries = []
+    for name, points in lines.items():
+        shown = [p for p in points if _drawn(p)]
+        if shown and name not in together:
+            end = min(shown, key=lambda p: p.step)
+            entries.append((label(name, points), end.cpu_s, end.error, _style(name)))
+    beside(axes, entries)

@@ -9,9 +9,13 @@ from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Entry
 from mechlab.study.design import Design
 from mechlab.study.generic_checks import generic_checks
-from mechlab.study.tables import number, table
+from mechlab.study.record import on_record
+from mechlab.study.tables import html_sheet, number, table
+
+HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
 
 
 @dataclass(frozen=True)
@@ -71,25 +75,34 @@ class CheckReport:
 
     def text(self) -> str:
         """A table and a sentence."""
+        return table(HEADERS, self.rows()) + f"\n\n{self.message}."
+
+    def rows(self) -> list[list[str]]:
+        """A row for each check, under HEADERS."""
         rows = []
         for o in self.outcomes:
             said = ", ".join(o.measured.values) if o.measured else ""
             rows.append([o.mechanism, o.check.id, o.verdict, number(o.measured.difference if o.measured else None),
                          number(o.measured.tolerance if o.measured else None), o.check.text, said or o.error or o.missing])  # fmt: skip
-        return (
-            table(["mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses"], rows)
-            + f"\n\n{self.message}."
-        )
+        return rows
+
+    def _repr_html_(self) -> str:
+        return html_sheet("", [f"{self.message}."], {"": (HEADERS, self.rows())})
+
+
+def checks_of(entry: Entry) -> tuple[Check, ...]:
+    """The checks of an entry: its own, the generic ones, and the comparison with what is on record of it."""
+    return (*entry.checks, *generic_checks(entry), *on_record(entry))
 
 
 def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:
-    """Run every check of the designs; those without checks of their own get the generic ones.
+    """Run every check of the designs: their own, and the generic ones.
 
     A check that raises has failed, unless what it lacks is an engine.
     """
     outcomes = []
     for design in designs:
-        for check in design.entry.checks or generic_checks(design.entry):
+        for check in checks_of(design.entry):
             if progress:
                 progress(f"{design.name} {check.id}: {check.text}")
             outcomes.append(_run(design, check))

@@ -8,11 +8,11 @@ from typing import Any
 
 from mechlab.experiment.check import Claim, Finding, Verdict
 from mechlab.experiment.entry import Entry
-from mechlab.study.tables import number, table
+from mechlab.study.tables import Told, number, table
 
 
 @dataclass(frozen=True)
-class ClaimReport:
+class ClaimReport(Told):
     """Claims with their findings; `figure`: the file of the figure that was drawn, if any."""
 
     items: tuple[tuple[str, Claim, Finding], ...]

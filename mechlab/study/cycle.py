@@ -17,7 +17,7 @@ from mechlab.study.closed_path import ClosedPath, PathPoint, choose_path
 from mechlab.study.cycle_forces import ReactionTable, reactions, witness_difference
 from mechlab.study.cycle_geometry import instant_centres, shaking
 from mechlab.study.cycle_transmission import outputs, transmission
-from mechlab.study.tables import number, table
+from mechlab.study.tables import Told, number, table
 
 POINTS = 72
 INSIDE = 0.01
@@ -27,7 +27,7 @@ ZERO = 1e-11
 
 
 @dataclass(frozen=True)
-class CycleResult:
+class CycleResult(Told):
     """A cycle: columns name -> (n,) in SI along the values of the drive, with units and what there is to say.
 
     Columns that vanish all the way are left out of `columns` and named in `zero`.

@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike
 from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.integrate import RK4, integrate_fixed
 from mechlab.mechanism.geometry import Array
-from mechlab.study.tables import table
+from mechlab.study.tables import html_sheet, table
 
 Slope = Callable[[float, Array], Array]
 MOST_LINES = 400
 """More curves than this make a black figure: a figure draws every so-manyeth."""
+HEADERS = ("array", "unit", "least", "largest", "shape")
 
 
 @dataclass(frozen=True)
@@ -134,24 +135,27 @@ class PortraitResult:
 
     def text(self) -> str:
         """Ranges, notes, files."""
-        curves, points = self.portrait.shape
-        rows = []
+        return "\n".join([self._head(), table(HEADERS, self.rows()), *self._notes()])
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Range and shape of each array, under HEADERS."""
+        rows: list[tuple[str, ...]] = []
         for name, values in self.portrait.arrays.items():
             low, high = _range(values)
-            rows.append(
-                [
-                    name,
-                    self.portrait.units.get(name, ""),
-                    f"{low:.6g}",
-                    f"{high:.6g}",
-                    "x".join(map(str, np.shape(values))),
-                ]
-            )
-        parts = [f"{self.name}: {self.portrait.title} ({curves} curves of {points} points)"]
-        parts += [table(["array", "unit", "least", "largest", "shape"], rows), *self.portrait.notes]
-        return "\n".join(
-            [*parts, *(f"{k}: {v}" for k, v in self.files.items()), *(f"warning: {w}" for w in self.warnings)]
-        )
+            size = "x".join(map(str, np.shape(values)))
+            rows.append((name, self.portrait.units.get(name, ""), f"{low:.6g}", f"{high:.6g}", size))
+        return rows
+
+    def _head(self) -> str:
+        curves, points = self.portrait.shape
+        return f"{self.name}: {self.portrait.title} ({curves} curves of {points} points)"
+
+    def _notes(self) -> list[str]:
+        files = [f"{k}: {v}" for k, v in self.files.items()]
+        return [*self.portrait.notes, *files, *(f"warning: {w}" for w in self.warnings)]
+
+    def _repr_html_(self) -> str:
+        return html_sheet("", [self._head(), *self._notes()], {"": (HEADERS, self.rows())})
 
 
 def _range(values: Array) -> tuple[float, float]:

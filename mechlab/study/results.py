@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.experiment.question import Answers
 from mechlab.experiment.recording import Recording
-from mechlab.study.tables import number, table
+from mechlab.study.tables import Told, html_table, number, table
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,9 @@ class SolveResult:
         from mechlab.study.ask import answers_text
 
         return answers_text(self.answers)
+
+    def _repr_html_(self) -> str:
+        return self.answers._repr_html_()
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,9 @@ class SimulateResult:
         lines.append(f"cost: {r.cost.steps} steps, {r.cost.evaluations} evaluations, {r.cost.cpu_s:.3g} s of CPU")
         return "\n".join(lines)
 
+    def _repr_html_(self) -> str:
+        return self.recording._repr_html_()
+
     def save(self, path: Path) -> Path:
         """Write the recording as .npz."""
         from mechlab.formats import save_recording
@@ -109,7 +115,7 @@ class SimulateResult:
 
 
 @dataclass(frozen=True)
-class FilesResult:
+class FilesResult(Told):
     """Files that were written."""
 
     folder: Path
@@ -156,9 +162,12 @@ class TableResult:
         """The table."""
         return table(self.headers, self.rows)
 
+    def _repr_html_(self) -> str:
+        return html_table(self.headers, self.rows)
+
 
 @dataclass(frozen=True)
-class RunResult:
+class RunResult(Told):
     """The whole pipeline: files, checks, recording, page."""
 
     folder: Path

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import html
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from mechlab.experiment.parameters import describe
-from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import structure
+from mechlab.mechanism.summary import Rows, body_rows, closing_rows, freedom_sentences
 from mechlab.study.check import CheckReport
 from mechlab.study.claims import ClaimReport
 from mechlab.study.design import Design, initial_keys
-from mechlab.study.tables import markdown, number, table
-
-Rows = tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]
+from mechlab.study.tables import html_sheet, markdown, number, table
 
 
 @dataclass(frozen=True)
@@ -41,12 +37,10 @@ class Description:
 
     def html(self) -> str:
         """For a notebook."""
-        out = [f"<h3>{html.escape(self.title)}</h3>"] + [f"<p>{html.escape(s)}</p>" for s in self.sentences]
-        for name, (headers, rows) in self.tables.items():
-            head = "".join(f"<th>{html.escape(h)}</th>" for h in headers)
-            body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
-            out.append(f"<h4>{html.escape(name)}</h4><table><tr>{head}</tr>{body}</table>")
-        return "".join(out)
+        return html_sheet(self.title, self.sentences, self.tables)
+
+    def _repr_html_(self) -> str:
+        return self.html()
 
 
 def parameter_rows(design: Design) -> Rows:
@@ -67,32 +61,6 @@ def parameter_rows(design: Design) -> Rows:
 
 def _shown(value: Any) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)
-
-
-def body_rows(m: Mechanism) -> Rows:
-    """Name, parent, joints, mass of each body."""
-    rows = [
-        (b.name, b.parent, ", ".join(f"{j.name} ({j.kind})" for j in b.joints) or "welded", f"{b.inertia.mass:.4g}")
-        for b in m.bodies
-    ]
-    return ("body", "parent", "joints", "mass [kg]"), tuple(rows)
-
-
-def closing_rows(m: Mechanism) -> Rows:
-    """Loops, relations and shafts."""
-    from mechlab.mechanism.model import LOOP_ROWS
-
-    rows = [(x.name, f"{x.kind} loop", str(LOOP_ROWS[x.kind]), f"{x.body_a} - {x.body_b}") for x in m.loops]
-    for r in m.relations:
-        rows.append((r.name, f"{r.kind} relation", "1", _sum(r.coefficients) + " = 0"))
-    for s in m.shafts:
-        rows.append((s.name, "shaft", "-", f"{_sum(s.coefficients)}; inertia {s.inertia:.4g} kg m2"))
-    return ("name", "kind", "rows", "between"), tuple(rows)
-
-
-def _sum(coefficients: Sequence[tuple[str, Any]]) -> str:
-    text = " ".join(f"{'-' if c < 0 else '+'} {'' if abs(c) == 1 else str(abs(c)) + ' '}{n}" for n, c in coefficients)
-    return text.removeprefix("+ ")
 
 
 def describe_design(design: Design, fidelity: str | None = None) -> Description:
@@ -123,11 +91,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         m = design.mechanism(level)
         found = structure(m)
         sentences.append(f"Fidelity {level}: {len(m.bodies)} bodies, {found.sentence}.")
-        sentences.append(f"Independent: {', '.join(found.independent) or 'none'}.")
-        if found.reference_rank < found.rank:
-            sentences.append(
-                f"The reference pose is singular: rank {found.reference_rank} there, {found.rank} elsewhere."
-            )
+        sentences += freedom_sentences(found)
         tables["Bodies"] = body_rows(m)
         if m.loops or m.relations or m.shafts:
             tables["Loops, relations, shafts"] = closing_rows(m)
@@ -163,8 +127,15 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
     return Description(entry.title, tuple(sentences), tables, data)
 
 
-def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, picture: str) -> str:
-    """The README of models/NAME as markdown: picture, what it is, parameters, formulas, freedoms, checks, claims."""
+CHARTED = ("andrews", "bricard", "flyball", "fourbar", "n_fourbar")
+"""Mechanisms whose chart is kept in assets/; `mechlab chart NAME -o assets/chart_NAME.svg` makes it."""
+
+
+def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, picture: str, motion: str) -> str:
+    """The README of models/NAME as markdown: picture, what it is, freedoms, parameters, formulas, scenes, checks, claims.
+
+    picture, motion: file names of the picture and of the plots of the default scene.
+    """
     entry = design.entry
     lines = [f"# {entry.title}", "", f"![{entry.title}]({picture})", "", entry.summary, ""]
     if entry.chain:
@@ -195,6 +166,11 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
         lines += [f"Sources: {'; '.join(entry.sources)}.", ""]
     scenes = tuple((n, r.text) for n, r in entry.scenes.items())
     lines += ["## Scenes", "", markdown(("scene", "what happens"), scenes), ""]
+    lines += [f"The scene {entry.default_scene}:", "", f"![Plots of the scene {entry.default_scene}]({motion})", ""]
+    if entry.name in CHARTED:
+        drawn = f"../../assets/chart_{entry.name}.svg"
+        lines += ["## Speed against accuracy", "", f"![What each method costs and how wrong it is]({drawn})", ""]
+        lines += [f"Made by `mechlab chart {entry.name} -o assets/chart_{entry.name}.svg`.", ""]
     outcome = []
     for o in checks.outcomes:
         witnesses = ", ".join(o.measured.values) if o.measured else "-"

@@ -14,7 +14,7 @@ from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.assembly import Status
 from mechlab.mechanism.model import as_fraction
-from mechlab.study.tables import number, table
+from mechlab.study.tables import Told, number, table
 from mechlab.values import Range
 
 SHOWN = 20
@@ -23,7 +23,7 @@ MOST_TEETH = 2000
 
 
 @dataclass(frozen=True)
-class SynthesisResult:
+class SynthesisResult(Told):
     """What a task found: `data` is its JSON form, `headers` and `rows` its table, `message` one sentence."""
 
     task: str

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mechlab.errors import MechlabError
 from mechlab.view.html_page import asset, write_atomically
 
 THUMBNAIL = (720, 540)
@@ -17,7 +18,7 @@ THUMBNAIL = (720, 540)
 @dataclass(frozen=True, eq=False)
 class Exhibit:
     """One mechanism: name (of its folder), title, one sentence, picture (PNG bytes), sheet (HTML that is already escaped),
-    and whether there is a page to explore."""
+    whether there is a page to explore, and the plots of its run (SVG, or none)."""
 
     name: str
     title: str
@@ -25,16 +26,19 @@ class Exhibit:
     picture: bytes
     sheet: str
     explorable: bool
+    motion: str = ""
 
 
 def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
-    """Writes index.html, and for each exhibit FOLDER/NAME/sheet.html and picture.png; the pages are there already.
+    """Writes index.html, gallery.png (all pictures in one), and for each exhibit FOLDER/NAME/sheet.html and picture.png;
+    the pages are there already.
 
     Returns the path of index.html. Raises OSError.
     """
     for exhibit in exhibits:
         write_atomically(folder / exhibit.name / "picture.png", exhibit.picture)
         write_atomically(folder / exhibit.name / "sheet.html", sheet_page(exhibit).encode("utf-8"))
+    write_atomically(folder / "gallery.png", contact_sheet([(e.title, e.picture) for e in exhibits]))
     cards = "\n".join(_card(e) for e in exhibits)
     text = _fill("gallery.html", {"style": asset("gallery.css"), "count": str(len(exhibits)), "cards": cards})
     return write_atomically(folder / "index.html", text.encode("utf-8"))
@@ -48,6 +52,7 @@ def sheet_page(exhibit: Exhibit) -> str:
             "style": asset("gallery.css"),
             "title": html.escape(exhibit.title),
             "picture": data_address(exhibit.picture),
+            "motion": _drawing(exhibit),
             "sheet": exhibit.sheet,
             "links": _links(exhibit, "", sheet=False),
         },
@@ -64,6 +69,45 @@ def data_address(png: bytes) -> str:
         buffer = io.BytesIO()
         small.save(buffer, format="jpeg", quality=88, optimize=True)
     return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def contact_sheet(pictures: Sequence[tuple[str, bytes]], columns: int = 5, width: int = 1500) -> bytes:
+    """All pictures with their titles as one PNG: (title, picture as PNG bytes) in rows of `columns`, `width` pixels wide.
+
+    Raises MechlabError where there is no picture.
+    """
+    from PIL import Image, ImageDraw, ImageFont, ImageOps
+
+    if not pictures:
+        raise MechlabError("contact sheet: expected at least one picture.")
+    gap, line = 12, 30
+    size = (width - gap * (columns + 1)) // columns
+    tall = size * 3 // 4
+    rows = -(-len(pictures) // columns)
+    sheet = Image.new("RGB", (width, gap + rows * (tall + line + gap)), "#f6f8fa")
+    pen, large, small_type = ImageDraw.Draw(sheet), ImageFont.load_default(17), ImageFont.load_default(14)
+    for k, (title, png) in enumerate(pictures):
+        x, y = gap + (k % columns) * (size + gap), gap + (k // columns) * (tall + line + gap)
+        with Image.open(io.BytesIO(png)) as image:
+            small = ImageOps.fit(image.convert("RGB"), (size, tall), Image.Resampling.LANCZOS)
+        pen.rounded_rectangle((x - 1, y - 1, x + size, y + tall + line), 6, "white", "#dde2e9")
+        sheet.paste(small, (x, y))
+        font = large if pen.textlength(title, large) <= size - 12 else small_type
+        while pen.textlength(title, font) > size - 12:
+            title = title[:-2].rstrip(" ,…") + "…"
+        pen.text((x + size / 2, y + tall + line / 2), title, "#1c2430", font, "mm")
+    out = io.BytesIO()
+    sheet.quantize(256, dither=Image.Dither.NONE).save(out, format="png", optimize=True)
+    return out.getvalue()
+
+
+def _drawing(exhibit: Exhibit) -> str:
+    """The plots of the run as an image: a drawing in an image element cannot run scripts."""
+    if not exhibit.motion:
+        return ""
+    address = "data:image/svg+xml;base64," + base64.b64encode(exhibit.motion.encode("utf-8")).decode("ascii")
+    words = f"Plots of the run of {html.escape(exhibit.title, quote=True)}"
+    return f'<div class="drawing"><img src="{address}" alt="{words}"></div>'
 
 
 def _card(exhibit: Exhibit) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from mechlab.errors import MechlabError
 from mechlab.study.fidelity.measure import Error
-from mechlab.study.tables import number, table
+from mechlab.study.tables import Told, number, table
 
 FORMATS = (".svg", ".png", ".json")
 
@@ -59,7 +59,7 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Fidelities:
+class Fidelities(Told):
     """All fidelities on one scene over `duration` [s] of its `full_duration`, and the one to take."""
 
     name: str

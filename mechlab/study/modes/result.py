@@ -11,7 +11,7 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.study.modes.eigen import RIGID, UNSTABLE, Mode
-from mechlab.study.tables import number, table
+from mechlab.study.tables import Told, number, table
 
 AGREED = 1e-6
 """Largest relative difference of eigenvalues between witnesses that is trusted."""
@@ -29,7 +29,7 @@ class Witness:
 
 
 @dataclass(frozen=True)
-class ModesResult:
+class ModesResult(Told):
     """Modes of a mechanism about its rest. The first witness that could answer speaks; the others confirm it."""
 
     name: str

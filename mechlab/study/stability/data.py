@@ -8,6 +8,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from mechlab.study.tables import Told
+
 
 class Outcome(Enum):
     """What became of one run."""
@@ -129,7 +131,7 @@ class Map:
 
 
 @dataclass(frozen=True)
-class Stability:
+class Stability(Told):
     """All maps of a mechanism, and why it gets no others."""
 
     name: str

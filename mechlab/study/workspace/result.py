@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.experiment.parameters import describe
-from mechlab.study.tables import number, table
+from mechlab.study.tables import Told, number, table
 from mechlab.study.workspace.compare import Comparison
 from mechlab.study.workspace.maps import MapSummary
 from mechlab.study.workspace.plan import Plan
@@ -19,7 +19,7 @@ DEEPEST = "largest_margin"
 
 
 @dataclass(frozen=True)
-class WorkspaceResult:
+class WorkspaceResult(Told):
     """The plan, what its survey found, and what else was asked for."""
 
     plan: Plan
