@@ -74,11 +74,11 @@ def parse_value(key: str, text: str) -> Value:
     return _scalar(key, text)
 
 
-def parse_number(key: str, text: str, unit: str) -> float:
-    """One number in the SI unit `unit`. Raises MechlabError, naming `key`, for anything else."""
+def parse_number(key: str, text: str, *units: str) -> float:
+    """One number in the first of the SI `units`, or in another of them. Raises MechlabError, naming `key`, for anything else."""
     value = _scalar(key, text)
-    if isinstance(value, str) or getattr(value, "unit", unit) != unit:
-        raise MechlabError(f"{key}: expected a number [{unit}], got {text!r}.")
+    if isinstance(value, str) or getattr(value, "unit", units[0]) not in units:
+        raise MechlabError(f"{key}: expected a number [{' or '.join(units)}], got {text!r}.")
     return float(value)
 
 

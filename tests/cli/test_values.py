@@ -122,6 +122,10 @@ def test_an_unknown_unit_lists_the_units() -> None:
 
 def test_a_number_option_refuses_another_unit() -> None:
     assert parse_number("--duration", "500ms", "s") == 0.5
+    assert parse_number("--max-error", "0.1mm", "m", "rad") == 1e-4
+    assert parse_number("--max-error", "1e-6", "m", "rad") == 1e-6
+    with pytest.raises(MechlabError, match="m or rad"):
+        parse_number("--max-error", "1kg", "m", "rad")
     for text in ("5mm", "soon", "inf"):
         with pytest.raises(MechlabError, match="^--duration: "):
             parse_number("--duration", text, "s")

@@ -37,7 +37,7 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     """The chart, its Pareto front and the recommended setting; saved where -o says."""
     name = one_name(names, "chart")
     duration = None if options.duration is None else parse_number("--duration", options.duration, "s")
-    target = None if options.target is None else parse_number("--target", options.target, "")
+    target = None if options.target is None else parse_number("--target", options.target, "m", "rad")
     from mechlab import api
 
     if options.fidelities:

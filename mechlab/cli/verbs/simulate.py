@@ -37,7 +37,7 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     name = one_name(names, "simulate")
     duration = None if options.duration is None else parse_number("--duration", options.duration, "s")
     timestep = None if options.timestep is None else parse_number("--timestep", options.timestep, "s")
-    max_error = None if options.max_error is None else parse_number("--max-error", options.max_error, "")
+    max_error = None if options.max_error is None else parse_number("--max-error", options.max_error, "m", "rad")
     at = None if options.at is None else tuple(parse_number("--at", text, "s") for text in options.at.split(","))
     from mechlab import api
 
