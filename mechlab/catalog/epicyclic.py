@@ -118,3 +118,9 @@ def final_rates(build: Callable[[str], Mechanism], scene: Callable[[str], Scene]
     said = {f"mujoco {f}": run_mujoco(build(f), scene(f), Settings()) for f in FIDELITIES}
     said["pinocchio full"] = run_pinocchio(build("full"), scene("full"), Settings(engine="pinocchio"))
     return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in said.items()}
+
+
+def distance(mechanism: Mechanism, one: str, other: str) -> float:
+    """Distance of the origins of two bodies in the reference pose [m]."""
+    tree = TreeKinematics(mechanism)
+    return float(np.linalg.norm(tree.pose(one)[1] - tree.pose(other)[1]))

@@ -262,9 +262,41 @@ def _check_energy(p: Parameters) -> Measured:
     return Measured(end, 1e-4 * max(1.0, abs(p.speed)), expected, "crank speed after a free run of 2 s")
 
 
+def _check_limits(p: Parameters) -> Measured:
+    """Where the crank can stand, of this four-bar and of two that only rock: by trying, then halving the step at each end."""
+    expected, found = [], []
+    for crank, coupler, rocker, ground in (p.lengths, (1.0, 0.8, 0.5, 1.1), (0.9, 0.6, 1.2, 1.0)):
+        ranges = closed_form.crank_limits(crank, coupler, rocker, ground).ranges
+        expected += [x for pair in ranges for x in pair]
+        found += _tried(crank, coupler, rocker, ground, [0.5 * (a + b) for a, b in ranges])
+    # The closure itself is blurred where the bars stretch: sqrt(1e-12).
+    return Measured({"tried": found}, 1e-6, expected, "ends of the ranges of the crank [rad]")
+
+
+def _tried(crank: float, coupler: float, rocker: float, ground: float, middles: list[float]) -> list[float]:
+    """Low and high end of the range about each middle, at most half a turn away."""
+
+    def closes(angle: float) -> bool:
+        far = math.hypot(ground - crank * math.cos(angle), crank * math.sin(angle))
+        return abs(coupler - rocker) <= far <= coupler + rocker
+
+    out = []
+    for middle in middles:
+        for sign in (-1.0, 1.0):
+            inside, step = 0.0, 1e-3
+            while step > 1e-9:
+                if inside + step <= math.pi and closes(middle + sign * (inside + step)):
+                    inside += step
+                else:
+                    step *= 0.5
+            out.append(middle + sign * inside)
+    return out
+
+
 CHECKS = (
     Check("F1", "position, rate and acceleration from three witnesses", _check_pose, "closed form of the RRR dyad"),
     Check("F2", "free run against the equation of the one freedom", _check_energy, "Eksergian equation, DOP853"),
+    Check("F3", "range of the crank", _check_limits, "by trying"),
 )
 
 

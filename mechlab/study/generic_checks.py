@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,28 +11,39 @@ from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.structure import sample_poses
+from mechlab.mechanism.statics import passive_force
+from mechlab.mechanism.structure import null_space, rank, sample_poses
 from mechlab.study.witness import room
 
 
 def generic_checks(entry: Entry) -> tuple[Check, ...]:
-    """G1 poses, G2 mass matrix, G3 bias force, G4 closure, G5 constraint Jacobian, for the default fidelity of an entry."""
+    """G1 poses, G2 mass matrix, G3 forces, G4 closure, G5 constraint Jacobian, G6 rows of the engines, each for every fidelity
+    that has a Mechanism."""
 
-    def mechanism(p: Any) -> Mechanism:
-        return entry.build(p, entry.default_fidelity)
+    def of_each(measure: Callable[[Mechanism], Measured]) -> Callable[[Any], Measured]:
+        return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})
 
+    three = "three implementations"
     return (
-        Check("G1", "poses of all bodies at assembled poses", lambda p: _poses(mechanism(p)), "three implementations"),
-        Check("G2", "mass matrix", lambda p: _mass(mechanism(p)), "three implementations"),
-        Check("G3", "velocity and gravity terms", lambda p: _bias(mechanism(p)), "three implementations"),
-        Check("G4", "closure of the reference pose", lambda p: _closure(mechanism(p)), "zero by definition"),
-        Check(
-            "G5",
-            "constraint Jacobian against finite differences",
-            lambda p: _jacobian(mechanism(p)),
-            "central differences",
-        ),
+        Check("G1", "poses of bodies and frames at assembled poses", of_each(_poses), three),
+        Check("G2", "mass matrix", of_each(_mass), three),
+        Check("G3", "velocity, gravity and passive terms", of_each(_bias), three),
+        Check("G4", "closure of the reference pose", of_each(_closure), "zero by definition"),
+        Check("G5", "constraint Jacobian against finite differences", of_each(_jacobian), "central differences"),
+        Check("G6", "motions that the constraint rows allow", of_each(_allowed), three),
     )
+
+
+def _together(found: dict[str, Measured]) -> Measured:
+    """The measurements of all fidelities as one; a fidelity that differs from another only in its name is told once."""
+    if len(found) == 1:
+        return next(iter(found.values()))
+    witnesses = list(next(iter(found.values())).values)
+    values = {w: np.concatenate([np.ravel(x.values[w]) for x in found.values()]) for w in witnesses}
+    first = next(iter(found.values()))
+    expected = None if first.expected is None else np.zeros(next(iter(values.values())).shape)
+    notes = "; ".join(f"{f}: {x.note}" for f, x in found.items())
+    return Measured(values, first.tolerance, expected, notes)
 
 
 def _states(m: Mechanism) -> list[tuple[Array, Array]]:
@@ -40,12 +52,17 @@ def _states(m: Mechanism) -> list[tuple[Array, Array]]:
 
 
 def _engines(m: Mechanism, q: Array, v: Array) -> dict[str, tuple[Array, Array, Array]]:
-    """Body origins, mass matrix, bias force (gravity and velocity terms) by numpy, Pinocchio and MuJoCo."""
+    """Poses of bodies and frames, mass matrix, bias force (gravity, velocity and passive terms) by numpy, Pinocchio, MuJoCo."""
     tree = TreeKinematics(m, q, v)
     solve, simulate = room("pinocchio"), room("mujoco")
     kin = solve.PinKinematics(m, q, v)
     plant = solve.PinPlant(m, q, v)
+    from mechlab.simulate.drive import passive
+
     model, data = simulate.to_mujoco(m)
+    passive(
+        model
+    )  # a drive is no part of the tree, though MuJoCo counts the damping of its servo among the passive forces
     view = simulate.MujocoMap(m, model)
     data.qpos[:] = view.engine_coordinates(q)
     data.qvel[:] = view.engine_rates(data.qpos, v)
@@ -54,18 +71,20 @@ def _engines(m: Mechanism, q: Array, v: Array) -> dict[str, tuple[Array, Array, 
     mujoco.mj_forward(model, data)
     engine = simulate.MujocoPlant(m, model, data, view)
     names = [b.name for b in m.bodies]
-    passive = _passive(tree)
+    turns = np.array([[*data.xmat[view.body(n)], *data.xpos[view.body(n)]] for n in names])
+    sites = np.array([data.site_xpos[view.site(f.name)] for f in m.frames])
     return {
-        "numpy": (np.array([tree.pose(n)[1] for n in names]), tree.mass_matrix(), tree.bias_force()),
-        "pinocchio": (np.array([kin.pose(n)[1] for n in names]), plant.mass_matrix(), plant.bias() + passive),
-        "mujoco": (np.array([data.xpos[view.body(n)] for n in names]), engine.mass_matrix(), engine.bias() + passive),
+        "numpy": (_places(m, tree), tree.mass_matrix(), tree.bias_force() - passive_force(tree)),
+        "pinocchio": (_places(m, kin), plant.mass_matrix(), plant.bias()),
+        "mujoco": (np.concatenate([turns.ravel(), sites.ravel()]), engine.mass_matrix(), engine.bias()),
     }
 
 
-def _passive(tree: TreeKinematics) -> Array:
-    from mechlab.mechanism.statics import passive_force
-
-    return passive_force(tree)
+def _places(m: Mechanism, kin: Any) -> Array:
+    """Rotations and origins of all bodies, then the points of all frames."""
+    poses = [kin.pose(b.name) for b in m.bodies]
+    points = [kin.pose(f.body)[1] + kin.pose(f.body)[0] @ f.placement.translation for f in m.frames]
+    return np.concatenate([np.ravel([[*r.ravel(), *p] for r, p in poses]), np.ravel(points)])
 
 
 def _collect(m: Mechanism, k: int) -> dict[str, list[Array]]:
@@ -76,8 +95,8 @@ def _collect(m: Mechanism, k: int) -> dict[str, list[Array]]:
     return out
 
 
-def _relative(said: dict[str, list[Array]], tolerance: float, note: str) -> Measured:
-    scale = max(1e-12, max(float(np.max(np.abs(x), initial=0.0)) for x in said["numpy"]))
+def _relative(said: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> Measured:
+    scale = max(least, max(float(np.max(np.abs(x), initial=0.0)) for x in said["numpy"]))
     return Measured(
         {k: np.array(v) / scale for k, v in said.items()},
         tolerance,
@@ -86,7 +105,7 @@ def _relative(said: dict[str, list[Array]], tolerance: float, note: str) -> Meas
 
 
 def _poses(m: Mechanism) -> Measured:
-    return _relative(_collect(m, 0), 1e-12, "body origins")
+    return _relative(_collect(m, 0), 1e-12, "rotations, origins, points")
 
 
 def _mass(m: Mechanism) -> Measured:
@@ -94,7 +113,10 @@ def _mass(m: Mechanism) -> Measured:
 
 
 def _bias(m: Mechanism) -> Measured:
-    return _relative(_collect(m, 2), 1e-11, "h(q, v) at random rates")
+    # A stiff spring, 1e6 N/m, turns the rounding of a length, 1e-16 m, into 1e-10 of small inertia forces.
+    # Wheels on fixed axes have none: then the inertia forces at 1 rad/s2 are the measure.
+    inertia = max(float(np.max(np.abs(x), initial=0.0)) for x in _collect(m, 1)["numpy"])
+    return _relative(_collect(m, 2), 1e-9, "h(q, v) at random rates", inertia)
 
 
 def _closure(m: Mechanism) -> Measured:
@@ -123,3 +145,31 @@ def _jacobian(m: Mechanism) -> Measured:
     return Measured(
         {"formula": np.array(analytic), "differences": np.array(differences)}, 1e-7, note="J v at random rates"
     )
+
+
+def _allowed(m: Mechanism) -> Measured:
+    """Freedoms by the rank of each implementation's rows, and the worst violation of the engines' rows by motions that ours
+    allow: equal ranks and no violation mean that the rows span the same space."""
+    simulate = room("mujoco")
+    constraints, tree = ConstraintSet(m), TreeKinematics(m)
+    said: dict[str, list[float]] = {"numpy": [], "pinocchio": [], "mujoco": []}
+    for q, v in _states(m):
+        ours = constraints.jacobian(tree.set(q))
+        basis = null_space(ours)
+        free = basis @ (basis.T @ v)
+        free /= max(float(np.linalg.norm(free)), 1e-12)
+        theirs = constraints.jacobian(room("pinocchio").PinKinematics(m, q, v))
+        model, data = simulate.to_mujoco(m)
+        view = simulate.MujocoMap(m, model)
+        data.qpos[:] = view.engine_coordinates(q)
+        moved = view.engine_rates(data.qpos, free)
+        import mujoco
+
+        from mechlab.simulate.model import equality_jacobian
+
+        mujoco.mj_fwdPosition(model, data)
+        rows = equality_jacobian(model, data)
+        said["numpy"] += [m.nv - rank(ours), float(np.max(np.abs(ours @ free), initial=0.0))]
+        said["pinocchio"] += [m.nv - rank(theirs), float(np.max(np.abs(theirs @ free), initial=0.0))]
+        said["mujoco"] += [model.nv - rank(rows), float(np.max(np.abs(rows @ moved), initial=0.0))]
+    return Measured({k: np.array(x) for k, x in said.items()}, 1e-8, note="freedoms, and violation by a free motion")

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
-from mechlab.catalog.epicyclic import FIDELITIES, final_rates, measured_speeds, reduced_masses
+import numpy as np
+
+from mechlab.analytic.planetary_synthesis import neighbour_gaps
+from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 from mechlab.catalog.planetary.build import build
 from mechlab.catalog.planetary.looks import phases
 from mechlab.catalog.planetary.parameters import Parameters
@@ -37,9 +40,25 @@ def _teeth(p: Parameters) -> Measured:
     return Measured(said, 1e-9, 0.0, "gear 4 meshes with planet 3 on every ray [pitches]")
 
 
+def _room(p: Parameters) -> Measured:
+    """Distances of the planets as they stand, less their tip radii (z + 2 half modules each)."""
+    if p.planets == 1:
+        return Measured({"drawn": np.zeros(0)}, 1e-9, np.zeros(0), "one planet has no neighbour")
+    m, (z1, z2, z3, _) = build(p, "full"), p.teeth
+    pairs = (
+        ("planet_2_1", "planet_2_2", z2 + z2),
+        ("planet_3_1", "planet_3_2", z3 + z3),
+        ("planet_2_1", "planet_3_2", z2 + z3),
+    )
+    said = [distance(m, a, b) / (0.5 * p.module) - z - 4 for a, b, z in pairs]
+    expected = neighbour_gaps(z1, z2, z3, p.planets)
+    return Measured({"drawn": said}, 1e-9, expected, "room between neighbouring planets [half modules]")
+
+
 CHECKS = (
     Check("S1", "speeds of all members from three witnesses", _speeds, "Willis equation"),
     Check("S2", "reduced inertia of each fidelity against the closed form", _inertia, "Lagrange"),
     Check("S3", "run under constant torques against the closed form", _run, "Lagrange"),
     Check("S4", "teeth in phase on every ray", _teeth, "assembly condition (z1 + z4) / planets whole"),
+    Check("S5", "room between the planets", _room, "law of cosines"),
 )

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from mechlab.analytic import planetary_stage as closed_form
-from mechlab.catalog.epicyclic import FIDELITIES, final_rates, measured_speeds, reduced_masses
+from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 from mechlab.catalog.planetary_stage.build import build
 from mechlab.catalog.planetary_stage.parameters import Parameters
 from mechlab.catalog.planetary_stage.questions import QUESTIONS
@@ -33,8 +35,32 @@ def _run(p: Parameters) -> Measured:
     return Measured(said, 1e-4, expected, "sun speed after 0.5 s under constant torques [rad/s]")
 
 
+def _room(p: Parameters) -> Measured:
+    """Distance of two planets as they stand, less their tip radii."""
+    if p.planets == 1:
+        return Measured({"drawn": np.zeros(0)}, 1e-9, np.zeros(0), "one planet has no neighbour")
+    apart = distance(build(p, "full"), "planet_1", "planet_2")
+    sun, planet, ring = p.teeth
+    expected = closed_form.conditions(sun, planet, ring, p.planets).neighbour_margin
+    return Measured({"drawn": apart / p.module - planet - 2}, 1e-9, expected, "room between planets [modules]")
+
+
+def _held(p: Parameters) -> Measured:
+    """The torque that holds the ring, put on a free ring, keeps it still: and the sun goes as with the ring held."""
+    held = closed_form.held_ring_accelerations(p.stage, p.sun_torque, p.carrier_torque)
+    free = closed_form.free_accelerations(p.stage, p.sun_torque, p.carrier_torque, held.ring_torque)
+    scale = max(abs(float(held.sun)), 1.0)
+    said, expected = (
+        [float(x) / scale for x in (a.ring, a.sun, a.carrier, a.planet, a.ring_torque)]
+        for a in (free, replace(held, ring=np.zeros(())))
+    )
+    return Measured({"free ring": said}, 1e-12, expected, "ring, sun, carrier, planet, torque; relative")
+
+
 CHECKS = (
     Check("P1", "speeds of all members from three witnesses", _speeds, "Willis equation"),
     Check("P2", "mass matrix of each fidelity against the closed form", _mass, "Lagrange"),
     Check("P3", "run under constant torques against the closed form", _run, "Lagrange"),
+    Check("P4", "room between the planets", _room, "chord of the planet axes"),
+    Check("P5", "torque that holds the ring", _held, "Lagrange with the ring free"),
 )

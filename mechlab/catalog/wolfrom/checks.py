@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.analytic import wolfrom as closed_form
-from mechlab.catalog.epicyclic import FIDELITIES, final_rates, reduced_masses
+from mechlab.analytic.planetary_stage import conditions
+from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, reduced_masses
 from mechlab.catalog.wolfrom.build import build
 from mechlab.catalog.wolfrom.parameters import Parameters
 from mechlab.catalog.wolfrom.scenes import carrier_acceleration, inertia_at_sun, scene
@@ -40,8 +41,19 @@ def _run(p: Parameters) -> Measured:
     return Measured(relative, 1e-5, 1.0, f"sun speed after 0.5 s, relative to {expected:.6g} rad/s")
 
 
+def _room(p: Parameters) -> Measured:
+    """Distance of two planets as they stand, less their tip radii."""
+    if p.planets == 1:
+        return Measured({"drawn": np.zeros(0)}, 1e-9, np.zeros(0), "one planet has no neighbour")
+    apart = distance(build(p, "full"), "planet_1", "planet_2")
+    sun, planet, ring = p.teeth[:3]
+    expected = conditions(sun, planet, ring, p.planets).neighbour_margin
+    return Measured({"drawn": apart / p.module - planet - 2}, 1e-9, expected, "room between planets [modules]")
+
+
 CHECKS = (
     Check("W1", "speeds of all members from two engines against Willis", _speeds, "Willis equation"),
     Check("W2", "inertia of each fidelity against the closed form", _mass, "Lagrange"),
     Check("W3", "run under constant torques against the closed form", _run, "Lagrange"),
+    Check("W4", "room between the planets", _room, "chord of the planet axes"),
 )
