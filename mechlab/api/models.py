@@ -57,7 +57,7 @@ def generate(
     m = d.mechanism(fidelity)
     from mechlab.study.files import write_verified
 
-    files = write_verified(m, out)
+    files = write_verified(m, out, d.file_settings)
     return FilesResult(
         Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings
     )
@@ -75,7 +75,7 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
     for name in names or catalog.NAMES:
         d = load(name)
         folder = Path(out) / name
-        write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder)
+        write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder, d.file_settings)
         sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
         (folder / "README.md").write_text(sheet)
         if pictures:

@@ -66,7 +66,9 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
         shape("cylinder", Placement((0.0, 0.0, half)), palette.SLATE, "post", radius=0.6 * thick, length=p.shaft_length)
     ]
     post.append(
-        shape("box", Placement((0.0, 0.0, p.shaft_length)), palette.SLATE, "yoke", x=2 * p.pivot, y=2 * thick, z=2 * thick)
+        shape(
+            "box", Placement((0.0, 0.0, p.shaft_length)), palette.SLATE, "yoke", x=2 * p.pivot, y=2 * thick, z=2 * thick
+        )
     )
     upright = Inertia.box(rod, p.section, p.section, p.shaft_length, (0.0, 0.0, half))
     b.body("shaft", revolute("shaft_angle", "z"), inertia=upright, shapes=post)
@@ -95,7 +97,11 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
                 z=thick,
             ),
             shape(
-                "sphere", Placement((p.arm_length, 0.0, 0.0)), palette.ORANGE, f"{name}_ball", radius=0.07 * p.arm_length
+                "sphere",
+                Placement((p.arm_length, 0.0, 0.0)),
+                palette.ORANGE,
+                f"{name}_ball",
+                radius=0.07 * p.arm_length,
             ),
         ]
         turn = lowered if side > 0 else np.diag([-1.0, -1.0, 1.0]) @ lowered

@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property
 from itertools import product
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from mechlab.experiment.health import Finding
 from mechlab.experiment.laws import Law, Plant, register
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,10 @@ class HeldRates:
                     f"held_rates: {hold.on!r}: the bounds must enclose 0, got {hold.low:g} to {hold.high:g}."
                 )
 
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return self.targets()
+
     def targets(self) -> tuple[str, ...]:
         """Everything that is held or that one of the laws acts on."""
         names = [n for law in self.laws for n in law.targets()] + [n for h in self.holds for n, _ in h.terms]
@@ -94,25 +101,53 @@ class HeldRates:
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """Forces of the laws plus the holding forces at the present state."""
-        out = dict.fromkeys(self.targets(), 0.0)
+        out = dict.fromkeys(self._names, 0.0)
         for law in self.laws:
             for name, f in law.force(t, plant).items():
                 out[name] += f
-        applied = np.zeros(plant.mechanism.nv)
-        for name, f in out.items():
-            applied += f * plant.mechanism.row(name)
-        rows = np.array([sum(c * plant.mechanism.row(n) for n, c in h.terms) for h in self.holds]).reshape(
-            -1, plant.mechanism.nv
-        )
-        free, response = _response(plant, applied, rows)
-        excess = [
-            a + (sum(c * plant.rate(n) for n, c in h.terms) - h.rate) / self.time
-            for a, h in zip(free, self.holds, strict=True)
-        ]
+        table, rows, holds = self._rows(plant.mechanism)
+        applied = np.array(list(out.values())) @ table
+        free, response = self._response(plant, applied, rows)
+        excess = []
+        for a, (terms, rate) in zip(free, holds, strict=True):
+            off = -rate
+            for n, c in terms:
+                off += c * plant.rate(n)
+            excess.append(a + off / self.time)
         for hold, f in zip(self.holds, self._holding(excess, response), strict=True):
             for name, c in hold.terms:
                 out[name] += c * f
         return out
+
+    @cached_property
+    def _kept(self) -> dict[str, Any]:
+        return {}
+
+    def _rows(self, m: Mechanism) -> tuple[Array, Array, list[tuple[tuple[tuple[str, float], ...], float]]]:
+        """(targets, nv) rows of the targets, (holds, nv) rows of what is held, terms and rate of each hold; kept for the
+        mechanism that they were asked for last."""
+        kept = self._kept.get("rows")
+        if kept is None or kept[0] is not m:
+            table = np.array([m.row(n) for n in self.targets()]).reshape(-1, m.nv)
+            rows = np.array([sum(c * m.row(n) for n, c in h.terms) for h in self.holds]).reshape(-1, m.nv)
+            kept = self._kept["rows"] = (m, table, rows, [(h.terms, h.rate) for h in self.holds])
+        return kept[1], kept[2], kept[3]
+
+    def _response(self, plant: Plant, applied: Array, rows: Array) -> tuple[list[float], list[list[float]]]:
+        """(k,) accelerations of rows @ rates under the constraints without the holding forces, (k, k) per unit of them.
+
+        The operators are kept while mass matrix and constraint rows are the same to rounding: in gear trains they are
+        constant, and a law is evaluated at every stage of every step."""
+        mass, jacobian = plant.mass_matrix(), plant.jacobian()
+        kept = self._kept.get("operators")
+        if kept is None or kept[0] is not rows or not (_same(mass, kept[1]) and _same(jacobian, kept[2])):
+            kept = rows, mass.copy(), jacobian.copy(), _operators(mass, jacobian, rows)
+            self._kept["operators"] = kept
+        by_force, by_bias, response = kept[3]
+        free = by_force @ (applied - plant.bias())
+        if len(jacobian):
+            free = free + by_bias @ plant.constraint_bias()
+        return free.tolist(), response
 
     def _holding(self, excess: list[float], response: list[list[float]]) -> list[float]:
         """Forces f of the box-constrained problem, excess + response @ f being complementary to the bounds on f: its
@@ -174,22 +209,16 @@ def _states(hold: RateHold) -> tuple[int, ...]:
     return tuple(s for s, x in ((0, 0.0), (-1, hold.low), (1, hold.high)) if math.isfinite(x))
 
 
-def _response(plant: Plant, applied: Array, rows: Array) -> tuple[list[float], list[list[float]]]:
-    """(k,) accelerations of rows @ rates under the constraints without the holding forces, (k, k) per unit of them."""
-    mass, jacobian = plant.mass_matrix(), plant.jacobian()
-    by_force, by_bias, response = _operators(mass.tobytes(), jacobian.tobytes(), rows.tobytes(), len(mass))
-    free = by_force @ (applied - plant.bias())
-    if len(jacobian):
-        free = free + by_bias @ plant.constraint_bias()
-    return free.tolist(), response
+def _same(a: Array, b: Array) -> bool:
+    """True when two matrices are equal to rounding."""
+    return a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= ROUNDING * np.abs(b).max(initial=0.0))
 
 
-@lru_cache(maxsize=4)
-def _operators(mass: bytes, jacobian: bytes, rows: bytes, nv: int) -> tuple[Array, Array, list[list[float]]]:
-    """(k, nv), (k, rows), (k, k): rows @ acceleration = first @ force + second @ bias of the constraints; and per unit of
-    forces on the rows. By the null space, so exact also where constraints are redundant. Kept: gear trains have
-    constant matrices, and a law is evaluated at every stage of every step."""
-    m, j, r = (np.frombuffer(x).reshape(-1, nv) for x in (mass, jacobian, rows))
+def _operators(m: Array, j: Array, r: Array) -> tuple[Array, Array, list[list[float]]]:
+    """(k, nv), (k, rows), (k, k): rows r @ acceleration = first @ force + second @ bias of the constraints; and per unit
+    of forces on the rows, for the mass matrix m and the constraint rows j. By the null space, so exact also where
+    constraints are redundant."""
+    nv = len(m)
     u, values, vt = np.linalg.svd(j) if len(j) else (np.zeros((0, 0)), np.zeros(0), np.eye(nv))
     rank = int(np.sum(values > 1e-11 * np.max(values, initial=0.0)))
     free = vt[rank:].T

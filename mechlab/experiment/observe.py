@@ -110,32 +110,43 @@ class ModeWatch:
     def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
         self.mechanism, self.held = mechanism, tuple(held)
         self._first = 0.0
+        self._modes = _Modes(mechanism, self.held) if self.held else None
 
     def changed(self, q: Array) -> bool:
         """True when the mode at q (nq,) is another than at the first call; never without held ones."""
-        if not self.held or not np.all(np.isfinite(q)):
+        if self._modes is None or not np.all(np.isfinite(q)):
             return False
-        sign = float(mode_signs(self.mechanism, q[None, :], self.held)[0])
+        sign = self._modes.sign(q)
         self._first = self._first or sign
         return self._first * sign < 0.0
+
+
+class _Modes:
+    """The sign of `mode_signs`, pose by pose: what does not change with the pose is looked up once."""
+
+    def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
+        self.tree, self.constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+        self.keep = independent_rows(mechanism, self.constraints)
+        rows = [mechanism.row(n) for n in held]
+        if len(self.keep) + len(rows) < mechanism.nv and structure(mechanism).idle:
+            rows += _idle_rows(mechanism, held)
+        self.square = len(self.keep) + len(rows) == mechanism.nv
+        self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
+
+    def sign(self, q: Array) -> float:
+        """Sign of the determinant at q (nq,); 0 when it is not square or singular."""
+        if not self.square:
+            return 0.0
+        jacobian = self.constraints.jacobian(self.tree.set(q))[self.keep]
+        sign, size = np.linalg.slogdet(np.vstack([jacobian, self.tail]))
+        return float(sign) if size > -60 else 0.0
 
 
 def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
     """(n,) sign of det [independent rows of J; rows of the held ones; rows of local freedoms] along q (n, nq); 0: not
     square or singular. Same meaning as `mechlab.mechanism.mode_sign`, but local freedoms do not hide the mode."""
-    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
-    keep = independent_rows(mechanism, constraints)
-    rows = [mechanism.row(n) for n in held]
-    if len(keep) + len(rows) < mechanism.nv and structure(mechanism).idle:
-        rows += _idle_rows(mechanism, held)
-    if len(keep) + len(rows) != mechanism.nv:
-        return np.zeros(len(q))
-    tail = np.array(rows).reshape(len(rows), mechanism.nv)
-    out = np.zeros(len(q))
-    for k, x in enumerate(q):
-        sign, size = np.linalg.slogdet(np.vstack([constraints.jacobian(tree.set(x))[keep], tail]))
-        out[k] = sign if size > -60 else 0.0
-    return out
+    modes = _Modes(mechanism, held)
+    return np.array([modes.sign(x) for x in q])
 
 
 def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:

@@ -68,6 +68,8 @@ class Closure:
         `data` must have been evaluated at its position and velocity (mj_fwdPosition, mj_fwdVelocity), as it is in a
         control callback and after mj_forward.
         """
+        if not self._pairs:
+            return self._fixed.copy(), np.zeros(len(self._fixed))
         blocks: list[Array] = [self._fixed]
         biases: list[Array] = [np.zeros(len(self._fixed))]
         model, v = self.model, data.qvel

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.laws import Law, applied_force
+from mechlab.experiment.laws import AppliedForce, Law
 from mechlab.experiment.memory import Memory
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -26,13 +26,21 @@ class Driver:
     weights of the method: the four stages of RK4, or the trapezoidal rule for the methods of one evaluation a step.
     States of laws (`mechlab.experiment.memory`) are integrated here: with the stages of RK4, which keeps its order (an
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
+
+    `at_once`: all laws are constant and the method is RK4. Then the forces are in the engine from the start, and no call
+    is needed: with the weights of RK4 the sum of force x rate is the force times the way made, to rounding.
     """
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant) -> None:
         self.mechanism, self.laws, self.plant = mechanism, laws, plant
+        self.applied = AppliedForce(mechanism, laws)
+        self._qfrc, self._qvel = plant.data.qfrc_applied, plant.data.qvel
+        dof = plant.map.dof
+        self._dof: Array | slice = slice(None) if np.array_equal(dof, np.arange(len(self._qvel))) else dof
+        self._option = plant.model.opt
         self.targets = tuple(dict.fromkeys(name for law in laws for name in law.targets()))
         self.forces: dict[str, float] = dict.fromkeys(self.targets, 0.0)
-        self.work = 0.0
+        self._work = 0.0
         self.evaluations = 0
         self._rk4 = bool(plant.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4)
         self._stage = 0
@@ -42,33 +50,46 @@ class Driver:
         self._kept = self._seen = self.memory.initial
         self._slopes: list[Array] = []
         self.memory.put(plant, self._kept)
+        self.at_once = self._rk4 and self.applied.constant
+        self._from = {name: plant.value(name) for name in self.targets} if self.at_once else {}
+        if self.at_once:
+            total, self.forces = self.applied(plant.t, plant)
+            self._qfrc[self._dof] = total
+            self._refuse(self.forces)
+
+    @property
+    def work(self) -> float:
+        """Work of the laws since the start [J]."""
+        if self.at_once:
+            return sum(f * (self.plant.value(name) - self._from[name]) for name, f in self.forces.items())
+        return self._work
 
     def __call__(self) -> None:
         """One evaluation: the engine's state is current, its forces are not computed yet."""
         plant = self.plant
         if len(self.memory):
             self.memory.put(plant, self._kept if self.sampling or not self._rk4 or not self._stage else self._seen)
-        total, forces = applied_force(self.mechanism, self.laws, plant.t, plant)
-        plant.data.qfrc_applied[plant.map.dof] = total
-        self.forces = forces
+        t = plant.t
+        total, self.forces = self.applied(t, plant)
+        self._qfrc[self._dof] = total
         self.evaluations += 1
-        power = sum(f * plant.rate(name) for name, f in forces.items())
+        power = float(total.dot(self._qvel[self._dof]))
         if not math.isfinite(power):
-            self._refuse(forces)
+            self._refuse(self.forces)
         if len(self.memory) and not self.sampling:
             self._remember()
         if self._rk4:
             if not self.sampling:
-                self.work += _RK4[self._stage] * float(plant.model.opt.timestep) * power
+                self._work += _RK4[self._stage] * self._option.timestep * power
                 self._stage = (self._stage + 1) % 4
             return
         if self._last is not None:
-            self.work += 0.5 * (plant.t - self._last[0]) * (power + self._last[1])
-        self._last = (plant.t, power)
+            self._work += 0.5 * (t - self._last[0]) * (power + self._last[1])
+        self._last = (t, power)
 
     def _remember(self) -> None:
         """Carry the states of the laws on by one stage, or by one step."""
-        plant, h = self.plant, float(self.plant.model.opt.timestep)
+        plant, h = self.plant, float(self._option.timestep)
         if not self._rk4:
             self._kept = self.memory.after(plant.t, plant, self._kept, h)
             return

@@ -60,6 +60,7 @@ class MujocoMap:
             dof += range(model.jnt_dofadr[k], model.jnt_dofadr[k] + joint.nv)
         self.qpos: Indices = np.array(qpos, dtype=int)
         self.dof: Indices = np.array(dof, dtype=int)
+        self._square = np.ix_(self.dof, self.dof)
         self.other_dof: Indices = np.setdiff1d(np.arange(model.nv), self.dof)
         self._mass = np.zeros((model.nv, model.nv))
         self._scratch: mujoco.MjData | None = None
@@ -147,7 +148,7 @@ class MujocoMap:
     def mass_matrix(self, data: mujoco.MjData) -> Array:
         """(nv, nv) of the Mechanism, armatures and shafts included, at the state that `data` was evaluated at."""
         mujoco.mj_fullM(self.model, data, self._mass)
-        return np.asarray(self._mass[np.ix_(self.dof, self.dof)])
+        return np.asarray(self._mass[self._square])
 
     def _data(self) -> mujoco.MjData:
         if self._scratch is None:

@@ -60,13 +60,17 @@ class MujocoPlant:
     def value(self, name: str) -> float:
         """Physical value of a joint or shaft [rad or m]: zero + coordinate."""
         zero, terms, _ = self._find(name)
-        qpos = self._qpos
-        return zero + sum(c * float(qpos[k]) for k, c in terms)
+        qpos, value = self._qpos, 0.0
+        for k, c in terms:
+            value += c * qpos.item(k)
+        return zero + value
 
     def rate(self, name: str) -> float:
         """Rate of a joint or shaft."""
-        qvel = self._qvel
-        return sum(c * float(qvel[k]) for k, c in self._find(name)[2])
+        qvel, rate = self._qvel, 0.0
+        for k, c in self._find(name)[2]:
+            rate += c * qvel.item(k)
+        return rate
 
     def mass_matrix(self) -> Array:
         """(nv, nv) mass matrix, armatures and shafts included."""

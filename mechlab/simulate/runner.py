@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 import scipy
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.health import Health
 from mechlab.experiment.initial import initial_state
 from mechlab.experiment.observe import ModeWatch
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.settings import MUJOCO_INTEGRATORS, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.control import controlled, engine
@@ -49,6 +49,8 @@ def run(
     chosen = settings or scene.settings
     if chosen.engine != "mujoco":
         raise MechlabError(f"settings are for the engine {chosen.engine!r}, this is the runner of 'mujoco'.")
+    if chosen.integrator not in MUJOCO_INTEGRATORS:
+        raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
     steps = grid(scene.duration, chosen.timestep, sample_times)
     q, v = initial_state(mechanism, scene)
     model, data = to_mujoco(mechanism, chosen)
@@ -60,7 +62,7 @@ def run(
     data.qacc_warmstart[:] = 0.0
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = _Samples(mechanism, model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
-    with controlled(data, driver) if scene.laws else engine():
+    with controlled(data, driver) if scene.laws and not driver.at_once else engine():
         blow_up, cpu, done = advance(model, data, map_, steps, samples.take)
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
     channels, units = samples.channels(mechanism, *states)

@@ -33,7 +33,8 @@ class PinPlant:
         self.constraints = PinConstraints(self.kin)
         self.passive = Passive(self.mechanism)
         self._zeros = {n: self.mechanism.zero(n) for n in self.mechanism.scalar_names}
-        self._lower = np.tril_indices(self.mechanism.nv, -1)
+        self._lower = np.tri(self.mechanism.nv, k=-1, dtype=bool)
+        self._values = {n: self._terms(n) for n in self._zeros}
         self.evaluations = 0
         self.memory: dict[Any, Array] = {}
         self.set(self.mechanism.reference() if q is None else q, v, t)
@@ -58,19 +59,32 @@ class PinPlant:
 
     def value(self, name: str) -> float:
         """Physical value of a joint or shaft [rad or m]."""
-        row = self.mechanism.row(name)
-        return self._zeros[name] + float(row @ self.q[self.passive.columns])
+        q, value = self.q, 0.0
+        for _, k, c in self._find(name):
+            value += c * q.item(k)
+        return self._zeros[name] + value
 
     def rate(self, name: str) -> float:
         """Rate of a joint or shaft."""
-        return float(self.mechanism.row(name) @ self.v)
+        v, rate = self.v, 0.0
+        for k, _, c in self._find(name):
+            rate += c * v.item(k)
+        return rate
+
+    def _find(self, name: str) -> tuple[tuple[int, int, float], ...]:
+        return self._values[name] if name in self._values else self._terms(name)
+
+    def _terms(self, name: str) -> tuple[tuple[int, int, float], ...]:
+        """What a joint or shaft is made of: index in v, index in q, coefficient."""
+        row = self.mechanism.row(name)
+        return tuple((int(k), int(self.passive.columns[k]), float(row[k])) for k in np.flatnonzero(row))
 
     def mass_matrix(self) -> Array:
         """(nv, nv): Pinocchio's composite rigid body algorithm with armatures, and J c c^T of every shaft."""
         if self._mass is None:
             pin.crba(self.kin.model, self.kin.data, self.kin.q_pin)
             mass = self.kin.data.M.copy()
-            mass[self._lower] = mass.T[self._lower]
+            np.copyto(mass, mass.T, where=self._lower)
             self._mass = mass + self.passive.inertia if self.passive.has_shaft_inertia else mass
         return self._mass
 

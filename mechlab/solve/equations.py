@@ -6,18 +6,21 @@ what dampers took [J].
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.laws import Law, applied_force
+from mechlab.experiment.laws import AppliedForce, Law
 from mechlab.experiment.memory import Memory
 from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.solve.dynamics import PinPlant
 
+Indices = NDArray[np.int_]
 FASTEST = 1e6
 CLOSED = 1e-13
 LOST = 1e-3
@@ -57,12 +60,12 @@ class Equations:
         self.laws = laws
         self.memory = Memory(laws)
         self.corrected = 0.0
-        for law in laws:
-            for name in law.targets():
-                mechanism.row(name)
+        self.applied = AppliedForce(mechanism, laws)
         self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
-        self.columns = self.plant.passive.columns
+        columns = self.plant.passive.columns
+        self.columns: Indices | slice = slice(None) if np.array_equal(columns, range(mechanism.nq)) else columns
+        self._nq, self._end = mechanism.nq, mechanism.nq + mechanism.nv
         rows = self.plant.passive.friction_rows
         inverse = np.linalg.pinv(self.plant.mass_matrix()) if len(rows) else np.zeros((0, 0))
         softness = np.einsum("ij,jk,ik->i", rows, inverse, rows) if len(rows) else np.zeros(0)
@@ -74,43 +77,49 @@ class Equations:
 
     def split(self, y: Array) -> tuple[Array, Array]:
         """q (nq,) and v (nv,) of a state."""
-        nq = self.mechanism.nq
-        return y[:nq], y[nq : nq + self.mechanism.nv]
+        return y[: self._nq], y[self._nq : self._end]
 
     def remembered(self, y: Array) -> Array:
         """States of the laws in a state."""
-        return y[self.mechanism.nq + self.mechanism.nv : -1]
+        return y[self._end : -1]
 
     def move(self, t: float, y: Array) -> PinPlant:
         """The plant at a state; raises BlowUp when the state is not finite or too fast."""
         q, v = self.split(y)
-        if not np.all(np.isfinite(y)):
+        if not y.dot(y) < FASTEST**2:
+            self._judge(t, y, v)
+        plant = self.plant
+        if len(self.memory):
+            self.memory.put(plant, self.remembered(y))
+        if plant.q.tobytes() != q.tobytes():
+            return plant.set(q.copy(), v.copy(), t)
+        if plant.v.tobytes() != v.tobytes():
+            plant.set_rates(v.copy(), t)
+        plant.t = t
+        return plant
+
+    def _judge(self, t: float, y: Array, v: Array) -> None:
+        """Raise BlowUp for a state that is not finite or too fast."""
+        if not np.isfinite(y).all():
             raise BlowUp(t, "the state is not finite")
         fastest = int(np.argmax(np.abs(v))) if len(v) else 0
         if len(v) and abs(v[fastest]) > FASTEST:
             name = self.mechanism.rate_names[fastest]
             raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {FASTEST:g}")
-        plant = self.plant
-        self.memory.put(plant, self.remembered(y))
-        if not np.array_equal(plant.q, q):
-            return plant.set(q.copy(), v.copy(), t)
-        if not np.array_equal(plant.v, v):
-            plant.set_rates(v.copy(), t)
-        plant.t = t
-        return plant
 
     def instant(self, t: float, y: Array) -> Instant:
         """Accelerations, reactions and forces at a state."""
         plant = self.move(t, y)
         try:
-            force, by_name = applied_force(self.mechanism, self.laws, t, plant)
-            rough = plant.passive.friction_force(plant.v, self.width)
-            a, reactions = plant.accelerations(force + rough)
+            force, by_name = self.applied(t, plant)
+            if len(self.width):
+                force = force + plant.passive.friction_force(plant.v, self.width)
+            a, reactions = plant.accelerations(force)
         except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
             raise BlowUp(t, str(problem)) from problem
-        if not np.all(np.isfinite(a)):
+        if not (math.isfinite(a.dot(a)) or np.isfinite(a).all()):
             raise BlowUp(t, "the accelerations are not finite (is a law's force not finite?)")
-        power = float((force + rough) @ plant.v) - plant.passive.loss(plant.kin, plant.v)
+        power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
         return Instant(a, reactions, by_name, power)
 
     def slope(self, t: float, y: Array) -> Array:
@@ -118,12 +127,13 @@ class Equations:
         now = self.instant(t, y)
         q, v = self.split(y)
         out = np.empty_like(y)
-        dq = out[: self.mechanism.nq]
+        dq = out[: self._nq]
         dq[self.columns] = v
         for qs, vs in zip(self.quaternions, self.turns, strict=True):
             dq[qs] = 0.5 * quaternion_product(q[qs], np.concatenate([[0.0], v[vs]]))
-        out[self.mechanism.nq : self.mechanism.nq + self.mechanism.nv] = now.a
-        out[self.mechanism.nq + self.mechanism.nv : -1] = self.memory.rate(t, self.plant, self.remembered(y))
+        out[self._nq : self._end] = now.a
+        if len(self.memory):
+            out[self._end : -1] = self.memory.rate(t, self.plant, self.remembered(y))
         out[-1] = now.power
         return out
 
@@ -139,14 +149,14 @@ class Equations:
         before = q.copy()
         for _ in range(6):
             residual = plant.residual()
-            size = float(np.max(np.abs(residual)))
+            size = float(np.abs(residual).max())
             if size < CLOSED:
                 break
             if not size < LOST:
                 raise BlowUp(t, f"the closure was lost: a loop or gear is open by {size:.3g} after one step")
             plant.set(integrate(self.mechanism, plant.q, plant.correction(residual)), v.copy(), t)
         q[:] = plant.q
-        self.corrected = max(self.corrected, float(np.max(np.abs(q - before))))
+        self.corrected = max(self.corrected, float(np.abs(q - before).max()))
         v += plant.correction(plant.jacobian() @ v)
         plant.set_rates(v.copy(), t)
         return y

@@ -25,7 +25,7 @@ class PinKinematics:
         self.model = self.pin.model
         self.data = self.pin.create_data()
         self.pose_count = 0
-        self.q = np.zeros(0)
+        self.q, self._state = np.zeros(0), b""
         self.support = np.zeros((self.model.njoints, self.model.nv))
         for j in range(1, self.model.njoints):
             for i in list(self.model.supports[j])[1:]:
@@ -36,27 +36,42 @@ class PinKinematics:
         """Move to coordinates q (nq,) and rates v (nv,); rates default to zero. Raises MechlabError for a wrong
         size."""
         m = self.mechanism
-        if v is not None and np.shape(v) != (m.nv,):
-            raise MechlabError(f"{m.name}: rates have shape {np.shape(v)}, expected ({m.nv},).")
+        if v is not None:
+            v = np.asarray(v, dtype=float)
+            if v.shape != (m.nv,):
+                raise MechlabError(f"{m.name}: rates have shape {np.shape(v)}, expected ({m.nv},).")
         q = np.asarray(q, dtype=float)
-        if not np.array_equal(q, self.q):
-            self.q = q.copy()
+        state = q.tobytes()
+        if state != self._state or q.shape != self.q.shape:
             self.q_pin = self.pin.to_pin(q)
+            self.q, self._state = q.copy(), state
             self.pose_count += 1
         self.still = v is None
-        self.v = np.zeros(m.nv) if v is None else np.asarray(v, dtype=float)
-        if self.still:
-            pin.computeJointJacobians(self.model, self.data, self.q_pin)
-        else:
-            pin.computeJointJacobiansTimeVariation(self.model, self.data, self.q_pin, self.v)
-        self.spatial = self.data.J
+        self.v = np.zeros(m.nv) if v is None else v
+        self._placed = False
         self._twists: tuple[Array, Array] | None = None
         return self
+
+    def placed(self) -> pin.Data:
+        """Pinocchio's data with placements `oMi`, joint columns `J` and their rates `dJ` of the present state; computed
+        when first asked for, as a tree without loops does its dynamics without them."""
+        if not self._placed:
+            if self.still:
+                pin.computeJointJacobians(self.model, self.data, self.q_pin)
+            else:
+                pin.computeJointJacobiansTimeVariation(self.model, self.data, self.q_pin, self.v)
+            self._placed = True
+        return self.data
+
+    @property
+    def spatial(self) -> Array:
+        """(6, nv) columns of all joints: linear at the world's origin, angular."""
+        return np.asarray(self.placed().J)
 
     @property
     def spatial_rate(self) -> Array:
         """(6, nv) time derivative of `spatial`."""
-        return np.zeros((6, self.model.nv)) if self.still else self.data.dJ
+        return np.zeros((6, self.model.nv)) if self.still else self.placed().dJ
 
     def _joint(self, body: str) -> int:
         try:
@@ -66,7 +81,7 @@ class PinKinematics:
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation (3, 3) body to world and origin (3,) of a body."""
-        joint = self.data.oMi[self._joint(body)]
+        joint = self.placed().oMi[self._joint(body)]
         rotation, origin = self.pin.offset_of[body]
         return joint.rotation @ rotation, joint.translation + joint.rotation @ origin
 
@@ -89,7 +104,7 @@ class PinKinematics:
             else:
                 self._twists = (
                     self.support @ (self.spatial * self.v).T,
-                    self.support @ (self.data.dJ * self.v).T,
+                    self.support @ (self.spatial_rate * self.v).T,
                 )
         return self._twists
 

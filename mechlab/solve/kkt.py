@@ -61,7 +61,8 @@ class Factors:
 def factor(mass: Array, jacobian: Array) -> Factors | None:
     """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`)."""
     chol, info = dpotrf(mass, lower=1, clean=1)
-    if info != 0 or not np.min(np.diagonal(chol)) > 1e-9 * np.max(np.diagonal(chol)):
+    pivots = chol.diagonal().tolist()
+    if info != 0 or not min(pivots) > 1e-9 * max(pivots):
         return None
     root = dtrtri(chol, lower=1)[0]
     rows = len(jacobian)
@@ -69,17 +70,18 @@ def factor(mass: Array, jacobian: Array) -> Factors | None:
         return Factors(root, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
     y = root @ jacobian.T
     delassus = y.T @ y
-    size = np.sqrt(np.diagonal(delassus))
-    void = size < 1e-12 * np.max(size, initial=0.0)
-    scale = np.where(void, 1.0, size)
-    scaled = delassus / np.outer(scale, scale)
-    scaled[void] = 0.0
-    scaled[:, void] = 0.0
-    scaled[void, void] = 1.0
+    size = np.sqrt(delassus.diagonal())
+    least = 1e-12 * size.max()
+    empty = bool(size.min() <= least)
+    scale = np.where(size <= least, np.inf, size) if empty else size
+    # A void row gets the size infinity: zeros in the scaled matrix, and a reaction of zero.
+    scaled = delassus / (scale[:, None] * scale)
+    scaled.ravel()[:: rows + 1] = 1.0
     small, info = dpotrf(scaled, lower=1)
-    if info == 0 and np.min(np.diagonal(small)) > PIVOT:
-        y[:, void] = 0.0
-        return Factors(root, y, np.where(void, np.inf, scale), small, None, None, rows - int(np.count_nonzero(void)))
+    if info == 0 and small.diagonal().min() > PIVOT:
+        return Factors(root, y, scale, small, None, None, rows - int(np.isinf(scale).sum()) if empty else rows)
+    void = np.isinf(scale)
+    scale = np.where(void, 1.0, scale)
     scaled[void, void] = 0.0
     values, vectors = np.linalg.eigh(scaled)
     keep = values > RANK * max(values[-1], 1e-300)

@@ -24,6 +24,7 @@ class Passive:
         self.damping = np.diag([j.damping for j in m.joints for _ in range(j.nv)])
         if shafts:
             self.damping = self.damping + (self.rows.T * [s.damping for s in shafts]) @ self.rows
+        self.damped = bool(np.any(self.damping))
         items: list[Joint | Shaft] = [*m.joints, *shafts]
         elastic = [x for x in items if x.stiffness]
         self.stiffness = np.array([x.stiffness for x in elastic])
@@ -39,7 +40,7 @@ class Passive:
     def force(self, kin: Kinematics, v: Array) -> Array:
         """(nv,) f of M a + c + f = applied: damping and stiffness of joints and shafts, springs; without dry
         friction."""
-        out = self.damping @ v
+        out = self.damping @ v if self.damped else np.zeros(len(v))
         if len(self.stiffness):
             stretch = self.elastic_rows @ kin.q[self.columns] - self.unstretched
             out += self.elastic_rows.T @ (self.stiffness * stretch)
@@ -49,7 +50,7 @@ class Passive:
 
     def loss(self, kin: Kinematics, v: Array) -> float:
         """Power [W] lost in dampers, without dry friction."""
-        power = float(v @ self.damping @ v)
+        power = float(v @ self.damping @ v) if self.damped else 0.0
         for spring in self.springs:
             if spring.damping:
                 power += spring.damping * spring_stretch(kin, spring)[3] ** 2

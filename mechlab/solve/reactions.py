@@ -126,7 +126,7 @@ def joint_wrenches(plant: PinPlant, a: Array, reactions: Array) -> dict[str, Wre
     axis holds what drives, dampers and gear torques do there. A gear relation acts as torques on its joints: the
     radial load of the teeth on the bearings is not in it. Shafts and armatures have no bearings here.
     """
-    kin, model, data = plant.kin, plant.kin.model, plant.kin.data
+    kin, model, data = plant.kin, plant.kin.model, plant.kin.placed()
     external = [np.zeros(6) for _ in range(model.njoints)]
     for loop in plant.mechanism.loops:
         s = plant.constraints.slices[loop.name]

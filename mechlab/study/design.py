@@ -79,7 +79,14 @@ class Design:
         """Write NAME.xml, scene.xml, NAME.urdf, NAME.json and geometry; each is reloaded by its consumer first."""
         from mechlab.study.files import write_verified
 
-        return write_verified(self.mechanism(fidelity), out)
+        return write_verified(self.mechanism(fidelity), out, self.file_settings)
+
+    @property
+    def file_settings(self) -> Settings:
+        """What the MJCF file says of timestep and integrator: as the default scene where MuJoCo runs it, so that the file
+        does not diverge in other people's hands."""
+        settings = self.scene(fidelity=self.entry.default_fidelity).settings
+        return settings if settings.engine == "mujoco" else Settings()
 
     def show(self, fidelity: str | None = None) -> None:
         """Print parameters, bodies, freedoms, scenes and questions."""

@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.settings import Settings
 from mechlab.formats import from_json, write_files
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 
 
-def write_verified(mechanism: Mechanism, out: str | Path) -> dict[str, Path]:
+def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | None = None) -> dict[str, Path]:
     """Write the files of a mechanism into `out` and return them by kind; nothing is left behind when one is refused.
+
+    settings: timestep, integrator and hardness that the MJCF file says (default: the preset accurate).
 
     Raises MechlabError naming the file and its consumer.
     """
@@ -21,7 +24,7 @@ def write_verified(mechanism: Mechanism, out: str | Path) -> dict[str, Path]:
     def reload(folder: Path, m: Mechanism) -> None:
         verify(m, folder)
 
-    written = write_files(mechanism, Path(out), verify=reload)
+    written = write_files(mechanism, Path(out), settings, verify=reload)
     folders = {kind.partition("/")[0]: path for kind, path in written.items()}
     return {kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}
 

@@ -23,7 +23,7 @@ def pipeline(
     out = Path(out)
     level = fidelity or _richest(design)
     progress(f"files of fidelity {level}")
-    files = dict(write_verified(design.mechanism(level), out))
+    files = dict(write_verified(design.mechanism(level), out, design.file_settings))
     progress("checks, each with its witnesses")
     checks = run_checks([design])
     progress(f"simulation of scene {design.entry.default_scene}")

@@ -31,7 +31,9 @@ def test_models_are_current(name: str, tmp_path: Path) -> None:
     api.generate_catalog(tmp_path, [name], pictures=False)
     made = {p.relative_to(tmp_path / name): p for p in (tmp_path / name).rglob("*") if p.is_file()}
     kept = {p.relative_to(MODELS / name): p for p in (MODELS / name).rglob("*") if p.is_file()}
-    assert set(kept) == set(made) | {Path("picture.png"), Path("motion.svg")}, f"run: mechlab generate {name} --catalog -o models"
+    assert set(kept) == set(made) | {Path("picture.png"), Path("motion.svg")}, (
+        f"run: mechlab generate {name} --catalog -o models"
+    )
     stale = [str(f) for f, path in made.items() if not same(path.read_text(), kept[f].read_text())]
     assert not stale, f"{stale} are not current; run: mechlab generate {name} --catalog -o models"
 

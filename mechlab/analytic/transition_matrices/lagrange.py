@@ -100,8 +100,8 @@ def _mass(tree: Tree, w: FloatArray, below: FloatArray) -> FloatArray:
     out = np.zeros((*w.shape[:-3], n, n))
     for k, path in enumerate(tree.ancestors):
         right = below[..., k, :, :] @ np.swapaxes(w[..., k, :, :], -1, -2)
-        for j in path:
-            out[..., j, k] = out[..., k, j] = np.einsum("...ab,...ba->...", w[..., j, :, :], right)
+        on = list(path)
+        out[..., on, k] = out[..., k, on] = np.einsum("...jab,...ba->...j", w[..., on, :, :], right)
     return out
 
 
@@ -114,8 +114,8 @@ def _bias(tree: Tree, w: FloatArray, carried: FloatArray, v: FloatArray) -> Floa
             second = second + 2.0 * rate @ now + now @ now
             rate = rate + now
         load = carried[..., i, :, :] @ np.swapaxes(second, -1, -2)
-        for j in path:
-            out[..., j] += np.einsum("...ab,...ba->...", w[..., j, :, :], load)
+        on = list(path)
+        out[..., on] += np.einsum("...jab,...ba->...j", w[..., on, :, :], load)
     return out
 
 

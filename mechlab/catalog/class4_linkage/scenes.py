@@ -41,7 +41,9 @@ def driven(p: Class4Parameters, fidelity: str) -> Scene:
 def free(p: Class4Parameters, fidelity: str) -> Scene:
     """The crank is let go at one turn per second, under its own weight."""
     start = start_angle(p)
-    return Scene("free-run", fidelity, 2.0, (), {"crank_angle": start}, {"crank_angle": 2 * np.pi}, tolerance=1e-4, settings=FREE)
+    return Scene(
+        "free-run", fidelity, 2.0, (), {"crank_angle": start}, {"crank_angle": 2 * np.pi}, tolerance=1e-4, settings=FREE
+    )
 
 
 def fold(p: Class4Parameters, fidelity: str) -> Scene:

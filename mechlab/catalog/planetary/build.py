@@ -53,5 +53,5 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
             b.gears(f"sun_{two_name}", "sun", two_name, (z1, z2), carrier="carrier")
             b.gears(f"{two_name}_{three_name}", two_name, three_name, (z2, z3), carrier="carrier")
             b.relation(f"{three_name}_gear_4", **{three_name: 1, "carrier": -Fraction(z4, z3)})
-    b.drive("sun", stiffness=50.0, damping=1.0)
+    b.drive("sun", stiffness=50.0, damping=0.2)
     return b.build()

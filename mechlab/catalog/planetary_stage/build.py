@@ -22,9 +22,9 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
         _gears(b, p, 1 if fidelity == "parts" else p.planets)
     else:
         raise unknown("planetary_stage: fidelity", fidelity, ("minimal", "parts", "full"))
-    b.drive("sun", stiffness=50.0, damping=1.0)
+    b.drive("sun", stiffness=50.0, damping=0.2)
     if p.ring == "free":
-        b.drive("carrier", stiffness=50.0, damping=1.0)
+        b.drive("carrier", stiffness=50.0, damping=0.2)
     return b.build()
 
 

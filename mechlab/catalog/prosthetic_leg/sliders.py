@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,11 @@ def answers(p: Parameters, witness: str, duration: float) -> dict[str, float]:
 
     The models with a hitch start at its sag; those without have the hip there.
     """
+    return dict(_answers(p, witness, duration))
+
+
+@lru_cache(maxsize=16)
+def _answers(p: Parameters, witness: str, duration: float) -> dict[str, float]:
     times = np.linspace(0.0, duration, SAMPLES)
     sag = hitch_sag(p)
     whole = _motion(p, witness, LEG, times, sag)

@@ -1,11 +1,12 @@
 """Force laws as data: what drives and loads a mechanism. A law is evaluated at every stage of a step, never held."""
 
+from mechlab.experiment.laws.applied import AppliedForce
 from mechlab.experiment.laws.control import ComputedTorque, Servo, drive_forces
 from mechlab.experiment.laws.loads import Constant, ConstantPower, Harmonic, OneSidedStop, TableLaw, Viscous
 from mechlab.experiment.laws.motors import DcMotor, Motor
 from mechlab.experiment.laws.protocol import LAWS, Law, Plant, applied_force, law, register
 
 __all__ = [
-    "LAWS", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "Motor", "OneSidedStop", "Plant",
-    "Servo", "TableLaw", "Viscous", "applied_force", "drive_forces", "law", "register",
+    "LAWS", "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "Motor",
+    "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous", "applied_force", "drive_forces", "law", "register",
 ]  # fmt: skip
