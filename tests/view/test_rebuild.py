@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from typing import Any
 
@@ -37,7 +38,9 @@ def talk(server: Server, conversation: Callable[[Any], Awaitable[None]], **heade
         while await socket.read_message() is not None:  # until the other side has closed too
             pass
 
-    asyncio.run(work())
+    # in a thread of its own: a browser test of the same process may have left its event loop running in this one
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, work()).result()
 
 
 async def until(socket: Any, kind: str) -> dict[str, Any]:

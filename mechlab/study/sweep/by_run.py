@@ -10,8 +10,8 @@ import numpy as np
 from mechlab.errors import MechlabError, Untrustworthy, unknown
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism.geometry import Array
+from mechlab.study.check import checks_of
 from mechlab.study.design import Design
-from mechlab.study.generic_checks import generic_checks
 from mechlab.study.run import run_scene
 from mechlab.study.sweep.block import UNTRUSTED, Block
 from mechlab.study.sweep.request import Quantity, Request
@@ -58,7 +58,7 @@ def _point(request: Request, design: Design, extra: Mapping[str, float], at: int
 
 def check(design: Design, id: str) -> Any:
     """A check of the entry, or a generic one where it has none of its own; raises MechlabError that lists them."""
-    checks = {c.id: c for c in design.entry.checks or generic_checks(design.entry)}
+    checks = {c.id: c for c in checks_of(design.entry)}
     if id not in checks:
         raise unknown(f"{design.name}: check", id, checks)
     return checks[id]

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context
 
 from mechlab.errors import MechlabError
@@ -72,6 +73,19 @@ def _quiet() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Ctrl-C waits until a worker has started: a half-started one would complain."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _pool(request: Request, blocks: Sequence[int], workers: int) -> Iterator[tuple[int, Block]]:
     waiting = list(blocks)
     pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=get_context("spawn"), initializer=_quiet)
@@ -80,7 +94,8 @@ def _pool(request: Request, blocks: Sequence[int], workers: int) -> Iterator[tup
         while waiting or running:
             while waiting and len(running) < AHEAD * workers:
                 block = waiting.pop(0)
-                running[pool.submit(evaluate, request, block)] = block
+                with _undisturbed():
+                    running[pool.submit(evaluate, request, block)] = block
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 yield running.pop(future), future.result()
     except BaseException:

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from mechlab.errors import unknown
 from mechlab.experiment.recording import Recording
+from mechlab.study.check import checks_of
 from mechlab.study.design import Design
-from mechlab.study.generic_checks import generic_checks
 from mechlab.study.sweep.by_run import REDUCTIONS, STEP_ERROR
 from mechlab.study.sweep.probe import names_of, scene_channels, short_run
 from mechlab.study.sweep.request import Axis, Quantity, Request
@@ -25,7 +25,7 @@ def split_words(text: str) -> list[str]:
 
 def quantities_of_runs(draft: Request, chosen: Design, words: Sequence[str]) -> tuple[Quantity, ...]:
     """Channels, checks and findings by the words; by default the final channels of the scene."""
-    checks = {c.id for c in chosen.entry.checks or generic_checks(chosen.entry)}
+    checks = {c.id for c in checks_of(chosen.entry)}
     told = {w: m for w in words if (m := CALL.fullmatch(w))}
     only_checks = bool(words) and all(
         (told[w][1] in OF_CHECK and told[w][2] in checks) if w in told else w in checks for w in words
