@@ -95,7 +95,7 @@ def find_ffmpeg() -> str:
         return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:
         raise EngineMissing(
-            "A film is encoded by ffmpeg, which was not found. Try: pip install imageio-ffmpeg, "
+            "A film is encoded by ffmpeg, which was not found. Try: pip install 'mechlab[film]' (imageio-ffmpeg), "
             "or install the system package ffmpeg."
         ) from error
 
