@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import metadata
-from typing import Any
 
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.health import Finding, Health, measured
@@ -56,8 +55,6 @@ def run_scene(
     fidelity "auto": the cheapest that answers what the scene needs; the finding "fidelity" says why.
     Raises MechlabError for unknown names and engines that cannot run the scene.
     """
-    lived = design.for_scene(scene)
-    level = fidelity
     if (fidelity or design.recipe(scene).fidelity) == AUTO:
         from mechlab.study.fidelity import choose
 
@@ -69,76 +66,84 @@ def run_scene(
         return replace(done, health=done.health + Health((choice.finding(),)))
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    lived = design.for_scene(scene)
     if fidelity == "kinematic":
-        lived.mechanism(fidelity)
-    made = lived.scene(scene, level, duration, extra)
-    chosen = PRESETS[settings] if isinstance(settings, str) else settings or made.settings
-    if engine == "pinocchio" and chosen.engine != "pinocchio":
-        chosen = replace(chosen, engine="pinocchio", integrator="RK4")
-    if (engine or chosen.engine) == "mujoco" and (settings is None or chosen.engine != "mujoco"):
-        chosen = by_nature(chosen, lived.mechanism(made.fidelity), made)
-    if timestep is not None:
-        chosen = replace(chosen, timestep=timestep)
+        lived.mechanism(fidelity)  # raises: it has none
+    made = lived.scene(scene, fidelity, duration, extra)
+    chosen = _settings(lived, made, engine, settings, timestep)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
-    made = with_static_motors(made, replace(chosen, engine=engine or chosen.engine, timestep=finest))
+    made = with_static_motors(made, replace(chosen, timestep=finest))
     for t in at:
         if not 0.0 <= t <= made.duration:
             raise MechlabError(f"{design.name}: the time {t:g} s lies outside the run (0 to {made.duration:g} s).")
-    if engine == "analytic":
-        if lived.entry.reference is None:
-            raise MechlabError(f"{design.name}: it has no closed form to simulate with; engines: mujoco, pinocchio.")
-        if extra:
-            raise MechlabError(
-                f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}."
-            )
-        return _complete(lived, lived.entry.reference(lived.parameters, made), made)
-    controlled = max_error is not None and engine is None and settings is None
-    if "hybrid" in (engine, chosen.engine if engine is None else "") and not controlled:
-        return _complete(lived, _hybrid(lived, made, chosen, at, timestep, max_error), made)
-    if engine == "one_freedom" and chosen.engine != "one_freedom":
-        chosen = replace(chosen, engine="one_freedom", integrator="RK4")
+    if chosen.engine == "analytic":
+        run = _analytic(lived, made, extra or {})
+    elif max_error is not None and engine is None and settings is None:
+        run = _controlled(lived, made, chosen, max_error, at)
+    elif max_error is not None and chosen.engine != "hybrid":
+        run = _refine(lambda s: _once(lived, made, s, at), chosen, max_error)
+    else:
+        sharper = chosen if max_error is None else replace(chosen, tolerance=min(1e-6, 1e-2 * max_error))
+        run = _once(lived, made, sharper, at)
+        fixed_steps = max_error is None and chosen.engine != "hybrid"
+        run = with_step_error(run, made) if estimate and fixed_steps else run
+    return _complete(lived, run, made)
 
-    def once(s: Settings) -> Recording:
-        m = lived.mechanism(made.fidelity)
-        if s.engine == "one_freedom":
-            from mechlab.study.one_freedom import run as run_one_freedom
 
-            return run_one_freedom(m, made, s, list(at) or None)
-        done: Recording = room(s.engine).run(m, made, s, list(at) or None)
-        return replace(done, health=done.health + Health(friction_findings(m, s)))
+def _settings(
+    design: Design, scene: Scene, engine: str | None, settings: Settings | str | None, timestep: float | None
+) -> Settings:
+    """The settings of a run: those that were asked for, else the scene's, as its nature and the engine demand."""
+    chosen = PRESETS[settings] if isinstance(settings, str) else settings or scene.settings
+    wanted = engine or chosen.engine
+    if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):
+        chosen = by_nature(chosen, design.mechanism(scene.fidelity), scene)
+    elif wanted == "hybrid":
+        tolerance = min(chosen.tolerance, 1e-10)
+        chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")
+    elif wanted != chosen.engine:
+        chosen = replace(chosen, engine=wanted, integrator="RK4")
+    return chosen if timestep is None else replace(chosen, timestep=timestep)
 
-    if max_error is None:
-        run = once(chosen)
-        return _complete(lived, with_step_error(run, made) if estimate else run, made)
-    if not controlled:
-        return _complete(lived, _refine(once, chosen, max_error, made.duration), made)
+
+def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float]) -> Recording:
+    """One run by an engine."""
+    m, times = design.mechanism(scene.fidelity), list(at) or None
+    if settings.engine == "hybrid":
+        room("pinocchio")
+        from mechlab.solve.hybrid import run as run_hybrid
+
+        return run_hybrid(m, scene, settings, times)
+    if settings.engine == "one_freedom":
+        from mechlab.study.one_freedom import run as run_one_freedom
+
+        return run_one_freedom(m, scene, settings, times)
+    done: Recording = room(settings.engine).run(m, scene, settings, times)
+    return replace(done, health=done.health + Health(friction_findings(m, settings)))
+
+
+def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:
+    """The closed form or the own equations of the entry."""
+    if design.entry.reference is None:
+        raise MechlabError(f"{design.name}: it has no closed form to simulate with; engines: mujoco, pinocchio.")
+    if extra:
+        raise MechlabError(
+            f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}."
+        )
+    return design.entry.reference(design.parameters, scene)
+
+
+def _controlled(design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]) -> Recording:
+    """A run of which only the error is asked for; the default run, not to be trusted, where no method gets to the end."""
     from mechlab.study.error_control import control
 
     try:
-        return _complete(lived, control(lived, made, max_error, at), made)
+        return control(design, scene, max_error, at)
     except NoSolution as cause:
-        text = f"the error asked for ({max_error:g}) cannot be reached: {cause} This run is by {chosen.preset!r}; do not trust it"
-        run = once(chosen) if chosen.engine != "hybrid" else _hybrid(lived, made, chosen, at, timestep, max_error)
+        text = f"the error asked for ({max_error:g}) cannot be reached: {cause} This run is by {default.preset!r}; do not trust it"
+        run = _once(design, scene, default, at)
         unmet = Finding("max_error", math.inf, max_error, "m or rad", "error", text)
-        return _complete(lived, replace(run, health=Health((unmet,)) + run.health), made)
-
-
-def _hybrid(
-    design: Design,
-    scene: Scene,
-    settings: Settings,
-    at: Sequence[float],
-    timestep: float | None,
-    max_error: float | None,
-) -> Recording:
-    """A run with located friction events. Its accuracy is the tolerance of the settings, or a hundredth of `max_error`."""
-    room("pinocchio")
-    from mechlab.solve.hybrid import run
-
-    tolerance = min(settings.tolerance, 1e-10) if max_error is None else min(1e-6, 1e-2 * max_error)
-    step = settings.timestep if timestep is None else timestep
-    chosen = Settings(engine="hybrid", integrator="DOP853", timestep=step, tolerance=tolerance, preset="hybrid")
-    return run(design.mechanism(scene.fidelity), scene, chosen, list(at) or None)
+        return replace(run, health=Health((unmet,)) + run.health)
 
 
 def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
@@ -155,7 +160,8 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})
 
 
-def _refine(once: Any, settings: Settings, max_error: float, duration: float) -> Recording:
+def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Recording:
+    """Halves the timestep until the joints change by less than `max_error` at 101 times."""
     import numpy as np
 
     if not max_error > 0:
