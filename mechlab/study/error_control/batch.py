@@ -82,6 +82,7 @@ class BatchTree:
         )
         self.frames = self.points([(f.body, f.placement.translation) for f in m.frames])
         self.gravity = np.array(m.gravity)
+        self._shape = self.shape(*self.frames)[..., :3] if n == 1 else np.zeros((3, 0, 3))
 
     def points(self, items: list[tuple[str, Array]]) -> tuple[Array, Array]:
         """Points of bodies as (their links (k,), their places in the links (k, 1, 4, 1), homogeneous)."""
@@ -131,7 +132,20 @@ class BatchTree:
 
     def frame_positions(self, q: ArrayLike) -> Array:
         """(P, frames, 3) world positions of the frames."""
+        if self.ground == 1:
+            return self._swept(q)
         return np.swapaxes(self.positions(self.at(q), self.frames), 0, 1)
+
+    def _swept(self, q: ArrayLike) -> Array:
+        """`frame_positions` of a tree of one joint, in closed form."""
+        x = np.asarray(q, dtype=float)[:, 0]
+        first, second, third = self._shape
+        if not self.revolute[0]:
+            return np.asarray(first + np.multiply.outer(x, second))
+        swept = np.multiply.outer(np.sin(x), second)
+        swept -= np.multiply.outer(np.cos(x), third)
+        swept += first + third
+        return swept
 
     def screws(self, poses: Poses) -> tuple[Array, Array]:
         """(n, P, 3) velocity of the point at the world's origin and (n, P, 3) angular velocity, of each joint at rate 1."""

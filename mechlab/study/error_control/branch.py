@@ -16,7 +16,7 @@ STRIDE = 0.3
 """No coordinate moves farther between two poses of the continuation [rad or m]."""
 SHORTEST = 5e-2
 """Share of the first try below which a step of the continuation is given up."""
-CLOSED, NEARLY, EXPLORED = 1e-12, 1e-6, 1e-4
+CLOSED, NEARLY, EXPLORED = 1e-12, 1e-6, 1e-3
 """Last correction of Newton's method: after it the error of the pose is its square, that of the tangent as large as it. While
 the branch is only explored, EXPLORED is enough; a full turn has to end where it began to NEARLY squared."""
 SLOPE_LIMIT = 15.0
@@ -43,6 +43,9 @@ class Branch:
         self.turn: Array | None = None
         self.patience = 10**9
         self.limit = np.inf
+        if mechanism.nv == 1:
+            self.phi, self.q, self.u = [self.start], [q0], [np.ones(1)]
+            return
         q, u = self.close(np.array([self.start]), q0[None])
         self.limit = SLOPE_LIMIT * max(1.0, float(np.max(np.abs(u))))
         self.phi, self.q, self.u = [self.start], [q[0]], [u[0]]
@@ -60,8 +63,9 @@ class Branch:
         """Number of the pose at the start."""
         return bisect_left(self.phi, self.start)
 
-    def close(self, phi: Array, guess: Array, closed: float = CLOSED) -> tuple[Array, Array]:
-        """Closed poses q (P, nv) at phi (P,) near `guess`, and tangents u = dq/dphi. Raises NoSolution."""
+    def close(self, phi: Array, guess: Array, closed: float = CLOSED, near: float = 10.0) -> tuple[Array, Array]:
+        """Closed poses q (P, nv) at phi (P,) near `guess`, and tangents u = dq/dphi. Raises NoSolution, also where a correction
+        is larger than `near`."""
         q = np.array(guess, dtype=float)
         q[:, self.coordinate] = phi
         u = np.zeros_like(q)
@@ -83,7 +87,7 @@ class Branch:
                 if not max(u.max(), -u.min()) < self.limit:
                     break
                 return q, u
-            if not size < 10.0:
+            if not size < near:
                 break
         raise NoSolution(f"{self.mechanism.name}: the path of {self.name} cannot be followed here")
 
@@ -107,7 +111,9 @@ class Branch:
             guess = _hermite(known, phi)
             try:
                 ends = abs(phi - self.start) > TURN - 1e-9
-                q, u = self.close(np.array([phi]), guess[None], NEARLY if ends else EXPLORED)
+                # a pose this far from its guess would be refused below
+                near = 0.2 * float(np.max(np.abs(guess - q0)))
+                q, u = self.close(np.array([phi]), guess[None], NEARLY if ends else EXPLORED, near)
             except NoSolution:
                 size *= 0.25
                 self.patience -= 1
@@ -209,14 +215,14 @@ def branches(mechanism: Mechanism, q0: Array, tree: BatchTree, rows: BatchRows) 
     """Joints that may count, best first: the drives, then those that move fastest. Raises NoSolution where the pose has
     not exactly one freedom."""
     nv = mechanism.nv
-    direction = np.ones(1) if nv == 1 else np.zeros(nv)
-    if nv > 1:
-        _, jacobian = rows.evaluate(q0[None])
-        _, sizes, vectors = np.linalg.svd(jacobian[0])
-        free = nv - int(np.sum(sizes > 1e-9 * max(1.0, sizes[0] if len(sizes) else 1.0)))
-        if free != 1:
-            raise NoSolution(f"{mechanism.name}: the start has {free} freedoms: a place where modes meet")
-        direction = np.abs(vectors[-1])
+    if nv == 1:
+        return [0]
+    _, jacobian = rows.evaluate(q0[None])
+    _, sizes, vectors = np.linalg.svd(jacobian[0])
+    free = nv - int(np.sum(sizes > 1e-9 * max(1.0, sizes[0] if len(sizes) else 1.0)))
+    if free != 1:
+        raise NoSolution(f"{mechanism.name}: the start has {free} freedoms: a place where modes meet")
+    direction = np.abs(vectors[-1])
     driven = {d.on for d in mechanism.drives}
     order = sorted(range(nv), key=lambda k: (mechanism.joints[k].name not in driven, -direction[k]))
     return [k for k in order if direction[k] > 0.05 * np.max(direction)]

@@ -36,17 +36,18 @@ class Checked:
 
 
 def check(
-    problem: Problem, measure: Measure, tracked: Array, used: str, fastest: float, meter: Meter
+    problem: Problem, measure: Measure, tracked: Array, used: str, fastest: float, meter: Meter, sharp: bool = True
 ) -> Checked | None:
     """Runs the cheapest ladder of another engine over the first output times, at two sharpnesses; None where none can: no
     engine that may check follows dry friction.
 
-    tracked (n, names): the accepted motion at all output times; used: engine of the accepted method.
+    tracked (n, names): the accepted motion at all output times; used: engine of the accepted method; sharp: False where half
+    of the steps will do for a tree, which has no softness that goes with them.
     """
     if is_rough(problem.mechanism):
         return None
     found = None
-    for way in sorted(_ways(problem, used, fastest), key=lambda x: x.cost):
+    for way in sorted(_ways(problem, used, fastest, sharp), key=lambda x: x.cost):
         with meter.building():
             why = way.method.available(problem)
         if not why:
@@ -65,7 +66,7 @@ class _Way:
     cost: float
 
 
-def _ways(problem: Problem, used: str, fastest: float) -> Iterator[_Way]:
+def _ways(problem: Problem, used: str, fastest: float, sharp: bool) -> Iterator[_Way]:
     between = problem.scene.duration / problem.outputs
     few, most_steps = RULES.check_steps
     for rule in LADDERS:
@@ -77,10 +78,11 @@ def _ways(problem: Problem, used: str, fastest: float) -> Iterator[_Way]:
         if rule.control == "tolerance":
             yield _Way(method, RULES.check_tolerances, FIRST_INTERVAL * rule.cost)
             continue
-        each = few
-        if rule.stable and fastest > 0.0:
-            each = max(few, math.ceil(between * fastest / rule.stable))
-        if each <= most_steps:
+        half = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
+        least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
+        for each in sorted({max(x, least) for x in ((few // 2, few) if half else (few,))}):
+            if each > most_steps:
+                continue
             yield _Way(method, (between / each, 0.5 * between / each), 3.0 * each * rule.cost)
 
 
@@ -95,7 +97,7 @@ def _registered(rule: LadderRule, problem: Problem) -> Method | None:
 
 def _compare(problem: Problem, measure: Measure, tracked: Array, way: _Way, meter: Meter) -> Checked | None:
     method, between = way.method, problem.scene.duration / problem.outputs
-    size = max(1e-3, float(np.ptp(tracked, axis=0).max()))
+    size = max(1e-3, float((tracked.max(axis=0) - tracked.min(axis=0)).max()))
     budget = max(RULES.check_share * meter.spent, 1e-4)
     count = 1
     while True:
@@ -110,14 +112,14 @@ def _compare(problem: Problem, measure: Measure, tracked: Array, way: _Way, mete
             return None
         if not all(r.complete and len(r.q) == count + 1 for r in runs):
             return None
-        both = measure(np.tile(t, 2), *(np.concatenate([getattr(r, x) for r in runs]) for x in ("q", "v")))
+        both = measure(np.concatenate([t, t]), *(np.concatenate([getattr(r, x) for r in runs]) for x in ("q", "v")))
         coarse, fine = both[: count + 1], both[count + 1 :]
-        change = np.max(np.abs(coarse - fine), axis=1)
+        change = np.abs(coarse - fine).max(axis=1)
         sure = change <= RULES.check_own * size
         good = len(sure) if sure.all() else int(np.argmin(sure))
         if good < 2:
             return None
-        own = float(np.max(change[:good]))
+        own = float(change[:good].max())
         away = most((fine - tracked[: count + 1])[:good])
         left = budget - sum(told)
         more = min(problem.outputs, int(left / max(sum(told) / count, 1e-7)))

@@ -5,6 +5,7 @@ J(phi) phi'^2 / 2 + V(phi) = E        J = u^T M u        V: weight, springs, con
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -108,6 +109,8 @@ class OneJoint:
         self.fixed, self.by_sine, self.by_rest = weight.tolist()
         a, b = (tree.shape(*x) for x in whole.ends)
         self.between = (b - a)[..., :3]
+        self.lines = self.between.transpose(1, 2, 0).tolist()
+        self.sizes = [(float(k), float(x)) for k, x in zip(self.stiffness, self.rest[:, 0], strict=True)]
 
     def __call__(self, q: Array, u: Array) -> tuple[Array, Array, Array]:
         """J (P,), V (P,) and dV/dq (P,) at q (P, 1); the tangents u are 1."""
@@ -135,6 +138,25 @@ class OneJoint:
             height = height + 0.5 * force * (length - rest)
             slope = slope + force * np.sum(d * rate, axis=1) / np.maximum(length, 1e-300)
         return np.full(len(x), self.inertia), height, slope
+
+    def at(self, x: float) -> tuple[float, float, float]:
+        """J, V and dV/dq at one q."""
+        s, c = (math.sin(x), math.cos(x)) if self.turns else (x, 1.0)
+        r, ds = (1.0 - c, s) if self.turns else (0.0, 0.0)
+        height = self.fixed + self.by_sine * s + self.by_rest * r - self.load * x
+        slope = self.by_sine * c + self.by_rest * ds - self.load
+        for stiffness, factor, rest in self.springs:
+            stretch = factor * x - rest
+            height += 0.5 * stiffness * stretch * stretch
+            slope += stiffness * stretch * factor
+        for (stiffness, rest), line in zip(self.sizes, self.lines, strict=True):
+            d = [d0 + s * d1 + r * d2 for d0, d1, d2 in line]
+            length = math.sqrt(sum(y * y for y in d))
+            force = stiffness * (length - rest)
+            rate = sum(y * (c * d1 + ds * d2) for y, (_, d1, d2) in zip(d, line, strict=True))
+            height += 0.5 * force * (length - rest)
+            slope += force * rate / max(length, 1e-300)
+        return self.inertia, height, slope
 
 
 def potential(tree: BatchTree, scene: Scene) -> Potential:

@@ -1,7 +1,7 @@
 """Method "energy": one freedom under forces of position alone, by quadrature: t = integral of dphi / sqrt(2 (E - V) / J).
 
-No steps, no drift, no constraint rows: the time along the orbit is integrated with Chebyshev polynomials and inverted
-where the motion is asked for. Refining doubles the nodes; its error falls geometrically.
+No steps, no drift, no constraint rows: the time along the orbit is integrated with Chebyshev polynomials (of a swing: with
+cosines) and inverted where the motion is asked for. Refining doubles the nodes; its error falls geometrically.
 """
 
 from __future__ import annotations
@@ -22,11 +22,16 @@ from mechlab.study.error_control.clock import Clock, basis, deriving, fitting, n
 from mechlab.study.error_control.conservative import Potential, potential
 from mechlab.study.error_control.orbit import Explorer, Orbit
 from mechlab.study.error_control.rows import BatchRows
+from mechlab.study.error_control.swing import Beat, between, numbers, places
+from mechlab.study.error_control.swing import fitting as cosines
 
 PATIENCE = 2
 """Tries of steps along a joint that may fail while there are other joints to try."""
 NEAR = 1e-2
 """Poses farther from the polynomials of coarser samples may be of another branch: they are looked for anew [rad or m]."""
+SETTLED = 1e-2
+"""Share by which the time of a swing may change with half of the nodes, or with energy in the last place: a motion that hardly
+leaves its turning point tells nothing of what both miss."""
 
 
 @dataclass(frozen=True)
@@ -36,18 +41,26 @@ class States:
     q: Array
     v: Array
     a: Array | None
-    place: _Place
+    place: _Place | _Phase
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where on the orbit: passages done before, whether a swing is on its way back, cell, basis there, pose without turns."""
+    """Where on the orbit: passages done before, cell, basis there, pose without turns."""
 
     lap: Array
-    back: NDArray[np.bool_] | None
     cell: NDArray[np.intp]
     basis: Array
     q: Array
+
+
+@dataclass(frozen=True)
+class _Phase:
+    """Where on a swing: x since the first turning point and its waves; the time of a swing over pi."""
+
+    mean: float
+    x: Array
+    waves: Array
 
 
 @dataclass(frozen=True)
@@ -109,11 +122,21 @@ class EnergyMotion:
         """Nodes of a cell less one."""
         return 0 if self.samples is None else self.samples.x.shape[1] - 1
 
+    @property
+    def resolution(self) -> str:
+        """The nodes in words."""
+        if self.orbit.kind == "swing":
+            return f"{self.n + 1} nodes between its turning points"
+        return f"{self.n + 1} nodes in each of {self.orbit.cells} cells"
+
     def refine(self, n: int) -> None:
         """Exact samples at n + 1 nodes of every cell; n twice the last one keeps those."""
         o = self.orbit
-        width = (o.high - o.low) / o.cells
-        xs = o.low + width * (np.arange(o.cells)[:, None] + 0.5 * (nodes(n) + 1.0))
+        if o.kind == "swing":
+            xs = places(n)
+        else:
+            width = (o.high - o.low) / o.cells
+            xs = o.low + width * (np.arange(o.cells)[:, None] + 0.5 * (nodes(n) + 1.0))
         old = self.samples
         new = xs if old is None else xs[:, 1::2]
         q, u = self._poses(o.phi(new.ravel()), new.shape[1])
@@ -127,6 +150,7 @@ class EnergyMotion:
                 both.append(out)
             found = both
         self.samples = _Samples(xs, *found)
+        self._paces: Array | None = None
 
     def _poses(self, phi: Array, per_cell: int) -> tuple[Array, Array]:
         """Closed poses at phi (P,), `per_cell` in each cell: near the polynomials of the coarser samples where these are close
@@ -134,7 +158,7 @@ class EnergyMotion:
         old = self.samples
         if old is not None and self.branch.rows.count:
             n = self.n
-            at = basis(nodes(2 * n)[1::2], n) @ fitting(n)
+            at = between(n) if self.orbit.kind == "swing" else basis(nodes(2 * n)[1::2], n) @ fitting(n)
             guess = (at @ old.q).reshape(len(phi), -1)
             try:
                 q, u = self.branch.close(phi, guess, self.closed)
@@ -148,16 +172,13 @@ class EnergyMotion:
     def states(self, t: Array, accelerations: bool = False) -> States:
         """The motion at times t (P,). Raises NoSolution where the speed is lost between turning points."""
         assert self.samples is not None
-        o, clock = self.orbit, self._clock()
-        total, lap, back = clock.total, np.zeros(1), None
+        o = self.orbit
         if o.kind == "swing":
-            p = self._phase(clock) + t
-            lap = np.floor(p / (2.0 * total))
-            p = p - 2.0 * total * lap
-            back = p > total
-            p = np.where(back, 2.0 * total - p, p)
-        elif o.kind == "turn":
-            p = self._phase(clock) + t
+            return self._swinging(t, accelerations)
+        clock = self._clock()
+        total, lap = clock.total, np.zeros(1)
+        if o.kind == "turn":
+            p = clock.time(o.x0) + t
             lap = np.floor(p / total)
             p = p - lap * total
         else:
@@ -173,58 +194,97 @@ class EnergyMotion:
         polynomials = (c, d, slope @ d) if accelerations else (c, d)
         found = [(b[:, None] @ x[cell])[:, 0] for x in polynomials]
         value, first = found[:2]
-        v = first / (g if back is None else np.where(back, -g, g))[:, None]
+        v = first / g[:, None]
         q = value
         if o.kind == "turn" and self.branch.turn is not None:
             q = value + np.multiply.outer(o.sign * (lap - 1.0), self.branch.turn)
-        place = _Place(lap, back, cell, wide, value)
+        place = _Place(lap, cell, wide, value)
         if not accelerations:
             return States(q, v, None, place)
         dg = (b * (clock.slopes @ slope.T)[cell]).sum(axis=1)
         return States(q, v, found[2] / (g * g)[:, None] - first * (dg / g**3)[:, None], place)
+
+    def _swinging(self, t: Array, accelerations: bool) -> States:
+        """`states` of a swing."""
+        assert self.samples is not None
+        beat, n, nq = self._beat(), self.n, self.samples.q.shape[2]
+        x, w = beat.invert(beat.time(self._x0) + t, self.last_step)
+        c = cosines(n) @ self.samples.q[0]
+        k = numbers(n)
+        rows = np.empty((2 * nq + 1, n + 1))
+        rows[:nq] = c.T
+        np.multiply(rows[:nq], k, out=rows[nq:-1])
+        rows[-1] = beat.slopes
+        found = rows @ w
+        q, first, g = found[:nq, ::2].T.copy(), -found[nq:-1, 1::2], found[-1, ::2]
+        v = (first / g).T.copy()
+        if not accelerations:
+            return States(q, v, None, _Phase(beat.mean, x, w))
+        second = -(rows[nq:-1] * k @ w)[:, ::2]
+        dg = -(beat.slopes * k @ w)[1::2]
+        return States(q, v, ((second - first * (dg / g)) / (g * g)).T.copy(), _Phase(beat.mean, x, w))
 
     def moved(self, states: States, t: Array, every: int = 1, shift: float = 0.0) -> Array:
         """By how much (P, nv) the poses of `states` at times t would be others from every `every`-th node alone, or with
         `shift` [J] more energy: what passes between the times at which either motion is in a place, at its rate, and the
         difference of the polynomials. Raises NoSolution as `states`."""
         assert self.samples is not None
-        o, clock, place = self.orbit, self._clock(every, shift), states.place
+        o, place = self.orbit, states.place
+        if isinstance(place, _Phase):
+            beat = self._beat(every, shift)
+            if abs(beat.mean - place.mean) > SETTLED * place.mean:
+                raise NoSolution("the time of a swing is not resolved: it all but stands still on its way")
+            out = states.v * (t + (beat.time(self._x0) - beat.passed(place.x, place.waves)))[:, None]
+            if every > 1:
+                rows = (cosines(beat.n) @ self.samples.q[0, ::every]).T @ place.waves[: beat.n + 1]
+                out += rows[:, ::2].T - states.q
+            return np.asarray(out)
+        clock, whole = self._clock(every, shift), self._clock().total
+        if abs(clock.total - whole) > SETTLED * whole:
+            raise NoSolution("the time on the way is not resolved: the motion all but stands still there")
         n = clock.slopes.shape[1] - 1
         b = place.basis[:, : n + 2]
         passed = clock.starts[place.cell] + (b * clock.times[place.cell]).sum(axis=1)
-        if place.back is not None:
-            passed = np.where(place.back, 2.0 * clock.total - passed, passed) + 2.0 * clock.total * place.lap
-        elif o.kind == "turn":
-            passed = passed + clock.total * place.lap
-        if o.kind != "run":
-            passed = passed - self._phase(clock)
+        if o.kind == "turn":
+            passed = passed + clock.total * place.lap - clock.time(o.x0)
         out = states.v * (t - passed)[:, None]
         if every > 1:
             out += (b[:, None, :-1] @ (fitting(n) @ self.samples.q[:, ::every])[place.cell])[:, 0] - place.q
         return np.asarray(out)
 
+    @property
+    def _x0(self) -> float:
+        """Where a swing starts: x grows from there, also on the way back."""
+        return self.orbit.x0 if self.orbit.forward else -self.orbit.x0
+
     def _clock(self, every: int = 1, shift: float = 0.0) -> Clock:
+        return Clock.of(self.orbit.low, self.orbit.high, self._pace(every, shift))
+
+    def _beat(self, every: int = 1, shift: float = 0.0) -> Beat:
+        return Beat.of(self._pace(every, shift)[0])
+
+    def _pace(self, every: int, shift: float) -> Array:
+        """dt/dx at every `every`-th node of all cells, with `shift` more energy."""
         s, o = self.samples, self.orbit
         assert s is not None
+        if not shift and self._paces is not None:
+            return self._paces[:, ::every]
+        if every > 1 and not shift:
+            return self._pace(1, 0.0)[:, ::every]
         x, inertia, height, slope = (a[:, ::every] for a in (s.x, s.inertia, s.height, s.slope))
         along = o.slope(x)
         corner = o.turning(along)
         square = 2.0 * (self.energy + shift - height) / inertia
-        if corner is None:
-            if not square.min() > 0.0:
-                raise NoSolution("the motion comes to rest on its way: an equilibrium that it just reaches")
-            return Clock.of(o.low, o.high, along / np.sqrt(square))
-        square[corner] = 1.0
+        if corner is not None:
+            square[corner] = 1.0
         if not square.min() > 0.0:
             raise NoSolution("the motion comes to rest on its way: an equilibrium that it just reaches")
         g = along / np.sqrt(square)
-        g[corner] = o.at_turning(inertia[corner], np.maximum(np.abs(slope[corner]), 1e-300))
-        return Clock.of(o.low, o.high, g)
-
-    def _phase(self, clock: Clock) -> float:
-        """Time at the start since the beginning of a passage."""
-        x = clock.time(self.orbit.x0)
-        return x if self.orbit.forward or self.orbit.kind != "swing" else 2.0 * clock.total - x
+        if corner is not None:
+            g[corner] = o.at_turning(inertia[corner], np.maximum(np.abs(slope[corner]), 1e-300))
+        if not shift:
+            self._paces = np.asarray(g)
+        return np.asarray(g)
 
 
 __all__ = ["EnergyMotion", "States"]

@@ -83,4 +83,4 @@ class Measure:
 
 def most(difference: Array) -> float:
     """Largest absolute value; 0 of nothing."""
-    return float(np.max(np.abs(difference), initial=0.0))
+    return float(np.abs(difference).max(initial=0.0))

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from mechlab.errors import NoSolution
 from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.branch import NEARLY, STRIDE, TURN, Branch
-from mechlab.study.error_control.conservative import Potential
+from mechlab.study.error_control.conservative import OneJoint, Potential
 
 MARGIN = 1.02
 MOST_TURNS = 20_000
 SAME = 1e-11
 OFFSET = 0.381966
 """Share of a cell by which the nodes of a turn are shifted: places where modes meet like to be simple fractions of it."""
+
+ROUND = TURN * np.linspace(0.0, 1.0, 33)[1:]
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,8 @@ class _End:
 Node = tuple[float, float, float, float]
 """phi, J, V, dV/dphi."""
 AHEAD = 2
+STRAIGHT = 1e-2
+"""Nearer than this, a pose is looked for along the tangent of the last one."""
 
 
 class Explorer:
@@ -82,13 +86,16 @@ class Explorer:
     def __init__(self, branch: Branch, energies: Potential, rate: float, duration: float) -> None:
         self.branch, self.energies, self.duration = branch, energies, duration
         at = branch.first
-        j, v, slope = energies(branch.q[at][None], branch.u[at][None])
+        if isinstance(energies, OneJoint):
+            j, v, slope = energies.at(branch.start)
+        else:
+            j, v, slope = (float(x[0]) for x in energies(branch.q[at][None], branch.u[at][None]))
         self.rate = rate
-        self.energy = float(0.5 * j[0] * rate**2 + v[0])
-        self.first = (branch.start, float(j[0]), float(v[0]))
-        if not j[0] > 0.0:
+        self.energy = 0.5 * j * rate**2 + v
+        self.first = (branch.start, j, v)
+        if not j > 0.0:
             raise NoSolution("the freedom has no inertia")
-        self.push = -float(slope[0])
+        self.push = -slope
         self.drift: dict[int, float] = {}
 
     def orbit(self) -> Orbit:
@@ -113,10 +120,10 @@ class Explorer:
         if ahead.what == "corner" and behind.what == "corner":
             low, high = sorted((ahead.phi, behind.phi))
             middle, radius = 0.5 * (low + high), 0.5 * (high - low)
-            x0 = float(np.arccos(np.clip((middle - start) / radius, -1.0, 1.0)))
+            x0 = math.acos(min(1.0, max(-1.0, (middle - start) / radius)))
             if self.rate == 0.0:
-                x0 = 0.0 if start == low else np.pi
-            return Orbit("swing", 0.0, np.pi, x0, sign > 0, 2, middle, radius)
+                x0 = 0.0 if start == low else math.pi
+            return Orbit("swing", 0.0, math.pi, x0, sign > 0, 1, middle, radius)
         if ahead.what == "corner" or behind.what == "corner":
             toward = ahead.what == "corner"
             corner = ahead.phi if toward else behind.phi
@@ -174,7 +181,7 @@ class Explorer:
                 if ended:
                     raise ended[0]
         else:
-            phis = b.start + sign * TURN * np.linspace(0.0, 1.0, 33)[1:]
+            phis = b.start + sign * ROUND
             seen = _nodes(phis, *self.energies(*b.at(phis)))
             self.drift[sign] = seen[-1][2] - self.first[2]
             yield from seen
@@ -207,11 +214,20 @@ class Explorer:
         """The turning point between two (phi, V, dV/dphi): Newton from that of the cubic through them, kept between them."""
         good, bad = inside[0], outside[0]
         phi = _crossing(inside, outside, self.energy)
+        q, u, last = None, None, phi
         for _ in range(60):
-            _, v, slope = self.energies(*self.branch.at(np.array([phi]), NEARLY))
-            missing = self.energy - float(v[0])
+            if isinstance(self.energies, OneJoint):
+                _, v, slope = self.energies.at(phi)
+            else:
+                at = np.array([phi])
+                if q is None or u is None or self.branch.turn is not None or abs(phi - last) > STRAIGHT:
+                    q, u = self.branch.at(at, NEARLY)
+                else:
+                    q, u = self.branch.close(at, q + (phi - last) * u, NEARLY)
+                _, v, slope = (float(x[0]) for x in self.energies(q, u))
+            last, missing = phi, self.energy - v
             good, bad = (phi, bad) if missing > 0.0 else (good, phi)
-            new = phi + missing / float(slope[0]) if slope[0] else 0.5 * (good + bad)
+            new = phi + missing / slope if slope else 0.5 * (good + bad)
             room = abs(bad - good)
             if not min(good, bad) - room <= new <= max(good, bad) + room:
                 new = 0.5 * (good + bad)
