@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
@@ -74,12 +75,12 @@ def html_sheet(
     return "".join(parts)
 
 
-class Told:
+class Told(ABC):
     """A result that shows its `text()` in a notebook."""
 
+    @abstractmethod
     def text(self) -> str:
         """What a person reads."""
-        raise NotImplementedError
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(self.text())}</pre>"

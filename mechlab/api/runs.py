@@ -14,7 +14,7 @@ from mechlab.study.ask import ask, parameters_and_rest
 from mechlab.study.results import SimulateResult, SolveResult
 
 if TYPE_CHECKING:
-    from mechlab.study.chart import Chart
+    from mechlab.study.chart_data import Chart
     from mechlab.study.cycle import CycleResult
     from mechlab.study.portrait import PortraitResult
 

@@ -67,6 +67,11 @@ def start_angle(p: Parameters) -> float:
     return 1.0 if limits.full_turn else 0.5 * (low + high)
 
 
+def _width(p: Parameters, length: float) -> float:
+    """How wide a bar is drawn [m]."""
+    return 0.03 * max(p.lengths) + 0.05 * length
+
+
 @lru_cache(maxsize=32)
 def build(p: Parameters, fidelity: str) -> Mechanism:
     """Three bars and one loop: 3 coordinates, 3 rows (one of them void), one freedom."""
@@ -87,7 +92,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
             else ("ground", (0.0 if name == "crank" else p.ground, 0.0, 0.0))
         )
         b.bar(name, revolute(joint, AXIS), length, parent=parent, at=at, mass=p.mass_per_length * length,
-              width=0.03 * max(p.lengths) + 0.05 * length, color=color, layer=layer * lift)  # fmt: skip
+              width=_width(p, length), color=color, layer=layer * lift)  # fmt: skip
     b.loop("pin", "coupler", "rocker", (p.coupler, 0.0, 0.0), (p.rocker, 0.0, 0.0))
     b.shaft("coupler_angle", {"crank_angle": 1, "coupler_joint": 1})
     b.frame("B", "crank", (p.crank, 0.0, 0.0)).frame("C", "rocker", (p.rocker, 0.0, 0.0))
@@ -200,11 +205,17 @@ class _CrankPlant:
         return self.w
 
 
+def _moment(p: Parameters, length: float) -> float:
+    """Of a round bar about its middle, across: m (L^2 / 12 + r^2 / 4), its radius a quarter of the drawn width [kg m2]."""
+    radius = 0.25 * _width(p, length)
+    return p.mass_per_length * length * (length**2 / 12.0 + radius**2 / 4.0)
+
+
 def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: float = 1e-12) -> Recording:
     """Own equation of the one freedom (Eksergian), integrated by DOP853 to 1e-12."""
     m = build(p, "minimal")
-    crank, coupler, rocker = (m.body(name).inertia.tensor[1] for name in ("crank", "coupler", "rocker"))
-    bar = FourbarCrank(*p.lengths, p.mode, p.mass_per_length, p.gravity, (crank, coupler, rocker))
+    moments = (_moment(p, p.crank), _moment(p, p.coupler), _moment(p, p.rocker))
+    bar = FourbarCrank(*p.lengths, p.mode, p.mass_per_length, p.gravity, moments)
     plant: Any = _CrankPlant(m)
 
     def slope(t: float, y: Array) -> Array:

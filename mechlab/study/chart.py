@@ -12,7 +12,7 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,15 +23,13 @@ from mechlab.study.chart_score import Reference, Score, reference_of, score
 from mechlab.study.cpu_limit import OutOfTime, cpu_limit
 from mechlab.study.design import Design
 from mechlab.study.methods import METHODS, TOLERANCES, Method, Problem, steps
-from mechlab.study.published import PUBLISHED, Published
+from mechlab.study.published import PUBLISHED
 from mechlab.study.run import versions
 
 if TYPE_CHECKING:
     from mechlab.study.chart_peers import PeerTable
-
-FEWEST = 4
-"""Step sizes of every method, at least."""
-OK, DIVERGED, NOT_RUN = "ok", "diverged", "not run"
+from mechlab.study.chart_advice import flat_defaults, recommend
+from mechlab.study.chart_data import DIVERGED, FEWEST, NOT_RUN, OK, Chart, Point
 
 
 @dataclass(frozen=True)
@@ -43,124 +41,6 @@ class Budget:
     method: float = 1.0
     repeat: float = 0.12
     repeats: int = 5
-
-
-@dataclass(frozen=True)
-class Point:
-    """One method at one step [s] (or tolerance, see `control`); evaluations of the equations, 0 where nobody counts."""
-
-    method: str
-    step: float
-    control: str
-    cpu_s: float
-    error: float
-    e_g: float
-    energy: float
-    gap: float
-    status: str
-    reason: str = ""
-    default: bool = False
-    evaluations: int = 0
-
-    @property
-    def ok(self) -> bool:
-        """True when there is an error to show."""
-        return self.status == OK
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-able form; a number that is missing is null."""
-        numbers = {"cpu_s": self.cpu_s, "error": self.error, "e_G": self.e_g, "energy": self.energy, "gap": self.gap}
-        shown = {k: x if math.isfinite(x) else None for k, x in numbers.items()}
-        head = {"method": self.method, "step": self.step, "control": self.control, **shown}
-        told = {"status": self.status, "reason": self.reason, "default": self.default}
-        return head | told | {"evaluations": self.evaluations or None}
-
-
-@dataclass(frozen=True)
-class Recommendation:
-    """The cheapest point that meets the target, in words and as settings to paste."""
-
-    point: Point
-    target: float
-    met: bool
-    sentence: str
-    paste: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-able form."""
-        p = self.point.to_dict()
-        named = {k: p[k] for k in ("method", "step", "control", "cpu_s", "error")}
-        return named | {"target": self.target, "met": self.met, "sentence": self.sentence, "paste": self.paste}
-
-
-@dataclass(frozen=True)
-class Chart:
-    """All points of a scene, what they are held against, and what follows."""
-
-    name: str
-    title: str
-    scene: str
-    duration: float
-    unit: str
-    tracked: tuple[str, ...]
-    reference: str
-    reference_error: float
-    points: tuple[Point, ...]
-    skipped: dict[str, str]
-    recommendation: Recommendation
-    notes: tuple[str, ...]
-    published: tuple[Published, ...]
-    versions: dict[str, str]
-    peers: PeerTable | None = None
-
-    @property
-    def front(self) -> tuple[Point, ...]:
-        """Points that no other beats in both cost and error, cheapest first."""
-        return pareto(self.points)
-
-    @property
-    def exit_code(self) -> int:
-        """0, or 3 when no method met the target."""
-        return 0 if self.recommendation.met else 3
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-able form."""
-        return {
-            "name": self.name, "scene": self.scene, "duration": self.duration, "error_unit": self.unit,
-            "tracked": list(self.tracked), "reference": {"text": self.reference, "error": self.reference_error},
-            "points": [p.to_dict() for p in self.points], "front": [p.to_dict() for p in self.front],
-            "recommendation": self.recommendation.to_dict(), "notes": list(self.notes), "skipped": dict(self.skipped),
-            "published": [p.to_dict() for p in self.published], "versions": self.versions,
-            "status": "answered" if self.recommendation.met else "no method meets the target",
-            "message": self.recommendation.sentence,
-            **({} if self.peers is None else self.peers.to_dict()),
-        }  # fmt: skip
-
-    def text(self) -> str:
-        """The table for a person."""
-        from mechlab.study.chart_files import chart_text
-
-        return chart_text(self)
-
-    def _repr_html_(self) -> str:
-        from mechlab.study.chart_files import chart_html
-
-        return chart_html(self)
-
-    def save(self, path: Any) -> dict[str, Any]:
-        """Write picture, table and data; see `mechlab.study.chart_files.save`."""
-        from mechlab.study.chart_files import save
-
-        return save(self, path)
-
-
-def pareto(points: Sequence[Point]) -> tuple[Point, ...]:
-    """The points that none other beats in both cost and error, cheapest first."""
-    out: list[Point] = []
-    for p in sorted((p for p in points if p.ok), key=lambda p: (p.cpu_s, p.error)):
-        if not out or p.error < out[-1].error:
-            out.append(p)
-    return tuple(out)
 
 
 def chart(
@@ -295,99 +175,3 @@ def _confirm(points: Sequence[Point], truth: Reference, own: set[str]) -> tuple[
 def _has_rows(design: Design, scene: Scene) -> bool:
     m = design.mechanism(scene.fidelity)
     return bool(m.loops or m.relations)
-
-
-def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool = True) -> list[str]:
-    """Sentences on engines whose defaults stay wrong however small the step: the model is wrong there, not the step.
-
-    rows: the mechanism has loops or relations; without them what is soft is the dry friction.
-    """
-    soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
-    out = []
-    flat: list[Point] = []
-    for name in dict.fromkeys(p.method for p in points if p.default and p.control == "step"):
-        mine = [p for p in points if p.method == name and p.ok]
-        if len(mine) >= FEWEST and is_flat(mine, target):
-            flat += mine
-    if flat:
-        small, large = min(p.step for p in flat), max(p.step for p in flat)
-        low, high = min(p.error for p in flat), max(p.error for p in flat)
-        error = f"{high:.2g}" if high < 1.5 * low else f"{low:.2g} to {high:.2g}"
-        count = len({p.method for p in flat})
-        out.append(
-            f"MuJoCo's default softness does not converge here: {error} {unit} of error at every timestep from "
-            f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {count} integrators. {soft}; a smaller "
-            "step simulates the wrong mechanism more precisely."
-        )
-    return out
-
-
-def is_flat(points: Sequence[Point], target: float) -> bool:
-    """Errors of one method at ever smaller steps do not fall: the last half no better than a third of the best before."""
-    errors = [p.error for p in sorted(points, key=lambda p: -p.step)]
-    half = len(errors) // 2
-    return min(errors) > 10.0 * target and min(errors[half:]) > 0.3 * min(errors[:half])
-
-
-def recommend(
-    points: Sequence[Point], target: float, unit: str, paste: Callable[[Point], str] | None = None
-) -> Recommendation:
-    """The cheapest point that meets the target; one that its own smaller steps confirm, if it costs no more than half as
-    much again. The most accurate point when none meets it."""
-    usable = [p for p in points if p.ok]
-    if not usable:
-        raise MechlabError("chart: no method came through; the problem is too hard for every step tried.")
-    good = sorted((p for p in usable if p.error <= target), key=lambda p: p.cpu_s)
-    if not good:
-        best = min(usable, key=lambda p: p.error)
-        text = f"No method meets {target:g} {unit} here; the best is {_told(best)} with {best.error:.2g} {unit} in {best.cpu_s:.3g} s."
-        return Recommendation(best, target, False, text, _paste(best, points, target, paste))
-    steady = [p for p in good if p.cpu_s <= 1.5 * good[0].cpu_s and _confirmed(p, points, target)]
-    chosen = steady[0] if steady else good[0]
-    text = f"For {target:g} {unit}: {_told(chosen)}, {chosen.error:.2g} {unit} in {chosen.cpu_s:.3g} s of CPU."
-    if not steady:
-        text += " Take care: with a smaller step this method misses the target; its error does not fall steadily here."
-    return Recommendation(chosen, target, True, text, _paste(chosen, points, target, paste))
-
-
-def _confirmed(p: Point, points: Sequence[Point], target: float) -> bool:
-    finer = [x for x in points if x.method == p.method and x.step < p.step]
-    return all(x.ok and x.error <= target for x in finer if x.status != NOT_RUN)
-
-
-def _told(p: Point) -> str:
-    return f"{p.method}, step {p.step:.6g} s" if p.control == "step" else f"{p.method}, tolerance {p.step:.0e}"
-
-
-def _paste(chosen: Point, points: Sequence[Point], target: float, paste: Callable[[Point], str] | None) -> str:
-    """MJCF settings of the chosen point, or of the cheapest MuJoCo point that meets the target."""
-    mine = [p for p in points if p.ok and p.method.startswith("MuJoCo")]
-    if not mine:
-        return ""
-    good = [p for p in mine if p.error <= target]
-    best = chosen if chosen in mine else min(good, key=lambda p: p.cpu_s) if good else min(mine, key=lambda p: p.error)
-    return (paste or mjcf_settings)(best)
-
-
-def mjcf_settings(p: Point) -> str:
-    """An <option> line, and for hard loops the constraint attributes, as MJCF."""
-    integrator = p.method.removeprefix("MuJoCo ").split(",")[0]
-    lines = [f'<option timestep="{p.step:.10g}" integrator="{integrator}" jacobian="dense"/>']
-    if not p.default and p.method.endswith("hard"):
-        soft = f'solref="{2 * p.step:.10g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
-        lines.append(f"<default><equality {soft}/></default>")
-    return "\n".join([f"<!-- {p.method}: error {p.error:.2g}, {p.cpu_s:.3g} s of CPU -->", *lines])
-
-
-__all__ = [
-    "Budget",
-    "Chart",
-    "Point",
-    "Recommendation",
-    "chart",
-    "flat_defaults",
-    "mjcf_settings",
-    "pareto",
-    "recommend",
-    "sweep",
-]

@@ -15,7 +15,9 @@ import numpy as np
 
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism.geometry import Array
-from mechlab.study.chart import Budget, Chart, Point, flat_defaults, recommend, sweep
+from mechlab.study.chart import Budget, sweep
+from mechlab.study.chart_advice import flat_defaults, recommend
+from mechlab.study.chart_data import Chart, Point
 from mechlab.study.chart_score import THRESHOLD, Score
 from mechlab.study.order_check import file_order
 from mechlab.study.run import versions

@@ -15,7 +15,7 @@ from mechlab.study.chart_labels import headline
 from mechlab.study.tables import html_sheet, number, table
 
 if TYPE_CHECKING:
-    from mechlab.study.chart import Chart, Point
+    from mechlab.study.chart_data import Chart, Point
 
 FORMATS = (".svg", ".png", ".csv", ".json")
 

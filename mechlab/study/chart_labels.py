@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from mechlab.study.chart import Chart, Point
+    from mechlab.study.chart_data import Chart, Point
 
 INK, FAINT, RED = "#1b2330", "#5b6470", "#c1121f"
 SIZE = 9.6
@@ -26,7 +26,8 @@ def quantity(value: float, unit: str, digits: int = 2) -> str:
 
 def flat_methods(chart: Chart) -> dict[str, list[Point]]:
     """Methods at an engine's defaults whose error does not fall however small the step: name -> points that came through."""
-    from mechlab.study.chart import FEWEST, is_flat
+    from mechlab.study.chart_advice import is_flat
+    from mechlab.study.chart_data import FEWEST
 
     out = {}
     for name in dict.fromkeys(p.method for p in chart.points if p.default and p.control == "step"):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from mechlab.study.chart_labels import INK, RED, SIZE, flat_methods, quantity, settled
 
 if TYPE_CHECKING:
-    from mechlab.study.chart import Chart
+    from mechlab.study.chart_data import Chart
 
 GOLD, BROWN = "#b8860b", "#7a5a00"
 

@@ -23,7 +23,7 @@ from mechlab.study.methods import PEER_METHODS, Method, Problem
 from mechlab.study.tables import number, table
 
 if TYPE_CHECKING:
-    from mechlab.study.chart import Point
+    from mechlab.study.chart_data import Point
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 """Errors to be met [m or rad]."""
@@ -190,7 +190,7 @@ class _Search:
 
     def point(self, m: Method, value: float, repeats: int = 1) -> Point:
         """One setting: median CPU time of `repeats` runs, and the error."""
-        from mechlab.study.chart import DIVERGED, NOT_RUN, OK, Point
+        from mechlab.study.chart_data import DIVERGED, NOT_RUN, OK, Point
 
         nan = math.nan
         lost = Point(m.name, value, m.control, nan, nan, nan, nan, nan, DIVERGED)

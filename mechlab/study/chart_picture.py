@@ -13,7 +13,7 @@ from mechlab.study.chart_labels import FAINT, INK, RED, SIZE, beside, flat_metho
 from mechlab.study.chart_marks import flat, published, recommended
 
 if TYPE_CHECKING:
-    from mechlab.study.chart import Chart, Point
+    from mechlab.study.chart_data import Chart, Point
 
 STYLES: dict[str, tuple[str, str]] = {
     "Euler": ("#d97706", "s"),

@@ -12,7 +12,6 @@ from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry
 from mechlab.study.design import Design
 from mechlab.study.generic_checks import generic_checks
-from mechlab.study.record import on_record
 from mechlab.study.tables import html_sheet, number, table
 
 HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
@@ -91,8 +90,8 @@ class CheckReport:
 
 
 def checks_of(entry: Entry) -> tuple[Check, ...]:
-    """The checks of an entry: its own, the generic ones, and the comparison with what is on record of it."""
-    return (*entry.checks, *generic_checks(entry), *on_record(entry))
+    """The checks of an entry: its own, and the generic ones."""
+    return (*entry.checks, *generic_checks(entry))
 
 
 def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:

@@ -5,7 +5,9 @@ import math
 import pytest
 
 from mechlab import api
-from mechlab.study.chart import Budget, Point, chart, is_flat, pareto, recommend
+from mechlab.study.chart import Budget, chart
+from mechlab.study.chart_advice import is_flat, recommend
+from mechlab.study.chart_data import Point, pareto
 from mechlab.study.methods import METHODS, method
 
 PROBLEMS = ("pendulum", "n_fourbar", "andrews", "bricard", "flyball", "slider_crank")

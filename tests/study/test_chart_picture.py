@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from mechlab.study.chart import Chart, Point, flat_defaults, recommend
+from mechlab.study.chart_advice import flat_defaults, recommend
+from mechlab.study.chart_data import Chart, Point
 from mechlab.study.chart_labels import flat_methods, headline, label, quantity, spread
 from mechlab.study.chart_picture import picture
 from mechlab.study.published import Published

@@ -106,9 +106,7 @@ class Clause(Region):
 
 
 @dataclass(frozen=True)
-class Both(Region):
-    """Points of both regions."""
-
+class _Pair(Region):
     first: Region
     second: Region
 
@@ -116,6 +114,11 @@ class Both(Region):
     def clauses(self) -> tuple[Clause, ...]:
         """Those of the two, without repeating one that stands in both."""
         return _merged(self.first, self.second)
+
+
+@dataclass(frozen=True)
+class Both(_Pair):
+    """Points of both regions."""
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:
         """The algebra's meet."""
@@ -127,16 +130,8 @@ class Both(Region):
 
 
 @dataclass(frozen=True)
-class Either(Region):
+class Either(_Pair):
     """Points of at least one of the regions."""
-
-    first: Region
-    second: Region
-
-    @property
-    def clauses(self) -> tuple[Clause, ...]:
-        """Those of the two, without repeating one that stands in both."""
-        return _merged(self.first, self.second)
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:
         """The algebra's join."""
