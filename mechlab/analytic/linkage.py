@@ -320,7 +320,7 @@ def _three(s: Step, m: Motion, given: Mapping[str, Scalar]) -> None:
     leg1, plate = found.theta_t, found.theta_u
     corner = rigid(g1, leg1, legs[0])
     m.bases |= dict(zip(s.makes[:4], (g1, g2, g3, corner), strict=True))
-    m.turns |= dict(zip(s.makes[:4], (leg1, *_closing(found), plate), strict=True))
+    m.turns |= dict(zip(s.makes[:4], (leg1, *found.links, plate), strict=True))
     for name, arm in zip(s.makes[4:], (0j, *platform), strict=True):
         m.points[name] = rigid(corner, plate, abs(arm), np.angle(arm))
 
@@ -332,13 +332,13 @@ def _four(s: Step, m: Motion, given: Mapping[str, Scalar]) -> None:
     near = [rigid(a, found.theta_t, abs(x), np.angle(x)) for x in first]
     far = [rigid(f, found.theta_u, abs(x), np.angle(x)) for x in second]
     m.bases |= dict(zip(s.makes[:4], (a, f, *near), strict=True))
-    m.turns |= dict(zip(s.makes[:4], (found.theta_t, found.theta_u, *_closing(found, -1.0)), strict=True))
+    m.turns |= dict(zip(s.makes[:4], (found.theta_t, found.theta_u, *map(_turned, found.links)), strict=True))
     m.points |= dict(zip(s.makes[4:], (*near, *far), strict=True))
 
 
-def _closing(found: GroupMotion, sense: float = 1.0) -> list[Scalar]:
-    """Turns of the closing links, seen along z (sense +1) or against it."""
-    return [Scalar(np.angle(sense * found.z[i]), found.links[i].v, found.links[i].a) for i in (0, 1)]
+def _turned(link: Scalar) -> Scalar:
+    """The turn of a link seen from its other end, in [-pi, pi]."""
+    return Scalar(link.x - np.copysign(np.pi, link.x), link.v, link.a)
 
 
 def _chosen(group: TwoLoops, s: Step, m: Motion) -> GroupMotion:

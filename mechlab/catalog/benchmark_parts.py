@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,8 +14,9 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Builder, Mechanism
-from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia
+from mechlab.study.mass_check import Particles, solid, spread_of
 
 THIN = 1e-3
 """Share of the moment along a slender bar in that across it; it has no part in a planar motion, but MuJoCo wants it > 0."""
@@ -31,6 +33,33 @@ def slender(mass: float, length: float) -> Inertia:
     """A uniform slender bar from the origin along +x: m L^2 / 12 across."""
     across = mass * length**2 / 12.0
     return Inertia(mass, (0.5 * length, 0.0, 0.0), (THIN * across, across, across, 0.0, 0.0, 0.0))
+
+
+def planar_particles(
+    mass: float, moment: float, centre: complex, velocity: complex, angle: float = 0.0, rate: float = 0.0
+) -> Particles:
+    """What `planar` stands for, in motion, as particles: centre of mass and its velocity in the plane as x + i y."""
+    return _flat(mass, (0.6 * moment, 0.6 * moment, moment), centre, velocity, angle, rate)
+
+
+def slender_particles(
+    mass: float, length: float, start: complex, velocity: complex, angle: float, rate: float
+) -> Particles:
+    """What `slender` stands for, in motion, as particles: its start and the velocity of that in the plane as x + i y."""
+    across, middle = mass * length**2 / 12.0, 0.5 * length * cmath.exp(1j * angle)
+    return _flat(mass, (THIN * across, across, across), start + middle, velocity + 1j * rate * middle, angle, rate)
+
+
+def _flat(
+    mass: float, moments: tuple[float, float, float], centre: complex, velocity: complex, angle: float, rate: float
+) -> Particles:
+    axes = axis_rotation((0.0, 0.0, 1.0), angle)
+    return solid(mass, in_plane(centre), spread_of(mass, moments), axes, in_plane(velocity), (0.0, 0.0, rate))
+
+
+def in_plane(z: complex) -> tuple[float, float, float]:
+    """x + i y in the world."""
+    return z.real, z.imag, 0.0
 
 
 def with_inertia(b: Builder, inertia: Inertia) -> None:

@@ -7,6 +7,7 @@ from the front (from -Y).
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Builder, Mechanism, Status, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
+from mechlab.study import mass_check
 from mechlab.study.own_equations import record_own
 from mechlab.study.witness import engine_answer
 
@@ -304,10 +306,49 @@ def _tried(crank: float, coupler: float, rocker: float, ground: float, middles: 
     return out
 
 
+def _check_sides(p: Parameters) -> Measured:
+    """The angle at C and what is missing where C does not exist, from the distance of B and D; also of a four-bar that rocks."""
+    said, expected, phi = list[Any](), list[Any](), np.linspace(-3.0, 3.0, 13)
+    for crank, coupler, rocker, ground in (p.lengths, (1.0, 0.8, 0.5, 1.1)):
+        found = closed_form.solve(crank, coupler, rocker, ground, phi, mode=p.mode)
+        far = np.abs(ground - crank * np.exp(1j * phi))
+        missing = np.maximum(np.maximum(far - coupler - rocker, abs(coupler - rocker) - far), 0.0)
+        cosine = (coupler**2 + rocker**2 - far**2) / (2.0 * coupler * rocker)
+        said += [np.where(found.assembles, found.transmission_angle, 0.0), found.gap]
+        expected += [np.where(missing > 0.0, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0))), missing]
+    # Where the bars stretch the cosine blurs the angle: sqrt(1e-16).
+    return Measured({"analytic": said}, 1e-7, expected, "transmission angle [rad], gap [m] at 13 crank angles")
+
+
+def _check_masses(p: Parameters) -> Measured:
+    m, gravity, pairs = build(p, "minimal"), (0.0, 0.0, -p.gravity), list[mass_check.Pair]()
+    start, limits = start_angle(p), closed_form.crank_limits(*p.lengths)
+    room = 1.0 if limits.full_turn or not limits.ranges else limits.ranges[0][1] - start
+    for phi, rate in ((start, 1.3), (start + 0.3 * room, -0.7)):
+        pose = closed_form.solve(*p.lengths, phi, rate, mode=p.mode).require()
+        psi, chi, turn, swing = (
+            float(x) for x in (pose.coupler_angle, pose.rocker_angle, pose.coupler_rate, pose.rocker_rate)
+        )
+        place = {"A": 0.0, "B": cmath.rect(p.crank, phi), "C": p.ground + cmath.rect(p.rocker, chi), "D": p.ground}
+        speed = {"A": 0.0, "B": 1j * rate * place["B"], "C": 1j * swing * (place["C"] - p.ground), "D": 0.0}
+        at, going = ({n: np.array([z.real, 0.0, z.imag]) for n, z in table.items()} for table in (place, speed))
+        particles = mass_check.NOTHING
+        for a, b, length in (("A", "B", p.crank), ("B", "C", p.coupler), ("D", "C", p.rocker)):
+            mass, radius = p.mass_per_length * length, 0.25 * _width(p, length)
+            particles += mass_check.rod(mass, at[a], at[b], going[a], going[b], radius)
+        values = {"crank_angle": phi, "coupler_joint": psi - phi, "rocker_angle": chi, "coupler_angle": psi}
+        rates = {"crank_angle": rate, "coupler_joint": turn - rate, "rocker_angle": swing, "coupler_angle": turn}
+        points = {"B": at["B"], "C": at["C"], "middle": (at["B"] + at["C"]) / 2.0}
+        pairs.append((m, mass_check.State(values, rates, particles, points, gravity, 1, is_reference=not pairs)))
+    return mass_check.compare(pairs)
+
+
 CHECKS = (
     Check("F1", "position, rate and acceleration from three witnesses", _check_pose, "closed form of the RRR dyad"),
     Check("F2", "free run against the equation of the one freedom", _check_energy, "Eksergian equation, DOP853"),
     Check("F3", "range of the crank", _check_limits, "by trying"),
+    Check("F4", "transmission angle and gap", _check_sides, "law of cosines"),
+    Check("F5", mass_check.TEXT, _check_masses, mass_check.SOURCE),
 )
 
 

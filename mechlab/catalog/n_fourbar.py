@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,12 +12,14 @@ import numpy as np
 from mechlab.analytic.benchmarks import ParallelogramChain
 from mechlab.catalog import benchmark_parts as parts
 from mechlab.catalog import palette
+from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Builder, Mechanism, revolute
 from mechlab.mechanism.geometry import Array
+from mechlab.study import mass_check
 from mechlab.study.own_equations import record_own
 
 SOURCE = "IFToMM benchmark library, A02"
@@ -95,6 +98,27 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     return record_own(m, scene, own.slope, start, states, method, tolerance)
 
 
+def _check_masses(p: Parameters) -> Measured:
+    """Rockers turn alike about their pivots; couplers go along without turning."""
+    m, pairs, gravity = build(p, "full"), [], (0.0, -p.gravity, 0.0)
+    for angle, rate in ((1.1, 1.3), (2.5, -0.7)):
+        tip = cmath.rect(p.rocker_length, angle)
+        values, rates, points = dict[str, float](), dict[str, float](), dict[str, tuple[float, float, float]]()
+        particles = mass_check.NOTHING
+        for k in range(p.N + 1):
+            at = k * p.coupler_length
+            values |= {f"rocker_{k}": angle, f"coupler_{k}": -angle}
+            rates |= {f"rocker_{k}": rate, f"coupler_{k}": -rate}
+            points[f"B{k}"] = parts.in_plane(at + tip)
+            particles += parts.slender_particles(p.rocker_mass, p.rocker_length, at, 0.0, angle, rate)
+            if k < p.N:
+                particles += parts.slender_particles(
+                    p.coupler_mass, p.coupler_length, at + tip, 1j * rate * tip, 0.0, 0.0
+                )
+        pairs.append((m, mass_check.State(values, rates, particles, points, gravity, 1)))
+    return mass_check.compare(pairs)
+
+
 PRINTED = {
     1.0: (-0.19502030195, -0.980799205662),
     5.0: (-0.811310461003, -0.584615545352),
@@ -112,7 +136,10 @@ ENTRY = Entry(
     scenes={"fall": SceneRecipe(_fall, "full", "falls from upright, pushed at B0")},
     default_scene="fall",
     # The engines need not pass the singular position for check B1: a tenth of 10 s ends before the second passage.
-    checks=parts.checks(build, Parameters, _fall, reference, CHANNELS, PRINTED, 1e-3),
+    checks=(
+        *parts.checks(build, Parameters, _fall, reference, CHANNELS, PRINTED, 1e-3),
+        Check("B3", mass_check.TEXT, _check_masses, mass_check.SOURCE),
+    ),
     reference=reference,
     channels=CHANNELS,
     chain="N x RRRR",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,6 +13,7 @@ from mechlab.analytic.benchmarks import SliderCrank
 from mechlab.analytic.benchmarks.planar import Jet
 from mechlab.catalog import benchmark_parts as parts
 from mechlab.catalog import palette
+from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -19,6 +21,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Builder, Mechanism, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array
+from mechlab.study import mass_check
 from mechlab.study.own_equations import record_own
 
 
@@ -41,18 +44,28 @@ def _own(p: Parameters) -> SliderCrank:
     return SliderCrank(p.crank, p.rod, p.crank_mass, p.rod_mass, p.slider_mass, p.gravity)
 
 
+def _width(p: Parameters) -> float:
+    """How wide the bars are drawn [m]."""
+    return 0.16 * p.crank + 0.03 * p.rod
+
+
+def _slider_moment(p: Parameters) -> float:
+    """Of the slider about its centre: it has no part in the motion [kg m2]."""
+    return p.slider_mass * _width(p) ** 2
+
+
 @lru_cache(maxsize=32)
 def build(p: Parameters, fidelity: str) -> Mechanism:
     """Crank, rod, slider; the loop is closed by the pin between rod and slider."""
     b = Builder("slider_crank", gravity=(0.0, -p.gravity, 0.0), summary="slider-crank, running freely")
-    width = 0.16 * p.crank + 0.03 * p.rod
+    width = _width(p)
     b.bar("crank", revolute("crank_angle", "z"), p.crank, width=width, color=palette.BLUE)
     parts.with_inertia(b, parts.slender(p.crank_mass, p.crank))
     b.bar("rod", revolute("rod_joint", "z"), p.rod, parent="crank", at=(p.crank, 0.0, 0.0), width=width,
           color=palette.ORANGE, layer=0.5 * width)  # fmt: skip
     parts.with_inertia(b, parts.slender(p.rod_mass, p.rod))
     looks = [shape("box", color=palette.TEAL, name="slider", x=2.0 * width, y=1.5 * width, z=0.8 * width)]
-    block = parts.planar(p.slider_mass, p.slider_mass * width**2)
+    block = parts.planar(p.slider_mass, _slider_moment(p))
     b.body("slider", prismatic("slider_position", "x"), inertia=block, shapes=looks)
     b.loop("pin", "rod", "slider", (p.rod, 0.0, 0.0))
     b.frame("B", "crank", (p.crank, 0.0, 0.0)).frame("C", "slider")
@@ -89,6 +102,23 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     return record_own(m, scene, own.slope, start, states, method, tolerance)
 
 
+def _check_masses(p: Parameters) -> Measured:
+    m, gravity, pairs = build(p, "full"), (0.0, -p.gravity, 0.0), list[mass_check.Pair]()
+    found = _own(p).states(np.array([[p.start_angle, p.start_rate], [-p.start_angle, -3.0]]))
+    for (phi, psi, x), (rate, turn, speed) in zip(*(a.tolist() for a in found), strict=True):
+        tip = cmath.rect(p.crank, phi)
+        particles = (
+            parts.slender_particles(p.crank_mass, p.crank, 0.0, 0.0, phi, rate)
+            + parts.slender_particles(p.rod_mass, p.rod, tip, 1j * rate * tip, psi, turn)
+            + parts.planar_particles(p.slider_mass, _slider_moment(p), x, speed)
+        )
+        values = {"crank_angle": phi, "rod_joint": psi - phi, "slider_position": x}
+        rates = {"crank_angle": rate, "rod_joint": turn - rate, "slider_position": speed}
+        points = {"B": parts.in_plane(tip), "C": parts.in_plane(x)}
+        pairs.append((m, mass_check.State(values, rates, particles, points, gravity, 1, is_reference=not pairs)))
+    return mass_check.compare(pairs)
+
+
 def _warnings(p: Parameters) -> tuple[str, ...]:
     _own(p).rod_angle(Jet(p.start_angle, 1.0))
     return () if p.rod > p.crank else ("the rod is not longer than the crank: the crank cannot turn all the way",)
@@ -107,7 +137,10 @@ ENTRY = Entry(
     scenes={"free-run": SceneRecipe(_run, "full", "the crank is let go at full speed")},
     default_scene="free-run",
     sliders=("crank", "rod"),
-    checks=parts.checks(build, Parameters, _run, reference, CHANNELS, PRINTED, 1e-4),
+    checks=(
+        *parts.checks(build, Parameters, _run, reference, CHANNELS, PRINTED, 1e-4),
+        Check("B3", mass_check.TEXT, _check_masses, mass_check.SOURCE),
+    ),
     reference=reference,
     channels=CHANNELS,
     warnings=_warnings,

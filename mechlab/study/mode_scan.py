@@ -1,10 +1,11 @@
-"""An independent count of the modes of a class III or IV group: a scan along one turn, the second solver of the checks."""
+"""The modes of a class III or IV group without its polynomial: counted by a scan along one turn, each one tried in its loops."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mechlab.analytic.assur import TwoLoops
+from mechlab.analytic.assur import Modes, TwoLoops
+from mechlab.experiment.check import Measured
 from mechlab.mechanism.geometry import Array
 
 
@@ -40,6 +41,25 @@ def scan_modes(group: TwoLoops, points: int = 2880) -> int:
         t = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(s)
         total += _changes(second(t, np.sign(np.sin(s))))
     return total
+
+
+def try_modes(group: TwoLoops, modes: Modes) -> Measured:
+    """Every mode over positions: length of the closing links over theirs, and det J over that of central differences of
+    (|z|^2 - l^2) / 2 by both turns."""
+    step = 1e-4
+    length, det = [], []
+    for k in range(int(np.max(modes.count))):
+        t, u, told = modes[k]
+        some = ~np.isnan(told)
+        length.append((np.abs(group.z(t, u)[0]) / group.l)[:, some])
+        by_t, by_u = (
+            (group.residual(t + a, u + b) - group.residual(t - a, u - b)) / (4.0 * step)
+            for a, b in ((step, 0.0), (0.0, step))
+        )
+        det.append((told / (by_t[0] * by_u[1] - by_u[0] * by_t[1]))[some])
+    ratios = np.concatenate([np.ravel(x) for x in (*length, *det)])
+    # Central differences of a sine are short by step^2 / 6 = 2e-9; where modes come near det J is a difference of its parts.
+    return Measured({"analytic": ratios}, 1e-6, np.ones(len(ratios)), f"{len(np.concatenate(det))} modes")
 
 
 def _changes(values: Array) -> int:

@@ -33,7 +33,8 @@ UPRIGHT = axis_rotation((1.0, 0.0, 0.0), math.pi / 2)
 
 @dataclass(frozen=True)
 class Style:
-    """Masses and looks. names: link -> name of its angle instead of LINK_angle; width [m] of the bars."""
+    """Masses and looks. names: link -> name of its angle instead of LINK_angle; width [m] of the bars. A link is made of
+    uniform round rods from its first pin to its others; a slider is a uniform box."""
 
     mass_per_length: float = 1.0
     slider_mass: float = 0.1
@@ -42,6 +43,16 @@ class Style:
     names: Mapping[str, str] = field(default_factory=dict)
     drive_stiffness: float = 200.0
     drive_damping: float = 2.0
+
+    @property
+    def radius(self) -> float:
+        """Of the rods [m]."""
+        return self.width / 4
+
+    @property
+    def block(self) -> tuple[float, float, float]:
+        """Edges of a slider: along its guide, along the axes of the turns, across [m]."""
+        return 2.4 * self.width, 1.2 * self.width, 1.4 * self.width
 
 
 def angle_name(link: str, style: Style) -> str:
@@ -75,7 +86,7 @@ class _Planar:
         lift = 1.2 * style.width * (number % 3)
         for tip in tips:
             end = (tip.real, 0.0, tip.imag)
-            inertia = inertia + Inertia.rod(style.mass_per_length * abs(tip), (0.0, 0.0, 0.0), end, style.width / 4)
+            inertia = inertia + Inertia.rod(style.mass_per_length * abs(tip), (0.0, 0.0, 0.0), end, style.radius)
             shapes += _bar(tip, style.width, lift, COLORS[number % len(COLORS)])
         self.builder.body(
             link, revolute(joint, AXIS), parent=parent, at=(at.real, 0.0, at.imag), inertia=inertia, shapes=shapes
@@ -91,12 +102,12 @@ class _Planar:
 
     def slider(self, name: str, body: str, parent: str, foot: complex, angle: float, value: float) -> None:
         """A block that slides on its parent through `foot` in the direction of `angle`, both in the parent's axes."""
-        w = self.style.width
+        x, y, z = self.style.block
         turned = Placement.of(axis_rotation((0.0, -1.0, 0.0), angle), (0.0, 0.0, 0.0))
-        block = shape("box", color=DARK, x=2.4 * w, y=1.2 * w, z=1.4 * w)
+        block = shape("box", color=DARK, x=x, y=y, z=z)
         self.builder.body(
             body, prismatic(f"{name}_slide", "x"), parent=parent, at=(foot.real, 0.0, foot.imag), turned=turned,
-            inertia=Inertia.box(self.style.slider_mass, 2.4 * w, 1.2 * w, 1.4 * w), shapes=[block],
+            inertia=Inertia.box(self.style.slider_mass, x, y, z), shapes=[block],
         )  # fmt: skip
         self.path[body] = (*self.path[parent], f"{name}_slide")
         self.turn[body] = self.turn[parent] + angle

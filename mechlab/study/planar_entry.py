@@ -20,7 +20,9 @@ from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Mechanism, Status
+from mechlab.study import mass_check
 from mechlab.study.planar_build import Style, coordinates, mechanism_of
+from mechlab.study.planar_mass import compare_planar
 from mechlab.study.witness import engine_answer
 
 START_OFFSET = 1e-3
@@ -189,7 +191,8 @@ class Planar:
     # -- checks --------------------------------------------------------------------------------------------------------
 
     def checks(self, letter: str) -> tuple[Check, ...]:
-        """Poses, rates and accelerations by three witnesses; a driven turn by MuJoCo against the closed form."""
+        """Poses, rates and accelerations by three witnesses; a driven turn by MuJoCo against the closed form; masses, momenta,
+        energy and power of moving states."""
         return (
             Check(
                 f"{letter}1",
@@ -204,7 +207,14 @@ class Planar:
                 "closed form, dyads",
                 slow=True,
             ),
+            Check(f"{letter}3", mass_check.TEXT, self._check_mass, mass_check.SOURCE),
         )
+
+    def _check_mass(self, p: Any) -> Measured:
+        start = self.start(p)
+        rates = {c: 1.3 - 0.4 * k for k, c in enumerate(self.cranks)}
+        positions = [{c: (start[c] + turn, rates[c], 0.0) for c in self.cranks} for turn in (0.0, 0.2)]
+        return compare_planar(self.build(p, "minimal"), self.linkage(p), positions, self.style(p))
 
     def _check_pose(self, p: Any) -> Measured:
         said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}

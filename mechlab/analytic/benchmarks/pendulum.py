@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.analytic.physical_pendulum import PhysicalPendulum
+
 Array = NDArray[np.float64]
 
 
@@ -22,15 +24,13 @@ class Pendulum:
         """Rate (2,) of y = (phi, phi')."""
         return np.array([y[1], -self.gravity / self.length * math.cos(y[0])])
 
-    def from_rest(self, start: float, t: Array) -> Array:
-        """(n,) phi at times t [s] after a release at rest at `start` [rad], by elliptic functions (exact to rounding).
+    def in_closed_form(self, start: float, rate: float, t: Array) -> Array:
+        """(n,) phi at times t [s] from `start` [rad] at `rate` [rad/s], by elliptic functions (exact to rounding).
 
-        With psi = phi + pi/2 from the lowest position: sin(psi/2) = k sn(K(k) + w t), k = sin(psi0/2), w^2 = g/L.
+        Raises NoSolution as `PhysicalPendulum.motion`, of which this is the angle and that of the lowest position.
         """
-        from scipy.special import ellipj, ellipk
-
-        psi = math.remainder(start + 0.5 * math.pi, 2.0 * math.pi)
-        turns = start + 0.5 * math.pi - psi
-        k = math.sin(0.5 * psi)
-        sn = ellipj(ellipk(k * k) + math.sqrt(self.gravity / self.length) * np.asarray(t), k * k)[0]
-        return np.asarray(2.0 * np.arcsin(k * sn) - 0.5 * math.pi + turns)
+        if self.gravity == 0.0:
+            return start + rate * np.asarray(t)
+        lowest = -math.copysign(0.5 * math.pi, self.gravity)
+        motion = PhysicalPendulum(math.sqrt(abs(self.gravity) / self.length), start - lowest, rate)
+        return motion.motion(t)[0] + lowest

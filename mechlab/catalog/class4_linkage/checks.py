@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import assur
-from mechlab.catalog.class4_linkage.build import build
+from mechlab.catalog.class4_linkage.build import build, style
 from mechlab.catalog.class4_linkage.checks_fourbar import FOURBAR_CHECKS
-from mechlab.catalog.class4_linkage.geometry import THETAS, arcs, at, family, solve_all
+from mechlab.catalog.class4_linkage.geometry import THETAS, arcs, at, family, motion_at, solve_all, start_angle
 from mechlab.catalog.class4_linkage.parameters import Class4Parameters
 from mechlab.catalog.class4_linkage.questions import ANSWERS, QUESTION
 from mechlab.catalog.class4_linkage.scenes import fold, free
@@ -18,7 +18,9 @@ from mechlab.catalog.class4_linkage.table import rows
 from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.energy import kinetic_energy
 from mechlab.experiment.settings import Settings
-from mechlab.study.mode_scan import scan_modes
+from mechlab.study import mass_check
+from mechlab.study.mode_scan import scan_modes, try_modes
+from mechlab.study.planar_mass import planar_state
 
 PRINTED = Class4Parameters()
 DEGREES = np.radians(np.arange(-180.0, 180.0))
@@ -147,6 +149,20 @@ def _torn(p: Class4Parameters) -> Measured:
     )
 
 
+def _each_mode(p: Class4Parameters) -> Measured:
+    angle = np.linspace(-3.0, 3.0, 9)
+    return try_modes(family(PRINTED)(angle), solve_all(PRINTED, angle).modes)
+
+
+def _masses(p: Class4Parameters) -> Measured:
+    m, pairs = build(p, "minimal"), []
+    for turn in (0.0, 0.3):
+        angle = start_angle(p) + turn
+        chain = motion_at(p, angle)[0]
+        pairs.append((m, planar_state(m, chain, chain.solve(crank=(angle, 1.3, 0.0)), style(p))))
+    return mass_check.compare(pairs)
+
+
 CHECKS = (
     Check("C1", "rows of the 72-position table", _table, "lab table of the source's mechanism"),
     Check("C1b", "closure at 72 positions and after a turn", _closure, "zero by definition"),
@@ -168,4 +184,6 @@ CHECKS = (
     ),
     *FOURBAR_CHECKS,
     Check("C11", "driven into the fold the run stops with the loop reported open", _torn, "no assembly exists there"),
+    Check("C12", mass_check.TEXT, _masses, mass_check.SOURCE),
+    Check("C13", "closing links and det J of every mode", _each_mode, "lengths, central differences"),
 )

@@ -80,7 +80,7 @@ def describe_mode(
     pivot = assur.fixed(*p.F)
     c, d = (assur.rigid(pin, found.theta_t, abs(x), np.angle(x)) for x in first)
     b, e = (assur.rigid(pivot, found.theta_u, abs(x), np.angle(x)) for x in second)
-    turn = [assur.Scalar(np.angle(-found.z[i]), found.links[i].v, found.links[i].a) for i in (0, 1)]
+    turn = [assur.Scalar(z.x + np.pi, z.v, z.a) for z in found.links]
     angles = {
         "theta2": _in_turn(found.theta_t), "theta3": _in_turn(turn[0]), "theta4": _in_turn(turn[1]), "theta5": _in_turn(found.theta_u),
     }  # fmt: skip

@@ -11,6 +11,7 @@ from mechlab.analytic.linkage import Linkage
 from mechlab.catalog.platform_3rrr.geometry import DRIVES, elbows, group, home, linkage, order
 from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.geometry import Array
 from mechlab.study.planar_build import Style, mechanism_of
 
 
@@ -20,9 +21,9 @@ def style(p: PlatformParameters) -> Style:
     return Style(p.mass_per_length, gravity=p.gravity, width=0.08 * p.leg, names=names)
 
 
-def home_linkage(p: PlatformParameters) -> Linkage:
-    """The chain in the compositor's mode that is the centre pose at home."""
-    pins = elbows(p, np.array(home(p)))
+def linkage_at(p: PlatformParameters, drives: Array) -> Linkage:
+    """The chain in the compositor's mode that is the nearest to the centre pose at these drive angles (3,)."""
+    pins = elbows(p, drives)
     modes = assur.all_modes(group(p, pins))
     k = int(order(p, pins, modes)[0])
     sign = 1 if modes.det[k] > 0 else -1
@@ -33,4 +34,6 @@ def home_linkage(p: PlatformParameters) -> Linkage:
 def build(p: PlatformParameters, fidelity: str) -> Mechanism:
     """Seven parts, two loops, three freedoms; the centre pose is the reference."""
     inputs = {f"arm_{k + 1}": a for k, a in enumerate(home(p))}
-    return mechanism_of(home_linkage(p), inputs, style(p), "planar parallel platform 3-RRR (class III)")
+    return mechanism_of(
+        linkage_at(p, np.array(home(p))), inputs, style(p), "planar parallel platform 3-RRR (class III)"
+    )

@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import assur
-from mechlab.catalog.platform_3rrr.build import build
-from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, elbows, group, home
+from mechlab.analytic.linkage import Linkage, Motion
+from mechlab.catalog.platform_3rrr.build import build, linkage_at, style
+from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, elbows, group, home, inverse
 from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
 from mechlab.catalog.platform_3rrr.scenes import driven, reference
 from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.settings import Settings
-from mechlab.study.mode_scan import scan_modes
+from mechlab.study import mass_check
+from mechlab.study.mode_scan import scan_modes, try_modes
+from mechlab.study.planar_mass import planar_state
 
 
 def _samples(p: PlatformParameters, count: int) -> np.ndarray:
@@ -48,6 +51,35 @@ def _round_trip(p: PlatformParameters) -> Measured:
     return Measured({"inverse of forward": got}, 1e-9, wanted, "drives to pose (class III) and back (dyads)")
 
 
+def _chains(p: PlatformParameters) -> Measured:
+    """Each chain as a dyad between its base pivot and the corner of the platform, against the motion of class III."""
+    k = p.elbow or 1
+    wanted, got = [], []
+    for drives in _samples(p, 2):
+        motion = _moved(p, drives)[1]
+        for i, d in enumerate(inverse(p, motion.points["centre"], motion.turns["platform"], (k, k, k))):
+            arm, leg, pin = motion.turns[f"arm_{i + 1}"], motion.turns[f"leg_{i + 1}"], motion.points[f"B{i + 1}"]
+            crank, back = d.angles
+            sine = np.sin(leg.x + np.pi - arm.x)
+            wanted.append([np.cos(arm.x), np.sin(arm.x), arm.v, arm.a, -np.cos(leg.x), -np.sin(leg.x), leg.v, leg.a,
+                           *pin.xy().ravel(), sine, sine**2, 0.0])  # fmt: skip
+            got.append([np.cos(crank.x), np.sin(crank.x), crank.v, crank.a, np.cos(back.x), np.sin(back.x), back.v, back.a,
+                        *d.joint.xy().ravel(), d.quality, d.discriminant, d.gap])  # fmt: skip
+    # As of the round trip.
+    return Measured({"dyads": got}, 1e-9, wanted, "turns, elbows and transmission of the three chains")
+
+
+def _each_mode(p: PlatformParameters) -> Measured:
+    g = group(p, elbows(p, _samples(p, 4).T))
+    return try_modes(g, assur.all_modes(g))
+
+
+def _moved(p: PlatformParameters, drives: np.ndarray) -> tuple[Linkage, Motion]:
+    """The chain in its mode at drive angles (3,), and its motion at three different speeds."""
+    chain = linkage_at(p, drives)
+    return chain, chain.solve(**{f"arm_{k + 1}": (float(x), 0.9 - 0.5 * k, 0.3) for k, x in enumerate(drives)})
+
+
 def _count(p: PlatformParameters) -> Measured:
     drives = np.array(home(p)) + np.random.default_rng(6).uniform(-np.pi, np.pi, (100, 3))
     g = group(p, elbows(p, drives.T)).flat()
@@ -71,9 +103,19 @@ def _run(p: PlatformParameters) -> Measured:
     return Measured({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, [truth.channel(n)[-1] for n in names])
 
 
+def _masses(p: PlatformParameters) -> Measured:
+    m, pairs = build(p, "minimal"), []
+    for drives in _samples(p, 2):
+        pairs.append((m, planar_state(m, *_moved(p, drives), style(p))))
+    return mass_check.compare(pairs)
+
+
 CHECKS = (
     Check("R1", "poses, rates, accelerations from three witnesses", _poses, "closed form of class III"),
     Check("R2", "drives to pose and back", _round_trip, "class III against dyads"),
     Check("R3", "the polynomial finds no fewer modes than a scan of 720 points", _count, "scan along one chain"),
     Check("R4", "a driven run of MuJoCo against the closed form", _run, "closed form of class III", slow=True),
+    Check("R5", mass_check.TEXT, _masses, mass_check.SOURCE),
+    Check("R6", "chains as dyads against the motion of class III", _chains, "closed form of the RRR dyad"),
+    Check("R7", "closing legs and det J of every mode", _each_mode, "lengths, central differences"),
 )
