@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 import time
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -22,6 +25,7 @@ from mechlab.simulate.model import MujocoMap, to_mujoco
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.stepping import RATE_LIMIT
 
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 _BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
 
@@ -44,63 +48,113 @@ def step_through(
     return qpos, qvel, spent, ""
 
 
-def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
-    """A scene at `outputs` + 1 even times; the timestep of the settings must divide their distance.
+class Steps:
+    """A timed run of a scene that goes on from where it stands; the timestep must divide `between`, the distance of outputs
+    [s].
 
-    Laws are evaluated at every stage, inside the timed steps. Raises MechlabError for bad input.
+    Laws are evaluated at every stage, inside the timed steps. Under constant loads alone, runs of a thread share one MjData
+    for a mechanism and its settings, and each keeps its state. Raises MechlabError for bad input.
     """
-    each = max(1, round(scene.duration / outputs / settings.timestep))
-    model, data, map_ = _started(mechanism, scene, settings)
-    model.opt.timestep = scene.duration / outputs / each
-    with _driven(mechanism, scene, model, data, map_, sampling=False):
-        qpos, qvel, spent, reason = step_through(model, data, outputs, each)
-    done = (len(qpos) - 1) * each
-    return Trace(map_.coordinates(qpos), map_.rates(qvel), spent, done, reason)
+
+    def __init__(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> None:
+        self.mechanism, self.scene = mechanism, scene
+        self.each = max(1, round(between / settings.timestep))
+        self.timestep = between / self.each
+        if _constant(scene):
+            self.model, self.data, self.map = _kept(mechanism, settings, threading.get_ident())
+            mujoco.mj_resetData(self.model, self.data)
+        else:
+            self.model, self.data, self.map = _passive(mechanism, settings)
+        # nobody reads them, and a chart is to tell what stepping costs
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        _start(mechanism, scene, self.data, self.map)
+        self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
+        self._state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, self.data, self._state, _STATE)
+
+    def advance(self, outputs: int) -> Trace:
+        """The states as they stand and after each of `outputs` distances more."""
+        model, data = self.model, self.data
+        model.opt.timestep = self.timestep
+        mujoco.mj_setState(model, data, self._state, _STATE)
+        with self._laws():
+            qpos, qvel, spent, reason = step_through(model, data, outputs, self.each)
+        mujoco.mj_getState(model, data, self._state, _STATE)
+        done = (len(qpos) - 1) * self.each
+        return Trace(self.map.coordinates(qpos), self.map.rates(qvel), spent, done, reason)
 
 
-def _started(mechanism: Mechanism, scene: Scene, settings: Settings) -> tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]:
-    """A model at the start of a scene, without actuators and without the automatic reset."""
-    q, v = initial_state(mechanism, scene)
+def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
+    """A scene at `outputs` + 1 even times; see `Steps`."""
+    return Steps(mechanism, scene, settings, scene.duration / outputs).advance(outputs)
+
+
+_Engine = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
+
+
+def _passive(mechanism: Mechanism, settings: Settings) -> _Engine:
+    """A model without actuators and without the automatic reset."""
     model, data = to_mujoco(mechanism, settings)
     passive(model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    map_ = MujocoMap(mechanism, model)
+    return model, data, MujocoMap(mechanism, model)
+
+
+@lru_cache(maxsize=16)
+def _kept(mechanism: Mechanism, settings: Settings, thread: int) -> _Engine:
+    """`_passive`, made once for a thread."""
+    return _passive(mechanism, settings)
+
+
+def _start(mechanism: Mechanism, scene: Scene, data: mujoco.MjData, map_: MujocoMap) -> None:
+    """Puts the start of a scene into the data."""
+    q, v = initial_state(mechanism, scene)
     data.qpos[:] = map_.engine_coordinates(q)
     data.qvel[:] = map_.engine_rates(data.qpos, v)
     data.qacc_warmstart[:] = 0.0
-    return model, data, map_
+
+
+def _constant(scene: Scene) -> bool:
+    return all(law.kind == "constant" for law in scene.laws)
 
 
 def _driven(
     mechanism: Mechanism, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, sampling: bool
-) -> AbstractContextManager[None]:
-    """The engine under the laws of a scene; constant ones are put into it once, without a call back at every stage."""
-    if all(law.kind == "constant" for law in scene.laws):
+) -> Callable[[], AbstractContextManager[None]]:
+    """What makes the engine run under the laws of a scene; constant ones are put into it once, without a call back at every
+    stage."""
+    if _constant(scene):
         for law in scene.laws:
             data.qfrc_applied[map_.dof] += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
-        return engine()
+        return engine
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     driver.sampling = sampling
-    return controlled(data, driver)
+    return lambda: controlled(data, driver)
 
 
 def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
     """A scene of a tree of one-coordinate joints at `outputs` + 1 even times: MuJoCo's equations of motion (mj_forward, exact
     without constraints) under LSODA, to the tolerance of the settings."""
-    model, data, map_ = _started(mechanism, scene, settings)
+    model, data, map_ = _passive(mechanism, settings)
+    _start(mechanism, scene, data, map_)
     n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
-    qpos, qvel, qacc, forward = data.qpos, data.qvel, data.qacc, mujoco.mj_forward
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    qpos, qvel, qacc, forward = data.qpos, data.qvel, data.qacc, mujoco.mj_forwardSkip
+    every, no_sensors, timed = mujoco.mjtStage.mjSTAGE_NONE, True, bool(scene.laws)
     slope = np.empty(2 * n)
+    rates, accelerations = slope[:n], slope[n:]
 
     def f(t: float, y: Array) -> Array:
-        data.time = t
-        qpos[:], qvel[:] = y[:n], y[n:]
-        forward(model, data)
-        slope[:n], slope[n:] = y[n:], qacc
+        if timed:
+            data.time = t
+        qpos[:] = y[:n]
+        qvel[:] = rates[:] = y[n:]
+        forward(model, data, every, no_sensors)
+        accelerations[:] = qacc
         return slope
 
     # LSODA goes back and forth in time: nothing may be summed up over its evaluations
-    with _driven(mechanism, scene, model, data, map_, sampling=True):
+    with _driven(mechanism, scene, model, data, map_, sampling=True)():
         began = time.thread_time()
         found = integrate_lsoda(f, np.concatenate([qpos, qvel]), times, settings.tolerance)
         spent = time.thread_time() - began

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -75,6 +75,38 @@ class Method:
     def run(self, problem: Problem, value: float) -> Trace:
         """The problem at a step [s] that divides the output distance, or at a tolerance."""
         return _RUN[self.engine](self, problem, value)
+
+    def stepper(self, problem: Problem, value: float) -> Stepper:
+        """The problem at a step [s] or tolerance, to be run as far as is worth it: ready to start."""
+        if self.engine == "mujoco" and self.control == "step" and self.constraints != "extrapolated":
+            from mechlab.simulate.trace import Steps
+
+            between = problem.scene.duration / problem.outputs
+            return Steps(problem.mechanism, problem.scene, self.settings(value), between)
+        return _Again(self, problem, value)
+
+
+class Stepper(Protocol):
+    """A run that goes on from where it stands."""
+
+    def advance(self, outputs: int) -> Trace:
+        """The states as they stand and after each of `outputs` output distances more."""
+        ...
+
+
+class _Again:
+    """A method that cannot go on: it runs from the start every time, and that is what it costs."""
+
+    def __init__(self, method: Method, problem: Problem, value: float) -> None:
+        self.method, self.problem, self.value, self.done = method, problem, value, 0
+
+    def advance(self, outputs: int) -> Trace:
+        """See `Stepper`."""
+        before, self.done = self.done, self.done + outputs
+        p = self.problem
+        scene = replace(p.scene, duration=p.scene.duration / p.outputs * self.done)
+        whole = self.method.run(Problem(p.design, scene, self.done), self.value)
+        return replace(whole, q=whole.q[before:], v=whole.v[before:])
 
 
 def _orders(integrator: str) -> int:

@@ -21,7 +21,11 @@ from mechlab.study.error_control.batch import BatchTree
 from mechlab.study.error_control.clock import Clock, nodes
 from mechlab.study.error_control.conservative import Energies, OneJoint, why_not
 from mechlab.study.error_control.energy_method import EnergyMotion
+from mechlab.study.error_control.ladder import Ladder
+from mechlab.study.error_control.measure import Measure
+from mechlab.study.error_control.rates import fastest_rate
 from mechlab.study.error_control.rows import BatchRows
+from mechlab.study.error_control.rules import LADDERS
 from mechlab.study.error_control.swing import Beat
 from mechlab.study.methods import Problem, method
 
@@ -106,7 +110,8 @@ def test_larger_ones_meet_1e_5(name: str, changes: dict) -> None:
 @pytest.mark.parametrize("name", ["pendulum", "n_fourbar", "andrews", "slider_crank"])
 def test_the_energy_reaches_1e_9(name: str) -> None:
     result, error = solved(name, 1e-9)
-    assert result.reached and error <= 1e-9 and result.method == "energy quadrature"
+    by = "elliptic functions" if name == "pendulum" else "energy quadrature"
+    assert result.reached and error <= 1e-9 and result.method == by
 
 
 def test_what_cannot_be_reached_is_said(capsys: pytest.CaptureFixture[str]) -> None:
@@ -122,6 +127,84 @@ def test_an_unstable_start_is_no_good_answer(target: float, duration: float) -> 
     """A hundred-millionth from upright, at rest: what it does after is decided below the digits that were given."""
     result, error = solved("pendulum", target, start_angle=np.pi / 2 + 1e-8, duration=duration)
     assert error <= target or not result.reached
+
+
+@pytest.mark.parametrize("start_rate", [0.0, 3.0, -9.0])
+@pytest.mark.parametrize("gravity", [9.81, -4.0])
+def test_a_hinge_by_elliptic_functions_is_as_by_its_energy(gravity: float, start_rate: float) -> None:
+    """Both to rounding of some swings; accelerations against phi'' = -(g / L) cos phi, too."""
+    lived = api.load("pendulum", start_angle=0.3, start_rate=start_rate, gravity=gravity, duration=4.0).for_scene(None)
+    m, scene = lived.mechanism(), lived.scene()
+    result = solve_to(lived, scene, 1e-9)
+    assert result.method == "elliptic functions" and result.motion is not None
+    tree = BatchTree(m)
+    other = EnergyMotion(m, scene, *initial_state(m, scene), tree, BatchRows(tree))
+    for n in (48, 96):
+        other.refine(n)
+    t = np.linspace(0.0, scene.duration, 37)
+    mine, theirs = result.motion.states(t, accelerations=True), other.states(t, accelerations=True)
+    assert mine.a is not None and theirs.a is not None
+    assert mine.q == pytest.approx(theirs.q, abs=1e-9) and mine.v == pytest.approx(theirs.v, abs=1e-9)
+    # the quadrature differentiates its polynomials once more for them
+    assert mine.a == pytest.approx(theirs.a, abs=3e-6)
+    assert mine.a == pytest.approx(
+        -gravity * np.cos(mine.q + 0.3), abs=1e-10
+    )  # its bob has 1e-12 of inertia of its own
+
+
+def test_a_hinge_with_a_spring_goes_by_its_energy() -> None:
+    b = Builder("sprung", gravity=(0.0, 0.0, -9.81))
+    b.body("arm", revolute("j", "y", stiffness=2.0), inertia=Inertia.rod(1.0, (0, 0, 0), (1.0, 0.0, 0.0), 0.01))
+    b.frame("tip", "arm", (1.0, 0.0, 0.0))
+    lived = design(entry_of(b.build()), {})
+    result = solve_to(lived, Scene("s", "full", 2.0), 1e-6)
+    assert result.reached and result.method == "energy quadrature"
+
+
+def test_the_check_goes_on_from_where_it_stands() -> None:
+    """A run in parts, another one of the same model between them, gives the same bits."""
+    lived = api.load("andrews", duration=0.02).for_scene(None)
+    problem = Problem(lived, lived.scene(), 20)
+    way = method("MuJoCo RK4, hard")
+    whole = way.stepper(problem, 5e-4).advance(6)
+    one, other = way.stepper(problem, 5e-4), way.stepper(problem, 5e-4)
+    parts = [one.advance(2)]
+    assert np.array_equal(other.advance(3).q, whole.q[:4])
+    parts.append(one.advance(4))
+    assert np.array_equal(parts[1].q[0], parts[0].q[-1])
+    assert np.array_equal(np.concatenate([parts[0].q, parts[1].q[1:]]), whole.q)
+    again = method("Pinocchio RK4, soft stabilisation").stepper(problem, 5e-4)
+    twice = [again.advance(2).q, again.advance(2).q]
+    assert np.array_equal(twice[0][-1], twice[1][0]) and len(twice[1]) == 3
+
+
+def test_dearer_equations_under_the_same_integrator_are_not_tried() -> None:
+    """LSODA takes as many evaluations on Pinocchio's tree, and each is dearer: with MuJoCo's run known, it is left out."""
+    lived = api.load("flyball", duration=0.4).for_scene(None)
+    problem = Problem(lived, lived.scene(), 40)
+    rules = {r.name: r for r in LADDERS}
+    measure = Measure(problem, None)
+    near, dear = (Ladder(rules[f"LSODA on {x}'s tree"], problem, measure, 0.0, 1e-6) for x in ("MuJoCo", "Pinocchio"))
+    assert dear.cost_beside([near, dear]) == dear.next_cost
+    near.climb(5.0)
+    near.first_cpu = near.cpu = 1.0
+    assert near.cost_beside([near, dear]) == near.next_cost == pytest.approx(1.6)
+    assert dear.cost_beside([near, dear]) == pytest.approx(dear.rule.cost / near.rule.cost)
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(400.0, 0.0), (400.0, 4.0), (100.0, 60.0)])
+def test_the_fastest_rate_is_that_of_the_oscillator(stiffness: float, damping: float) -> None:
+    """m s^2 + c s + k = 0 with m = 2 kg: the joint's own spring, and the same between two points."""
+    slow = np.roots([2.0, damping, stiffness])
+    for own in (True, False):
+        b = Builder("oscillator", gravity=(0.0, 0.0, 0.0))
+        kept = {"stiffness": stiffness, "damping": damping} if own else {}
+        b.body("mass", prismatic("slide", "x", **kept), inertia=Inertia.box(2.0, 0.1, 0.1, 0.1))
+        if not own:
+            ends = ((-1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            b.spring(Spring("s", "ground", "mass", *ends, stiffness=stiffness, damping=damping, rest_length=1.0))
+        found = fastest_rate(b.build(), Scene("s", "full", 1.0))
+        assert found == pytest.approx(max(abs(slow)), rel=1e-12)
 
 
 def test_the_beat_is_the_integral_and_its_inverse() -> None:

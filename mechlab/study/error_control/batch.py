@@ -82,7 +82,7 @@ class BatchTree:
         )
         self.frames = self.points([(f.body, f.placement.translation) for f in m.frames])
         self.gravity = np.array(m.gravity)
-        self._shape = self.shape(*self.frames)[..., :3] if n == 1 else np.zeros((3, 0, 3))
+        self._shape = self.shape(*self.frames)[..., :3].reshape(3, -1) if n == 1 else np.zeros((3, 0))
 
     def points(self, items: list[tuple[str, Array]]) -> tuple[Array, Array]:
         """Points of bodies as (their links (k,), their places in the links (k, 1, 4, 1), homogeneous)."""
@@ -139,13 +139,14 @@ class BatchTree:
     def _swept(self, q: ArrayLike) -> Array:
         """`frame_positions` of a tree of one joint, in closed form."""
         x = np.asarray(q, dtype=float)[:, 0]
-        first, second, third = self._shape
-        if not self.revolute[0]:
-            return np.asarray(first + np.multiply.outer(x, second))
-        swept = np.multiply.outer(np.sin(x), second)
-        swept -= np.multiply.outer(np.cos(x), third)
-        swept += first + third
-        return swept
+        waves = np.empty((len(x), 3))
+        waves[:, 0] = 1.0
+        if self.revolute[0]:
+            np.sin(x, out=waves[:, 1])
+            np.subtract(1.0, np.cos(x), out=waves[:, 2])
+        else:
+            waves[:, 1], waves[:, 2] = x, 0.0
+        return (waves @ self._shape).reshape(len(x), -1, 3)
 
     def screws(self, poses: Poses) -> tuple[Array, Array]:
         """(n, P, 3) velocity of the point at the world's origin and (n, P, 3) angular velocity, of each joint at rate 1."""

@@ -7,46 +7,33 @@ import math
 import numpy as np
 
 from mechlab.errors import NoSolution
-from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.batch import BatchTree
 from mechlab.study.error_control.branch import CLOSED, NEARLY
-from mechlab.study.error_control.check_method import check
-from mechlab.study.error_control.conservative import potential
-from mechlab.study.error_control.energy_method import EnergyMotion, States
-from mechlab.study.error_control.measure import Measure, most
-from mechlab.study.error_control.meter import Meter
+from mechlab.study.error_control.conservative import Potential
+from mechlab.study.error_control.energy_method import EnergyMotion, Placed
+from mechlab.study.error_control.judged import Asked, Found, judged
+from mechlab.study.error_control.measure import Measure, compared
 from mechlab.study.error_control.result import Result
 from mechlab.study.error_control.rows import BatchRows
 from mechlab.study.error_control.rules import RULES
-from mechlab.study.error_control.verdict import LOW, verdict
-from mechlab.study.methods import Problem
+from mechlab.study.error_control.verdict import LOW
 
 ENERGY = "energy quadrature"
 CLOSING = 3e-4
 """Last correction of a pose, in errors asked for: tangents are off by so much, which the whole motion adds up."""
 
 
-def by_energy(
-    problem: Problem,
-    measure: Measure,
-    max_error: float,
-    tree: BatchTree,
-    rows: BatchRows,
-    q0: Array,
-    v0: Array,
-    meter: Meter,
-) -> Result:
-    """The scene along the branch of poses through q0, v0. Raises NoSolution where the energy does not tell the motion."""
-    with meter.building():
-        t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
-        energies = potential(tree, problem.scene)
+def by_energy(asked: Asked, tree: BatchTree, rows: BatchRows, energies: Potential) -> Result:
+    """The scene along the branch of poses through its start; energies: as of `potential`. Raises NoSolution where the energy
+    does not tell the motion."""
+    problem, measure, max_error, t = asked.problem, asked.measure, asked.max_error, asked.t
     closed = min(max(CLOSING * max_error, CLOSED), NEARLY)
-    motion = EnergyMotion(problem.mechanism, problem.scene, q0, v0, tree, rows, closed, energies)
+    motion = EnergyMotion(problem.mechanism, problem.scene, asked.q0, asked.v0, tree, rows, closed, energies)
     n, last = RULES.nodes
     n *= 1 if max_error > LOW else 2
     estimate, states, tracked = math.inf, None, None
-    while n < last and meter.spent < RULES.cpu_limit:
+    while n < last and asked.meter.spent < RULES.cpu_limit:
         n *= 2
         motion.refine(n)
         try:
@@ -55,7 +42,7 @@ def by_energy(
         except NoSolution:
             tracked = None
             continue
-        tracked, change = _compared(measure, t, states, away)
+        tracked, change = compared(measure, t, states, away)
         before, estimate = estimate, change
         if RULES.safety * estimate <= max_error or (estimate <= 1e-9 and estimate > 0.3 * before):
             break
@@ -65,8 +52,6 @@ def by_energy(
     told = max_error < LOW or motion.orbit.kind == "run"
     rounding = _rounding(motion, measure, t, states) if told else 0.0
     total = estimate + rounding
-    size = float(np.abs(tracked).max(initial=1.0))
-    checked = check(problem, measure, tracked, "one_freedom", 0.0, meter, max_error < LOW)
     orbit = {"swing": "swings between two turning points", "turn": "turns on and on", "run": "runs along"}[
         motion.orbit.kind
     ]
@@ -74,27 +59,11 @@ def by_energy(
         f"{ENERGY} along {motion.branch.name} with {motion.resolution}, because the mechanism "
         f"has one freedom and its forces depend on the position alone, so that its energy gives the motion without steps; it {orbit}"
     )
-    ok, sentence = verdict(total, max_error, measure.unit, chosen, checked, size, f"of which rounding {rounding:.1g}")
-    settings = Settings(
-        engine="one_freedom", integrator="energy", timestep=problem.scene.duration / problem.outputs,
-        tolerance=max(total, 1e-16), preset="max_error",
-    )  # fmt: skip
-    return Result(
-        t, states.q, states.v, total, max_error, measure.unit, ENERGY, float(n), "nodes", meter.spent, motion.evaluations,
-        ok, sentence, settings, checked, motion,
-    )  # fmt: skip
+    found = Found(motion, states, tracked, total, rounding, chosen, ENERGY, float(n), "nodes", motion.evaluations)
+    return judged(asked, found)
 
 
-def _compared(measure: Measure, t: Array, states: States, *away: Array) -> tuple[Array, float]:
-    """The tracked quantities of states, and their largest change when the poses move by `away`."""
-    count = len(t)
-    q = np.concatenate([states.q, *(states.q + x for x in away)])
-    every = measure(np.concatenate([t] * (1 + len(away))), q, np.concatenate([states.v] * (1 + len(away))))
-    tracked = every[:count]
-    return tracked, max(most(every[k * count : (k + 1) * count] - tracked) for k in range(1, 1 + len(away)))
-
-
-def _rounding(motion: EnergyMotion, measure: Measure, t: Array, states: States) -> float:
+def _rounding(motion: EnergyMotion, measure: Measure, t: Array, states: Placed) -> float:
     """What a change of the energy by a few units in the last place does to the motion."""
     assert motion.samples is not None
     scale = float(np.max(np.abs(motion.samples.height)))
@@ -105,4 +74,4 @@ def _rounding(motion: EnergyMotion, measure: Measure, t: Array, states: States) 
             away.append(motion.moved(states, t, shift=s))
         except NoSolution:
             continue
-    return _compared(measure, t, states, *away)[1] if away else math.inf
+    return compared(measure, t, states, *away)[1] if away else math.inf

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism.geometry import Array
-from mechlab.study.error_control.check_method import Checked, check
+from mechlab.study.error_control.check_method import Checked, Checker
 from mechlab.study.error_control.ladder import Ladder
 from mechlab.study.error_control.measure import Measure, most
 from mechlab.study.error_control.meter import Meter
@@ -32,7 +32,7 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
         raise MechlabError(f"{problem.design.name}: no engine is installed that can control the error of this scene.")
     winner: Ladder | None = None
     while winner is None:
-        x = min(ladders, key=lambda one: one.next_cost)
+        x = min(ladders, key=lambda one: one.cost_beside(ladders))
         left = RULES.cpu_limit - meter.spent
         if math.isinf(x.next_cost) or x.next_cost > left:
             break
@@ -57,7 +57,9 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
     tracked = measure(t, q, v)
     checked = _against(best, [x for x in ran if x is not best], t, problem)
     if checked is None:
-        checked = check(problem, measure, tracked, best.rule.engine, fastest, meter)
+        with meter.building():
+            checker = Checker(problem, best.rule.engine, fastest)
+        checked = checker.check(measure, tracked, meter)
     sharp = f"{'step' if best.rule.control == 'step' else 'tolerance'} {best.values[-1]:.3g}"
     stiff = f", whose fastest rate is {fastest:.3g} 1/s" if fastest * t[1] > 1.0 else ""
     chosen = (

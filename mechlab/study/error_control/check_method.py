@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.measure import Measure, most
 from mechlab.study.error_control.meter import Meter
 from mechlab.study.error_control.rules import LADDERS, RULES, LadderRule
-from mechlab.study.methods import METHODS, Method, Problem, is_rough
+from mechlab.study.methods import METHODS, Method, Problem, Stepper, is_rough
 
 CHECKING = ("mujoco", "pinocchio")
+_FAILURES = (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 FIRST_INTERVAL = 20.0
 """What an adaptive method spends on the first output interval, in later ones: the start of a stiff motion is rough."""
 
@@ -35,26 +36,44 @@ class Checked:
         return self.difference > RULES.contradiction * (self.own + estimate) + 1e-11 * size
 
 
-def check(
-    problem: Problem, measure: Measure, tracked: Array, used: str, fastest: float, meter: Meter, sharp: bool = True
-) -> Checked | None:
-    """Runs the cheapest ladder of another engine over the first output times, at two sharpnesses; None where none can: no
-    engine that may check follows dry friction.
+class Checker:
+    """Another engine than `used`, ready to follow a motion over its first output times, at two sharpnesses: the cheapest that
+    can. None can where there is dry friction.
 
-    tracked (n, names): the accepted motion at all output times; used: engine of the accepted method; sharp: False where half
-    of the steps will do for a tree, which has no softness that goes with them.
+    fastest: rate of the mechanism [1/s]; sharp: False where a quarter of the steps may do for a tree, which has no softness
+    that goes with them. Making one builds models.
     """
-    if is_rough(problem.mechanism):
+
+    def __init__(self, problem: Problem, used: str, fastest: float, sharp: bool = True) -> None:
+        self.problem = problem
+        rough = is_rough(problem.mechanism)
+        self.ways = [] if rough else sorted(_ways(problem, used, fastest, sharp), key=lambda x: x.cost)
+        self.pair: list[Stepper] = []
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Drops the ways that cannot run the problem, and gets the first that can ready."""
+        while self.ways:
+            way = self.ways[0]
+            if not way.method.available(self.problem):
+                try:
+                    self.pair = [way.method.stepper(self.problem, x) for x in way.values]
+                except _FAILURES:
+                    pass
+                else:
+                    return
+            del self.ways[0]
+
+    def check(self, measure: Measure, tracked: Array, meter: Meter) -> Checked | None:
+        """What it says of tracked (n, names), the accepted motion at all output times; None where nothing could follow it."""
+        while self.ways:
+            found = _compare(self.problem, measure, tracked, self.ways[0], self.pair, meter)
+            if found is not None:
+                return found
+            with meter.building():
+                del self.ways[0]
+                self._prepare()
         return None
-    found = None
-    for way in sorted(_ways(problem, used, fastest, sharp), key=lambda x: x.cost):
-        with meter.building():
-            why = way.method.available(problem)
-        if not why:
-            found = _compare(problem, measure, tracked, way, meter)
-        if found is not None:
-            return found
-    return None
 
 
 @dataclass(frozen=True)
@@ -78,9 +97,9 @@ def _ways(problem: Problem, used: str, fastest: float, sharp: bool) -> Iterator[
         if rule.control == "tolerance":
             yield _Way(method, RULES.check_tolerances, FIRST_INTERVAL * rule.cost)
             continue
-        half = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
+        fewer = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
-        for each in sorted({max(x, least) for x in ((few // 2, few) if half else (few,))}):
+        for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):
             if each > most_steps:
                 continue
             yield _Way(method, (between / each, 0.5 * between / each), 3.0 * each * rule.cost)
@@ -95,40 +114,38 @@ def _registered(rule: LadderRule, problem: Problem) -> Method | None:
     return None
 
 
-def _compare(problem: Problem, measure: Measure, tracked: Array, way: _Way, meter: Meter) -> Checked | None:
-    method, between = way.method, problem.scene.duration / problem.outputs
-    size = max(1e-3, float((tracked.max(axis=0) - tracked.min(axis=0)).max()))
+def _compare(
+    problem: Problem, measure: Measure, tracked: Array, way: _Way, pair: list[Stepper], meter: Meter
+) -> Checked | None:
+    between = problem.scene.duration / problem.outputs
+    size = max(1e-3, most(tracked - tracked[0]))
     budget = max(RULES.check_share * meter.spent, 1e-4)
-    count = 1
+    count, more, spent = 0, 1, 0.0
+    said: Array | None = None  # of both runs: (2, count + 1, names)
     while True:
-        with meter.building():
-            part = Problem(problem.design, replace(problem.scene, duration=count * between), count)
-            t = np.linspace(0.0, part.scene.duration, count + 1)
         try:
             with meter.stepping() as told:
-                runs = [method.run(part, x) for x in way.values]
-                told += [r.cpu_s for r in runs]
-        except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError):
+                runs = [stepper.advance(more) for stepper in pair]
+                told += [run.cpu_s for run in runs]
+        except _FAILURES:
             return None
-        if not all(r.complete and len(r.q) == count + 1 for r in runs):
+        if any(run.reason or len(run.q) != more + 1 for run in runs):
             return None
-        both = measure(np.concatenate([t, t]), *(np.concatenate([getattr(r, x) for r in runs]) for x in ("q", "v")))
-        coarse, fine = both[: count + 1], both[count + 1 :]
-        change = np.abs(coarse - fine).max(axis=1)
-        sure = change <= RULES.check_own * size
-        good = len(sure) if sure.all() else int(np.argmin(sure))
+        q, v = np.concatenate([run.q for run in runs]), np.concatenate([run.v for run in runs])
+        t = between * np.arange(count, count + more + 1)
+        new = measure(np.concatenate([t, t]), q, v).reshape(2, more + 1, -1)
+        said = new if said is None else np.concatenate([said, new[:, 1:]], axis=1)
+        count, spent = count + more, spent + sum(told)
+        change = np.abs(said[0] - said[1]).max(axis=1)
+        good = int(np.argmax(change > RULES.check_own * size)) or count + 1
         if good < 2:
             return None
-        own = float(change[:good].max())
-        away = most((fine - tracked[: count + 1])[:good])
-        left = budget - sum(told)
-        more = min(problem.outputs, int(left / max(sum(told) / count, 1e-7)))
-        if good < len(sure) or more < 4 * count:
+        more = min(problem.outputs - count, int((budget - spent) / max(spent / count, 1e-7)))
+        if good <= count or more < 3 * count:
             break
-        budget, count = left, more
-    until = float(t[good - 1])
+    own, away, until = float(change[:good].max()), most(said[1, :good] - tracked[:good]), float(between * (good - 1))
     sentence = (
-        f"check by {method.name} up to t = {until:.4g} s: it differs by {away:.2g} {measure.unit}, and changes by "
+        f"check by {way.method.name} up to t = {until:.4g} s: it differs by {away:.2g} {measure.unit}, and changes by "
         f"{own:.2g} {measure.unit} when it is made sharper"
     )
-    return Checked(method.name, away, own, until, sentence)
+    return Checked(way.method.name, away, own, until, sentence)

@@ -20,6 +20,7 @@ from mechlab.study.error_control.batch import BatchTree
 from mechlab.study.error_control.branch import CLOSED, TURN, Branch, branches, next_coordinate
 from mechlab.study.error_control.clock import Clock, basis, deriving, fitting, nodes
 from mechlab.study.error_control.conservative import Potential, potential
+from mechlab.study.error_control.motion import States
 from mechlab.study.error_control.orbit import Explorer, Orbit
 from mechlab.study.error_control.rows import BatchRows
 from mechlab.study.error_control.swing import Beat, between, numbers, places
@@ -35,12 +36,9 @@ leaves its turning point tells nothing of what both miss."""
 
 
 @dataclass(frozen=True)
-class States:
-    """q, v, a (n, nv) at asked times; a where it was asked for."""
+class Placed(States):
+    """States, and where on the orbit they are."""
 
-    q: Array
-    v: Array
-    a: Array | None
     place: _Place | _Phase
 
 
@@ -169,7 +167,7 @@ class EnergyMotion:
                     return q, u
         return self.branch.at(phi, self.closed)
 
-    def states(self, t: Array, accelerations: bool = False) -> States:
+    def states(self, t: Array, accelerations: bool = False) -> Placed:
         """The motion at times t (P,). Raises NoSolution where the speed is lost between turning points."""
         assert self.samples is not None
         o = self.orbit
@@ -200,11 +198,11 @@ class EnergyMotion:
             q = value + np.multiply.outer(o.sign * (lap - 1.0), self.branch.turn)
         place = _Place(lap, cell, wide, value)
         if not accelerations:
-            return States(q, v, None, place)
+            return Placed(q, v, None, place)
         dg = (b * (clock.slopes @ slope.T)[cell]).sum(axis=1)
-        return States(q, v, found[2] / (g * g)[:, None] - first * (dg / g**3)[:, None], place)
+        return Placed(q, v, found[2] / (g * g)[:, None] - first * (dg / g**3)[:, None], place)
 
-    def _swinging(self, t: Array, accelerations: bool) -> States:
+    def _swinging(self, t: Array, accelerations: bool) -> Placed:
         """`states` of a swing."""
         assert self.samples is not None
         beat, n, nq = self._beat(), self.n, self.samples.q.shape[2]
@@ -219,12 +217,12 @@ class EnergyMotion:
         q, first, g = found[:nq, ::2].T.copy(), -found[nq:-1, 1::2], found[-1, ::2]
         v = (first / g).T.copy()
         if not accelerations:
-            return States(q, v, None, _Phase(beat.mean, x, w))
+            return Placed(q, v, None, _Phase(beat.mean, x, w))
         second = -(rows[nq:-1] * k @ w)[:, ::2]
         dg = -(beat.slopes * k @ w)[1::2]
-        return States(q, v, ((second - first * (dg / g)) / (g * g)).T.copy(), _Phase(beat.mean, x, w))
+        return Placed(q, v, ((second - first * (dg / g)) / (g * g)).T.copy(), _Phase(beat.mean, x, w))
 
-    def moved(self, states: States, t: Array, every: int = 1, shift: float = 0.0) -> Array:
+    def moved(self, states: Placed, t: Array, every: int = 1, shift: float = 0.0) -> Array:
         """By how much (P, nv) the poses of `states` at times t would be others from every `every`-th node alone, or with
         `shift` [J] more energy: what passes between the times at which either motion is in a place, at its rate, and the
         difference of the polynomials. Raises NoSolution as `states`."""
@@ -287,4 +285,4 @@ class EnergyMotion:
         return np.asarray(g)
 
 
-__all__ = ["EnergyMotion", "States"]
+__all__ = ["EnergyMotion", "Placed"]

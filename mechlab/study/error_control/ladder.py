@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,7 +22,8 @@ EPSILON = 2.2e-16
 
 @dataclass
 class Ladder:
-    """The runs of one method so far; `estimate` of the best, `cpu` of the last, `ended`: why it cannot go on."""
+    """The runs of one method so far; `estimate` of the best, `cpu` of the last (`first_cpu` of the first) that got to the end
+    [s], `ended`: why it cannot go on."""
 
     rule: LadderRule
     problem: Problem
@@ -34,6 +36,7 @@ class Ladder:
     tracked: list[Array] = field(default_factory=list)
     estimate: float = math.inf
     cpu: float = 0.0
+    first_cpu: float = 0.0
     spent: float = 0.0
     failures: int = 0
     ended: str = ""
@@ -74,6 +77,14 @@ class Ladder:
             return count * self.rule.cost
         return self.cpu * (2.0 if self.rule.control == "step" else 1.6)
 
+    def cost_beside(self, others: Sequence[Ladder]) -> float:
+        """`next_cost`; of a first rung that another ladder has climbed by the same integrator, what it took there, in
+        proportion to the equations of motion."""
+        alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_cpu]
+        if self.traces or self.ended or not alike:
+            return self.next_cost
+        return max(self.next_cost, min(x.first_cpu * self.rule.cost / x.rule.cost for x in alike))
+
     def climb(self, budget: float) -> None:
         """One rung more, within `budget` seconds of CPU."""
         value = self._next()
@@ -95,6 +106,7 @@ class Ladder:
             self.values.append(value)
             self._failed(trace.reason or "the state is not finite")
             return
+        self.first_cpu = self.first_cpu or trace.cpu_s
         self.values.append(value)
         self.traces.append(trace)
         self._combine(trace)
@@ -135,13 +147,13 @@ class Ladder:
         return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
 
     def _next_tolerance(self) -> float | None:
-        if not self.rule.proportional:
+        factor, power = self.rule.leaves
+        if not factor:
             left = [x for x in RULES.tolerances if not self.values or x < self.values[-1]]
             return left[0] if left else None
         first, last = RULES.tolerances[0], RULES.sharpest
-        value = (
-            0.1 * self.values[-1] if self.values else min(max(self.target / self.rule.proportional, 10.0 * last), first)
-        )
+        start = min(max((self.target / factor) ** (1.0 / power), 10.0 * last), first)
+        value = 0.1 * self.values[-1] if self.values else start
         return value if value > 0.5 * last else None
 
     def _combine(self, trace: Trace) -> None:
@@ -162,7 +174,7 @@ class Ladder:
         last = _distance(self.tracked[-1], self.tracked[-2])
         if self.rule.control == "tolerance":
             # the change is the error of the coarser run; one that started far above the target may agree by chance
-            enough = 2 if self.rule.proportional else RULES.rungs
+            enough = 2 if self.rule.leaves[0] else RULES.rungs
             self.estimate = last if len(self.tracked) >= enough else math.inf
             return
         if len(self.tracked) < RULES.rungs:

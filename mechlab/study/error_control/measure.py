@@ -8,9 +8,9 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording, frame_positions
-from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.batch import BatchTree
+from mechlab.study.error_control.motion import States
 from mechlab.study.methods import Problem
 
 TRACKED_UNITS = ("m", "rad")
@@ -19,35 +19,27 @@ TRACKED_UNITS = ("m", "rad")
 class _Channels(dict[str, Any]):
     """Basic channels of states, computed when they are asked for."""
 
-    def __init__(self, mechanism: Mechanism, tree: BatchTree | None, q: Array, v: Array) -> None:
+    def __init__(self, measure: Measure, q: Array, v: Array) -> None:
         super().__init__()
-        self.mechanism, self.tree, self.states = mechanism, tree, (q, v)
+        self.measure, self.states = measure, (q, v)
         self.frames: Array | None = None
 
     def __contains__(self, name: object) -> bool:
-        return self._known(str(name))
-
-    def _known(self, name: str) -> bool:
-        m = self.mechanism
-        frame, _, letter = name.rpartition("_")
-        known = name in m._rows or name.removesuffix("_rate") in m._rows
-        return known or (letter in ("x", "y", "z") and any(f.name == frame for f in m.frames))
+        return name in self.measure.known
 
     def __missing__(self, name: str) -> Array:
-        m, (q, v) = self.mechanism, self.states
-        if name in m._rows:
-            return np.asarray(m.value(name, q))
-        if name.endswith("_rate") and name.removesuffix("_rate") in m._rows:
-            return np.asarray(v @ m.row(name.removesuffix("_rate")))
-        frame, _, letter = name.rpartition("_")
-        if self.frames is None:
-            self.frames = frame_positions(m, q) if self.tree is None else self.tree.frame_positions(q)
-        k = [f.name for f in m.frames].index(frame)
-        return np.asarray(self.frames[:, k, "xyz".index(letter)])
+        m, tree, (q, v) = self.measure.problem.mechanism, self.measure.tree, self.states
+        found = self.measure.known[name]
+        if isinstance(found, tuple):
+            if self.frames is None:
+                self.frames = frame_positions(m, q) if tree is None else tree.frame_positions(q)
+            return np.asarray(self.frames[:, found[0], found[1]])
+        return np.asarray(m.value(found, q) if found == name else v @ m.row(found))
 
 
 class Measure:
-    """The tracked quantities: channels of the scene in m or rad, else all frames, else all joints. `unit`: of the error."""
+    """The tracked quantities: channels of the scene in m or rad, else all frames, else all joints. `unit`: of the error;
+    `known`: basic channels, as (frame, axis) or the joint or shaft that they tell of."""
 
     def __init__(self, problem: Problem, tree: BatchTree | None) -> None:
         entry, m = problem.design.entry, problem.mechanism
@@ -64,17 +56,21 @@ class Measure:
             if not frames and not slides and any(j.kind == "prismatic" for j in m.joints):
                 units = {"m", "rad"}
         self.unit = " or ".join(sorted(units))
+        self.known: dict[str, str | tuple[int, int]] = {
+            f"{f.name}_{a}": (k, i) for k, f in enumerate(m.frames) for i, a in enumerate("xyz")
+        }
+        self.known |= {f"{n}_rate": n for n in m.scalar_names} | {n: n for n in m.scalar_names}
 
     def __call__(self, t: Array, q: Array, v: Array) -> Array:
         """(n, names) tracked quantities of states at times t (n,). Raises MechlabError when a channel needs more."""
         m = self.problem.mechanism
-        channels = _Channels(m, self.tree, q, v)
+        channels = _Channels(self, q, v)
         if not self.functions:
-            return np.column_stack([channels[n] for n in self.names])
+            return np.array([channels[n] for n in self.names]).T
         bare = Recording(m, t, q, v, channels)
         p = self.problem.design.parameters
         try:
-            return np.column_stack([f(p, bare) for f in self.functions])
+            return np.array([f(p, bare) for f in self.functions]).T
         except KeyError as missing:
             raise MechlabError(
                 f"{m.name}: a tracked channel needs {missing}, which states alone do not tell."
@@ -84,3 +80,12 @@ class Measure:
 def most(difference: Array) -> float:
     """Largest absolute value; 0 of nothing."""
     return float(np.abs(difference).max(initial=0.0))
+
+
+def compared(measure: Measure, t: Array, states: States, *away: Array) -> tuple[Array, float]:
+    """The tracked quantities of states, and their largest change when the poses move by `away`."""
+    count = len(t)
+    q = np.concatenate([states.q, *(states.q + x for x in away)])
+    every = measure(np.concatenate([t] * (1 + len(away))), q, np.concatenate([states.v] * (1 + len(away))))
+    tracked = every[:count]
+    return tracked, max(most(every[k * count : (k + 1) * count] - tracked) for k in range(1, 1 + len(away)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.check_method import Checked
-from mechlab.study.error_control.energy_method import EnergyMotion
+from mechlab.study.error_control.motion import Motion
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Result:
     """A motion with its error.
 
     t (n,); q (n, nq), v (n, nv): at the output times. estimate [unit]: of the largest error of the tracked quantities;
-    method, step (a step [s], a tolerance, or the nodes of a cell; see `control`); cpu_s: all CPU spent, probing and check
+    method, step (a step [s], a tolerance, the nodes of a cell, 0 of a closed form; see `control`); cpu_s: all CPU spent, probing and check
     included, imports and building of models excluded; reached: whether the estimate meets `max_error`; sentence: what was
     chosen and why, or why it cannot be reached.
     """
@@ -35,7 +35,7 @@ class Result:
     sentence: str
     settings: Settings
     checked: Checked | None
-    motion: EnergyMotion | None = None
+    motion: Motion | None = None
     extrapolated: bool = False
 
     @property
