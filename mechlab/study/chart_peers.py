@@ -24,6 +24,7 @@ from mechlab.study.tables import number, table
 
 if TYPE_CHECKING:
     from mechlab.study.chart_data import Point
+    from mechlab.study.error_control import Result
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 """Errors to be met [m or rad]."""
@@ -32,7 +33,8 @@ HALVINGS = 16
 COSTLY = (0.3, 3.0)
 """A peer is refined until a run costs FAR times as much as ours, at least and at most this CPU time [s]."""
 FAR = 20.0
-REPEATS = 5
+REPEATS, ENOUGH = 5, 0.05
+"""Medians are of so many runs, and of up to five times as many of those that take no more than ENOUGH together [s]."""
 CONTENDERS = 2
 """So many of the cheapest peers of a target are looked at again, with BISECTIONS settings between two of the sweep."""
 BISECTIONS = 3
@@ -138,7 +140,8 @@ def compare(problem: Problem, truth: Reference, progress: Callable[[str], None] 
 
 @dataclass(frozen=True)
 class Ours:
-    """What error control gave: median CPU time [s], true error, method, whether it says that the target is reached."""
+    """What error control gave: CPU time [s] (of one run, or the median of several), true error, method, whether it says that
+    the target is reached."""
 
     cpu_s: float
     error: float
@@ -147,24 +150,50 @@ class Ours:
 
 
 def ours(problem: Problem, truth: Reference, target: float) -> Ours:
-    """`solve_to` under a target [m or rad], several times."""
+    """`solve_to` under a target [m or rad], once."""
+    found = _solved(problem, target)
+    away = score(problem, truth, Trace(found.q, found.v, found.cpu_s, 0))
+    return Ours(found.cpu_s, away.error, found.method, found.reached)
+
+
+def _solved(problem: Problem, target: float) -> Result:
     from mechlab.study.error_control import solve_to
 
-    found = solve_to(problem.design, problem.scene, target, problem.outputs)
-    times = [found.cpu_s]
-    while len(times) < REPEATS and sum(times) < COSTLY[1]:
-        times.append(solve_to(problem.design, problem.scene, target, problem.outputs).cpu_s)
-    away = score(problem, truth, Trace(found.q, found.v, found.cpu_s, 0))
-    return Ours(statistics.median(times), away.error, found.method, found.reached)
+    return solve_to(problem.design, problem.scene, target, problem.outputs)
+
+
+def _once_more(times: list[float], repeats: int, costly: float) -> bool:
+    """Whether a run is to be repeated for its median; costly [s]: no more than two of what takes longer together."""
+    spent, n = sum(times), len(times)
+    if n < repeats:
+        return n < 2 or spent < costly
+    return 1 < repeats and n < 5 * repeats and spent < ENOUGH
 
 
 def _row(target: float, x: Ours, search: _Search) -> PeerRow:
     best = search.fastest(target)
-    mine = (target, x.cpu_s, x.error, x.method, x.reached)
+    mine, theirs = _duel(search, target, x.cpu_s, best)
+    told = (target, mine, x.error, x.method, x.reached)
     if best is None:
         nearest = min((p.error for p in search.points if p.ok), default=math.nan)
-        return PeerRow(*mine, "", math.nan, math.nan, nearest)
-    return PeerRow(*mine, best.method, best.step, best.cpu_s, best.error)
+        return PeerRow(*told, "", math.nan, math.nan, nearest)
+    return PeerRow(*told, best.method, best.step, theirs, best.error)
+
+
+def _duel(search: _Search, target: float, first: float, best: Point | None) -> tuple[float, float]:
+    """Median CPU times [s] of ours and of the peer's best setting, some runs of each in turns: what slows the machine for a
+    while slows both."""
+    mine, theirs = [first], [best.cpu_s] if best is not None else []
+    while True:
+        before = len(mine) + len(theirs)
+        for _ in range(REPEATS):
+            if _once_more(mine, REPEATS, COSTLY[1]):
+                mine.append(_solved(search.problem, target).cpu_s)
+        for _ in range(REPEATS):
+            if best is not None and _once_more(theirs, REPEATS, search.costly):
+                theirs.append(search.method(best.method).run(search.problem, best.step).cpu_s)
+        if len(mine) + len(theirs) == before:
+            return statistics.median(mine), statistics.median(theirs) if theirs else math.nan
 
 
 @dataclass
@@ -195,7 +224,7 @@ class _Search:
         nan = math.nan
         lost = Point(m.name, value, m.control, nan, nan, nan, nan, nan, DIVERGED)
         times: list[float] = []
-        while len(times) < repeats and (len(times) < 2 or sum(times) < self.costly):
+        while _once_more(times, repeats, self.costly):
             try:
                 trace = m.run(self.problem, value)
             except PeerStopped as late:
@@ -209,14 +238,18 @@ class _Search:
         cpu = statistics.median(times)
         return Point(m.name, value, m.control, cpu, found.error, found.e_g, found.energy, found.gap, OK)
 
+    @staticmethod
+    def method(name: str) -> Method:
+        """The peer's method of that name."""
+        return next(m for m in PEER_METHODS if m.name == name)
+
     def fastest(self, target: float) -> Point | None:
         """The cheapest setting of all peers that meets the target: the medians of the cheapest ones of the sweep, and of
         settings between theirs and the next coarser one."""
-        methods = {m.name: m for m in PEER_METHODS}
         cheapest: dict[str, Point] = {}
         for p in sorted((p for p in self.points if p.ok and p.error <= target), key=lambda p: p.cpu_s):
             cheapest.setdefault(p.method, p)
-        out = [self._sharpened(methods[n], p, target) for n, p in list(cheapest.items())[:CONTENDERS]]
+        out = [self._sharpened(self.method(n), p, target) for n, p in list(cheapest.items())[:CONTENDERS]]
         return min(out, key=lambda p: p.cpu_s, default=None)
 
     def _sharpened(self, m: Method, good: Point, target: float) -> Point:
