@@ -94,12 +94,12 @@ def reference_of(problem: Problem) -> Reference:
 
 
 def _own(problem: Problem, names: tuple[str, ...], unit: str) -> Reference | None:
-    """None when the reference cannot be compared: other coordinates, or times between its samples."""
+    """None when there is none to compare with: the scene has no closed form, or in other coordinates, or at other times."""
     entry, times = problem.design.entry, np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
     assert entry.reference is not None
     try:
         found = entry.reference(problem.design.parameters, problem.scene)
-    except (NoSolution, KeyError):
+    except (MechlabError, KeyError):
         return None
     at = np.array([int(np.argmin(np.abs(found.t - t))) for t in times])
     same = found.mechanism.nq == problem.mechanism.nq and found.q.shape[1] == problem.mechanism.nq

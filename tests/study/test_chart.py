@@ -8,7 +8,8 @@ from mechlab import api
 from mechlab.study.chart import Budget, chart
 from mechlab.study.chart_advice import is_flat, recommend
 from mechlab.study.chart_data import Point, pareto
-from mechlab.study.methods import METHODS, method
+from mechlab.study.chart_score import reference_of, score
+from mechlab.study.methods import METHODS, Problem, method
 
 PROBLEMS = ("pendulum", "n_fourbar", "andrews", "bricard", "flyball", "slider_crank")
 
@@ -22,6 +23,17 @@ def test_reference_gives_the_printed_values(name: str) -> None:
     checks = {c.id: c for c in api.load(name).entry.checks}
     measured = checks["B2"].run(None)
     assert measured.passed, measured.difference
+
+
+def test_a_scene_without_a_closed_form_is_held_against_pinocchio() -> None:
+    """The entry has own equations for its driven scene alone; the free one is compared all the same."""
+    lived = api.load("platform_3rrr").for_scene("free-run")
+    problem = Problem(lived, lived.scene("free-run", None, 0.1), 10)
+    truth = reference_of(problem)
+    assert "Pinocchio" in truth.text and truth.own_error < 1e-9
+    run = method("MuJoCo RK4, hard").run(problem, 2.5e-4)
+    # softness of the loops at 2.5e-4 s: some micrometres
+    assert score(problem, truth, run).error < 1e-4
 
 
 def test_pareto_and_recommendation() -> None:
