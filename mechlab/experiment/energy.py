@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from mechlab.experiment.health import Finding, measured
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import Joint, Mechanism, Shaft
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
 from mechlab.mechanism.statics import spring_stretch
 
 ENERGY_LIMIT = 1e-2

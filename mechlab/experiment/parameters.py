@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.model import as_fraction
+from mechlab.mechanism.coefficients import as_fraction
 
 KINDS: dict[object, str] = {float: "number", int: "integer", Fraction: "ratio", str: "text"}
 

@@ -11,7 +11,9 @@ from mechlab.formats import mjcf_names as names
 from mechlab.formats.mjcf_loops import Connector
 from mechlab.formats.statics import hold
 from mechlab.formats.xml_text import add
-from mechlab.mechanism.model import Coefficients, Drive, Mechanism, Shaft
+from mechlab.mechanism.coefficients import Coefficients
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Drive, Shaft
 
 
 def write_tendons(root: ET.Element, m: Mechanism, s: Settings, size: float) -> None:

@@ -34,7 +34,8 @@ from mechlab.formats.xml_text import add
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import GROUND, Loop, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Loop
 
 Z: Vector = (0.0, 0.0, 1.0)
 TORQUESCALE = 20.0

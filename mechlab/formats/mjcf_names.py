@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from mechlab.mechanism.model import GROUND, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND
 
 BASE = "base"
 """The one fixed body around everything (some readers of MJCF keep only the first child of the world)."""

@@ -19,9 +19,11 @@ from mechlab.formats.mjcf_read_drives import Tendons, Terms, read_drives, read_t
 from mechlab.formats.mjcf_read_tree import Tree, read_tree
 from mechlab.formats.mjcf_source import Names, Source, fail, refuse
 from mechlab.formats.xml_text import floats, label
+from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import Body, Coefficients, Frame, LinearRelation, Loop, Mechanism, Spring
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Body, Frame, LinearRelation, Loop, Spring
 
 CONNECTOR_KINDS = {
     ("revolute", "revolute"): "universal",

@@ -12,7 +12,7 @@ from mechlab.formats.fractions_of_floats import exact
 from mechlab.formats.mjcf_read_tree import Tree
 from mechlab.formats.mjcf_source import Names, Source, fail, one, refuse
 from mechlab.formats.xml_text import floats, label
-from mechlab.mechanism.model import Drive, Shaft, Spring, Winding
+from mechlab.mechanism.parts import Drive, Shaft, Spring, Winding
 
 Terms = tuple[tuple[str, float], ...]
 

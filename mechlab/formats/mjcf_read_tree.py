@@ -12,10 +12,10 @@ from mechlab.formats.mjcf_names import BASE
 from mechlab.formats.mjcf_read_geoms import geom_inertia, geom_shape
 from mechlab.formats.mjcf_source import Names, Source, fail, one, refuse
 from mechlab.formats.xml_text import floats
-from mechlab.mechanism.builder import floating
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import GROUND, Body, Joint
+from mechlab.mechanism.joints import floating
+from mechlab.mechanism.parts import GROUND, Body, Joint
 from mechlab.mechanism.shape import Shape
 
 KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical"}

@@ -14,7 +14,8 @@ from mechlab.formats.solids import primitive
 from mechlab.formats.xml_text import add, pose
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import GROUND, Joint, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Joint
 from mechlab.mechanism.shape import Shape
 
 JOINT_TYPES = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}

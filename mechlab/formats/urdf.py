@@ -26,7 +26,8 @@ from mechlab.formats.urdf_mimic import Follow, mimics
 from mechlab.formats.xml_text import add, text
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import GROUND, Body, Joint, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body, Joint
 from mechlab.mechanism.shape import Shape
 
 ROOT = "base"

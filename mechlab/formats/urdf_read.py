@@ -16,10 +16,12 @@ from mechlab.formats.fractions_of_floats import exact
 from mechlab.formats.mjcf_source import clean, fail
 from mechlab.formats.urdf import MASSLESS
 from mechlab.formats.xml_text import floats, parse
-from mechlab.mechanism.builder import depth_first, floating
+from mechlab.mechanism.depth_first import depth_first
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import GROUND, Body, Frame, Joint, LinearRelation, Mechanism
+from mechlab.mechanism.joints import floating
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body, Frame, Joint, LinearRelation
 from mechlab.mechanism.shape import Color, Shape
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}

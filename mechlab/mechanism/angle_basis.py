@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Coefficients, Mechanism
+from mechlab.mechanism.model import Mechanism
 
 ZERO = Fraction(0)
 Row = tuple[Fraction, ...]

@@ -7,80 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.assembly import close
-from mechlab.mechanism.constraints import ConstraintSet
-from mechlab.mechanism.gears import GearMesh, belt, mimic, relation, screw
-from mechlab.mechanism.geometry import (
-    IDENTITY,
-    Array,
-    Placement,
-    Vector,
-    axis_rotation,
-    frame_along,
-    quaternion_to_matrix,
-    unit,
-    vector,
-)
+from mechlab.errors import MechlabError
+from mechlab.mechanism.bar import uniform_bar
+from mechlab.mechanism.coefficients import as_fraction
+from mechlab.mechanism.depth_first import depth_first
+from mechlab.mechanism.gears import GearMesh, relation
+from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, vector
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import (
-    GROUND,
-    LOOP_ROWS,
-    Body,
-    Drive,
-    Frame,
-    Joint,
-    LinearRelation,
-    Loop,
-    Mechanism,
-    Shaft,
-    Spring,
-    Winding,
-    as_fraction,
-)
-from mechlab.mechanism.shape import Color, Shape, shape
+from mechlab.mechanism.joints import AxisLike, axis_vector
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring, Winding
+from mechlab.mechanism.reference_pose import assembled_pose, rebased
+from mechlab.mechanism.shape import Color, Shape
 from mechlab.mechanism.tilt import with_balls
-
-AxisLike = str | Sequence[float]
-X: Vector = (1.0, 0.0, 0.0)
-Y: Vector = (0.0, 1.0, 0.0)
-Z: Vector = (0.0, 0.0, 1.0)
-PIN: Color = (0.28, 0.31, 0.36, 1.0)
-
-
-def _axis(axis: AxisLike, what: str) -> Vector:
-    if isinstance(axis, str):
-        named = {"x": X, "y": Y, "z": Z, "-x": (-1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0)}
-        if axis not in named:
-            raise unknown(f"{what}: axis", axis, named)
-        return named[axis]
-    return unit(axis, f"{what}: axis")
-
-
-def revolute(name: str, axis: AxisLike = "z", **options: object) -> Joint:
-    """A revolute joint [rad]; options as of `Joint`: zero, range, damping, armature, friction, stiffness, spring_rest."""
-    return Joint(name, "revolute", _axis(axis, f"joint {name!r}"), **options)  # type: ignore[arg-type]
-
-
-def prismatic(name: str, axis: AxisLike = "z", **options: object) -> Joint:
-    """A prismatic joint [m]; options as of `Joint`."""
-    return Joint(name, "prismatic", _axis(axis, f"joint {name!r}"), **options)  # type: ignore[arg-type]
-
-
-def spherical(name: str, **options: object) -> Joint:
-    """A spherical joint (quaternion w, x, y, z)."""
-    return Joint(name, "spherical", Z, **options)  # type: ignore[arg-type]
-
-
-def universal(first: str, second: str, axis_1: AxisLike = "x", axis_2: AxisLike = "y") -> tuple[Joint, Joint]:
-    """A universal joint: two revolutes with crossing axes in one body."""
-    return revolute(first, axis_1), revolute(second, axis_2)
-
-
-def floating(name: str) -> tuple[Joint, Joint, Joint, Joint]:
-    """Six freedoms in one body: prismatics NAME_x, NAME_y, NAME_z and the spherical NAME_turn."""
-    return prismatic(f"{name}_x", X), prismatic(f"{name}_y", Y), prismatic(f"{name}_z", Z), spherical(f"{name}_turn")
 
 
 class _Open(Mechanism):
@@ -144,19 +83,8 @@ class Builder:
         """
         if not np.isfinite(length) or length <= 0:
             raise MechlabError(f"{self.name}: bar {name!r}: length must be positive, got {length!r} m.")
-        w = 0.08 * length if width is None else width
-        m = length if mass is None else mass
-        axis = np.array(joint.axis) if joint.kind == "revolute" and abs(joint.axis[0]) < 0.5 else np.array(Z)
-        facing = np.column_stack([np.array(X), np.cross(axis, X), axis])
-        place = Placement.of(facing, layer * axis)
-        looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.18 * w)
-        ends = (layer * axis, layer * axis + np.array([length, 0.0, 0.0]))
-        pins = [
-            shape("cylinder", Placement.of(facing, p), PIN, f"pin_{k}", radius=0.18 * w, length=0.9 * w)
-            for k, p in enumerate(ends)
-        ]
-        rod = Inertia.rod(m, (0.0, 0.0, 0.0), (length, 0.0, 0.0), w / 4)
-        return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=[looks, *pins])
+        rod, shapes = uniform_bar(name, joint, length, mass, width, color, layer)
+        return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=shapes)
 
     def frame(
         self, name: str, body: str, at: Sequence[float] = (0.0, 0.0, 0.0), turned: Placement = IDENTITY
@@ -180,8 +108,8 @@ class Builder:
         """Close a loop: the point `at_a` of body a meets `at_b` of body b. Joint axes are given in each body's frame;
         `axis_b` defaults to `axis_a`. A planar loop closed by "spherical" has one void row, along its normal."""
         what = f"loop {name!r}"
-        frame_a = frame_along(_axis(axis_a, what))
-        frame_b = frame_along(_axis(axis_a if axis_b is None else axis_b, what))
+        frame_a = frame_along(axis_vector(axis_a, what))
+        frame_b = frame_along(axis_vector(axis_a if axis_b is None else axis_b, what))
         if kind in ("spherical", "distance") or axis_a == "z":
             frame_a = np.eye(3)
         if kind in ("spherical", "distance") or (axis_b or axis_a) == "z":
@@ -295,86 +223,7 @@ class Builder:
         it is added to the `zero` of each joint and shaft. Raises MechlabError that names the loop that stays open.
         """
         m = self._open(self.bodies)
-        q = m.reference()
-        for name, value in (guess or {}).items():
-            m.joint(name)
-            start = m.q_slice[name].start
-            if m.joint(name).kind == "spherical":  # a ball joint for a tilt: the guess turns about the axis it had
-                turn = np.array(m.joint(name).axis) * np.sin(0.5 * float(value))
-                q[start : start + 4] = [np.cos(0.5 * float(value)), *turn]
-            else:
-                q[start] = float(value)
-        zeros = {n: m.zero(n) for n in hold}
-        found = close(m, q, {n: zeros[n] + q[m.q_slice[n].start] for n in hold})
-        if not found.closed:
-            constraints = ConstraintSet(m)
-            residual = constraints.residual(TreeKinematics(m, found.q))
-            loops = sum(LOOP_ROWS[x.kind] for x in m.loops)  # a loop that cannot meet also keeps relations open
-            worst = int(np.argmax(np.abs(residual[: loops or None])))
-            raise MechlabError(
-                f"{self.name}: it does not close: {constraints.rows[worst]} stays open by {abs(residual[worst]):.3g} "
-                f"({found.status.value}). Are the lengths long enough to meet? Is the guess near the mode you want?"
-            )
-        bodies = [_rebase(b, m, found.q) for b in depth_first(self.bodies)]
-        self.bodies = bodies
-        self.shafts = [replace(s, zero=float(m.value(s.name, found.q))) for s in self.shafts]
+        q = assembled_pose(m, guess or {}, hold)
+        self.bodies = [rebased(b, m, q) for b in depth_first(self.bodies)]
+        self.shafts = [replace(s, zero=float(m.value(s.name, q))) for s in self.shafts]
         return self.build()
-
-
-def _rebase(body: Body, m: Mechanism, q: Array) -> Body:
-    """The same body with its coordinates q taken into the placement, so that they become zero."""
-    turn, shift = np.eye(3), np.zeros(3)
-    moves: list[Array] = []
-    for joint in body.joints:
-        x = q[m.q_slice[joint.name]]
-        if joint.kind == "prismatic":
-            if x[0] != 0.0 and not np.allclose(turn, np.eye(3)):
-                raise MechlabError(
-                    f"body {body.name!r}: joint {joint.name!r} slides after a turn; put it into a body of its own."
-                )
-            shift = shift + np.array(joint.axis) * x[0]
-            moves.append(np.eye(3))
-        else:
-            r = axis_rotation(joint.axis, x[0]) if joint.kind == "revolute" else quaternion_to_matrix(x)
-            turn = turn @ r
-            moves.append(r)
-    joints = []
-    for k, joint in enumerate(body.joints):
-        after = np.eye(3)
-        for r in moves[k + 1 :]:
-            after = after @ r
-        axis = joint.axis if np.array_equal(after, np.eye(3)) else unit(after.T @ np.array(joint.axis), "axis")
-        moved = float(q[m.q_slice[joint.name].start]) if joint.nv == 1 else 0.0
-        joints.append(replace(joint, axis=axis, zero=joint.zero + moved))
-    placement = body.placement
-    if np.any(shift) or not np.array_equal(turn, np.eye(3)):
-        placement = placement @ Placement.of(turn, shift)
-    return replace(body, placement=placement, joints=tuple(joints))
-
-
-def depth_first(bodies: Sequence[Body]) -> tuple[Body, ...]:
-    """The bodies sorted so that each follows its parent depth-first; siblings keep their order.
-
-    Raises MechlabError for a parent that does not exist or a cycle.
-    """
-    names = {b.name for b in bodies}
-    children: dict[str, list[Body]] = {}
-    for body in bodies:
-        if body.parent != GROUND and body.parent not in names:
-            raise unknown(f"parent of body {body.name!r}:", body.parent, names | {GROUND})
-        children.setdefault(body.parent, []).append(body)
-    out: list[Body] = []
-    stack = list(reversed(children.get(GROUND, [])))
-    while stack:
-        body = stack.pop()
-        out.append(body)
-        stack += reversed(children.get(body.name, []))
-    if len(out) != len(bodies):
-        lost = sorted({b.name for b in bodies} - {b.name for b in out}) or ["a body used twice"]
-        raise MechlabError(f"the parents of {', '.join(lost)} form a cycle, or a name is used twice.")
-    return tuple(out)
-
-
-__all__ = [
-    "Builder", "belt", "depth_first", "floating", "mimic", "prismatic", "revolute", "screw", "spherical", "universal",
-]  # fmt: skip

@@ -12,7 +12,8 @@ from mechlab.errors import MechlabError
 from mechlab.mechanism.angle_basis import AngleBasis, Row
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import GROUND, Body, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body
 
 POSES = 5
 TOLERANCE = 1e-11

@@ -19,7 +19,8 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import Kinematics
-from mechlab.mechanism.model import LinearRelation, Loop, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import LinearRelation, Loop
 
 AXES = "xyz"
 # kind -> axes of the offset rows, (axis of a, axis of b) of the angle rows

@@ -20,7 +20,8 @@ from mechlab.mechanism.geometry import (
     quaternion_product,
     quaternion_to_matrix,
 )
-from mechlab.mechanism.model import GROUND, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND
 
 
 class Kinematics(Protocol):

@@ -14,7 +14,8 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import GROUND, LinearRelation, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, LinearRelation
 
 
 @dataclass(frozen=True)

@@ -1,175 +1,21 @@
-"""The data of a mechanism: a tree of bodies, what closes it, what couples it, what drives it.
+"""The mechanism: a tree of bodies, what closes it, what couples it, what drives it (`mechlab.mechanism.parts`).
 
-Everything is immutable and plain: tuples of floats, exact fractions, names. Two mechanisms are equal when their data are.
-A Mechanism is checked when it is made (`mechlab.mechanism.validate`): an object that exists is sound.
+Two mechanisms are equal when their data are. A Mechanism is checked when it is made (`mechlab.mechanism.validate`): an object
+that exists is sound.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
 
-from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.geometry import IDENTITY, Array, Placement, Vector
-from mechlab.mechanism.inertia import Inertia
+from mechlab.errors import unknown
+from mechlab.mechanism.coefficients import Coefficients
+from mechlab.mechanism.geometry import Array, Vector
+from mechlab.mechanism.parts import Body, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring
 from mechlab.mechanism.shape import Shape
-
-GROUND = "ground"
-"""Name of the fixed body; every Mechanism has it without listing it."""
-
-JOINT_KINDS = ("revolute", "prismatic", "spherical")
-LOOP_ROWS = {"spherical": 3, "revolute": 5, "universal": 4, "cylindrical": 4, "prismatic": 5, "fixed": 6, "distance": 1}
-"""Kinds of Loop, named after the joint they stand for, and their number of constraint rows."""
-
-Coefficients = tuple[tuple[str, Fraction], ...]
-
-
-@dataclass(frozen=True)
-class Joint:
-    """One joint of a body, acting at the origin of the body frame after the joints before it.
-
-    kind: "revolute" [rad], "prismatic" [m] or "spherical" (quaternion w, x, y, z; rates are the angular velocity in
-    the body). `axis` is a unit vector in the body frame (not used by a spherical joint). `zero` is the physical value
-    at the reference pose: what a user sees is zero + coordinate. `range` and `spring_rest` are physical values.
-    damping [N m s/rad or N s/m], armature [kg m2 or kg], friction: dry [N m or N], stiffness [N m/rad or N/m].
-    """
-
-    name: str
-    kind: str = "revolute"
-    axis: Vector = (0.0, 0.0, 1.0)
-    zero: float = 0.0
-    range: tuple[float, float] | None = None
-    damping: float = 0.0
-    armature: float = 0.0
-    friction: float = 0.0
-    stiffness: float = 0.0
-    spring_rest: float = 0.0
-
-    @property
-    def nq(self) -> int:
-        """Number of coordinates."""
-        return 4 if self.kind == "spherical" else 1
-
-    @property
-    def nv(self) -> int:
-        """Number of rates."""
-        return 3 if self.kind == "spherical" else 1
-
-
-@dataclass(frozen=True)
-class Body:
-    """A rigid part: where it stands in its parent in the reference pose, its joints (none: welded), inertia, looks.
-
-    Several joints in one body make a compound joint without massless bodies: two revolutes are a universal joint.
-    """
-
-    name: str
-    parent: str = GROUND
-    placement: Placement = IDENTITY
-    joints: tuple[Joint, ...] = ()
-    inertia: Inertia = Inertia()
-    shapes: tuple[Shape, ...] = ()
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A named point of interest, fixed in a body."""
-
-    name: str
-    body: str = GROUND
-    placement: Placement = IDENTITY
-
-
-@dataclass(frozen=True)
-class Loop:
-    """Closes a loop between two bodies; `kind` is one of LOOP_ROWS, the axis of a joint is local z of both placements.
-
-    A universal loop has its two pins along x of `placement_a` and y of `placement_b`. `length` [m]: distance loops only.
-    """
-
-    name: str
-    kind: str
-    body_a: str
-    body_b: str
-    placement_a: Placement = IDENTITY
-    placement_b: Placement = IDENTITY
-    length: float = 0.0
-
-
-@dataclass(frozen=True)
-class Shaft:
-    """A part that turns but needs no coordinate: its angle is `zero` + the sum of coefficient x joint coordinate.
-
-    inertia [kg m2], damping, dry friction, stiffness as of a joint. Shapes are drawn in `body`, at `placement`, turned
-    about the local z of the placement by the angle of the shaft.
-    """
-
-    name: str
-    coefficients: Coefficients
-    zero: float = 0.0
-    inertia: float = 0.0
-    damping: float = 0.0
-    friction: float = 0.0
-    stiffness: float = 0.0
-    spring_rest: float = 0.0
-    body: str = GROUND
-    placement: Placement = IDENTITY
-    shapes: tuple[Shape, ...] = ()
-
-
-@dataclass(frozen=True)
-class LinearRelation:
-    """A shaft that must stand still: the sum of coefficient x joint coordinate is zero.
-
-    Made by `mechlab.mechanism.gears`. `kind` says by what ("external", "internal", "bevel", "rack", "belt", "screw",
-    "mimic", "linear"). Its reaction is conjugate to the sum: with the first coefficient 1 it is the torque on that joint.
-    """
-
-    name: str
-    coefficients: Coefficients
-    kind: str = "linear"
-
-
-@dataclass(frozen=True)
-class Spring:
-    """A linear spring and damper between two points: force = stiffness (length - rest_length) + damping length rate [N]."""
-
-    name: str
-    body_a: str
-    body_b: str
-    point_a: Vector = (0.0, 0.0, 0.0)
-    point_b: Vector = (0.0, 0.0, 0.0)
-    stiffness: float = 0.0
-    damping: float = 0.0
-    rest_length: float = 0.0
-
-
-@dataclass(frozen=True)
-class Winding:
-    """Electrical side of a DC motor: constant [N m/A = V s/rad], resistance [ohm], inductance [H].
-
-    torque = constant x current; inductance x current' = voltage - resistance x current - constant x rate.
-    """
-
-    constant: float
-    resistance: float
-    inductance: float = 0.0
-
-
-@dataclass(frozen=True)
-class Drive:
-    """An actuator on a joint or shaft: a position servo of the given `stiffness` and `damping`, force limited by `limit`;
-    with a `winding` a DC motor whose input is the voltage."""
-
-    name: str
-    on: str
-    stiffness: float = 0.0
-    damping: float = 0.0
-    limit: float | None = None
-    winding: Winding | None = None
 
 
 @dataclass(frozen=True)
@@ -346,13 +192,3 @@ def _slices(sizes: list[tuple[str, int]]) -> dict[str, slice]:
         out[name] = slice(start, start + n)
         start += n
     return out
-
-
-def as_fraction(value: object, what: str) -> Fraction:
-    """An exact ratio: of tooth counts, or of the decimal as written. Raises MechlabError that names `what`."""
-    try:
-        if isinstance(value, Fraction | int | str):
-            return Fraction(value)
-        return Fraction(str(float(value)))  # type: ignore[arg-type]
-    except (TypeError, ValueError, ZeroDivisionError):
-        raise MechlabError(f"{what}: expected a number or a ratio such as '17/22', got {value!r}.") from None

@@ -10,9 +10,11 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.angle_basis import AngleBasis, Row
+from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import GROUND, Body, Coefficients, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from mechlab.mechanism.angle_basis import AngleBasis, Row, positive
 from mechlab.mechanism.geometry import Placement, frame_along
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import GROUND, Body, Mechanism, Shaft
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body, Shaft
 from mechlab.mechanism.reduced_chain import Chain, Link
 from mechlab.mechanism.welds import placed
 

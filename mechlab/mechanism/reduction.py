@@ -16,7 +16,8 @@ from mechlab.mechanism.angle_basis import AngleBasis, Row, dependent_angles, eli
 from mechlab.mechanism.constant_inertia import Share, shares
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.model import GROUND, Body, Mechanism, Shaft
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body, Shaft
 from mechlab.mechanism.reduced_chain import Chain, chains, coaxial
 from mechlab.mechanism.reduced_parts import chain_bodies, part_shafts
 from mechlab.mechanism.welds import without_welds

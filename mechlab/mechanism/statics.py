@@ -10,7 +10,8 @@ from mechlab.errors import MechlabError
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import Kinematics, TreeKinematics
-from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft, Spring
 
 
 def spring_stretch(kin: Kinematics, spring: Spring) -> tuple[Array, Array, float, float]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mechlab.mechanism.model import LOOP_ROWS, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import LOOP_ROWS
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.tables import html_sheet
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import GROUND, Body, Joint, Loop
+from mechlab.mechanism.parts import GROUND, Body, Joint, Loop
 
 ROUNDING = 1e-9
 """Axes nearer than this [rad] are the same to within rounding of their placements."""

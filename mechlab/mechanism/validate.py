@@ -11,7 +11,8 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Vector, unit, vector
-from mechlab.mechanism.model import GROUND, JOINT_KINDS, LOOP_ROWS, Body, Drive, Joint, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, Body, Drive, Joint
 from mechlab.mechanism.tilt import refuse_tilts
 
 CLOSURE_TOLERANCE = 1e-12

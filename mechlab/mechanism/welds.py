@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import GROUND, Body, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Body
 from mechlab.mechanism.shape import Shape
 
 

@@ -6,7 +6,8 @@ from importlib.util import find_spec
 
 from mechlab.errors import unknown
 from mechlab.experiment.scene import Scene
-from mechlab.mechanism.model import LOOP_ROWS, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import LOOP_ROWS
 
 PEERS = {"exudyn": "exudyn", "drake": "pydrake", "opensim": "opensim"}
 """Peer -> the Python module that it is."""

@@ -14,7 +14,7 @@ import numpy as np
 from mechlab.experiment.trace import Trace
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import Loop
+from mechlab.mechanism.parts import Loop
 from mechlab.peers.job import Job
 from mechlab.peers.links import Links, Pose, links_of, loop_points
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array, frame_along, vector
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import GROUND, Loop, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Loop
 
 _TO_Z = {
     (0.0, 0.0, 1.0): np.eye(3),

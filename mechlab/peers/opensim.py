@@ -13,7 +13,7 @@ import numpy as np
 
 from mechlab.experiment.trace import Trace
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Spring
+from mechlab.mechanism.parts import Spring
 from mechlab.peers.job import Job
 from mechlab.peers.links import Links, Pose, links_of, loop_points
 

@@ -17,7 +17,8 @@ from mechlab.experiment.observe import kinematic_findings, restart_finding, satu
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Joint, Mechanism, Shaft, Spring
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft, Spring
 from mechlab.simulate.stepping import BlowUp
 
 LOOKED_AT = 250

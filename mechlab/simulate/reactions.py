@@ -17,7 +17,7 @@ import numpy as np
 
 from mechlab.formats.mjcf_names import axis_name, axis_site_names, connector_name, site_names
 from mechlab.mechanism.geometry import Array, cross
-from mechlab.mechanism.model import LOOP_ROWS, Loop
+from mechlab.mechanism.parts import LOOP_ROWS, Loop
 from mechlab.simulate.exact import ExactDynamics
 from mechlab.simulate.model import MujocoMap
 

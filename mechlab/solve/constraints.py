@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Loop
+from mechlab.mechanism.parts import Loop
 from mechlab.solve.kinematics import PinKinematics
 
 Indices = NDArray[np.int_]

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.mechanism.geometry import Array, Placement
-from mechlab.mechanism.model import GROUND, Joint, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, Joint
 
 _AXES = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
 

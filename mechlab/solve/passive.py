@@ -6,7 +6,8 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import Kinematics
-from mechlab.mechanism.model import Joint, Mechanism, Shaft
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
 from mechlab.mechanism.statics import spring_force, spring_stretch
 from mechlab.solve.model import rate_columns
 

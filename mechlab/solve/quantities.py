@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Array, rotation_log
-from mechlab.mechanism.model import Frame, Mechanism
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Frame
 from mechlab.solve.kinematics import PinKinematics
 from mechlab.solve.model import rate_columns
 

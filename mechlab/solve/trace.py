@@ -21,7 +21,8 @@ from mechlab.experiment.settings import Settings
 from mechlab.experiment.trace import Trace
 from mechlab.integrate import integrate_adaptive, integrate_lsoda
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Loop, Mechanism, Spring
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Loop, Spring
 from mechlab.solve.model import PinModel, build
 from mechlab.solve.runner import run
 

@@ -28,7 +28,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Joint, Shaft
+from mechlab.mechanism.parts import Joint, Shaft
 from mechlab.study.nature import with_static_motors
 from mechlab.study.witness import room
 

@@ -16,7 +16,7 @@ import numpy as np
 from mechlab.analytic.linkage import Linkage, Motion, Step
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
-from mechlab.mechanism.model import GROUND
+from mechlab.mechanism.parts import GROUND
 from mechlab.mechanism.shape import Color, Shape
 
 AXIS = "-y"

@@ -14,7 +14,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.check import Measured
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import GROUND
+from mechlab.mechanism.parts import GROUND
 from mechlab.study.mass_check import NOTHING, Particles, State, compare, rod, solid
 from mechlab.study.planar_build import Style, angle_name
 

@@ -13,7 +13,7 @@ from mechlab.analytic.differential_synthesis import closed_differential_teeth
 from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.assembly import Status
-from mechlab.mechanism.model import as_fraction
+from mechlab.mechanism.coefficients import as_fraction
 from mechlab.study.tables import Told, number, table
 from mechlab.values import Range
 

@@ -8,6 +8,7 @@ import pytest
 import mechlab.catalog.fourbar as fourbar
 from mechlab import catalog
 from mechlab.analytic.fourbar import kinematics
+from mechlab.catalog.fourbar import checks, questions, scenes
 from mechlab.experiment.check import Check
 from mechlab.formats.mjcf import to_mjcf
 from mechlab.simulate import model as simulate_model
@@ -38,7 +39,11 @@ def test_a_function_is_replaced_wherever_it_is_held_and_put_back() -> None:
     before = d.mechanism()
     for _ in range(3):  # again and again in one process
         with replaced(fourbar.build, lambda f: lambda p, fidelity: "wrong") as places:
-            assert places == 2 and d.entry.build is fourbar.build and d.mechanism() == "wrong"
+            assert places == 6  # its own module, these four and the entry
+            assert all(
+                module.build(d.parameters, "minimal") == "wrong" for module in (fourbar, checks, questions, scenes)
+            )
+            assert d.entry.build is fourbar.build and d.mechanism() == "wrong"
     assert d.mechanism() == before and d.entry.build is fourbar.build
     with replaced(to_mjcf, lambda f: lambda *a, **k: "<mujoco/>"):
         assert simulate_model.to_mujoco(before)[0].nbody == 1  # the compiled model was forgotten

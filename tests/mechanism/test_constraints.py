@@ -5,7 +5,7 @@ import pytest
 
 from mechlab.mechanism import ConstraintSet, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Placement
-from mechlab.mechanism.model import LOOP_ROWS
+from mechlab.mechanism.parts import LOOP_ROWS
 from tests.mechanism.samples import two_chains
 
 STEP = 1e-6

@@ -15,7 +15,7 @@ from mechlab.mechanism import (
     TreeKinematics,
 )
 from mechlab.mechanism.geometry import matrix_to_quaternion
-from mechlab.mechanism.model import GROUND, LOOP_ROWS, Loop
+from mechlab.mechanism.parts import GROUND, LOOP_ROWS, Loop
 
 
 def direction(rng):

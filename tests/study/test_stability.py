@@ -14,7 +14,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Builder, Inertia, Mechanism, prismatic, revolute
-from mechlab.mechanism.model import LinearRelation
+from mechlab.mechanism.parts import LinearRelation
 from mechlab.study.design import design, entry_of
 from mechlab.study.methods import Problem, method
 from mechlab.study.stability import Axis, Outcome, study

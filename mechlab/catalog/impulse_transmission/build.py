@@ -14,7 +14,7 @@ from mechlab.errors import unknown
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism import Builder, Inertia, Mechanism, as_fraction, revolute
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import Winding
+from mechlab.mechanism.parts import Winding
 
 NAME = "impulse_transmission"
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array, skew
-from mechlab.mechanism.model import GROUND
+from mechlab.mechanism.parts import GROUND
 
 _GROUND = np.eye(4)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.model import GROUND, Loop
+from mechlab.mechanism.parts import GROUND, Loop
 from mechlab.mechanism.structure import structure
 from mechlab.study.methods import Method, Problem
 from mechlab.study.stability.data import Axis, Theory

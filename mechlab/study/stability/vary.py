@@ -13,7 +13,8 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law, OneSidedStop, Servo
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Builder, Mechanism, Placement
-from mechlab.mechanism.model import GROUND, Coefficients, Loop
+from mechlab.mechanism.coefficients import Coefficients
+from mechlab.mechanism.parts import GROUND, Loop
 from mechlab.study.design import Design
 
 

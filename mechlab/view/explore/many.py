@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.mechanism import GROUND, ConstraintSet, Mechanism
 from mechlab.mechanism.constraints import AXES
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.model import LinearRelation, Loop
+from mechlab.mechanism.parts import LinearRelation, Loop
 
 
 class ManyPoses:
