@@ -92,6 +92,18 @@ def test_changed_parameters_meet_1e_5(name: str, changes: dict) -> None:
     assert result.reached and error <= 1e-5
 
 
+def test_poses_are_handed_on_to_another_joint() -> None:
+    """Its crank stops at a limit on the way: the branch goes on along another joint, through the same first pose."""
+    changes = {"speed": 6.069757345704517, "point_angle": 0.65456507482485, "link": 0.1551559758753199}
+    lived = api.load("stephenson", **changes).for_scene("free-run")
+    problem = Problem(lived, lived.scene("free-run", None, 0.4))
+    truth = reference_of(problem)  # Pinocchio's rigid dynamics at 1e-12
+    result = solve_to(lived, problem.scene, 1e-9)
+    assert result.reached and result.method == "energy quadrature"
+    found = tracked(problem, truth.names, result.q, result.v)
+    assert np.max(np.abs(found - truth.values)) <= 1e-9 + 10.0 * truth.own_error
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes"),

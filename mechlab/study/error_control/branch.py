@@ -54,6 +54,8 @@ class Branch:
         """Take over the poses that another branch through the same pose has reached, along another joint."""
         k = self.coordinate
         q, u = np.array(other.q), np.array(other.u)
+        # closing the first pose along the other joint may have moved this one in its last digits
+        q[other.first, k] = self.start
         order = np.argsort(q[:, k])
         self.phi = q[order, k].tolist()
         self.q, self.u = list(q[order]), list((u / u[:, k : k + 1])[order])
