@@ -30,7 +30,12 @@ def number(value: Any, digits: int = 3) -> str:
         return "yes" if value else "no"
     if isinstance(value, int | np.integer):
         return str(value)
-    return f"{float(value):.{digits}g}"
+    return f"{float(value) + 0.0:.{digits}g}"  # a zero has no sign
+
+
+def counted(count: int, one: str, many: str = "") -> str:
+    """ "1 body", "2 bodies"; `many` is `one` with an s where it is not given."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
 
 
 def table(headers: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:

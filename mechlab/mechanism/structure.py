@@ -15,8 +15,10 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.tables import counted
 
 RANK_TOLERANCE = 1e-9
+FREEDOMS = ("degree of freedom", "degrees of freedom")
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,8 @@ class Structure:
     @property
     def sentence(self) -> str:
         """One line: coordinates, rows, freedoms."""
-        text = f"{self.nv} coordinates, {self.rows} constraint rows of rank {self.rank}: {self.freedoms} degrees of freedom"
+        rows = f"{counted(self.rows, 'constraint row')} of rank {self.rank}"
+        text = f"{counted(self.nv, 'coordinate')}, {rows}: {counted(self.freedoms, *FREEDOMS)}"
         if self.idle:
             text += f" = {self.mobility} + {len(self.idle)} local ({', '.join(self.idle)})"
         return text

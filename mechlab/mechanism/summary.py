@@ -8,7 +8,7 @@ from typing import Any
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import LOOP_ROWS
 from mechlab.mechanism.structure import Structure, structure
-from mechlab.tables import html_sheet
+from mechlab.tables import counted, html_sheet
 
 Rows = tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]
 
@@ -49,7 +49,7 @@ def mechanism_html(m: Mechanism) -> str:
     """Name, freedoms, bodies, loops, relations, shafts, redundant rows, as escaped HTML."""
     found = structure(m)
     sentences = [m.summary] if m.summary else []
-    sentences.append(f"{len(m.bodies)} bodies, {m.total_mass:.4g} kg, {found.sentence}.")
+    sentences.append(f"{counted(len(m.bodies), 'body', 'bodies')}, {m.total_mass:.4g} kg, {found.sentence}.")
     tables = {"Bodies": body_rows(m)}
     if m.loops or m.relations or m.shafts:
         tables["Loops, relations, shafts"] = closing_rows(m)

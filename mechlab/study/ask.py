@@ -14,8 +14,8 @@ from mechlab.experiment.question import Answer, Answers, Question, choose
 from mechlab.mechanism import Mechanism, Status
 from mechlab.study.design import Design
 from mechlab.study.power_flow import asks_power_flow, power_flow_question
-from mechlab.study.tables import number, table
 from mechlab.study.witness import engine_answer, quantities, split
+from mechlab.tables import number, table
 
 
 def parameters_and_rest(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
 from mechlab.study.chart_labels import headline
-from mechlab.study.tables import html_sheet, number, table
+from mechlab.tables import html_sheet, number, table
 
 if TYPE_CHECKING:
     from mechlab.study.chart_data import Chart, Point

@@ -20,7 +20,7 @@ from mechlab.experiment.trace import Trace
 from mechlab.peers import PEERS, PeerStopped
 from mechlab.study.chart_score import Reference, score
 from mechlab.study.methods import PEER_METHODS, Method, Problem
-from mechlab.study.tables import number, table
+from mechlab.tables import number, table
 
 if TYPE_CHECKING:
     from mechlab.study.chart_data import Point

@@ -12,7 +12,7 @@ from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry
 from mechlab.study.design import Design
 from mechlab.study.generic_checks import generic_checks
-from mechlab.study.tables import html_sheet, number, table
+from mechlab.tables import html_sheet, number, table
 
 HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from mechlab.experiment.check import Claim, Finding, Verdict
 from mechlab.experiment.entry import Entry
-from mechlab.study.tables import Told, number, table
+from mechlab.tables import Told, number, table
 
 
 @dataclass(frozen=True)

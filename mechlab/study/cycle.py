@@ -17,7 +17,7 @@ from mechlab.study.closed_path import ClosedPath, PathPoint, choose_path
 from mechlab.study.cycle_forces import ReactionTable, reactions, witness_difference
 from mechlab.study.cycle_geometry import instant_centres, shaking
 from mechlab.study.cycle_transmission import outputs, transmission
-from mechlab.study.tables import Told, number, table
+from mechlab.tables import Told, number, table
 
 POINTS = 72
 INSIDE = 0.01

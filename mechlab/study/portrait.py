@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.integrate import RK4, integrate_fixed
 from mechlab.mechanism.geometry import Array
-from mechlab.study.tables import html_sheet, table
+from mechlab.tables import html_sheet, table
 
 Slope = Callable[[float, Array], Array]
 MOST_LINES = 400

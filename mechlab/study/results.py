@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.experiment.question import Answers
 from mechlab.experiment.recording import Recording
-from mechlab.study.tables import Told, html_table, number, table
+from mechlab.tables import Told, html_table, number, table
 
 
 @dataclass(frozen=True)

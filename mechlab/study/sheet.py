@@ -11,7 +11,7 @@ from mechlab.mechanism.summary import Rows, body_rows, closing_rows, freedom_sen
 from mechlab.study.check import CheckReport
 from mechlab.study.claims import ClaimReport
 from mechlab.study.design import Design, initial_keys
-from mechlab.study.tables import html_sheet, markdown, number, table
+from mechlab.tables import counted, html_sheet, markdown, number, table
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
     else:
         m = design.mechanism(level)
         found = structure(m)
-        sentences.append(f"Fidelity {level}: {len(m.bodies)} bodies, {found.sentence}.")
+        sentences.append(f"Fidelity {level}: {counted(len(m.bodies), 'body', 'bodies')}, {found.sentence}.")
         sentences += freedom_sentences(found)
         tables["Bodies"] = body_rows(m)
         if m.loops or m.relations or m.shafts:

@@ -14,7 +14,7 @@ from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.assembly import Status
 from mechlab.mechanism.coefficients import as_fraction
-from mechlab.study.tables import Told, number, table
+from mechlab.tables import Told, number, table
 from mechlab.values import Range
 
 SHOWN = 20

@@ -344,7 +344,7 @@ def test_json_and_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert main(["doctor", "pendulum", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["freedoms"] == 1
     path.write_text(fourbar())
-    assert main(["doctor", str(path)]) == 0 and "1 degrees of freedom" in capsys.readouterr().out
+    assert main(["doctor", str(path)]) == 0 and "1 degree of freedom" in capsys.readouterr().out
 
 
 def test_settings_follow_the_timestep() -> None:

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from mechlab.mechanism.structure import Redundancy
-from mechlab.study.tables import Told, number
+from mechlab.mechanism.structure import FREEDOMS, Redundancy
+from mechlab.tables import Told, counted, number
 
 ORDER = {"error": 0, "warning": 1, "note": 2}
 """Severities: "error": results of the file as it is cannot be trusted; "warning": to be known; "note": for other tools."""
@@ -81,7 +81,8 @@ class Diagnosis(Told):
         lines = [f"{self.name} ({self.kind})"]
         if self.freedoms is not None:
             lines.append(
-                f"  {self.coordinates} coordinates, {self.rows} constraint rows: {self.freedoms} degrees of freedom"
+                f"  {counted(self.coordinates or 0, 'coordinate')}, {counted(self.rows or 0, 'constraint row')}: "
+                f"{counted(self.freedoms, *FREEDOMS)}"
             )
         if self.idle:
             lines.append(f"  local freedoms: {', '.join(self.idle)}")

@@ -10,7 +10,7 @@ from typing import Any
 
 from mechlab.errors import MechlabError
 from mechlab.study.fidelity.measure import Error
-from mechlab.study.tables import Told, number, table
+from mechlab.tables import Told, number, table
 
 FORMATS = (".svg", ".png", ".json")
 

@@ -11,7 +11,7 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.study.modes.eigen import RIGID, UNSTABLE, Mode
-from mechlab.study.tables import Told, number, table
+from mechlab.tables import Told, number, table
 
 AGREED = 1e-6
 """Largest relative difference of eigenvalues between witnesses that is trusted."""

@@ -11,7 +11,7 @@ from typing import Any
 from mechlab.experiment.parameters import describe
 from mechlab.mechanism import Status
 from mechlab.study.optimize.problem import Constraint, Goal, Problem, Trial
-from mechlab.study.tables import Told, number, table
+from mechlab.tables import Told, number, table
 
 ACTIVE = 1e-4
 """A constraint or an end of a range is active when the best design is nearer, as a share of the bound or of the range."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.experiment.question import Answers
 from mechlab.study.results import SolveResult
-from mechlab.study.tables import number, table
+from mechlab.tables import number, table
 
 APART = 1e-3
 """Witnesses whose derivatives differ by more, as a share of the change that all inputs make together, are not to be trusted."""

@@ -8,7 +8,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from mechlab.study.tables import Told
+from mechlab.tables import Told
 
 
 class Outcome(Enum):

@@ -15,7 +15,7 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 from mechlab.study.sweep.block import BAD_INPUT, GOOD, NO_SOLUTION, UNTRUSTED
 from mechlab.study.sweep.request import METHODS, Request
-from mechlab.study.tables import Told, number, table
+from mechlab.tables import Told, number, table
 
 SMALL = 2000
 """Up to so many points stand in the JSON document; more are only told of by their ranges."""

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.experiment.parameters import describe
-from mechlab.study.tables import Told, number, table
 from mechlab.study.workspace.compare import Comparison
 from mechlab.study.workspace.maps import MapSummary
 from mechlab.study.workspace.plan import Plan
 from mechlab.study.workspace.survey import Survey
+from mechlab.tables import Told, number, table
 
 DEEPEST = "largest_margin"
 
