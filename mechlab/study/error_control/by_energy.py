@@ -59,7 +59,9 @@ def by_energy(asked: Asked, tree: BatchTree, rows: BatchRows, energies: Potentia
         f"{ENERGY} along {motion.branch.name} with {motion.resolution}, because the mechanism "
         f"has one freedom and its forces depend on the position alone, so that its energy gives the motion without steps; it {orbit}"
     )
-    found = Found(motion, states, tracked, total, rounding, chosen, ENERGY, float(n), "nodes", motion.evaluations)
+    found = Found(
+        motion, states, tracked, total, rounding, chosen, ENERGY, float(n), "nodes", motion.evaluations, "energy"
+    )
     return judged(asked, found)
 
 

@@ -63,5 +63,7 @@ def by_hinge(asked: Asked, energies: OneJoint) -> Result:
         f"{ELLIPTIC}, because the mechanism is one hinge under its weight alone, a physical pendulum; it "
         f"{'goes over' if motion.pendulum.goes_over else 'swings'}"
     )
-    found = Found(motion, states, tracked, rounding, rounding, chosen, ELLIPTIC, 0.0, "closed form", len(asked.t))
+    found = Found(
+        motion, states, tracked, rounding, rounding, chosen, ELLIPTIC, 0.0, "closed form", len(asked.t), "elliptic"
+    )
     return judged(asked, found)

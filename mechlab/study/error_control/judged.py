@@ -33,7 +33,8 @@ class Asked:
 @dataclass(frozen=True)
 class Found:
     """A motion with its states at the output times and their tracked quantities; error: estimated in all, rounding: of
-    which it is; chosen: by what it was found and why, in words; method, step, control, evaluations as of `Result`."""
+    which it is; chosen: by what it was found and why, in words; method, step, control, evaluations as of `Result`, integrator
+    as of `Settings`."""
 
     motion: Motion
     states: States
@@ -45,6 +46,7 @@ class Found:
     step: float
     control: str
     evaluations: int
+    integrator: str
 
 
 def judged(asked: Asked, found: Found) -> Result:
@@ -54,7 +56,7 @@ def judged(asked: Asked, found: Found) -> Result:
     spent, size = a.meter.spent, float(abs(x.tracked).max(initial=1.0))
     ok, sentence = verdict(x.error, a.max_error, unit, x.chosen, checked, size, f"of which rounding {x.rounding:.1g}")
     settings = Settings(
-        engine="one_freedom", integrator="energy", timestep=a.problem.scene.duration / a.problem.outputs,
+        engine="one_freedom", integrator=x.integrator, timestep=a.problem.scene.duration / a.problem.outputs,
         tolerance=max(x.error, 1e-16), preset="max_error",
     )  # fmt: skip
     return Result(
