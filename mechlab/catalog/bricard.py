@@ -11,13 +11,16 @@ from mechlab.analytic.benchmarks import Bricard
 from mechlab.analytic.benchmarks.bricard import AXES, CORNERS
 from mechlab.catalog import benchmark_parts as parts
 from mechlab.catalog import palette
+from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.integrate import integrate_adaptive
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, frame_along
 from mechlab.mechanism.inertia import Inertia
+from mechlab.study import mass_check
 from mechlab.study.own_equations import record_own
 
 SOURCE = "IFToMM benchmark library, A04"
@@ -102,6 +105,33 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     return record_own(build(p, "full"), scene, own.slope, np.zeros(12), states, method, tolerance)
 
 
+def moving(p: Parameters, time: float) -> mass_check.State:
+    """The scene at a time, by screws, in particles."""
+    own = Bricard(p.length, p.masses, p.section, p.gravity_vector)
+    start = np.zeros(12)
+    y = integrate_adaptive(own.slope, 0.0, start, time, method="DOP853", rtol=1e-12, atol=1e-13).at([time])[0]
+    q, v = y[:6], y[6:]
+    spread = np.full(3, p.section)
+    particles, points, turn, drift = mass_check.NOTHING, {}, np.zeros(3), np.zeros(3)
+    poses = own.poses(q)
+    for k, (screw, mass) in enumerate(zip(own.screws(poses), p.masses, strict=False)):
+        drift, turn = drift + v[k] * screw[:3], turn + v[k] * screw[3:]
+        rotation, shift = poses[k]
+        middle = rotation @ (0.5 * p.length * (CORNERS[k] + CORNERS[k + 1])) + shift
+        edges = spread + (p.length - p.section) * np.abs(CORNERS[k + 1] - CORNERS[k])
+        particles += mass_check.solid(
+            mass, middle, edges / np.sqrt(12.0), rotation, drift + np.cross(turn, middle), turn
+        )
+        points[f"P{k + 1}"] = rotation @ (p.length * CORNERS[k + 1]) + shift
+    values, rates = ({f"hinge_{k}": float(x) for k, x in enumerate(z[:5])} for z in (q, v))
+    return mass_check.State(values, rates, particles, points, p.gravity_vector, 1)
+
+
+def _check_masses(p: Parameters) -> Measured:
+    m = build(p, "full")
+    return mass_check.compare([(m, moving(p, time)) for time in (0.2, 0.5)])
+
+
 PRINTED = {
     1.0: (0.274481319265, -0.886707938735, -0.462330002687),
     5.0: (0.999932742302, -0.999999997738, -6.72554361e-5),
@@ -118,7 +148,10 @@ ENTRY = Entry(
     default_fidelity="full",
     scenes={"fall": SceneRecipe(_fall, "full", "falls from rest")},
     default_scene="fall",
-    checks=parts.checks(build, Parameters, _fall, reference, CHANNELS, PRINTED, 1e-5),
+    checks=(
+        *parts.checks(build, Parameters, _fall, reference, CHANNELS, PRINTED, 1e-5),
+        Check("B3", mass_check.TEXT, _check_masses, mass_check.SOURCE),
+    ),
     reference=reference,
     channels=CHANNELS,
     chain="6R",

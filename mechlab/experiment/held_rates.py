@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar
@@ -168,6 +168,11 @@ class HeldRates:
             if gap <= scale:
                 break
         return [min(max(x, h.low), h.high) for x, h in zip(best, self.holds, strict=True)]
+
+
+def captured(laws: Sequence[Law], factor: float) -> tuple[Law, ...]:
+    """The laws with their time of capture, which smooths as the timestep does, times the factor."""
+    return tuple(replace(law, time=factor * law.time) if isinstance(law, HeldRates) else law for law in laws)
 
 
 def capture_finding(laws: Sequence[Law], settings: Settings) -> Finding | None:

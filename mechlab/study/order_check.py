@@ -15,6 +15,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.health import Finding, Health
+from mechlab.experiment.held_rates import captured
 from mechlab.experiment.order import (
     expected_order,
     grown,
@@ -111,8 +112,7 @@ def _step_error(recording: Recording, scene: Scene, s: Settings) -> Finding | No
     order = expected_order(s, bool(recording.mechanism.loops or recording.mechanism.relations))
     for factor in (2.0, 0.5):
         other = replace(s, timestep=factor * s.timestep)
-        laws = tuple(_refined(law, factor) for law in piece.laws)
-        states = _states(recording.mechanism, replace(piece, laws=laws), other, outputs)
+        states = _states(recording.mechanism, replace(piece, laws=captured(piece.laws, factor)), other, outputs)
         if len(states) <= outputs or not np.all(np.isfinite(states)):
             continue
         apart = np.abs(states[there] - recording.q[where[there]]).max(axis=1)
@@ -124,11 +124,6 @@ def _step_error(recording: Recording, scene: Scene, s: Settings) -> Finding | No
         return step_error_finding(value, scene.tolerance, text)
     text = "the run comes through neither at twice the timestep nor at half of it: its error cannot be estimated"
     return Finding("step_error", float("inf"), scene.tolerance, "rad or m", "warning", text)
-
-
-def _refined(law: Any, factor: float) -> Any:
-    """The law with its time of capture, which is a smoothing as much as the timestep, times the factor."""
-    return replace(law, time=factor * law.time) if law.kind == "held_rates" else law
 
 
 def _states(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:

@@ -37,7 +37,7 @@ ANALYTIC = "mechlab.analytic.delta6."
 
 
 def test_ids() -> None:
-    assert [c.id for c in CHECKS] == [f"A{k}" for k in range(1, 15)]
+    assert [c.id for c in CHECKS] == [f"A{k}" for k in range(1, 17)]
     assert all(c.text and c.source for c in CHECKS)
 
 
@@ -54,7 +54,7 @@ def test_passes(check: Any) -> None:
     assert measured.passed, f"{measured.difference} > {measured.tolerance}: {measured.note}"
 
 
-@pytest.mark.parametrize("id_", ["A1", "A2", "A3", "A4", "A5", "A7", "A8", "A12", "A13", "A14"])
+@pytest.mark.parametrize("id_", ["A1", "A2", "A3", "A4", "A5", "A7", "A8", "A12", "A13", "A14", "A15", "A16"])
 def test_has_three_witnesses(id_: str) -> None:
     pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
     said = {name.split()[0] for name in untouched(id_).values}
@@ -255,6 +255,7 @@ MUTATIONS: list[tuple[Callable[[pytest.MonkeyPatch], None], str]] = [
     (short_distance, "A4"), (other_side_of_the_guide, "A1"), (no_centripetal, "A3"), (beta_reversed, "A2"),
     (tee_forgotten, "A8"), (slope_reversed, "A8"), (slow_decay, "A9"), (target_late, "A9"), (wrong_tip, "A10"),
     (wider_reach, "A6"), (always_reached, "A13"), (wrong_determinant, "A7"), (axis_reversed, "A14"), (soft_preset, "A11"),
+    (lost_crosses, "A15"), (heavier_bevel, "A15"),
 ]  # fmt: skip
 
 

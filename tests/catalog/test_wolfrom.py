@@ -14,7 +14,7 @@ SLIP = 5e-5
 
 def test_all_checks_pass() -> None:
     report = api.check("wolfrom")
-    assert report.exit_code == 0 and len(report.outcomes) == 10, report.text()
+    assert report.exit_code == 0 and len(report.outcomes) == 12, report.text()
 
 
 @pytest.mark.parametrize("teeth", [(22, 44, 110, 44, 116), (11, 22, 55, 22, 58), (24, 30, 84, 27, 78)])

@@ -25,6 +25,7 @@ SAMPLE = (
     (185, "flyball"), (186, "planetary"), (187, "planetary_stage"), (128, "wolfrom"), (69, "fivebar"),
     (190, "quick_return"), (171, "stephenson"), (192, "platform_3rrr"), (154, "fourbar"), (75, "delta6"), (78, "gear_linkage"),
     (59, "closed_differential"), (116, "impulse_transmission"), (97, "prosthetic_leg"), (73, "class4_linkage"),
+    (56, "andrews"), (112, "planetary"),
 )  # fmt: skip
 """Seeds and mechanisms."""
 

@@ -92,6 +92,20 @@ def test_changed_parameters_meet_1e_5(name: str, changes: dict) -> None:
     assert result.reached and error <= 1e-5
 
 
+def test_the_capture_of_held_rates_counts_as_error() -> None:
+    """The engines catch a held rate within 0.5 ms, the own equations at once; both methods of the ladder agree with each other,
+    and are off together."""
+    lived = api.load("closed_differential", M_H2=214.37247051489385).for_scene("held-input-dry-load")
+    problem = Problem(lived, lived.scene("held-input-dry-load"))
+    truth = reference_of(problem)
+    result = solve_to(lived, problem.scene, 1e-3)
+    error = float(np.max(np.abs(tracked(problem, truth.names, result.q, result.v) - truth.values)))
+    assert result.reached and "capture" in result.sentence
+    assert 0.3 * result.estimate < error < 2.0 * result.estimate  # of first order in the time of capture
+    sharper = solve_to(lived, problem.scene, 1e-5)
+    assert not sharper.reached and "a smaller `time` of the law" in sharper.sentence
+
+
 def test_poses_are_handed_on_to_another_joint() -> None:
     """Its crank stops at a limit on the way: the branch goes on along another joint, through the same first pose."""
     changes = {"speed": 6.069757345704517, "point_angle": 0.65456507482485, "link": 0.1551559758753199}

@@ -93,7 +93,7 @@ def reference(p: Parameters, scene: Scene) -> Recording:
     t = np.linspace(0.0, scene.duration, SAMPLES)
     if laws.power is None:
         found = closed.motion(J, laws.damping, laws.force, w0, laws.contacts, t)
-        angles, rates, held = found.angles, found.rates, found.moments
+        t, angles, rates, held = found.t, found.angles, found.rates, found.moments
     else:
         angles, rates = _powered_motion(J, laws, laws.power, w0, t)
         held = {}

@@ -1,4 +1,4 @@
-"""The checks A1 to A14 of the delta: each compares witnesses that do not share code, or holds them to a known number."""
+"""The checks A1 to A16 of the delta: each compares witnesses that do not share code, or holds them to a known number."""
 
 from __future__ import annotations
 
@@ -7,12 +7,24 @@ from mechlab.catalog.delta6 import (
     checks_orientation,
     checks_pose,
     checks_reach,
+    checks_rods,
     checks_runs,
     checks_source,
     checks_train,
+    moving,
 )
 from mechlab.experiment.check import Check
 
-_PARTS = (checks_source, checks_pose, checks_orientation, checks_reach, checks_train, checks_head, checks_runs)
+_PARTS = (
+    checks_source,
+    checks_pose,
+    checks_orientation,
+    checks_reach,
+    checks_train,
+    checks_head,
+    checks_runs,
+    checks_rods,
+    moving,
+)
 
 CHECKS: tuple[Check, ...] = tuple(sorted((c for part in _PARTS for c in part.CHECKS), key=lambda c: int(c.id[1:])))

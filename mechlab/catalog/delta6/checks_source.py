@@ -108,6 +108,7 @@ def a10(p: Delta6Parameters) -> Measured:
     losses = [closed.approach_loss(19, 19, 0.16), closed.approach_loss(20, 20, 0.16), closed.recess_loss(20, 20, 0.16)]
     direct = [loss(19, 19, 0.16, "approach"), loss(20, 20, 0.16, "approach"), loss(20, 20, 0.16, "recess")]
     slide = {"analytic": velocity, "statics": sliding(20, 0.03)}
+    unequal = closed.sliding_velocity([0.01, 0.02], 0.3, 0.2)
     return graded(
         # four printed decimals
         Quantity("sliding velocity of 20 teeth at the tip [m/s]", 5e-5, slide, [0.1296, -0.0472]),
@@ -115,6 +116,13 @@ def a10(p: Delta6Parameters) -> Measured:
             "loss factors at f = 0.16", 1e-5, {"analytic": losses, "statics": direct}, [1.09066, 1.08670, 1.07679]
         ),
         Quantity("sliding, closed form against statics [m/s]", 1e-12, slide),
+        # both pitch circles run at 0.3 m/s: the driven one, of 0.2 m, turns by -1.5 rad/s, and against the driver by -2.5
+        Quantity(
+            "rates, radii 0.3 and 0.2 m [rad/s]",
+            1e-12,
+            {"analytic": [unequal.contact_rate, unequal.driven_rate]},
+            [-2.5, 1.5],
+        ),
         Quantity("losses, closed form against statics", 1e-12, {"analytic": losses, "statics": direct}),
     )
 

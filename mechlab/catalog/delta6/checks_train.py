@@ -72,6 +72,9 @@ def a5(p: Delta6Parameters) -> Measured:
         out_of_phase[half.name] = turned(half, inputs)
         swing[worst.name] = _swing(worst, bend)
     source = math.degrees(float(closed.misphase_amplitude(_bend(SOURCE), 0.5 * math.pi)))
+    pins, step = inputs[:-1] + 0.1, 1e-5
+    hooke = (_hooke(pins + step, bend) - _hooke(pins - step, bend)) / (2.0 * step)
+    ratio = {"analytic": closed.rod_speed_ratio(bend, pins), "differences": hooke}
     # Newton closes the chains to 1e-13.
     return graded(
         Quantity("forks in phase: output - input [deg]", 1e-8, in_phase, 0.0),
@@ -79,9 +82,16 @@ def a5(p: Delta6Parameters) -> Measured:
         Quantity(
             "90 deg out of phase: half the swing [deg]", 1e-8, swing, math.degrees(math.asin((1.0 - k) / (1.0 + k)))
         ),
+        # central differences: 1e-10 of a third derivative, rounding 1e-16 / 1e-5
+        Quantity("speed of the rod over that of its shaft", 1e-8, ratio),
         Quantity("the same at the bend of the source, 38.045 deg [deg]", 1e-3, {"analytic": source}, 13.557),
         note=f"bend {math.degrees(bend):.4g} deg",
     )
+
+
+def _hooke(pin: Array, bend: float) -> Array:
+    """Turn of the rod behind a cross joint; the driving pin stands `pin` from the normal to shaft and rod."""
+    return np.asarray(np.unwrap(np.arctan2(np.cos(bend) * np.sin(pin), np.cos(pin))))
 
 
 def _misphased(inputs: Array, bend: float, misphase: float) -> Array:

@@ -18,7 +18,12 @@ def coordinates(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: A
 
     Idle spins of the plain rods are those of the shortest turn. Raises NoSolution out of reach.
     """
-    m = build(p, fidelity)
+    found = joint_values(p, fidelity, centre, angles)
+    return _pack(build(p, fidelity), found, len(found["alpha"]))
+
+
+def joint_values(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: ArrayLike) -> dict[str, Array]:
+    """Joint or drive -> its values (n,), quaternions (n, 4), as of `coordinates`."""
     centre, angles = np.atleast_2d(np.asarray(centre, dtype=float)), np.atleast_2d(np.asarray(angles, dtype=float))
     values = _shared(p, centre, angles)
     if fidelity == "minimal":
@@ -27,7 +32,8 @@ def coordinates(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: A
         values |= _gears(p, angles)
     if fidelity == "full":
         values |= _cardans(p, centre, angles) | _balls(p, centre)
-    return _pack(m, values, len(centre))
+        values["O_turn"] = np.tile([1.0, 0.0, 0.0, 0.0], (len(centre), 1))
+    return values
 
 
 def _pack(m: Mechanism, values: dict[str, Array], n: int) -> Array:

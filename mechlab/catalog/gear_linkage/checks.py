@@ -10,6 +10,8 @@ import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.build import build
+from mechlab.catalog.gear_linkage.checks_regime import REGIME_CHECKS
+from mechlab.catalog.gear_linkage.moving import MOVING
 from mechlab.catalog.gear_linkage.parameters import NEAR_CHANGE_POINT, Parameters
 from mechlab.catalog.gear_linkage.questions import MOTION
 from mechlab.catalog.gear_linkage.scenes import constant_crank, coordinates, free_spin, near_change_point, reference
@@ -164,4 +166,6 @@ CHECKS = (
     Check("L7", "free run against the equation of the one freedom", _free, "Eksergian equation, DOP853"),
     Check("L8", "assembly mode near the change point", _mode, "sign of the triangle BCD"),
     Check("L9", "synthesis of the crank, checked by its regime", _synthesis, "root finding both ways"),
+    MOVING,
+    *REGIME_CHECKS,
 )

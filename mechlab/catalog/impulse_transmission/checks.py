@@ -20,6 +20,8 @@ from mechlab.analytic.impulse.periodic import motion
 from mechlab.catalog.impulse_transmission.build import build, full_coordinates, minimal_coordinates
 from mechlab.catalog.impulse_transmission.checks_runs import PORTRAIT_CHECK, RUN_CHECKS
 from mechlab.catalog.impulse_transmission.checks_sticking import STICKING_CHECKS
+from mechlab.catalog.impulse_transmission.checks_turning import TURNING
+from mechlab.catalog.impulse_transmission.moving import MOVING
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
 from mechlab.errors import NoSolution
@@ -165,4 +167,6 @@ CHECKS = (
     *RUN_CHECKS,
     *STICKING_CHECKS,
     PORTRAIT_CHECK,
+    MOVING,
+    TURNING,
 )

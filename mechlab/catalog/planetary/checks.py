@@ -10,6 +10,7 @@ from mechlab.analytic.planetary_synthesis import neighbour_gaps
 from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 from mechlab.catalog.planetary.build import build
 from mechlab.catalog.planetary.looks import phases
+from mechlab.catalog.planetary.moving import MOVING
 from mechlab.catalog.planetary.parameters import Parameters
 from mechlab.catalog.planetary.questions import QUESTIONS
 from mechlab.catalog.planetary.scenes import acceleration, scene
@@ -61,4 +62,5 @@ CHECKS = (
     Check("S3", "run under constant torques against the closed form", _run, "Lagrange"),
     Check("S4", "teeth in phase on every ray", _teeth, "assembly condition (z1 + z4) / planets whole"),
     Check("S5", "room between the planets", _room, "law of cosines"),
+    *MOVING,
 )

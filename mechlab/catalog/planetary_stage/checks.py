@@ -9,6 +9,7 @@ import numpy as np
 from mechlab.analytic import planetary_stage as closed_form
 from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 from mechlab.catalog.planetary_stage.build import build
+from mechlab.catalog.planetary_stage.moving import MOVING
 from mechlab.catalog.planetary_stage.parameters import Parameters
 from mechlab.catalog.planetary_stage.questions import QUESTIONS
 from mechlab.catalog.planetary_stage.scenes import accelerations, scene
@@ -63,4 +64,5 @@ CHECKS = (
     Check("P3", "run under constant torques against the closed form", _run, "Lagrange"),
     Check("P4", "room between the planets", _room, "chord of the planet axes"),
     Check("P5", "torque that holds the ring", _held, "Lagrange with the ring free"),
+    *MOVING,
 )

@@ -9,6 +9,7 @@ import numpy as np
 from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.prosthetic_leg.build import FREE, LEG, build, tree
 from mechlab.catalog.prosthetic_leg.dynamics import engine_terms, own_terms, random_states
+from mechlab.catalog.prosthetic_leg.moving import MOVING
 from mechlab.catalog.prosthetic_leg.parameters import Parameters
 from mechlab.catalog.prosthetic_leg.scenes import SCENES, SWING_RATES, SWING_START, SWING_TIME, swing_motion
 from mechlab.catalog.prosthetic_leg.sliders import answers
@@ -98,4 +99,5 @@ CHECKS = (
     Check("L5", "energy of the undamped swing", _energy, "conservation"),
     Check("L6", "which slides the swing needs", _sliders, "two engines"),
     Check("L7", "drop onto the straight leg", _drop, "two engines", slow=True),
+    MOVING,
 )

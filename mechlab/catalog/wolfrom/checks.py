@@ -8,6 +8,7 @@ from mechlab.analytic import wolfrom as closed_form
 from mechlab.analytic.planetary_stage import conditions
 from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, reduced_masses
 from mechlab.catalog.wolfrom.build import build
+from mechlab.catalog.wolfrom.moving import MOVING
 from mechlab.catalog.wolfrom.parameters import Parameters
 from mechlab.catalog.wolfrom.scenes import carrier_acceleration, inertia_at_sun, scene
 from mechlab.experiment.check import Check, Measured
@@ -56,4 +57,5 @@ CHECKS = (
     Check("W2", "inertia of each fidelity against the closed form", _mass, "Lagrange"),
     Check("W3", "run under constant torques against the closed form", _run, "Lagrange"),
     Check("W4", "room between the planets", _room, "chord of the planet axes"),
+    *MOVING,
 )

@@ -16,7 +16,7 @@ from mechlab.study.error_control.meter import Meter
 from mechlab.study.error_control.rates import fastest_rate
 from mechlab.study.error_control.result import Result
 from mechlab.study.error_control.rules import LADDERS, RULES
-from mechlab.study.error_control.verdict import verdict
+from mechlab.study.error_control.verdict import CAPTURE, LOW, ROUNDING, verdict
 from mechlab.study.methods import Problem, is_rough, why_no_tree
 
 
@@ -53,6 +53,10 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
         ends = "; ".join(f"{x.rule.name}: {x.ended}" for x in ladders)
         raise NoSolution(f"{problem.design.name}: no method gets to the end of the scene ({ends}).")
     best = winner or min(ran, key=lambda x: x.estimate)
+    with meter.stepping() as told:
+        before = best.spent
+        capture = best.capture()
+        told.append(best.spent - before)
     q, v = best.best
     tracked = measure(t, q, v)
     checked = _against(best, [x for x in ran if x is not best], t, problem)
@@ -67,9 +71,13 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
         f"there ({why}{stiff})"
     )
     size = float(np.max(np.abs(tracked), initial=1.0))
-    total = best.estimate + rounding
-    of = f"of which rounding {rounding:.1g}" if rounding > best.estimate else ""
-    ok, sentence = verdict(total, max_error, measure.unit, chosen, checked, size, of)
+    total = best.estimate + rounding + capture
+    part = cause = ""
+    if capture > max(best.estimate, rounding):
+        part, cause = f"the capture of held rates {capture:.1g}", CAPTURE
+    elif rounding > best.estimate and max_error < LOW:
+        part, cause = f"rounding {rounding:.1g}", ROUNDING
+    ok, sentence = verdict(total, max_error, measure.unit, chosen, checked, size, part, cause)
     if winner is None:
         ok = False
         sentence += f"; {RULES.cpu_limit:g} s of CPU or the sharpest settings were used up: {_ends(ladders)}"

@@ -11,7 +11,7 @@ from mechlab.study.error_control.measure import Measure
 from mechlab.study.error_control.meter import Meter
 from mechlab.study.error_control.motion import Motion, States
 from mechlab.study.error_control.result import Result
-from mechlab.study.error_control.verdict import verdict
+from mechlab.study.error_control.verdict import LOW, ROUNDING, verdict
 from mechlab.study.methods import Problem
 
 
@@ -54,7 +54,8 @@ def judged(asked: Asked, found: Found) -> Result:
     a, x, unit = asked, found, asked.measure.unit
     checked = a.checker.check(a.measure, x.tracked, a.meter)
     spent, size = a.meter.spent, float(abs(x.tracked).max(initial=1.0))
-    ok, sentence = verdict(x.error, a.max_error, unit, x.chosen, checked, size, f"of which rounding {x.rounding:.1g}")
+    part, cause = (f"rounding {x.rounding:.1g}", ROUNDING) if a.max_error < LOW else ("", "")
+    ok, sentence = verdict(x.error, a.max_error, unit, x.chosen, checked, size, part, cause)
     settings = Settings(
         engine="one_freedom", integrator=x.integrator, timestep=a.problem.scene.duration / a.problem.outputs,
         tolerance=max(x.error, 1e-16), preset="max_error",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.held_rates import captured
 from mechlab.experiment.settings import Settings
 from mechlab.experiment.trace import Trace
 from mechlab.mechanism.geometry import Array
@@ -127,6 +128,21 @@ class Ladder:
             return math.inf
         t = np.linspace(0.0, scene.duration, self.problem.outputs + 1)
         return _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
+
+    def capture(self) -> float:
+        """What the time in which held rates are captured adds to the error: twice what half of it does, as it is of first
+        order; 0 without such a law."""
+        p = self.problem
+        laws = captured(p.scene.laws, 0.5)
+        if laws == p.scene.laws:
+            return 0.0
+        trace = self.method.run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
+        self.spent += trace.cpu_s
+        plain = self.traces[-1]
+        if len(trace.q) != len(plain.q):
+            return math.inf
+        t = np.linspace(0.0, p.scene.duration, p.outputs + 1)
+        return 2.0 * _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
 
     def _failed(self, why: str) -> None:
         """A rung that did not come through; too many end the ladder, and runs before it do not count."""
