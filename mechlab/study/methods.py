@@ -6,6 +6,7 @@ One registry; `mechlab.study.chart` runs all of it. Adding a method is adding a 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,6 +23,7 @@ from mechlab.study.design import Design
 from mechlab.study.witness import ENGINES, room
 
 SMOOTH_LAWS = ("constant", "harmonic", "table", "servo", "viscous", "constant_power")
+KINKED_LAWS = ("floor", "one_sided_stop", "held_rates")
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 
 
@@ -174,6 +176,12 @@ def steps(problem: Problem, count: int = 13) -> tuple[float, ...]:
 def is_rough(mechanism: Mechanism) -> bool:
     """Whether a joint or shaft has dry friction."""
     return any(j.friction for j in mechanism.joints) or any(s.friction for s in mechanism.shafts)
+
+
+def has_kinks(scene: Scene) -> bool:
+    """Whether a law of the scene jumps or bends on the way: contact, a stop, a rate that is caught, a servo at its limit. No
+    method by steps keeps its order there."""
+    return any(law.kind in KINKED_LAWS or math.isfinite(getattr(law, "limit", math.inf)) for law in scene.laws)
 
 
 def why_no_tree(problem: Problem) -> str:

@@ -16,9 +16,13 @@ from mechlab.mechanism.geometry import Array
 from mechlab.study.cpu_limit import OutOfTime, cpu_limit
 from mechlab.study.error_control.measure import Measure
 from mechlab.study.error_control.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, LadderRule
-from mechlab.study.methods import METHODS, Method, Problem
+from mechlab.study.methods import METHODS, Method, Problem, has_kinks
 
 EPSILON = 2.2e-16
+ERRATIC = 2.0
+"""A change that falls so many times faster than theory promises is not yet on its way: it is not believed to go on."""
+KINK_RATIO = 4.0
+"""No more than this the errors fall when a step of a motion with kinks is halved."""
 
 
 @dataclass
@@ -198,16 +202,24 @@ class Ladder:
             self.estimate = math.inf if self.rule.extrapolated else last
             return
         before = _distance(self.tracked[-2], self.tracked[-3])
-        order = (
-            EXTRAPOLATED
-            if self.rule.extrapolated
-            else LOOPS_ORDER
-            if self.rule.engine == "mujoco" and _rows(self.problem)
-            else self.rule.order
-        )
+        if has_kinks(self.problem.scene):
+            # which step a kink falls into is chance: two runs may agree by luck, and none is better than the change
+            self.estimate = max(last, before / KINK_RATIO)
+            return
+        ratio, theory = before / last if last > 0.0 else math.inf, 2.0**self._order
+        if ratio > ERRATIC * theory and not self.rule.extrapolated:
+            self.estimate = last
+            return
         # the observed ratio, never better than theory promises; without a falling error the change itself counts
-        ratio = min(before / last if last > 0.0 else math.inf, 2.0**order)
+        ratio = min(ratio, theory)
         self.estimate = last / (ratio - 1.0) if ratio > 1.5 else 2.0 * max(last, before)
+
+    @property
+    def _order(self) -> float:
+        """With which power of the step the errors are believed to fall."""
+        if self.rule.extrapolated:
+            return EXTRAPOLATED
+        return LOOPS_ORDER if self.rule.engine == "mujoco" and _rows(self.problem) else self.rule.order
 
 
 def _distance(a: Array, b: Array) -> float:
