@@ -61,7 +61,7 @@ def reduce(mechanism: Mechanism, independent: Sequence[str] | None = None, name:
     chain = chains(m, basis, [*rows, *damped])
     kept = {link.body.name for link in chain.links if link.nested}  # these keep their own inertia
     rows = _rows_with_inertia(m, basis, [x for x in found if x.owner not in kept])
-    titles = {positive(x.row): f"{x.owner}_{x.kind}" for x in reversed(found)}
+    titles = {positive(x.row): (f"{x.owner}_{x.kind}", x.row) for x in reversed(found)}
     reduced = _assemble(m, basis, chain, rows, titles, name or m.name)
     _same_mass(m, basis, chain, reduced)
     return Reduction(mechanism, reduced, basis)
@@ -121,15 +121,15 @@ def _add(out: dict[Row, float], row: Row, inertia: float) -> None:
 
 
 def _assemble(
-    m: Mechanism, basis: AngleBasis, chain: Chain, inertia: dict[Row, float], titles: dict[Row, str], name: str
+    m: Mechanism, basis: AngleBasis, chain: Chain, inertia: dict[Row, float], titles: dict[Row, tuple[str, Row]], name: str
 ) -> Mechanism:
     left = dict(inertia)
     bodies = chain_bodies(m, chain, left)
     shafts = part_shafts(m, basis, chain, left)
     taken = {j.name for b in bodies for j in b.joints} | {s.name for s in shafts}
     for row, value in left.items():
-        title = _fresh(titles.get(row, "inertia"), taken)
-        shafts.append(Shaft(title, chain.coefficients(row), inertia=value))
+        title, turning = titles.get(row, ("inertia", row))  # it turns as the part whose name it bears
+        shafts.append(Shaft(_fresh(title, taken), chain.coefficients(turning), inertia=value))
     kept = {b.name for b in bodies}
     for frame in m.frames:
         if frame.body not in kept | {GROUND}:

@@ -20,7 +20,7 @@ def state(p: Parameters, fidelity: str) -> State:
     turns = {"carrier": 1.0, **w} | {f"planet_{k + 1}": spin - 1.0 for k in range(rays or p.planets)}
     if not rays:
         rotors = p.J_sun * w["sun"] ** 2 + p.J_ring * w["ring"] ** 2 + p.planets * p.J_planet * spin**2
-        turns["planet_1_spin"] = abs(spin)  # a reduction lumps what turns to and fro alike, told as forwards
+        turns["planet_1_spin"] = spin
         riding = p.planets * p.planet_mass
         carrier = wheel(2.0 * p.J_carrier / p.orbit**2 + riding, p.J_carrier + riding * p.orbit**2, RATE)
         return train_state(turns, carrier, rotors)
