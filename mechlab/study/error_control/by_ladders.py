@@ -62,7 +62,7 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
     checked = _against(best, [x for x in ran if x is not best], t, problem)
     if checked is None:
         with meter.building():
-            checker = Checker(problem, best.rule.engine, fastest)
+            checker = Checker(problem, best.rule.engine, fastest, max_error < LOW)
         checked = checker.check(measure, tracked, meter)
     sharp = f"{'step' if best.rule.control == 'step' else 'tolerance'} {best.values[-1]:.3g}"
     stiff = f", whose fastest rate is {fastest:.3g} 1/s" if fastest * t[1] > 1.0 else ""

@@ -41,7 +41,7 @@ class Checker:
     can. None can where there is dry friction.
 
     fastest: rate of the mechanism [1/s]; sharp: False where a quarter of the steps may do for a tree, which has no softness
-    that goes with them. Making one builds models.
+    that goes with them, and ten times the tolerance. Making one builds models.
     """
 
     def __init__(self, problem: Problem, used: str, fastest: float, sharp: bool = True) -> None:
@@ -95,7 +95,9 @@ def _ways(problem: Problem, used: str, fastest: float, sharp: bool) -> Iterator[
         if method is None:
             continue
         if rule.control == "tolerance":
-            yield _Way(method, RULES.check_tolerances, FIRST_INTERVAL * rule.cost)
+            looser = 1.0 if sharp else 10.0
+            coarse, fine = RULES.check_tolerances
+            yield _Way(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.cost)
             continue
         fewer = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
