@@ -26,8 +26,15 @@ class Table:
     reason: str
 
 
-def integrate_lsoda(f: Callable[[float, Array], Array], y0: Array, times: Array, tolerance: float) -> Table:
-    """dy/dt = f(t, y) from y0 (m,) at times[0] to all of `times` (n,). `tolerance` is relative; absolute, a tenth of it."""
+def integrate_lsoda(
+    f: Callable[[float, Array], Array],
+    y0: Array,
+    times: Array,
+    tolerance: float,
+    jacobian: Callable[[float, Array], Array] | None = None,
+) -> Table:
+    """dy/dt = f(t, y) from y0 (m,) at times[0] to all of `times` (n,). `tolerance` is relative; absolute, a tenth of it.
+    jacobian: df/dy (m, m), where it costs less than m calls of f, by which it is found else."""
     import warnings
 
     from scipy.integrate import ODEintWarning, odeint
@@ -35,7 +42,15 @@ def integrate_lsoda(f: Callable[[float, Array], Array], y0: Array, times: Array,
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ODEintWarning)
         y, told = odeint(
-            f, y0, times, tfirst=True, rtol=tolerance, atol=0.1 * tolerance, full_output=1, mxstep=MOST_STEPS
+            f,
+            y0,
+            times,
+            tfirst=True,
+            rtol=tolerance,
+            atol=0.1 * tolerance,
+            full_output=1,
+            mxstep=MOST_STEPS,
+            Dfun=jacobian,
         )
     fine = np.all(np.isfinite(y), axis=1)
     count = len(times)

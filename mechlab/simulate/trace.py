@@ -153,13 +153,40 @@ def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: in
         accelerations[:] = qacc
         return slope
 
+    jacobian = _Linearised(model, data) if _constant(scene) else None
     # LSODA goes back and forth in time: nothing may be summed up over its evaluations
     with _driven(mechanism, scene, model, data, map_, sampling=True)():
         began = time.thread_time()
-        found = integrate_lsoda(f, np.concatenate([qpos, qvel]), times, settings.tolerance)
+        found = integrate_lsoda(f, np.concatenate([qpos, qvel]), times, settings.tolerance, jacobian)
         spent = time.thread_time() - began
     q, v = map_.coordinates(found.y[:, :n]), map_.rates(found.y[:, n:])
     return Trace(q, v, spent, found.steps, found.reason, found.evaluations)
+
+
+class _Linearised:
+    """df/dy of the equations of motion y = (q, v) of a tree, by MuJoCo's differences of a step of symplectic Euler,
+    v+ = v + h a(q, v): compiled, and without kinematics anew where only a rate is moved."""
+
+    MOVED = 1e-7
+    """By so much a coordinate or rate is moved [rad or m, per second]."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        # with the damping of joints taken implicitly, the step would not be v + h a
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+        self.model, self.data, n = model, data, model.nv
+        self._next, self._slope = np.empty((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
+        self._slope[:n, n:] = np.eye(n)
+        self._still = self._slope[:n].copy()
+
+    def __call__(self, t: float, y: Array) -> Array:
+        n, data, h = self.model.nv, self.data, self.model.opt.timestep
+        data.qpos[:] = y[:n]
+        data.qvel[:] = y[n:]
+        mujoco.mjd_transitionFD(self.model, data, self.MOVED, False, self._next, None, None, None)
+        np.subtract(self._next[n:], self._still, out=self._slope[n:])
+        self._slope[n:] /= h
+        return self._slope
 
 
 def extrapolated(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:

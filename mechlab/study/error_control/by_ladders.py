@@ -43,7 +43,8 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
         if RULES.safety * x.estimate <= max_error:
             winner = x
     rounding = 0.0
-    if winner is not None and max_error < 1e-6 and len(winner.traces) > 1:
+    # what a tolerance leaves at every step is amplified as rounding is, and a hundred times as large: it is in the estimate
+    if winner is not None and winner.rule.control == "step" and max_error < 1e-6 and len(winner.traces) > 1:
         with meter.stepping() as told:
             before = winner.spent
             rounding = winner.rounding()

@@ -21,8 +21,8 @@ from mechlab.study.methods import METHODS, Method, Problem, has_kinks
 EPSILON = 2.2e-16
 ERRATIC = 2.0
 """A change that falls so many times faster than theory promises is not yet on its way: it is not believed to go on."""
-KINK_RATIO = 4.0
-"""No more than this the errors fall when a step of a motion with kinks is halved."""
+KINK_RATIO = 16.0
+"""No more than this the changes are believed to fall when a step of a motion with kinks is halved."""
 
 
 @dataclass
@@ -199,7 +199,7 @@ class Ladder:
             return
         if len(self.tracked) < RULES.rungs:
             # two runs of a method that does not extrapolate: the change itself, not a share of it
-            self.estimate = math.inf if self.rule.extrapolated else last
+            self.estimate = math.inf if self.rule.extrapolated or has_kinks(self.problem.scene) else last
             return
         before = _distance(self.tracked[-2], self.tracked[-3])
         if has_kinks(self.problem.scene):
