@@ -33,8 +33,8 @@ HALVINGS = 16
 COSTLY = (0.3, 3.0)
 """A peer is refined until a run costs FAR times as much as ours, at least and at most this CPU time [s]."""
 FAR = 20.0
-REPEATS, ENOUGH = 5, 0.05
-"""Medians are of so many runs, and of up to five times as many of those that take no more than ENOUGH together [s]."""
+REPEATS, ENOUGH, MOST = 5, 0.05, 50
+"""Medians are of so many runs, and of up to MOST of those that take no more than ENOUGH together [s]."""
 CONTENDERS = 2
 """So many of the cheapest peers of a target are looked at again, with BISECTIONS settings between two of the sweep."""
 BISECTIONS = 3
@@ -167,12 +167,12 @@ def _once_more(times: list[float], repeats: int, costly: float) -> bool:
     spent, n = sum(times), len(times)
     if n < repeats:
         return n < 2 or spent < costly
-    return 1 < repeats and n < 5 * repeats and spent < ENOUGH
+    return 1 < repeats and n < MOST and spent < ENOUGH
 
 
 def _row(target: float, x: Ours, search: _Search) -> PeerRow:
     best = search.fastest(target)
-    mine, theirs = _duel(search, target, x.cpu_s, best)
+    mine, theirs = _duel(search, target, best)
     told = (target, mine, x.error, x.method, x.reached)
     if best is None:
         nearest = min((p.error for p in search.points if p.ok), default=math.nan)
@@ -180,10 +180,10 @@ def _row(target: float, x: Ours, search: _Search) -> PeerRow:
     return PeerRow(*told, best.method, best.step, theirs, best.error)
 
 
-def _duel(search: _Search, target: float, first: float, best: Point | None) -> tuple[float, float]:
+def _duel(search: _Search, target: float, best: Point | None) -> tuple[float, float]:
     """Median CPU times [s] of ours and of the peer's best setting, some runs of each in turns: what slows the machine for a
-    while slows both."""
-    mine, theirs = [first], [best.cpu_s] if best is not None else []
+    while slows both. Each has run before."""
+    mine, theirs = list[float](), list[float]()
     while True:
         before = len(mine) + len(theirs)
         for _ in range(REPEATS):
