@@ -260,3 +260,13 @@ def test_health_tells_what_one_must_know():
         run(cart(), scene, Settings(engine="pinocchio"))
     with pytest.raises(MechlabError, match="duration"):
         run(cart(), Scene("s", "full", 0.0))
+
+
+def test_a_law_that_meets_a_lost_state_ends_the_run(capfd: pytest.CaptureFixture[str]) -> None:
+    """This crank cannot turn fully: driven past its limit by inverse dynamics, the run is lost, and no least squares complain."""
+    from mechlab import api
+
+    recording = api.simulate("class4_linkage", DE=0.88017912841304247)
+    found = recording.health.finding("blow_up")
+    assert found.severity == "error" and 0.4 < recording.t[-1] < 0.6
+    assert "DLASCL" not in "".join(capfd.readouterr())

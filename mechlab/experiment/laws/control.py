@@ -81,13 +81,17 @@ class ComputedTorque:
 def drive_forces(plant: Plant, rows: Array, accelerations: Array, drives: tuple[str, ...]) -> Array:
     """(drives,) forces that give `rows @ a = accelerations` (k, nv), (k,) under the constraints.
 
-    Solves M a + h = B^T f + J^T r together with J a + b = 0; redundant rows are met in the least-squares sense.
-    Raises MechlabError when these drives cannot produce the accelerations (singular position).
+    Solves M a + h = B^T f + J^T r together with J a + b = 0; redundant rows are met in the least-squares sense. Of a state
+    that is lost (not finite) nan, which ends the run as one that blew up.
     """
     m = plant.mechanism
     jacobian, bias = plant.jacobian(), plant.constraint_bias()
+    if not (np.isfinite(accelerations).all() and np.isfinite(jacobian).all() and np.isfinite(bias).all()):
+        return np.full(len(drives), np.nan)
     a = np.linalg.lstsq(np.vstack([jacobian, rows]), np.concatenate([-bias, accelerations]), rcond=1e-11)[0]
     needed = plant.mass_matrix() @ a + plant.bias()
+    if not np.isfinite(needed).all():
+        return np.full(len(drives), np.nan)
     actuation = np.array([m.row(name) for name in drives])
     solution = np.linalg.lstsq(np.vstack([actuation, jacobian]).T, needed, rcond=1e-11)[0]
     return np.asarray(solution[: len(drives)])

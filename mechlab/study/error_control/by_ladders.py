@@ -51,8 +51,7 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
             told.append(winner.spent - before)
     ran = [x for x in ladders if x.traces]
     if not ran:
-        ends = "; ".join(f"{x.rule.name}: {x.ended}" for x in ladders)
-        raise NoSolution(f"{problem.design.name}: no method gets to the end of the scene ({ends}).")
+        raise NoSolution(f"{problem.design.name}: no method gets to the end of the scene ({_ends(ladders)}).")
     best = winner or min(ran, key=lambda x: x.estimate)
     with meter.stepping() as told:
         before = best.spent
@@ -90,7 +89,7 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
 
 
 def _ends(ladders: list[Ladder]) -> str:
-    return "; ".join(f"{x.rule.name} {x.ended or f'would need {x.next_cost:.2g} s more'}" for x in ladders)
+    return "; ".join(f"{x.rule.name}: {x.ended or f'would need {x.next_cost:.2g} s more'}" for x in ladders)
 
 
 def _usable(ladder: Ladder, freedoms: int) -> bool:
