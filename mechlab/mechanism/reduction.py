@@ -121,7 +121,12 @@ def _add(out: dict[Row, float], row: Row, inertia: float) -> None:
 
 
 def _assemble(
-    m: Mechanism, basis: AngleBasis, chain: Chain, inertia: dict[Row, float], titles: dict[Row, tuple[str, Row]], name: str
+    m: Mechanism,
+    basis: AngleBasis,
+    chain: Chain,
+    inertia: dict[Row, float],
+    titles: dict[Row, tuple[str, Row]],
+    name: str,
 ) -> Mechanism:
     left = dict(inertia)
     bodies = chain_bodies(m, chain, left)
