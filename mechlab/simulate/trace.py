@@ -77,6 +77,8 @@ class Steps:
         model, data = self.model, self.data
         model.opt.timestep = self.timestep
         mujoco.mj_setState(model, data, self._state, _STATE)
+        for w in _BAD:
+            data.warning[w].number = 0  # of another run
         with self._laws():
             qpos, qvel, spent, reason = step_through(model, data, outputs, self.each)
         mujoco.mj_getState(model, data, self._state, _STATE)
