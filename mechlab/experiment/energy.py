@@ -16,6 +16,8 @@ ENERGY_LIMIT = 1e-2
 ENERGY_WARNING = 1e-3
 STANDSTILL = 1e-3
 """A mechanism at rest is held to what its weight does over this way [m]."""
+CREEP = 1e-7
+"""Rates below this one [rad/s or m/s] are the noise of a mechanism at rest, and so is their energy."""
 
 
 def kinetic_energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
@@ -125,7 +127,8 @@ def energy_finding(
 
         missing = np.maximum(0.0, missing - 0.1 * np.abs(cumulative_trapezoid(power, t, initial=0.0) - spent))
     missing = np.maximum(0.0, missing - in_rows)
-    noise = 1e-12 * float(np.max(np.abs(potential), initial=0.0))
+    creep = kinetic_energy(mechanism, q[:1], np.full((1, mechanism.nv), CREEP))[0]
+    noise = max(1e-12 * float(np.max(np.abs(potential), initial=0.0)), float(creep))
     value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0
     text = f"energy balance: at most {np.max(missing):.3g} J of {turnover:.3g} J turned over is unaccounted for:"
     return measured("energy_balance", value, limit, "of the turnover", text, warn)

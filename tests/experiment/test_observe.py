@@ -98,6 +98,16 @@ def swing(wrong=0.0, n=400):
     return m, t, q[:, None], v[:, None] * (1 + wrong * t[:, None])
 
 
+def test_the_noise_of_a_wheel_at_rest_is_no_loss_of_energy():
+    """Without weight nothing tells how much energy is much: rates of 1e-12 rad/s are rounding, those of 1e-3 are a motion."""
+    b = Builder("wheel", gravity=(0, 0, 0))
+    b.body("wheel", revolute("angle"), inertia=Inertia.cylinder(2.0, 0.5, 0.1))
+    m, t = b.build(), np.linspace(0.0, 1.0, 21)
+    for size, severity in ((1e-12, "ok"), (1e-3, "error")):
+        v = size * (1.0 + t)[:, None]  # it quickens, and nothing drives it
+        assert energy_finding(m, t, size * t[:, None], v, np.zeros(len(t))).severity == severity
+
+
 def test_energy_finding_passes_a_right_run_and_fails_a_wrong_one():
     m, t, q, v = swing()
     good = energy_finding(m, t, q, v, -dissipation(m, q, v))
