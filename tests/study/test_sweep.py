@@ -1,6 +1,7 @@
 """Sweeps: numbers against the engines and closed forms called directly, gaps, datasets, resuming, processes."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from mechlab.errors import EngineMissing, MechlabError
 from mechlab.study.sweep import Interrupted, local, work
 from mechlab.study.sweep.dataset import read
 from mechlab.study.sweep.evaluate import evaluate
+from mechlab.study.sweep.interrupt import remembered
 from mechlab.values import Range
 
 SWING = '''
@@ -255,6 +257,19 @@ def test_ctrl_c_keeps_what_is_finished(swing: str, tmp_path: Path) -> None:
         said = child.communicate(timeout=60)[1]
     assert child.returncode == 130 and "--resume goes on from there" in said and "Traceback" not in said
     assert (parts / "request.json").is_file() and not out.exists()
+
+
+def test_a_dropped_ctrl_c_is_raised_again() -> None:
+    """What Python does in a finaliser: the KeyboardInterrupt comes to nothing."""
+    before = signal.getsignal(signal.SIGINT)
+    with remembered() as interrupt:
+        interrupt()
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(1.0)
+        with pytest.raises(KeyboardInterrupt):
+            interrupt()
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 # -- processes --------------------------------------------------------------------------------------------------------------
