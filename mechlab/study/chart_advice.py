@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     pass
 
 from mechlab.study.chart_data import FEWEST, NOT_RUN, Point, Recommendation
+from mechlab.tables import counted
 
 
 def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool = True) -> list[str]:
@@ -32,7 +33,7 @@ def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool 
         count = len({p.method for p in flat})
         out.append(
             f"MuJoCo's default softness does not converge here: {error} {unit} of error at every timestep from "
-            f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {count} integrators. {soft}; a smaller "
+            f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {counted(count, 'integrator')}. {soft}; a smaller "
             "step simulates the wrong mechanism more precisely."
         )
     return out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,33 @@ from mechlab.mechanism import Mechanism
 Array = NDArray[np.float64]
 SAMPLES = 2001
 TOLERANCE = 1e-13
+
+
+class _Joint:
+    """The one joint that moves by itself, as a law of the scene sees it."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.t, self.phi, self.w = mechanism, 0.0, 0.0, 0.0
+
+    def value(self, name: str) -> float:
+        return self.phi
+
+    def rate(self, name: str) -> float:
+        return self.w
+
+
+def one_freedom_slope(
+    mechanism: Mechanism, scene: Scene, on: str, acceleration: Callable[[float, float, float], float]
+) -> Callable[[float, Array], Array]:
+    """Rate (2,) of y = (phi, phi') of the joint `on` under the laws of a scene, for `acceleration(phi, phi', force)`."""
+    plant: Any = _Joint(mechanism)
+
+    def slope(t: float, y: Array) -> Array:
+        plant.t, plant.phi, plant.w = t, float(y[0]), float(y[1])
+        force = sum(law.force(t, plant).get(on, 0.0) for law in scene.laws)
+        return np.array([plant.w, acceleration(plant.phi, plant.w, force)])
+
+    return slope
 
 
 def record_own(

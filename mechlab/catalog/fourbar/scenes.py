@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechlab.analytic import fourbar as closed_form
@@ -16,9 +14,8 @@ from mechlab.experiment.motion import Ramp
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
-from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.study.own_equations import record_own
+from mechlab.study.own_equations import one_freedom_slope, record_own
 
 
 def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
@@ -56,19 +53,6 @@ SCENES = {
 }
 
 
-class _CrankPlant:
-    """The crank of the one-freedom model as a law sees it."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.t, self.phi, self.w = mechanism, 0.0, 0.0, 0.0
-
-    def value(self, name: str) -> float:
-        return self.phi
-
-    def rate(self, name: str) -> float:
-        return self.w
-
-
 def _moment(p: Parameters, length: float) -> float:
     """Of a round bar about its middle, across: m (L^2 / 12 + r^2 / 4), its radius a quarter of the drawn width [kg m2]."""
     radius = 0.25 * width(p, length)
@@ -80,12 +64,7 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     m = build(p, "minimal")
     moments = (_moment(p, p.crank), _moment(p, p.coupler), _moment(p, p.rocker))
     bar = FourbarCrank(*p.lengths, p.mode, p.mass_per_length, p.gravity, moments)
-    plant: Any = _CrankPlant(m)
-
-    def slope(t: float, y: Array) -> Array:
-        plant.t, plant.phi, plant.w = t, float(y[0]), float(y[1])
-        torque = sum(law.force(t, plant).get("crank_angle", 0.0) for law in scene.laws)
-        return np.array([plant.w, bar.acceleration(plant.phi, plant.w, torque)])
+    slope = one_freedom_slope(m, scene, "crank_angle", bar.acceleration)
 
     def states(y: Array) -> tuple[Array, Array]:
         phi, rate = y.T

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -13,11 +12,12 @@ from mechlab.catalog.gear_linkage.parameters import NEAR_CHANGE_POINT, PRESETS, 
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.motion import Ramp
-from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
+from mechlab.study.own_equations import one_freedom_slope, record_own
 
 STIFFNESS = 30.0
 """Frequency of the crank servo in units of the crank speed."""
@@ -78,39 +78,16 @@ SCENES = {
 } | {name: SceneRecipe(constant_crank, "minimal", TEXTS[name], changes) for name, changes in PRESETS.items()}
 
 
-class _CrankPlant:
-    """The crank of the one-freedom model as a law sees it."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.t, self.phi, self.w = mechanism, 0.0, 0.0, 0.0
-
-    def value(self, name: str) -> float:
-        return self.phi
-
-    def rate(self, name: str) -> float:
-        return self.w
-
-
-def reference(p: Parameters, scene: Scene) -> Recording:
+def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: float = 1e-12) -> Recording:
     """Own equation of the one freedom (Eksergian), integrated by DOP853 to 1e-12."""
-    from scipy.integrate import solve_ivp
-
     m = build(p, "minimal")
-    plant: Any = _CrankPlant(m)
 
-    def rhs(t: float, y: Any) -> list[float]:
-        plant.t, plant.phi, plant.w = t, float(y[0]), float(y[1])
-        torque = sum(law.force(t, plant).get("crank_angle", 0.0) for law in scene.laws)
-        return [y[1], float(closed_form.acceleration(p.linkage, p.masses, y[0], y[1], torque))]
+    def acceleration(phi: float, w: float, torque: float) -> float:
+        return float(closed_form.acceleration(p.linkage, p.masses, phi, w, torque))
 
-    t = np.linspace(0.0, scene.duration, 2001)
-    start = [scene.initial["crank_angle"], scene.initial_rates["crank_angle"]]
-    found = solve_ivp(rhs, (0.0, scene.duration), start, method="DOP853", t_eval=t, rtol=1e-12, atol=1e-12)
-    q, v = coordinates(p, m, found.y[0], found.y[1])
-    channels, units = basic_channels(m, q, v)
-    return Recording(
-        m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
-    )
+    slope = one_freedom_slope(m, scene, "crank_angle", acceleration)
+    start = np.array([scene.initial["crank_angle"], scene.initial_rates["crank_angle"]])
+    return record_own(m, scene, slope, start, lambda y: coordinates(p, m, y[:, 0], y[:, 1]), method, tolerance)
 
 
 def coordinates(p: Parameters, m: Mechanism, phi: Array, w: Array) -> tuple[Array, Array]:

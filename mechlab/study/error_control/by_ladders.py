@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +22,8 @@ from mechlab.study.error_control.rules import LADDERS, RULES
 from mechlab.study.error_control.verdict import CAPTURE, LOW, ROUNDING, verdict
 from mechlab.study.methods import Problem, is_rough, why_no_tree
 
+T = TypeVar("T")
+
 
 def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: int, why: str, meter: Meter) -> Result:
     """The scene by the cheapest ladder; why: the energy does not do. Raises NoSolution where no method gets to its end,
@@ -32,31 +37,22 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
         raise MechlabError(f"{problem.design.name}: no engine is installed that can control the error of this scene.")
     winner: Ladder | None = None
     while winner is None:
-        x = min(ladders, key=lambda one: one.cost_beside(ladders))
+        cost, x = min(((one.cost_beside(ladders), one) for one in ladders), key=lambda pair: pair[0])
         left = RULES.cpu_limit - meter.spent
-        if math.isinf(x.next_cost) or x.next_cost > left:
+        if math.isinf(cost) or cost > left:
             break
-        with meter.stepping() as told:
-            before = x.spent
-            x.climb(left)
-            told.append(x.spent - before)
+        _counted(meter, x, partial(x.climb, left))
         if RULES.safety * x.estimate <= max_error:
             winner = x
     rounding = 0.0
     # what a tolerance leaves at every step is amplified as rounding is, and a hundred times as large: it is in the estimate
     if winner is not None and winner.rule.control == "step" and max_error < 1e-6 and len(winner.traces) > 1:
-        with meter.stepping() as told:
-            before = winner.spent
-            rounding = winner.rounding()
-            told.append(winner.spent - before)
+        rounding = _counted(meter, winner, winner.rounding)
     ran = [x for x in ladders if x.traces]
     if not ran:
         raise NoSolution(f"{problem.design.name}: no method gets to the end of the scene ({_ends(ladders)}).")
     best = winner or min(ran, key=lambda x: x.estimate)
-    with meter.stepping() as told:
-        before = best.spent
-        capture = best.capture()
-        told.append(best.spent - before)
+    capture = _counted(meter, best, best.capture)
     q, v = best.best
     tracked = measure(t, q, v)
     checked = _against(best, [x for x in ran if x is not best], t, problem)
@@ -86,6 +82,15 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
         extrapolated=best.rule.extrapolated,
     )  # fmt: skip
+
+
+def _counted(meter: Meter, ladder: Ladder, work: Callable[[], T]) -> T:
+    """What the work gives; of its CPU time only that of the runs of the ladder counts."""
+    with meter.stepping() as told:
+        before = ladder.spent
+        found = work()
+        told.append(ladder.spent - before)
+    return found
 
 
 def _ends(ladders: list[Ladder]) -> str:

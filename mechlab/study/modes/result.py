@@ -11,7 +11,7 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.study.modes.eigen import RIGID, UNSTABLE, Mode
-from mechlab.tables import Told, number, table
+from mechlab.tables import Told, counted, number, table
 
 AGREED = 1e-6
 """Largest relative difference of eigenvalues between witnesses that is trusted."""
@@ -88,7 +88,7 @@ class ModesResult(Told):
         """One sentence on what was found."""
         kinds = [m.kind for m in self.modes]
         counts = [f"{kinds.count(k)} {k}" for k in dict.fromkeys(kinds)]
-        text = f"{len(kinds)} modes: {', '.join(counts)}" if kinds else "no freedom: nothing can move"
+        text = f"{counted(len(kinds), 'mode')}: {', '.join(counts)}" if kinds else "no freedom: nothing can move"
         if self.exit_code:
             text += f"; the witnesses differ by {number(self.relative_difference)} of an eigenvalue: do not trust it"
         return text
