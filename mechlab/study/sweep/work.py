@@ -10,7 +10,6 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.study.sweep import local
 from mechlab.study.sweep.block import Block
-from mechlab.study.sweep.interrupt import remembered
 from mechlab.study.sweep.request import Request
 from mechlab.study.sweep.result import SweepResult
 from mechlab.study.sweep.resume import Parts
@@ -74,13 +73,11 @@ def sweep(
     progress(done, request.count)
     left = [k for k in range(request.blocks) if k not in before_now]
     try:
-        with remembered() as interrupt:
-            for index, block in _blocks(request, left, scheduler, workers):
-                done += take(index, block)
-                if parts is not None:
-                    parts.add(index, block)
-                progress(done, request.count)
-                interrupt()
+        for index, block in _blocks(request, left, scheduler, workers):
+            done += take(index, block)
+            if parts is not None:
+                parts.add(index, block)
+            progress(done, request.count)
     except KeyboardInterrupt:
         if parts is None:
             raise Interrupted(
