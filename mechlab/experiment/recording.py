@@ -29,7 +29,9 @@ class Cost:
 class Recording:
     """A run of a mechanism.
 
-    t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit.
+    t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit;
+    `errors` name -> the largest error of a channel at any time of the run, as estimated, in its unit (a channel without one
+    has no estimate).
     """
 
     mechanism: Mechanism
@@ -38,6 +40,7 @@ class Recording:
     v: Array
     channels: dict[str, Array] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
+    errors: dict[str, float] = field(default_factory=dict)
     health: Health = Health()
     cost: Cost = Cost()
     settings: Settings = Settings()

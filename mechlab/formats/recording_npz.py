@@ -26,7 +26,7 @@ def save_recording(recording: Recording, path: str | Path) -> Path:
     header = {
         "schema": 1, "name": recording.name, "scene": recording.scene, "fidelity": recording.fidelity,
         "parameters": recording.parameters, "settings": asdict(recording.settings), "versions": recording.versions,
-        "cost": asdict(recording.cost), "units": recording.units, "channels": list(recording.channels),
+        "cost": asdict(recording.cost), "units": recording.units, "errors": recording.errors, "channels": list(recording.channels),
         "health": [f.to_dict() for f in recording.health.findings],
         "mechanism": json.loads(to_json(recording.mechanism)),
     }  # fmt: skip
@@ -65,6 +65,7 @@ def load_recording(path: str | Path) -> Recording:
         mechanism=from_json(json.dumps(header["mechanism"])),
         t=arrays["t"], q=arrays["q"], v=arrays["v"],
         channels=dict(zip(header["channels"], arrays["channels"], strict=True)), units=header["units"],
+        errors=header.get("errors", {}),
         health=Health(tuple(Finding(**f) for f in header["health"])),
         cost=Cost(**header["cost"]), settings=Settings(**header["settings"]), scene=header["scene"],
         name=header["name"], fidelity=header["fidelity"], parameters=header["parameters"], versions=header["versions"],

@@ -78,7 +78,7 @@ class SimulateResult:
         return {
             "scene": r.scene, "fidelity": r.fidelity, "engine": r.settings.engine, "integrator": r.settings.integrator,
             "timestep": r.settings.timestep, "duration": float(r.t[-1]), "final": r.final(), "samples": self.samples(),
-            "units": dict(r.units), "health": [f.to_dict() for f in r.health.findings], "parameters": dict(r.parameters),
+            "units": dict(r.units), "errors": dict(r.errors), "health": [f.to_dict() for f in r.health.findings], "parameters": dict(r.parameters),
             "cost": {"cpu_s": r.cost.cpu_s, "steps": r.cost.steps, "evaluations": r.cost.evaluations}, "message": self.message,
             "status": "finished" if r.health.trusted else "finished, do not trust it", "notes": list(self.notes),
         }  # fmt: skip
@@ -91,6 +91,9 @@ class SimulateResult:
         columns = [{n: s[n] for n in names} for s in self.samples()] + [r.final()]
         heads = ["channel", "unit", *(f"t = {t:g} s" for t in times[: len(columns) - 1]), f"t = {r.t[-1]:g} s (end)"]
         rows = [[n, r.units.get(n, ""), *(number(c[n], 7) for c in columns)] for n in names]
+        if r.errors:
+            heads.append("error, at most")
+            rows = [[*row, number(r.errors.get(row[0]), 2)] for row in rows]
         lines = [
             f"{r.name}, scene {r.scene}, fidelity {r.fidelity}, "
             f"engine {r.settings.engine} ({r.settings.integrator}, {r.settings.timestep:g} s)"
