@@ -156,6 +156,18 @@ class Answers:
         return {k: x for a in self.answers.values() for k, x in a.assumed.items()}
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is open, what is idle, what was taken for keys that were not given, and where the witnesses differ, in words."""
+        out = [f"open: {x.sentence}" for x in self.open]
+        if self.idle:
+            out.append(f"idle: {', '.join(self.idle)}: parts that turn freely, on which nothing else hangs")
+        if self.assumed:
+            out.append("not given, taken: " + ", ".join(f"{k} = {x:g}" for k, x in self.assumed.items()))
+        if self.apart:
+            out.append("witnesses differ in " + ", ".join(f"{k} by {x:.3g}" for k, x in self.apart.items()))
+        return tuple(out)
+
+    @property
     def status(self) -> Status:
         """The worst status of any witness that could answer; that witnesses differ is worse than any that answers."""
         each = [a.status for a in self.answers.values() if not a.cannot] or [Status.NOT_CONVERGED]

@@ -113,7 +113,9 @@ def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed
 
 
 def length_scale(mechanism: Mechanism) -> float:
-    """Size of a step in all coordinates [rad or m] that stays near: 1 for mechanisms without slides; else a size in metres that keeps a slide's step within the mechanism."""
+    """Size of a step in all coordinates [rad or m] that stays near.
+
+    1 for mechanisms without slides; else a size in metres that keeps a slide's step within the mechanism."""
     if all(j.kind != "prismatic" for j in mechanism.joints):
         return 1.0
     lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]

@@ -169,11 +169,7 @@ def answers_text(answers: Answers) -> str:
             )
         parts += [_detail_table(k, v) for k, v in answer.details.items() if _is_table(v)]
         parts += [f"{name}: {note}" for note in answer.notes]
-    parts += [f"open: {x.sentence}" for x in answers.open]
-    if answers.idle:
-        parts.append(f"idle: {', '.join(answers.idle)}: parts that turn freely, on which nothing else hangs")
-    if answers.assumed:
-        parts.append("not given, taken: " + ", ".join(f"{k} = {number(x)}" for k, x in answers.assumed.items()))
+    parts += answers.remarks
     difference = answers.max_difference
     if difference is not None:
         parts.append(f"largest difference between witnesses: {difference:.3g}")

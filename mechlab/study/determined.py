@@ -245,7 +245,8 @@ def _freedoms(asked: _Question, order: int, basis: Array) -> Iterator[tuple[str,
     m, named = asked.m, asked.named.set(asked.q)
     points = [f"{f.name}_{a}" for f in m.frames for a in (LETTERS if order else LETTERS[:3])]
     first = [n for n in (*asked.position, *(d.on for d in m.drives)) if not n.endswith("_rotation") or order == 0]
-    names, rows = [], np.zeros((0, basis.shape[1]))
+    names: list[str] = []
+    rows = np.zeros((0, basis.shape[1]))
     for name in dict.fromkeys([*first, *m.scalar_names, *points]):
         if len(names) == basis.shape[1]:
             break

@@ -35,8 +35,7 @@ class SolveResult:
             "parameters": dict(a.parameters), "given": dict(a.given), "warnings": list(a.warnings),
         }  # fmt: skip
         notes = [f"{n}: {t}" for n, x in a.answers.items() for t in x.notes]
-        notes += [f"{k} by {x:.3g}" for k, x in a.apart.items()]
-        notes += [f"open: {x.sentence}" for x in a.open]
+        notes += a.remarks
         out["message"] = status + (f" ({'; '.join(notes)})" if notes else "")
         return out
 
