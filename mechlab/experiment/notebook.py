@@ -76,4 +76,4 @@ def answers_html(answers: Answers) -> str:
             labels = tuple(dict.fromkeys(k for mode in answer.modes for k in mode))
             modes = [tuple(number(mode.get(k), 8) for k in labels) for mode in answer.modes]
             tables[f"{name}: {len(modes)} modes"] = (labels, modes)
-    return html_sheet("", [*said, *(f"warning: {w}" for w in answers.warnings)], tables)
+    return html_sheet("", [*said, *answers.remarks, *(f"warning: {w}" for w in answers.warnings)], tables)

@@ -11,12 +11,39 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.assembly import Status
 
+TOLERANCE = 1e-6
+"""Witnesses differ by rounding, 1e-12 of the values, which a position near a singular one raises to its square root."""
+ORDERS = ("_accel", "_rate")
+
 Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
 
 
 @dataclass(frozen=True)
+class Open:
+    """Quantities that are left open because they hang on the same freedoms; `give`: a smallest set of keys that fixes them."""
+
+    quantities: tuple[str, ...]
+    freedoms: tuple[str, ...]
+    give: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """In words: what is open, on what it hangs, what to give."""
+        hangs = f"{', '.join(self.quantities)} {'hangs' if len(self.quantities) == 1 else 'hang'} on {', '.join(self.freedoms)}"
+        return f"{hangs}; give {' '.join(f'{k}=...' for k in self.give)}" if self.give else hangs
+
+    def to_dict(self) -> dict[str, list[str]]:
+        """JSON-able form."""
+        return {"quantities": list(self.quantities), "freedoms": list(self.freedoms), "give": list(self.give)}
+
+
+@dataclass(frozen=True)
 class Answer:
-    """What one witness says: values by name, or modes (a list, each with a "label"), or `cannot` with a sentence."""
+    """What one witness says: values by name, or modes (a list, each with a "label"), or `cannot` with a sentence.
+
+    open: quantities that what is given does not determine; idle: those that hang on local freedoms alone (the spin of a rod
+    between two ball joints); neither has a value. assumed: what was taken for a key that was not given.
+    """
 
     values: dict[str, Any] = field(default_factory=dict)
     status: Status = Status.SOLVED
@@ -24,6 +51,9 @@ class Answer:
     modes: tuple[dict[str, Any], ...] = ()
     cannot: str = ""
     details: dict[str, Any] = field(default_factory=dict)
+    open: tuple[Open, ...] = ()
+    idle: tuple[str, ...] = ()
+    assumed: Mapping[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form: the values flat, then status, notes and what else there is."""
@@ -42,7 +72,8 @@ class Question:
     """Chosen by the keys that are given: all of `given`, any of `optional` (with
     defaults; None: absent unless given). Answers `answers`.
 
-    witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi.
+    witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi. tolerance:
+    witnesses may differ by this share of the largest value of the same unit, which counts as `size` [SI] / 1000 at least.
     """
 
     name: str
@@ -53,6 +84,8 @@ class Question:
     angles: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     text: str = ""
+    tolerance: float = TOLERANCE
+    size: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -66,29 +99,80 @@ class Answers:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     given: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    tolerance: float = TOLERANCE
+    size: float = 1.0
 
     def __getitem__(self, witness: str) -> dict[str, Any]:
         return self.answers[witness].values
 
     @property
-    def max_difference(self) -> float | None:
-        """Largest difference of any value between any two witnesses; None when fewer than two share a value."""
-        said = [a.values for a in self.answers.values() if not a.cannot and a.values]
-        worst: float | None = None
-        for i, a in enumerate(said):
-            for b in said[i + 1 :]:
-                for key in a.keys() & b.keys():
+    def differences(self) -> dict[str, float]:
+        """Largest difference of each value between any two witnesses that share it."""
+        values = [a.values for a in self.answers.values() if not a.cannot and a.values]
+        out: dict[str, float] = {}
+        for i, a in enumerate(values):
+            for b in values[i + 1 :]:
+                for key in (k for k in a if k in b):
                     difference = np.asarray(a[key], dtype=float) - np.asarray(b[key], dtype=float)
                     if key in self.angles:
                         difference = (difference + np.pi) % (2 * np.pi) - np.pi
-                    worst = max(worst or 0.0, float(np.max(np.abs(difference), initial=0.0)))
-        return worst
+                    out[key] = max(out.get(key, 0.0), float(np.max(np.abs(difference), initial=0.0)))
+        return out
+
+    @property
+    def max_difference(self) -> float | None:
+        """Largest difference of any value between any two witnesses; None when fewer than two share a value."""
+        return max(self.differences.values(), default=None)
+
+    @property
+    def apart(self) -> dict[str, float]:
+        """Values in which witnesses differ by more than the tolerance, and by how much."""
+        found = self.differences
+        largest: dict[str, float] = {}
+        for key in found:
+            both = [a.values[key] for a in self.answers.values() if not a.cannot and key in a.values]
+            value = max(float(np.max(np.abs(np.asarray(x, dtype=float)), initial=0.0)) for x in both)
+            largest[self._kind(key)] = max(largest.get(self._kind(key), 1e-3 * self.size), value)
+        return {k: x for k, x in found.items() if not x <= self.tolerance * largest[self._kind(k)]}
+
+    def _kind(self, key: str) -> str:
+        """What is compared in size: values of one unit, or of one order where the unit is not told."""
+        order = next((x for x in ORDERS if key.endswith(x)), "")
+        return self.units.get(key, f"{'angle' if key in self.angles else 'value'}{order}")
+
+    @property
+    def open(self) -> tuple[Open, ...]:
+        """Quantities that what is given leaves open."""
+        return next((a.open for a in self.answers.values() if a.open), ())
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Quantities that hang on local freedoms alone."""
+        return next((a.idle for a in self.answers.values() if a.idle), ())
+
+    @property
+    def assumed(self) -> dict[str, float]:
+        """What was taken for keys that were not given."""
+        return {k: x for a in self.answers.values() for k, x in a.assumed.items()}
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is open, what is idle, what was taken for keys that were not given, and where the witnesses differ, in words."""
+        out = [f"open: {x.sentence}" for x in self.open]
+        if self.idle:
+            out.append(f"idle: {', '.join(self.idle)}: parts that turn freely, on which nothing else hangs")
+        if self.assumed:
+            out.append("not given, taken: " + ", ".join(f"{k} = {x:g}" for k, x in self.assumed.items()))
+        if self.apart:
+            out.append("witnesses differ in " + ", ".join(f"{k} by {x:.3g}" for k, x in self.apart.items()))
+        return tuple(out)
 
     @property
     def status(self) -> Status:
-        """The worst status of any witness that could answer."""
-        said = [a.status for a in self.answers.values() if not a.cannot] or [Status.NOT_CONVERGED]
-        return max(said, key=lambda s: (s.exit_code, s is not Status.SOLVED))
+        """The worst status of any witness that could answer; that witnesses differ is worse than any that answers."""
+        each = [a.status for a in self.answers.values() if not a.cannot] or [Status.NOT_CONVERGED]
+        worst = max(each, key=lambda s: (s.exit_code, s is not Status.SOLVED))
+        return Status.DISAGREE if worst.exit_code == 0 and self.apart else worst
 
     @property
     def exit_code(self) -> int:

@@ -34,13 +34,16 @@ class Status(Enum):
     WRONG_MODE = "wrong mode avoided: the solver met another assembly mode and did not take it"
     REDUNDANT = "redundant: some constraint rows repeat others"
     NOT_CONVERGED = "did not converge"
+    DISAGREE = "the witnesses differ by more than the tolerance of the question; do not trust the answer"
 
     @property
     def exit_code(self) -> int:
         """Exit code of the command line: 0 answered, 3 do not trust it, 4 no solution exists."""
         if self in (Status.SOLVED, Status.BOUNDARY, Status.REDUNDANT):
             return 0
-        if self in (Status.NOT_CONVERGED, Status.WRONG_MODE, Status.CHANGE_POINT, Status.MODES_MERGE):
+        if self in (
+            Status.NOT_CONVERGED, Status.WRONG_MODE, Status.CHANGE_POINT, Status.MODES_MERGE, Status.DISAGREE,
+        ):  # fmt: skip
             return 3
         return 4
 

@@ -105,15 +105,17 @@ def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed
         basis = null_space(constraints.jacobian(tree.set(poses[0])))
         direction = basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(mechanism.nv)
         size = float(np.max(np.abs(direction), initial=0.0))
-        step = direction * (spread * _length_scale(mechanism) / size if size > 0 else 0.0)
+        step = direction * (spread * length_scale(mechanism) / size if size > 0 else 0.0)
         found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), integrate(mechanism, poses[0], step))
         if found.closed:
             poses.append(found.q)
     return poses
 
 
-def _length_scale(mechanism: Mechanism) -> float:
-    """1 for mechanisms without slides; else a size in metres that keeps a slide's step within the mechanism."""
+def length_scale(mechanism: Mechanism) -> float:
+    """Size of a step in all coordinates [rad or m] that stays near.
+
+    1 for mechanisms without slides; else a size in metres that keeps a slide's step within the mechanism."""
     if all(j.kind != "prismatic" for j in mechanism.joints):
         return 1.0
     lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
@@ -175,11 +177,9 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     return tuple(out)
 
 
-def idle_freedoms(mechanism: Mechanism) -> tuple[str, ...]:
-    """Local freedoms: motions of a single part that none of the loops that hold it feels (a rod between two ball joints
-    spins about its own length). One name "spin of BODY" for each."""
-    _, jacobian = generic(mechanism)
-    names: list[str] = []
+def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[int], Array]]:
+    """Bodies that may move without any loop that holds them feeling it: name, columns, null space of these columns."""
+    out: list[tuple[str, list[int], Array]] = []
     parents = {b.parent for b in mechanism.bodies}
     used = {n for r in mechanism.relations for n, _ in r.coefficients} | {d.on for d in mechanism.drives}
     held = {x.body_a for x in mechanism.loops} | {x.body_b for x in mechanism.loops}
@@ -194,8 +194,25 @@ def idle_freedoms(mechanism: Mechanism) -> tuple[str, ...]:
         block = jacobian[:, columns]
         if rank(block) == 0:
             continue
-        names += [f"spin of {body.name}"] * (len(columns) - rank(block))
-    return tuple(names)
+        out.append((body.name, columns, null_space(block)))
+    return out
+
+
+def idle_freedoms(mechanism: Mechanism) -> tuple[str, ...]:
+    """Local freedoms: motions of a single part that none of the loops that hold it feels (a rod between two ball joints
+    spins about its own length). One name "spin of BODY" for each."""
+    blocks = _idle_blocks(mechanism, generic(mechanism)[1])
+    return tuple(f"spin of {body}" for body, _, free in blocks for _ in range(free.shape[1]))
+
+
+def idle_directions(mechanism: Mechanism, jacobian: Array) -> Array:
+    """(nv, k) directions of the local freedoms where the constraint Jacobian (rows, nv) was taken."""
+    columns = [np.zeros((mechanism.nv, 0))]
+    for _, where, free in _idle_blocks(mechanism, jacobian):
+        block = np.zeros((mechanism.nv, free.shape[1]))
+        block[where] = free
+        columns.append(block)
+    return np.hstack(columns)
 
 
 def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:

@@ -1,8 +1,8 @@
 """MuJoCo: Mechanism + Scene + Settings -> Recording, and its own answers to questions by Newton on its kinematics."""
 
-from mechlab.simulate.model import MujocoMap, to_mujoco
+from mechlab.simulate.model import MujocoMap, equality_jacobian, to_mujoco
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.runner import run
 from mechlab.simulate.solve_newton import accelerations_of, assemble, frame_motion, rates
 
-__all__ = ["MujocoMap", "MujocoPlant", "accelerations_of", "assemble", "frame_motion", "rates", "run", "to_mujoco"]
+__all__ = ["MujocoMap", "MujocoPlant", "accelerations_of", "assemble", "equality_jacobian", "frame_motion", "rates", "run", "to_mujoco"]

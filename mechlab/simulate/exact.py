@@ -15,6 +15,7 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array
 from mechlab.simulate.closure import Closure
+from mechlab.simulate.model import constraint_jacobian
 
 
 class ExactDynamics:
@@ -31,7 +32,7 @@ class ExactDynamics:
         mujoco.mj_fullM(model, data, self._mass)
         jacobian, bias = self.closure.rows(data)
         other = data.efc_type != mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        rows = data.efc_J.reshape(data.nefc, model.nv)
+        rows = constraint_jacobian(model, data)
         force = data.qfrc_smooth + rows[other].T @ data.efc_force[other]
         free = np.linalg.solve(self._mass, np.column_stack([force, jacobian.T]))
         compliance = jacobian @ free[:, 1:]

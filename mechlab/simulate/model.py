@@ -160,8 +160,17 @@ def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """(rows, engine nv) Jacobian of the equality rows of `data`, which must have been evaluated (mj_fwdPosition)."""
     if mujoco.mj_isSparse(model):
         raise MechlabError("the MuJoCo model has a sparse Jacobian; mechlab needs option jacobian='dense'.")
-    rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-    return np.asarray(data.efc_J.reshape(data.nefc, model.nv)[rows])
+    return constraint_jacobian(model, data)[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+
+
+def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(nefc, engine nv) Jacobian of all constraint rows of `data`, which must have been evaluated (mj_fwdPosition)."""
+    if mujoco.mj_isSparse(model):
+        rows = np.zeros((data.nefc, model.nv))
+        mujoco.mju_sparse2dense(rows, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+        return rows
+    # the engine drops rows that no motion can violate, and keeps their space
+    return np.asarray(data.efc_J[: data.nefc * model.nv].reshape(data.nefc, model.nv))
 
 
 def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, what: str, name: str) -> int:

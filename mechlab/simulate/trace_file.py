@@ -11,6 +11,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
 from mechlab.simulate.control import compiling, engine
+from mechlab.simulate.model import constraint_jacobian
 from mechlab.simulate.trace import step_through
 
 INTEGRATORS = {
@@ -112,12 +113,7 @@ def trace_file(source: FileModel, integrator: str, hard: bool, duration: float, 
 def _forward(model: mujoco.MjModel, data: mujoco.MjData, push: float) -> Array:
     """(nv,) rates: equal ones, less what the equalities forbid, the largest of them `push`."""
     mujoco.mj_forward(model, data)
-    rows = np.zeros((data.nefc, model.nv))
-    if mujoco.mj_isSparse(model):
-        mujoco.mju_sparse2dense(rows, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
-    else:
-        rows = data.efc_J.reshape(data.nefc, model.nv)
-    rows = rows[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    rows = constraint_jacobian(model, data)[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
     rates = np.ones(model.nv) - np.linalg.pinv(rows, rcond=1e-9) @ rows.sum(axis=1)
     return np.asarray(push * rates / max(float(np.abs(rates).max(initial=0.0)), 1e-12))
 

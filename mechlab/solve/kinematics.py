@@ -66,12 +66,12 @@ class PinKinematics:
     @property
     def spatial(self) -> Array:
         """(6, nv) columns of all joints: linear at the world's origin, angular."""
-        return np.asarray(self.placed().J)
+        return np.asarray(self.placed().J).reshape(6, -1)  # of one coordinate Pinocchio gives a vector
 
     @property
     def spatial_rate(self) -> Array:
         """(6, nv) time derivative of `spatial`."""
-        return np.zeros((6, self.model.nv)) if self.still else self.placed().dJ
+        return np.zeros((6, self.model.nv)) if self.still else self.placed().dJ.reshape(6, -1)
 
     def _joint(self, body: str) -> int:
         try:

@@ -14,7 +14,8 @@ from mechlab.experiment.question import Answer, Answers, Question, choose
 from mechlab.mechanism import Mechanism, Status
 from mechlab.study.design import Design
 from mechlab.study.power_flow import asks_power_flow, power_flow_question
-from mechlab.study.witness import engine_answer, quantities, split
+from mechlab.study.quantity_names import quantities, split
+from mechlab.study.witness import engine_answer
 from mechlab.tables import number, table
 
 
@@ -41,10 +42,21 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
         question = power_flow_question(design, values)
     else:
         question = generic_question(design, values)
-    complete = {k: d for k, d in question.optional.items() if d is not None} | values
-    answers = {name: _ask_one(name, witness, design, complete) for name, witness in question.witnesses.items()}
-    warnings = design.warnings
-    return Answers(question.name, answers, question.angles, question.units, _parameters(design), values, warnings)
+    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
+    answers = {
+        name: replace(a, assumed=assumed | dict(a.assumed))
+        for name, a in ((n, _ask_one(n, w, design, assumed | values)) for n, w in question.witnesses.items())
+    }
+    done = Answers(
+        question.name, answers, question.angles, question.units, _parameters(design), values, design.warnings,
+        question.tolerance, question.size,
+    )  # fmt: skip
+    if done.open and not any(a.modes or a.values.keys() - a.assumed.keys() for a in answers.values()):
+        raise MechlabError(
+            f"{design.name}: what is given ({', '.join(values)}) determines nothing else: "
+            + "; ".join(x.sentence for x in done.open) + "."
+        )  # fmt: skip
+    return done
 
 
 def _parameters(design: Design) -> dict[str, Any]:
@@ -68,6 +80,9 @@ def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any])
     """One witness; the closed form takes arrays at once, an engine one pose after the other."""
     try:
         shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
+    except ValueError as error:
+        raise MechlabError(f"{design.name}: the given arrays do not broadcast: {error}.") from None
+    try:
         if not shape:
             return _plain(witness(design.parameters, values))
         if name == "analytic":
@@ -78,14 +93,13 @@ def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any])
         ]
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
-    except ValueError as error:
-        raise MechlabError(f"{design.name}: the given arrays do not broadcast: {error}.") from None
     if any(a.cannot for a in said):
         return next(a for a in said if a.cannot)
     worst = max(said, key=lambda a: (a.status.exit_code, a.status is not Status.SOLVED))
     keys = [k for k in said[0].values if all(k in a.values for a in said)]
     arrays = {k: np.array([a.values[k] for a in said]).reshape(shape) for k in keys}
-    return Answer(arrays, worst.status, worst.notes)
+    loosest = max(said, key=lambda a: sum(len(x.quantities) for x in a.open))
+    return Answer(arrays, worst.status, worst.notes, open=loosest.open, idle=said[0].idle, assumed=said[0].assumed)
 
 
 def _plain(answer: Answer) -> Answer:
@@ -126,10 +140,10 @@ def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
 
 
 def _wanted(m: Mechanism, values: Mapping[str, Any]) -> tuple[str, ...]:
-    _, rate, accel = split(m, dict.fromkeys(values, 0.0))
+    position, rate, accel = split(m, dict.fromkeys(values, 0.0))
     points = [f"{f.name}_{a}" for f in m.frames for a in "xyz"]
     names = [*m.scalar_names, *points]
-    wanted = [n for n in names if n not in values]
+    wanted = [n for n in names if n not in values] if position else []
     if rate or accel:
         wanted += [f"{n}_rate" for n in names if f"{n}_rate" not in values]
         wanted += [f"{n}_accel" for n in names if f"{n}_accel" not in values]
@@ -155,6 +169,7 @@ def answers_text(answers: Answers) -> str:
             )
         parts += [_detail_table(k, v) for k, v in answer.details.items() if _is_table(v)]
         parts += [f"{name}: {note}" for note in answer.notes]
+    parts += answers.remarks
     difference = answers.max_difference
     if difference is not None:
         parts.append(f"largest difference between witnesses: {difference:.3g}")

@@ -201,5 +201,4 @@ def _jacobian(title: str, m: Mechanism) -> Array:
     simulate = room("mujoco")
     model, data = simulate.to_mujoco(m)
     view = simulate.MujocoMap(m, model)
-    rows = np.asarray(data.efc_J).reshape(-1, model.nv)[: data.ne]
-    return np.array([view.rates(row) for row in rows])
+    return np.asarray(view.rates(simulate.equality_jacobian(model, data)))

@@ -31,9 +31,11 @@ class SolveResult:
         status = a.status.value
         out: dict[str, Any] = {
             "question": a.question, "answers": {n: x.to_dict() for n, x in a.answers.items()}, "max_difference": a.max_difference,
-            "status": status, "parameters": dict(a.parameters), "given": dict(a.given), "warnings": list(a.warnings),
+            "status": status, "open": [x.to_dict() for x in a.open], "idle": list(a.idle), "assumed": a.assumed,
+            "parameters": dict(a.parameters), "given": dict(a.given), "warnings": list(a.warnings),
         }  # fmt: skip
         notes = [f"{n}: {t}" for n, x in a.answers.items() for t in x.notes]
+        notes += a.remarks
         out["message"] = status + (f" ({'; '.join(notes)})" if notes else "")
         return out
 
@@ -78,7 +80,8 @@ class SimulateResult:
         return {
             "scene": r.scene, "fidelity": r.fidelity, "engine": r.settings.engine, "integrator": r.settings.integrator,
             "timestep": r.settings.timestep, "duration": float(r.t[-1]), "final": r.final(), "samples": self.samples(),
-            "units": dict(r.units), "errors": dict(r.errors), "health": [f.to_dict() for f in r.health.findings], "parameters": dict(r.parameters),
+            "units": dict(r.units), "errors": dict(r.errors),
+            "health": [f.to_dict() for f in r.health.findings], "parameters": dict(r.parameters),
             "cost": {"cpu_s": r.cost.cpu_s, "steps": r.cost.steps, "evaluations": r.cost.evaluations}, "message": self.message,
             "status": "finished" if r.health.trusted else "finished, do not trust it", "notes": list(self.notes),
         }  # fmt: skip

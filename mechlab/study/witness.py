@@ -1,12 +1,12 @@
 """An engine as a witness: it assembles the mechanism, then finds rates and accelerations, all by its own kinematics.
 
-Quantities are named: a joint or shaft X, X_rate, X_accel; a point FRAME_x of a frame, FRAME_x_rate, FRAME_x_accel; its
-angular velocity FRAME_wx and angular acceleration FRAME_wx_rate, world axes.
+Quantities are named as in `mechlab.study.quantity_names`. Only what the given ones determine is answered.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -17,9 +17,10 @@ from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
 from mechlab.mechanism import Mechanism, Status, singularity
 from mechlab.mechanism.geometry import Array
+from mechlab.study.determined import determined
+from mechlab.study.quantity_names import LETTERS, level, quantities, split
 
 ENGINES = {"pinocchio": "mechlab.solve", "mujoco": "mechlab.simulate"}
-LETTERS = ("x", "y", "z", "wx", "wy", "wz")
 
 
 def room(engine: str) -> Any:
@@ -32,43 +33,6 @@ def room(engine: str) -> Any:
         raise EngineMissing(
             f"{engine} is not installed ({error.name} is missing); pip install {'pin' if engine == 'pinocchio' else engine}."
         ) from None
-
-
-def split(m: Mechanism, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float], dict[str, float]]:
-    """Given quantities as values, rates and accelerations, keyed by joint, shaft or frame coordinate."""
-    points = {f"{f.name}_{a}" for f in m.frames for a in LETTERS[:3]}
-    spins = {f"{f.name}_{a}" for f in m.frames for a in LETTERS[3:]}
-    plain = set(m.scalar_names) | points | {f"{f.name}_rotation" for f in m.frames}
-    position: dict[str, Any] = {}
-    rate: dict[str, float] = {}
-    accel: dict[str, float] = {}
-    for key, value in values.items():
-        if key in plain:
-            position[key] = value
-        elif key in spins:
-            rate[key] = value
-        elif key.removesuffix("_rate") in spins:
-            accel[key.removesuffix("_rate")] = value
-        elif key.removesuffix("_rate") in plain:
-            rate[key.removesuffix("_rate")] = value
-        elif key.removesuffix("_accel") in plain:
-            accel[key.removesuffix("_accel")] = value
-        else:
-            raise unknown(f"{m.name}: quantity", key, quantities(m))
-    return position, rate, accel
-
-
-def quantities(m: Mechanism) -> tuple[str, ...]:
-    """All quantities that can be given or asked for."""
-    names = list(m.scalar_names) + [f"{f.name}_{a}" for f in m.frames for a in LETTERS[:3]]
-    spins = [f"{f.name}_{a}" for f in m.frames for a in LETTERS[3:]]
-    return (
-        *names,
-        *(f"{n}_rate" for n in names),
-        *(f"{n}_accel" for n in names),
-        *spins,
-        *(f"{n}_rate" for n in spins),
-    )
 
 
 def engine_answer(
@@ -84,7 +48,8 @@ def engine_answer(
 
     start: pose to begin from (default: the reference pose), in whose assembly mode the answer is; the engine checks and
     closes it itself. output: a frame whose singular positions are reported (kind serial). A pose that does not close has
-    no values: its status and a note say why.
+    no values: its status and a note say why. Of the wanted quantities those are answered that the given ones determine; the
+    others stand in `Answer.open` and `Answer.idle`. A given coordinate without a given acceleration has 0 (`Answer.assumed`).
     """
     position, rate, accel = split(m, given)
     try:
@@ -94,15 +59,20 @@ def engine_answer(
         return Answer(cannot=str(missing))
     if not found.closed and not found.status.exit_code == 0:
         return Answer(status=found.status, notes=(_why(m, position, found),))
+    what = determined(m, found.q, given, wanted)
+    answered = [key for key in wanted if key not in what.unfixed]
+    accel |= dict.fromkeys((level(m, key)[0] for key in what.assumed), 0.0)
     try:
-        values, notes = _motion(r, m, found.q, rate, accel, wanted)
+        values = _motion(r, m, found.q, rate, accel, answered)
     except NoSolution as cause:
         return Answer(status=Status.BOUNDARY, notes=(str(cause),))
     kinds = singularity(m, found.q, _output_rows(m, found.q, output))
+    values |= {key: 0.0 for key in what.assumed if key in values}  # exactly, not as the engine rounds it
+    answer = Answer(values, open=what.open, idle=what.idle, assumed=dict.fromkeys(what.assumed, 0.0))
     if kinds:
         sentence = f"singular position ({', '.join(kinds)})"
-        return Answer(values, Status.BOUNDARY, (*notes, sentence), details={"singular": list(kinds)})
-    return Answer(values, Status.SOLVED, notes)
+        return replace(answer, status=Status.BOUNDARY, notes=(sentence,), details={"singular": list(kinds)})
+    return answer
 
 
 def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:
@@ -127,15 +97,11 @@ def _output_rows(m: Mechanism, q: Array, output: str | None) -> Array | None:
 
 def _motion(
     r: Any, m: Mechanism, q: Array, rate: Mapping[str, float], accel: Mapping[str, float], wanted: Iterable[str]
-) -> tuple[dict[str, Any], tuple[str, ...]]:
-    wanted = tuple(wanted)
+) -> dict[str, Any]:
     v = r.rates(m, q, rate) if rate else np.zeros(m.nv)
     a = r.accelerations_of(m, q, v, accel) if rate or accel else np.zeros(m.nv)
     frames: dict[str, tuple[Array, Array, Array]] = {}
-    values: dict[str, Any] = {}
-    for key in wanted:
-        values[key] = _quantity(r, m, key, q, v, a, frames)
-    return values, ()
+    return {key: _quantity(r, m, key, q, v, a, frames) for key in wanted}
 
 
 def _quantity(

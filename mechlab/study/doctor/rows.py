@@ -11,6 +11,7 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import Redundancy, null_space
 from mechlab.simulate.control import engine
+from mechlab.simulate.model import constraint_jacobian
 
 POSES, SPREAD = 4, 0.1
 VOID, SMALL, NEARLY = 1e-12, 1e-8, 1e-3
@@ -75,7 +76,7 @@ class Rows:
         d.qpos[:] = qpos
         mujoco.mj_fwdPosition(self.model, d)
         keep = d.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        return np.array(d.efc_pos[keep]), np.array(d.efc_J.reshape(d.nefc, self.model.nv)[keep])
+        return np.array(d.efc_pos[keep]), constraint_jacobian(self.model, d)[keep]
 
     def names(self) -> tuple[str, ...]:
         """Row names at the pose last evaluated; `groups` then numbers those that share an equality and a unit."""

@@ -129,7 +129,7 @@ def _asked(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Questio
         keys = tuple(k for k in given if k in {*best.given, *best.optional})
         return best, keys, best.units.get(name, "rad" if name in best.angles or name.endswith("_angle") else "")
     m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
-    from mechlab.study.witness import quantities
+    from mechlab.study.quantity_names import quantities
 
     if given and name in quantities(m):
         keys = tuple(k for k in given if k in quantities(m))

@@ -183,12 +183,14 @@ def _asked(
     """The request with its quantities, and with how it is computed."""
     words = [w.strip() for q in quantities for w in split_words(str(q)) if w.strip()]
     by_witness = _witness(question, witness, chosen) if question is not None else ""
-    said = answers_of(draft, chosen, question, by_witness) if question is not None else {}
+    said, left_open = answers_of(draft, chosen, question, by_witness) if question is not None else ({}, ())
     if answers_only or (words and question is not None and all(w in said or w == DIFFERENCE for w in words)):
         assert question is not None
         if DIFFERENCE in words:
             said[DIFFERENCE] = ""
         for word in words:
+            for loose in (x for x in left_open if word in x.quantities):
+                raise MechlabError(f"{chosen.name}: {word} is open: {loose.sentence}.")
             if word not in said:
                 raise unknown(f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*said, DIFFERENCE})
         asked = tuple(Quantity(w, "answer", w, unit=said[w]) for w in dict.fromkeys(words or said))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.question import Answer, Open, Question
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism import Mechanism
 from mechlab.study.design import Design, design, initial_keys
@@ -61,8 +61,11 @@ def known_initial_keys(chosen: Design, axes: Sequence[Axis]) -> set[str]:
     return set() if found is None else set(initial_keys(found))
 
 
-def answers_of(draft: Request, chosen: Design, question: Question, witness: str) -> dict[str, str]:
-    """Answers that are single numbers -> unit, from a few points; where none has an answer, those that the question names."""
+def answers_of(
+    draft: Request, chosen: Design, question: Question, witness: str
+) -> tuple[dict[str, str], tuple[Open, ...]]:
+    """Answers that are single numbers -> unit, from a few points, and those that are open; where none has an answer, those
+    that the question names."""
     inner = [a for a in draft.axes if a.role == "given"]
     optional = {k: v for k, v in question.optional.items() if v is not None}
     picks = [tuple(a.values[len(a.values) // 2] for a in inner)]
@@ -79,9 +82,9 @@ def answers_of(draft: Request, chosen: Design, question: Question, witness: str)
             if answer.cannot:
                 raise MechlabError(f"{chosen.name}: {witness} cannot answer: {answer.cannot}")
             numbers = [k for k, v in answer.values.items() if np.ndim(v) == 0 and not isinstance(v, str)]
-            if numbers and not answer.status.exit_code:
-                return {k: question.units.get(k, "") for k in numbers}
-    return {k: question.units.get(k, "") for k in question.answers}
+            if (numbers or answer.open) and not answer.status.exit_code:
+                return {k: question.units.get(k, "") for k in numbers}, answer.open
+    return {k: question.units.get(k, "") for k in question.answers}, ()
 
 
 def short_run(draft: Request, chosen: Design, step_error: bool) -> Recording | None:
