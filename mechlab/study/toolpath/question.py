@@ -134,6 +134,7 @@ QUESTION = Question(
     NAME, ("curve",),
     ("length", "spans", "braking_distance", "braking_length", "braking_parameter", "braking_point"),
     {"analytic": _analytic, "quadrature": _quadrature}, dict.fromkeys(BRAKING),
-    units=dict.fromkeys(("length", "spans", "braking_distance", "braking_length", "braking_point"), "m") | BRAKING,
+    units=dict.fromkeys(("length", "spans", "braking_distance", "braking_length", "braking_point"), "m") | BRAKING
+    | {"curve": "", "braking_parameter": ""},
     text="length of a B-spline curve, of its spans, and the point where braking must begin",
 )  # fmt: skip
