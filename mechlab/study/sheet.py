@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from mechlab.experiment.parameters import describe
+from mechlab.experiment.question import Question
 from mechlab.mechanism.structure import structure
 from mechlab.mechanism.summary import Rows, body_rows, closing_rows, freedom_sentences
 from mechlab.study.check import CheckReport
@@ -77,9 +79,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         "name": entry.name, "title": entry.title, "summary": entry.summary, "chain": entry.chain, "fidelity": level, "remarks": remarks,
         "parameters": {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)},
         "fidelities": dict(entry.fidelities), "scenes": {n: r.text for n, r in entry.scenes.items()},
-        "questions": [
-            {"given": q.given, "optional": dict(q.optional), "answers": q.answers, "witnesses": list(q.witnesses)} for q in entry.questions
-        ],
+        "questions": [_question_data(q) for q in entry.questions],
         "parameter_info": [
             {"name": i.name, "unit": i.unit, "range": i.range_text, "text": i.text, "source": i.source} for i in describe(entry.parameters)
         ],
@@ -115,16 +115,35 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         tuple((n + (" (default)" if n == entry.default_scene else ""), r.text) for n, r in entry.scenes.items()),
     )
     if entry.questions:
-        rows = tuple(
-            (
-                " ".join(q.given) + (f" [{' '.join(q.optional)}]" if q.optional else ""),
-                " ".join(q.answers),
-                ", ".join(q.witnesses),
-            )
-            for q in entry.questions
-        )
-        tables["Questions"] = (("given", "answers", "witnesses"), rows)
+        tables["Questions"] = question_rows(entry.questions)
     return Description(entry.title, tuple(sentences), tables, data)
+
+
+def question_rows(questions: Sequence[Question]) -> Rows:
+    """What each question asks, its keys, its answers and who answers."""
+    rows = [
+        (
+            q.text or q.name,
+            " ".join([*q.given, *([f"[{' '.join(q.optional)}]"] if q.optional else [])]) or "nothing",
+            " ".join(q.answers),
+            ", ".join(q.witnesses),
+        )
+        for q in questions
+    ]
+    return ("question", "given [optional]", "answers", "witnesses"), tuple(rows)
+
+
+def _question_data(q: Question) -> dict[str, Any]:
+    return {
+        "name": q.name, "text": q.text, "given": q.given, "optional": dict(q.optional), "answers": q.answers,
+        "units": dict(q.units), "witnesses": list(q.witnesses),
+    }  # fmt: skip
+
+
+def describe_question(name: str, question: Question) -> Description:
+    """A question that is asked of no mechanism."""
+    data = {"name": name, "questions": [_question_data(question)]}
+    return Description(name, (f"{question.text}.",), {"Questions": question_rows((question,))}, data)
 
 
 CHARTED = ("andrews", "bricard", "flyball", "fourbar", "n_fourbar")
