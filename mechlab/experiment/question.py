@@ -11,6 +11,9 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.assembly import Status
 
+TOLERANCE = 1e-6
+"""Witnesses differ by rounding, 1e-12 of the values, which a position near a singular one raises to its square root."""
+
 Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
 
 
@@ -43,7 +46,8 @@ class Question:
     defaults; None: absent unless given). Answers `answers`.
 
     witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi. units: SI unit
-    of every key that is given or answered ("" for a pure number).
+    of every key that is given or answered ("" for a pure number). tolerance:
+    witnesses may differ by this share of the largest value of the same unit.
     """
 
     name: str
@@ -54,6 +58,7 @@ class Question:
     angles: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     text: str = ""
+    tolerance: float = TOLERANCE
 
 
 @dataclass(frozen=True)
