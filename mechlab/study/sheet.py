@@ -13,6 +13,7 @@ from mechlab.mechanism.summary import Rows, body_rows, closing_rows, freedom_sen
 from mechlab.study.check import CheckReport
 from mechlab.study.claims import ClaimReport
 from mechlab.study.design import Design, initial_keys
+from mechlab.study.lag_question import gear_rows
 from mechlab.tables import counted, html_sheet, markdown, number, table
 
 
@@ -114,8 +115,11 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         ("scene", "what happens"),
         tuple((n + (" (default)" if n == entry.default_scene else ""), r.text) for n, r in entry.scenes.items()),
     )
-    if entry.questions:
-        tables["Questions"] = question_rows(entry.questions)
+    headers, asked = question_rows(entry.questions)
+    if level != "kinematic" and not design.mechanism(level).loops and gear_rows(design) is not None:
+        asked += TRAIN_QUESTIONS
+    if asked:
+        tables["Questions"] = (headers, asked)
     return Description(entry.title, tuple(sentences), tables, data)
 
 
@@ -131,6 +135,19 @@ def question_rows(questions: Sequence[Question]) -> Rows:
         for q in questions
     ]
     return ("question", "given [optional]", "answers", "witnesses"), tuple(rows)
+
+
+TRAIN_QUESTIONS = (
+    (
+        "speeds, torques, power through every mesh and carrier, efficiency both ways",
+        "X_rate X_force [efficiency MESH_efficiency]", "X_rate X_force", "analytic, pinocchio, mujoco",
+    ),
+    (
+        "how far soft gear rows lag under load, and the loads of the rows",
+        "X_force [row_timeconst row_impedance]", "MESH_lag MESH_load", "analytic, pinocchio, mujoco",
+    ),
+)  # fmt: skip
+"""What every train of gears can be asked, as rows; X: a joint or shaft, MESH: a relation."""
 
 
 def _question_data(q: Question) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, without_stops
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.scenes import head_tracking
-from mechlab.catalog.delta6.witnesses import MujocoWitness, PinocchioWitness
+from mechlab.catalog.delta6.witnesses import MujocoWitness, PinocchioWitness, Witness
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.settings import Settings
@@ -221,7 +221,7 @@ def _head_engine(engine: str, p: Delta6Parameters, given: Mapping[str, Any]) -> 
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     m = build(p, "parts")
-    w = {"pinocchio": PinocchioWitness, "mujoco": MujocoWitness}[engine](m)
+    w: Witness = PinocchioWitness(m) if engine == "pinocchio" else MujocoWitness(m)
     q = coordinates(p, "parts", np.zeros(3), [0.0, float(given["head_beta"]), 0.0])[0]
     v, a = _stacked(given, RATES), _stacked(given, ACCELS)
     moves = response(w.at(q), (*CENTRE, *ANGLES))[:, 3:]

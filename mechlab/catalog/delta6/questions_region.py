@@ -47,7 +47,7 @@ def _analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
         "margin": at(where.margin(points)), "any_margin": at(either.margin(points)),
         "r_conjunction": at(where.margin(points, smooth)), "r_disjunction": at(either.margin(points, smooth)),
     }  # fmt: skip
-    notes = ()
+    notes: tuple[str, ...] = ()
     if not shape:
         verdict = where.decide(points)
         inside = "inside" if bool(verdict.inside) else "outside"
