@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
@@ -151,20 +152,26 @@ def _settled(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
 def _settled_by_steps(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
     """Steps of the matrix exponential, until the energy of the errors allows no more of them."""
     limit, state = float(given["settled_below"]), np.array(_initial(given), dtype=float)
-    step = 0.02 / (p.velocity_gain + np.sqrt(p.position_gain))
+    step = 0.1 / (p.velocity_gain + np.sqrt(p.position_gain))
     flow = _flow(p, step)
-    last, t = np.zeros(3), 0.0
+    crossings: dict[int, tuple[float, Array]] = {}  # the last one of each angle: time and state at the step before it
+    t = 0.0
     # e'^2 + kp e^2 never grows
     while np.any(state[1] ** 2 + p.position_gain * state[0] ** 2 > p.position_gain * limit**2):
         after = flow @ state
-        t += step
-        crossed = (np.abs(state[0]) > limit) & (np.abs(after[0]) <= limit)
-        share = np.divide(np.abs(state[0]) - limit, np.abs(state[0]) - np.abs(after[0]), out=np.zeros(3), where=crossed)
-        last = np.where(crossed, t - step + share * step, last)
-        state = after
+        for k in np.flatnonzero((np.abs(state[0]) > limit) & (np.abs(after[0]) <= limit)):
+            crossings[int(k)] = t, state[:, k]
+        state, t = after, t + step
         if t > 1e6 * step:
             return Answer(cannot="the errors last longer than a million of its steps")
-    return Answer(dict(zip(SETTLING, last.tolist(), strict=True)))
+
+    def excess(x: float, before: Array) -> float:
+        return abs(float((_flow(p, x) @ before)[0])) - limit
+
+    last = [0.0, 0.0, 0.0]
+    for angle, (begin, before) in crossings.items():
+        last[angle] = begin + float(brentq(excess, 0.0, step, args=(before,), xtol=1e-14))
+    return Answer(dict(zip(SETTLING, last, strict=True)))
 
 
 SETTLED = Question(
@@ -175,8 +182,6 @@ SETTLED = Question(
     witnesses={"analytic": _settled, "exponential": _settled_by_steps},
     units=dict(ERROR.units) | {"settled_below": "rad"} | dict.fromkeys(SETTLING, "s"),
     text="time after which the error of each angle stays below a limit",
-    # the steps of the second witness are joined by chords
-    tolerance=1e-3,
 )
 
 # -- dynamics ----------------------------------------------------------------------------------------------------------
@@ -229,7 +234,7 @@ def _head_engine(engine: str, p: Delta6Parameters, given: Mapping[str, Any]) -> 
     mass = moves.T @ w.mass_matrix() @ moves
     bias = moves.T @ (w.at(q, moves @ v).bias() - resting)
     drives = np.array([m.row(n) for n in ROTARY]) @ moves
-    return _terms(mass, bias, np.linalg.solve(drives.T, mass @ a + bias))
+    return _terms(mass, bias, np.asarray(np.linalg.solve(drives.T, mass @ a + bias)))
 
 
 HEAD = Question(
