@@ -45,7 +45,12 @@ def list_entries() -> TableResult:
 
 
 def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None) -> Description:
-    """Parameters, structure, bodies, fidelities, scenes, questions."""
+    """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question."""
+    if source == "toolpath" and not values and fidelity is None:
+        from mechlab.study.sheet import describe_question
+        from mechlab.study.toolpath.question import QUESTION
+
+        return describe_question("toolpath", QUESTION)
     return describe_design(load(source, **dict(values or {})), fidelity)
 
 

@@ -72,8 +72,9 @@ class Question:
     """Chosen by the keys that are given: all of `given`, any of `optional` (with
     defaults; None: absent unless given). Answers `answers`.
 
-    witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi. tolerance:
-    witnesses may differ by this share of the largest value of the same unit, which counts as `size` [SI] / 1000 at least.
+    witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi. units: SI unit
+    of every key that is given or answered ("" for a pure number). tolerance: witnesses may differ by this share of the
+    largest value of the same unit, which counts as `size` [SI] / 1000 at least.
     """
 
     name: str
@@ -183,6 +184,12 @@ class Answers:
         from mechlab.experiment.notebook import answers_html
 
         return answers_html(self)
+
+
+def with_rates(units: Mapping[str, str]) -> dict[str, str]:
+    """The units of quantities and of their rates and accelerations: X, X_rate, X_accel."""
+    orders = {"": "", "_rate": "/s", "_accel": "/s2"}
+    return {f"{name}{order}": unit + per for name, unit in units.items() for order, per in orders.items()}
 
 
 def choose(questions: Sequence[Question], keys: set[str], owner: str) -> Question:

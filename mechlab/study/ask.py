@@ -13,6 +13,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Answer, Answers, Question, choose
 from mechlab.mechanism import Mechanism, Status
 from mechlab.study.design import Design
+from mechlab.study.lag_question import asks_lag, lag_question
 from mechlab.study.power_flow import asks_power_flow, power_flow_question
 from mechlab.study.quantity_names import quantities, split
 from mechlab.study.witness import engine_answer
@@ -38,6 +39,8 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     if special:
         question = choose(entry.questions, keys, design.name)
+    elif asks_lag(keys):
+        question = lag_question(design, values)
     elif asks_power_flow(keys):
         question = power_flow_question(design, values)
     else:

@@ -15,7 +15,7 @@ from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import Ramp
-from mechlab.experiment.question import Answer, Question, Witness
+from mechlab.experiment.question import Answer, Question, Witness, with_rates
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
@@ -79,9 +79,17 @@ class Planar:
         return Question(
             "pose", given=self.given, optional=optional, answers=tuple(f"{q}{s}" for q in self.quantities for s in ORDERS),
             witnesses={"analytic": self._analytic, "pinocchio": engine("pinocchio"), "mujoco": engine("mujoco")},
-            angles=tuple(f"{n}_angle" for n in self.links), units=dict.fromkeys(self.given, "rad"),
+            angles=tuple(f"{n}_angle" for n in self.links), units=self._units(),
             text="positions, rates and accelerations of all links from those of the cranks; every assembly mode",
         )  # fmt: skip
+
+    def _units(self) -> dict[str, str]:
+        cranks = {
+            f"{c}{s}": f"rad{per}"
+            for c in self.cranks
+            for s, per in (("_angle", ""), ("_rate", "/s"), ("_accel", "/s2"))
+        }
+        return cranks | with_rates({n: "rad" if n.endswith("_angle") else "m" for n in self.quantities})
 
     def inputs(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Inputs of the linkage from the keys of the question."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from mechlab.experiment.parameters import describe
+from mechlab.experiment.question import Question
 from mechlab.mechanism.structure import structure
 from mechlab.mechanism.summary import Rows, body_rows, closing_rows, freedom_sentences
 from mechlab.study.check import CheckReport
 from mechlab.study.claims import ClaimReport
 from mechlab.study.design import Design, initial_keys
+from mechlab.study.lag_question import gear_rows
 from mechlab.tables import counted, html_sheet, markdown, number, table
 
 
@@ -77,9 +80,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         "name": entry.name, "title": entry.title, "summary": entry.summary, "chain": entry.chain, "fidelity": level, "remarks": remarks,
         "parameters": {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)},
         "fidelities": dict(entry.fidelities), "scenes": {n: r.text for n, r in entry.scenes.items()},
-        "questions": [
-            {"given": q.given, "optional": dict(q.optional), "answers": q.answers, "witnesses": list(q.witnesses)} for q in entry.questions
-        ],
+        "questions": [_question_data(q) for q in entry.questions],
         "parameter_info": [
             {"name": i.name, "unit": i.unit, "range": i.range_text, "text": i.text, "source": i.source} for i in describe(entry.parameters)
         ],
@@ -114,17 +115,52 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         ("scene", "what happens"),
         tuple((n + (" (default)" if n == entry.default_scene else ""), r.text) for n, r in entry.scenes.items()),
     )
-    if entry.questions:
-        rows = tuple(
-            (
-                " ".join(q.given) + (f" [{' '.join(q.optional)}]" if q.optional else ""),
-                " ".join(q.answers),
-                ", ".join(q.witnesses),
-            )
-            for q in entry.questions
-        )
-        tables["Questions"] = (("given", "answers", "witnesses"), rows)
+    headers, asked = question_rows(entry.questions)
+    if level != "kinematic" and not design.mechanism(level).loops and gear_rows(design) is not None:
+        asked += TRAIN_QUESTIONS
+    if asked:
+        tables["Questions"] = (headers, asked)
     return Description(entry.title, tuple(sentences), tables, data)
+
+
+def question_rows(questions: Sequence[Question]) -> Rows:
+    """What each question asks, its keys, its answers and who answers."""
+    rows = [
+        (
+            q.text or q.name,
+            " ".join([*q.given, *([f"[{' '.join(q.optional)}]"] if q.optional else [])]) or "nothing",
+            " ".join(q.answers),
+            ", ".join(q.witnesses),
+        )
+        for q in questions
+    ]
+    return ("question", "given [optional]", "answers", "witnesses"), tuple(rows)
+
+
+TRAIN_QUESTIONS = (
+    (
+        "speeds, torques, power through every mesh and carrier, efficiency both ways",
+        "X_rate X_force [efficiency MESH_efficiency]", "X_rate X_force", "analytic, pinocchio, mujoco",
+    ),
+    (
+        "how far soft gear rows lag under load, and the loads of the rows",
+        "X_force [row_timeconst row_impedance]", "MESH_lag MESH_load", "analytic, pinocchio, mujoco",
+    ),
+)  # fmt: skip
+"""What every train of gears can be asked, as rows; X: a joint or shaft, MESH: a relation."""
+
+
+def _question_data(q: Question) -> dict[str, Any]:
+    return {
+        "name": q.name, "text": q.text, "given": q.given, "optional": dict(q.optional), "answers": q.answers,
+        "units": dict(q.units), "witnesses": list(q.witnesses),
+    }  # fmt: skip
+
+
+def describe_question(name: str, question: Question) -> Description:
+    """A question that is asked of no mechanism."""
+    data = {"name": name, "questions": [_question_data(question)]}
+    return Description(name, (f"{question.text}.",), {"Questions": question_rows((question,))}, data)
 
 
 CHARTED = ("andrews", "bricard", "flyball", "fourbar", "n_fourbar")

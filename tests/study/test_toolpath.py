@@ -54,6 +54,45 @@ def test_a_cusp_has_a_length_and_is_named(tmp_path):
     assert any("stands still at u = 0.5" in note for note in found.answers["analytic"].notes)
 
 
+def test_a_place_by_fraction_distance_or_parameter(tmp_path, capsys):
+    """Parameters at a quarter, half and three quarters of the length: specification, section 5, to the printed digits."""
+    file = write(tmp_path, CURVE_A)
+    assert main(["solve", "toolpath", f"curve={file}", "fraction=1/4,1/2,3/4", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    for witness in ("analytic", "quadrature"):
+        said = document["answers"][witness]
+        np.testing.assert_allclose(said["parameter"], [0.150257811, 0.452746239, 0.801730187], rtol=0, atol=5.1e-10)
+        np.testing.assert_allclose(said["distance"], np.array([0.25, 0.5, 0.75]) * 462.770036091, rtol=0, atol=1e-9)
+        assert np.shape(said["point"]) == (3, 2)
+    half = api.solve("toolpath", curve=file, distance=0.5 * 462.770036091)
+    back = api.solve("toolpath", curve=file, parameter=half["quadrature"]["parameter"])
+    for witness in ("analytic", "quadrature"):
+        assert half[witness]["parameter"] == pytest.approx(0.452746239, abs=5.1e-10)
+        assert back[witness]["fraction"] == pytest.approx(0.5, abs=1e-11)  # the printed length has 12 digits
+        np.testing.assert_allclose(back[witness]["point"], half[witness]["point"], atol=1e-9)
+    ends = api.solve("toolpath", curve=file, fraction=[0.0, 1.0])
+    for witness in ("analytic", "quadrature"):
+        np.testing.assert_allclose(ends[witness]["point"], [[0, 0], [400, 0]], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("keys", "code", "said"),
+    [
+        (["distance=500"], 4, "37.23 m too short"),
+        (["distance=5kg"], 1, "distance: expected a number [m], got one in kg"),
+        (["fraction=5mm"], 1, "fraction: expected a number without a unit"),
+        (["fraction=0.5,1.2"], 1, "fraction: expected 0 to 1, got 1.2"),
+        (["parameter=-0.1"], 1, "parameter: expected 0 to 1, got -0.1"),
+        (["distance=-1"], 1, "distance: expected 0 or more"),
+        (["fraction=0.5", "distance=3"], 1, "fraction and distance are given; expected one of"),
+        (["speed=1,2", "deceleration=1"], 1, "speed: expected a number [m/s]"),
+    ],
+)
+def test_places_off_the_curve(tmp_path, capsys, keys, code, said):
+    assert main(["solve", "toolpath", f"curve={write(tmp_path, CURVE_A)}", *keys]) == code
+    assert said in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("document", "said"),
     [
@@ -83,3 +122,11 @@ def test_bad_quantities(tmp_path):
     ):  # fmt: skip
         with pytest.raises(MechlabError, match=said):
             api.solve_values("toolpath", values)
+
+
+def test_show_says_what_can_be_asked(capsys):
+    assert main(["show", "toolpath"]) == 0
+    shown = capsys.readouterr().out
+    assert "fraction distance parameter" in shown and "quadrature" in shown
+    assert main(["show", "fourbar"]) == 0
+    assert "angles, rates and accelerations of coupler and rocker" in capsys.readouterr().out

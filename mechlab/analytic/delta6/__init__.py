@@ -20,6 +20,7 @@ from mechlab.analytic.delta6.control import (
     Targets,
     command,
     error_response,
+    settling_time,
     source_targets,
 )
 from mechlab.analytic.delta6.drives import (
@@ -160,6 +161,7 @@ __all__ = [
     "drive_torques",
     "drives_from_angles",
     "error_response",
+    "settling_time",
     "extract_angles",
     "forward",
     "forward_position",

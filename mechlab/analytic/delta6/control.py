@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
-from mechlab.analytic.delta6._inputs import FloatArray, finite, freeze, vectors
+from mechlab.analytic.delta6._inputs import FloatArray, finite, freeze, number, vectors
+from mechlab.errors import MechlabError
 
 SOURCE_START_ANGLES = freeze([0.05, 0.1, 0.3])
 """alpha, beta, gamma of the source's example at t = 0, rad."""
@@ -96,6 +98,52 @@ def error_response(
     c = envelope * np.where(over, 0.5 * (1.0 + np.exp(-decay)), np.cos(imaginary_w * t))
     s = envelope * t * np.where(over, _one_minus_exp(decay), np.sinc(imaginary_w * t / np.pi))
     return ErrorResponse(np.asarray(e0 * c + (r0 + a * e0) * s), np.asarray(r0 * c - (kp * e0 + a * r0) * s))
+
+
+def settling_time(
+    error: ArrayLike, error_rate: ArrayLike, velocity_gain: float, position_gain: float, limit: ArrayLike
+) -> FloatArray:
+    """The time [s] after which |e| stays below `limit`, for the solution of `error_response`; 0 where it always does.
+
+    error and error_rate (..., k) at t = 0, limit (...) -> (..., k). |e(t)| <= exp(-s t) (|e0| + (|e0'| + kv |e0| / 2) t),
+    s the slower decay rate, bounds where the last crossing can be. Raises MechlabError unless both gains and the limit
+    are above 0: otherwise the error need not settle.
+    """
+    kv, kp = number("velocity_gain", velocity_gain, above=0.0), number("position_gain", position_gain, above=0.0)
+    bound = finite("limit", limit)
+    if np.any(bound <= 0.0):
+        raise MechlabError(f"limit = {float(bound.min()):g}; expected more than 0 rad")
+    e, r, b = np.broadcast_arrays(finite("error", error), finite("error_rate", error_rate), bound[..., None])
+    flat = [
+        _last_crossing(*x, kv, kp) for x in zip(e.ravel().tolist(), r.ravel().tolist(), b.ravel().tolist(), strict=True)
+    ]
+    return np.array(flat).reshape(e.shape)
+
+
+def _last_crossing(e0: float, r0: float, limit: float, kv: float, kp: float) -> float:
+    a, w = 0.5 * kv, np.sqrt(abs(0.25 * kv * kv - kp))
+    overdamped = a * a >= kp
+    decay = kp / (a + w) if overdamped else a
+    end = 1.0 / decay
+    while np.exp(-decay * end) * (abs(e0) + (abs(r0) + a * abs(e0)) * end) > limit:
+        end *= 2.0
+    count = 2000 + int(20 * (0.0 if overdamped else w) * end)
+    # the fast root acts near 0
+    t = np.unique(np.concatenate([np.linspace(0.0, end, count), np.geomspace(1e-6 / kv, end, 2000)]))
+
+    def rate(x: float) -> float:
+        return float(error_response(x, e0, r0, kv, kp).error_rate)
+
+    def excess(x: float) -> float:
+        return abs(float(error_response(x, e0, r0, kv, kp).error)) - limit
+
+    rates = error_response(t, e0, r0, kv, kp).error_rate
+    turns = [brentq(rate, t[k], t[k + 1]) for k in np.flatnonzero(rates[:-1] * rates[1:] < 0.0)]
+    t = np.unique(np.concatenate([t, turns]))
+    above = np.flatnonzero(np.abs(error_response(t, e0, r0, kv, kp).error) > limit)
+    if not len(above):
+        return 0.0
+    return float(brentq(excess, t[above[-1]], t[above[-1] + 1], xtol=1e-14))
 
 
 def _one_minus_exp(x: FloatArray) -> FloatArray:

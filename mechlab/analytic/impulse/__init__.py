@@ -19,13 +19,14 @@ from mechlab.analytic.impulse.equations import (
 )
 from mechlab.analytic.impulse.harmonics import harmonic_amplitudes, harmonic_motion, resonances
 from mechlab.analytic.impulse.integral import first_integral, slip_speed
+from mechlab.analytic.impulse.limits import Limits, limits
 from mechlab.analytic.impulse.model import Impulse, Shape, shape
 from mechlab.analytic.impulse.periodic import Orbit, periodic_orbit, section_points
 from mechlab.analytic.impulse.regime import Regime, frictionless_mean_speed, unidirectional
 
 __all__ = [
-    "Impulse", "Orbit", "Regime", "Shape", "accelerations", "angles", "coefficients", "constant_speed_acceleration",
+    "Impulse", "Limits", "Orbit", "Regime", "Shape", "accelerations", "angles", "coefficients", "constant_speed_acceleration",
     "constant_speed_torque", "first_integral", "frictionless_mean_speed", "harmonic_amplitudes", "harmonic_motion",
-    "load", "motor_rate", "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "slip_speed",
+    "limits", "load", "motor_rate", "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "slip_speed",
     "slope", "unidirectional",
 ]  # fmt: skip

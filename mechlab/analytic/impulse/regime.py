@@ -43,6 +43,36 @@ class Regime:
         return np.asarray(self.reason == EXISTS)
 
 
+@dataclass(frozen=True)
+class Phases:
+    """Half-phases (arrays (...) of one shape) whether or not the motion exists: Delta [rad], sin(psi_m), psi_a, psi_b [rad], and
+    `sticking_margin` [N m]: by how much the driving torque exceeds the friction where the output shaft turns round; it sticks
+    where that is negative."""
+
+    delta: Array
+    sine: Array
+    psi_a: Array
+    psi_b: Array
+    sticking_margin: Array
+
+
+def phases(p: Impulse, speed: float, M0: ArrayLike, M1: ArrayLike) -> Phases:
+    """The half-phases of `unidirectional`; NaN where M0 >= M1 (unless both are 0) or, beside `delta` and `sine`, sine > 1."""
+    M0, M1 = np.broadcast_arrays(np.asarray(M0, dtype=float), np.asarray(M1, dtype=float))
+    s = shape(p)
+    strength = (s.a6 - s.a5) * speed**2
+    balanced = (M1 > M0) | ((M0 == 0.0) & (M1 == 0.0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.where(M1 > 0.0, M0 / np.where(M1 > 0.0, M1, 1.0), 0.0)
+        delta = np.where(balanced, np.pi * (1.0 - ratio), np.nan)
+        sine = (M0 + M1) * delta / (2.0 * strength * np.sin(0.5 * delta))
+        middle = np.pi - np.arcsin(sine)
+        psi_a, psi_b = middle - 0.5 * delta, middle + 0.5 * delta
+        # At standstill the driving torque must overcome the friction, forwards at psi_a and backwards at psi_b.
+        margin = np.minimum(strength * np.sin(psi_a) - (M0 + M1), (M0 - M1) - strength * np.sin(psi_b))
+    return Phases(np.asarray(delta), np.asarray(sine), np.asarray(psi_a), np.asarray(psi_b), np.asarray(margin))
+
+
 def unidirectional(p: Impulse, speed: float, M0: ArrayLike | None = None, M1: ArrayLike | None = None) -> Regime:
     """The regime in which the output shaft goes forward once and back once per turn of the planets, without sticking.
 
@@ -53,25 +83,18 @@ def unidirectional(p: Impulse, speed: float, M0: ArrayLike | None = None, M1: Ar
     M0, M1 = np.broadcast_arrays(
         np.asarray(p.M0 if M0 is None else M0, dtype=float), np.asarray(p.M1 if M1 is None else M1, dtype=float)
     )
-    s = shape(p)
-    strength = (s.a6 - s.a5) * speed**2
-    balanced = (M1 > M0) | ((M0 == 0.0) & (M1 == 0.0))
+    found = phases(p, speed, M0, M1)
+    sine, psi_a, psi_b = found.sine, found.psi_a, found.psi_b
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.where(M1 > 0.0, M0 / np.where(M1 > 0.0, M1, 1.0), 0.0)
-        delta = np.where(balanced, np.pi * (1.0 - ratio), np.nan)
-        sine = (M0 + M1) * delta / (2.0 * strength * np.sin(0.5 * delta))
-        middle = np.pi - np.arcsin(sine)
-        psi_a, psi_b = middle - 0.5 * delta, middle + 0.5 * delta
         forward = _half(p, speed, psi_a, psi_b, M0 + M1)
         back = _half(p, speed, psi_b, psi_a + 2.0 * np.pi, M0 - M1)
-        # At standstill the driving torque must overcome the friction, forwards at psi_a and backwards at psi_b.
-        sticks = (strength * np.sin(psi_a) < M0 + M1) | (strength * np.sin(psi_b) > M0 - M1)
+        sticks = found.sticking_margin < 0.0
     reason = np.full(M0.shape, EXISTS, dtype=object)
     total = forward + back
     reason[np.asarray(~np.isfinite(total))] = STALLS
     reason[np.asarray(sticks)] = STICKS
     reason[np.asarray(~(np.abs(sine) <= 1.0))] = TOO_WEAK
-    reason[np.asarray(~balanced)] = NO_BALANCE
+    reason[np.isnan(found.delta)] = NO_BALANCE
     good = reason == EXISTS
 
     def kept(x: Array) -> Array:

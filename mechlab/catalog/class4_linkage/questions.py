@@ -12,7 +12,7 @@ from mechlab.catalog.class4_linkage.build import START_OFFSET, build, pose
 from mechlab.catalog.class4_linkage.geometry import THETAS, Mode, arcs, at, describe_mode, group, label, solve_all
 from mechlab.catalog.class4_linkage.parameters import Class4Parameters
 from mechlab.errors import NoSolution
-from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.mechanism import Status
 from mechlab.study.witness import engine_answer
 
@@ -103,6 +103,7 @@ def _mujoco(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
 QUESTION = Question(
     "modes", given=("crank_angle",), optional={"crank_rate": 0.0, "crank_accel": 0.0}, answers=ANSWERS,
     witnesses={"analytic": analytic, "pinocchio": _pinocchio, "mujoco": _mujoco}, angles=THETAS,
-    units={"crank_angle": "rad", "crank_rate": "rad/s", "crank_accel": "rad/s2"},
+    units=with_rates(dict.fromkeys(THETAS, "rad"))
+    | {"crank_angle": "rad", "crank_rate": "rad/s", "crank_accel": "rad/s2", "mode_count": ""},
     text="every assembly mode at a crank angle, with rates and accelerations",
 )  # fmt: skip

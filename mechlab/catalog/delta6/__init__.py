@@ -8,6 +8,8 @@ from mechlab.catalog.delta6.claims import CLAIMS
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import expand
 from mechlab.catalog.delta6.questions import QUESTIONS
+from mechlab.catalog.delta6.questions_head import HEAD_QUESTIONS
+from mechlab.catalog.delta6.questions_region import REGION
 from mechlab.catalog.delta6.scenes import CHANNELS, SCENES, reference
 from mechlab.catalog.delta6.workspace import WORKSPACE
 from mechlab.experiment.entry import Entry
@@ -52,7 +54,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="pose-sweep",
-    questions=QUESTIONS,
+    questions=(*QUESTIONS, *HEAD_QUESTIONS, REGION),
     checks=CHECKS,
     claims=CLAIMS,
     reference=reference,

@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.analytic import fourbar as closed_form
 from mechlab.catalog.fourbar.build import build
 from mechlab.catalog.fourbar.parameters import Parameters
-from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.mechanism import Status
 from mechlab.study.witness import engine_answer
 
@@ -65,6 +65,6 @@ QUESTION = Question(
     answers=("coupler_angle", "rocker_angle", "coupler_rate", "rocker_rate", "coupler_accel", "rocker_accel"),
     witnesses={"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco},
     angles=ANGLES,
-    units={"crank_angle": "rad", "crank_rate": "rad/s", "crank_accel": "rad/s2"},
+    units=_named(with_rates(dict.fromkeys(("crank_angle", *ANGLES, "transmission_angle"), "rad"))),
     text="angles, rates and accelerations of coupler and rocker from those of the crank",
 )

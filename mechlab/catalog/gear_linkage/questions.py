@@ -136,7 +136,10 @@ REGIME = Question(
         "pinocchio": lambda p, given: _engine_regime("pinocchio", p, given),
         "mujoco": lambda p, given: _engine_regime("mujoco", p, given),
     },
-    units=dict.fromkeys((n for n in NUMBERS if n.endswith("angle") or "dwell" in n), "rad") | {"longest_crank": "m"},
+    # the crank turns at rate 1: the rates are ratios
+    units=dict.fromkeys((n for n in NUMBERS if not n.endswith("rate")), "rad")
+    | dict.fromkeys(("slowest_rate", "fastest_rate", "mean_rate"), "")
+    | {"longest_crank": "m"},
     text="regime of one turn: slowest and fastest output rate (crank rate 1), reverse angle, dwell, transmission angle",
 )
 

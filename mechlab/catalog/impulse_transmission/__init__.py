@@ -8,6 +8,7 @@ from mechlab.catalog.impulse_transmission.claims import CLAIMS
 from mechlab.catalog.impulse_transmission.parameters import Parameters, warnings
 from mechlab.catalog.impulse_transmission.portraits import PORTRAITS
 from mechlab.catalog.impulse_transmission.questions import QUESTIONS
+from mechlab.catalog.impulse_transmission.questions_limits import LIMITS
 from mechlab.catalog.impulse_transmission.scenes import CHANNELS, DEFAULT_SCENE, SCENES, reference
 from mechlab.experiment.entry import Entry
 
@@ -32,7 +33,7 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene=DEFAULT_SCENE,
-    questions=QUESTIONS,
+    questions=(*QUESTIONS, LIMITS),
     checks=CHECKS,
     claims=CLAIMS,
     reference=reference,

@@ -12,6 +12,7 @@ import numpy as np
 from mechlab.analytic.impulse import Impulse, frictionless_mean_speed, unidirectional
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.problems import Cycle, cycle
+from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Question
 from mechlab.mechanism import Status
 
@@ -20,7 +21,14 @@ TURNS = 10
 """Cycles over which the event simulation averages; whole ones, so that no ripple is left."""
 
 
-def _stalled(p: Impulse) -> str:
+def positive(key: str, speed: Any) -> None:
+    """Raises MechlabError unless an input speed is above 0."""
+    if not np.all(np.asarray(speed) > 0):
+        raise MechlabError(f"impulse_transmission: {key}: expected more than 0 rad/s, got {float(np.min(speed)):g}.")
+
+
+def stalled(p: Impulse) -> str:
+    """Why there is no one-way rotation; empty where there may be."""
     if p.c:
         return "the spring c holds the output shaft: its mean speed is 0"
     if p.q < 0:
@@ -32,10 +40,9 @@ def analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
     """The exact half-phases."""
     i = p.impulse
     speed = np.asarray(given["input_speed"], dtype=float)
-    if _stalled(i):
-        return Answer(cannot=_stalled(i))
-    if not np.all(speed > 0):
-        return Answer(cannot="input_speed must be > 0 rad/s")
+    if stalled(i):
+        return Answer(cannot=stalled(i))
+    positive("input_speed", speed)
     found = [unidirectional(i, float(w)) for w in speed.ravel()]
     reasons = [str(r.reason) for r in found]
     bad = next((k for k, r in enumerate(found) if not r.exists), None)
@@ -92,10 +99,9 @@ def closed_cycle(p: Impulse, speed: float, section: float = 0.0) -> Cycle | None
 def hybrid(p: Parameters, given: Mapping[str, Any]) -> Answer:
     """Event simulation: the cycle that closes, then times and torque between crossings of psi that are 2 pi apart."""
     i, speed = p.impulse, float(given["input_speed"])
-    if _stalled(i):
-        return Answer(cannot=_stalled(i))
-    if not speed > 0:
-        return Answer(cannot="input_speed must be > 0 rad/s")
+    if stalled(i):
+        return Answer(cannot=stalled(i))
+    positive("input_speed", speed)
     if i.M1 == 0:
         return Answer(cannot="without friction every motion is its own cycle: there is no mean speed to converge to")
     if i.M0 >= i.M1:
@@ -119,7 +125,7 @@ def hybrid(p: Parameters, given: Mapping[str, Any]) -> Answer:
 QUESTIONS = (
     Question(
         "mean speed at constant input speed", ("input_speed",), ANSWERS, {"analytic": analytic, "hybrid": hybrid},
-        units={"mean_speed": "rad/s", "forward_time": "s", "return_time": "s", "mean_motor_torque": "N m"},
+        units={"input_speed": "rad/s", "mean_speed": "rad/s", "forward_time": "s", "return_time": "s", "mean_motor_torque": "N m"},
         text="one-way rotation under load and dry friction: mean output speed, times forward and back, mean motor torque",
     ),
 )  # fmt: skip

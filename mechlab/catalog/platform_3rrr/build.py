@@ -22,7 +22,7 @@ def style(p: PlatformParameters) -> Style:
 
 
 def linkage_at(p: PlatformParameters, drives: Array) -> Linkage:
-    """The chain in the compositor's mode that is the nearest to the centre pose at these drive angles (3,)."""
+    """The chain in the compositor's mode that is the nearest to the home pose at these drive angles (3,)."""
     pins = elbows(p, drives)
     modes = assur.all_modes(group(p, pins))
     k = int(order(p, pins, modes)[0])
@@ -32,7 +32,7 @@ def linkage_at(p: PlatformParameters, drives: Array) -> Linkage:
 
 @lru_cache(maxsize=32)
 def build(p: PlatformParameters, fidelity: str) -> Mechanism:
-    """Seven parts, two loops, three freedoms; the centre pose is the reference."""
+    """Seven parts, two loops, three freedoms; the home pose is the reference."""
     inputs = {f"arm_{k + 1}": a for k, a in enumerate(home(p))}
     return mechanism_of(
         linkage_at(p, np.array(home(p))), inputs, style(p), "planar parallel platform 3-RRR (class III)"

@@ -14,7 +14,6 @@ from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.errors import NoSolution
 from mechlab.mechanism.geometry import Array
 
-CORNERS = np.exp(1j * np.radians([-150.0, -30.0, 90.0]))
 DRIVES = ("drive_1", "drive_2", "drive_3")
 POSE = ("x", "y", "alpha")
 LINKS = ("leg_1", "leg_2", "leg_3", "platform")
@@ -38,22 +37,21 @@ class PlatformMode:
         return out
 
 
-def bases(p: PlatformParameters) -> Array:
-    """(3,) complex base pivots."""
-    return np.asarray(p.base * CORNERS)
-
-
 def linkage(p: PlatformParameters, mode: int = 1) -> Linkage:
     """Three cranks and one class III group in the `mode` of the compositor."""
     chain = Linkage("platform_3rrr")
-    for k, z in enumerate(bases(p)):
+    for k, z in enumerate(p.pivots):
         chain = chain.pivot(f"A{k + 1}", float(z.real), float(z.imag))
     for k in range(3):
-        chain = chain.crank(f"arm_{k + 1}", f"A{k + 1}", f"B{k + 1}", p.crank)
-    corners = p.platform * CORNERS
-    plate = (complex(corners[1] - corners[0]), complex(corners[2] - corners[0]))
-    chain = chain.class_three("group", LINKS, ("B1", "B2", "B3"), (p.leg,) * 3, plate, mode, ("P1", "P2", "P3"))
-    return chain.point("centre", "platform", p.platform, float(np.angle(-corners[0])))
+        chain = chain.crank(f"arm_{k + 1}", f"A{k + 1}", f"B{k + 1}", p.cranks[k])
+    chain = chain.class_three("group", LINKS, ("B1", "B2", "B3"), p.legs, p.plate, mode, ("P1", "P2", "P3"))
+    return chain.point("centre", "platform", *_back(p))
+
+
+def _back(p: PlatformParameters) -> tuple[float, float]:
+    """Distance and direction of the centre from the first corner, in the axes of the platform."""
+    first = p.corners[0]
+    return float(abs(first)), float(np.angle(-first))
 
 
 def elbows(
@@ -62,31 +60,32 @@ def elbows(
     """The three crank pins for drive angles (3, ...)."""
     drives = np.asarray(drives, dtype=float)
     rates, accels = np.broadcast_to(rates, drives.shape), np.broadcast_to(accels, drives.shape)
-    pivots = [assur.fixed(z.real, z.imag) for z in bases(p)]
-    return tuple(assur.driver(a, p.crank, *args) for a, *args in zip(pivots, drives, rates, accels, strict=True))
+    pivots = [assur.fixed(z.real, z.imag) for z in p.pivots]
+    return tuple(
+        assur.driver(a, crank, *args) for a, crank, *args in zip(pivots, p.cranks, drives, rates, accels, strict=True)
+    )
 
 
 def group(p: PlatformParameters, pins: tuple[assur.Point, ...]) -> assur.TwoLoops:
     """The class III group on three pins."""
-    corners = p.platform * CORNERS
-    plate = (complex(corners[1] - corners[0]), complex(corners[2] - corners[0]))
-    return assur.class_three((pins[0], pins[1], pins[2]), (p.leg,) * 3, plate)
+    return assur.class_three((pins[0], pins[1], pins[2]), p.legs, p.plate)
 
 
 def mode_of(p: PlatformParameters, pins: tuple[assur.Point, ...], leg: ArrayLike, alpha: ArrayLike) -> PlatformMode:
     """Pose with rates of a mode given by the angles of leg 1 and platform."""
     found = assur.mode_rates(group(p, pins), np.asarray(leg, dtype=float), np.asarray(alpha, dtype=float))
-    corner = assur.rigid(pins[0], found.theta_t, p.leg)
-    centre = assur.rigid(corner, found.theta_u, p.platform, float(np.angle(-CORNERS[0])))
+    corner = assur.rigid(pins[0], found.theta_t, p.legs[0])
+    centre = assur.rigid(corner, found.theta_u, *_back(p))
     return PlatformMode(centre, found.theta_u, found.det)
 
 
 def order(p: PlatformParameters, pins: tuple[assur.Point, ...], modes: assur.Modes) -> np.ndarray:
-    """(..., 6) order of the modes by |centre| + platform |alpha|, missing ones last."""
+    """(..., 6) order of the modes by |centre - home| + platform |alpha - home_alpha|, missing ones last."""
     first = assur.Point(*(np.asarray(x)[..., None] for x in (pins[0].p, pins[0].v, pins[0].a)))
-    corner = first.p + p.leg * np.exp(1j * modes.theta_t)
-    centre = corner - p.platform * CORNERS[0] * np.exp(1j * modes.theta_u)
-    away = np.abs(centre) + p.platform * np.abs(modes.theta_u)
+    corner = first.p + p.legs[0] * np.exp(1j * modes.theta_t)
+    centre = corner - p.corners[0] * np.exp(1j * modes.theta_u)
+    turned = (modes.theta_u - p.home_alpha + np.pi) % (2 * np.pi) - np.pi
+    away = np.abs(centre - complex(p.home_x, p.home_y)) + p.platform * np.abs(turned)
     return np.asarray(np.argsort(np.where(np.isnan(away), np.inf, away), axis=-1))
 
 
@@ -95,28 +94,30 @@ def inverse(
 ) -> tuple[assur.Dyad, assur.Dyad, assur.Dyad]:
     """Dyads crank-leg of the three chains for a pose; their first angle is the drive."""
     found = []
-    for k, z in enumerate(bases(p)):
-        corner = assur.rigid(centre, alpha, p.platform, float(np.angle(CORNERS[k])))
-        found.append(assur.rrr(assur.fixed(z.real, z.imag), corner, p.crank, p.leg, elbow[k]))
+    for k, z in enumerate(p.pivots):
+        corner = assur.rigid(centre, alpha, float(abs(p.corners[k])), float(np.angle(p.corners[k])))
+        found.append(assur.rrr(assur.fixed(z.real, z.imag), corner, p.cranks[k], p.legs[k], elbow[k]))
     return found[0], found[1], found[2]
 
 
 @lru_cache(maxsize=64)
 def home(p: PlatformParameters) -> tuple[float, float, float]:
-    """Drive angles [rad] of the centre pose. Raises NoSolution when the chains do not reach it."""
+    """Drive angles [rad] of the home pose. Raises NoSolution when the chains do not reach it."""
     k = p.elbow or 1
-    dyads = inverse(p, assur.fixed(), assur.scalar(0.0), (k, k, k))
-    if not all(bool(d.assembles) for d in dyads):
-        raise NoSolution(
-            "platform_3rrr: crank and leg do not reach from the base pivot to the platform in the centre pose; "
-            f"expected |crank - leg| <= base - platform <= crank + leg, got crank {p.crank:g}, leg {p.leg:g}, "
-            f"base {p.base:g}, platform {p.platform:g} m."
-        )
+    dyads = inverse(p, assur.fixed(p.home_x, p.home_y), assur.scalar(p.home_alpha), (k, k, k))
+    for i, d in enumerate(dyads):
+        if not bool(d.assembles):
+            corner = complex(p.home_x, p.home_y) + p.corners[i] * np.exp(1j * p.home_alpha)
+            raise NoSolution(
+                "platform_3rrr: crank and leg do not reach from the base pivot to the platform in the home pose; expected "
+                f"|crank - leg| <= distance <= crank + leg, got crank {p.cranks[i]:g}, leg {p.legs[i]:g}, "
+                f"distance {abs(corner - p.pivots[i]):g} m of chain {i + 1}. Choose other lengths, or home_x, home_y, home_alpha."
+            )
     return tuple(float(d.angles[0].x) for d in dyads)  # type: ignore[return-value]
 
 
 def track(p: PlatformParameters, drives: Array, rates: Array, accels: Array) -> tuple[Array, Array]:
-    """Angles of leg 1 and platform (n,) along drive angles (3, n), from the centre pose on, in one assembly mode.
+    """Angles of leg 1 and platform (n,) along drive angles (3, n), from the home pose on, in one assembly mode.
 
     Raises NoSolution where that mode ends: no mode with the same sign of det J lies near the extrapolation.
     """

@@ -23,7 +23,7 @@ from mechlab.catalog.platform_3rrr.geometry import (
 )
 from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.errors import NoSolution
-from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 from mechlab.study.witness import engine_answer
@@ -32,6 +32,7 @@ ORDERS = ("", "_rate", "_accel")
 START_OFFSET = 1e-3
 FRAMES = {"x": "centre_x", "y": "centre_z", "alpha": "alpha"}
 """Names of the pose in the engines: z of the world is y of the plane."""
+UNITS = with_rates({"x": "m", "y": "m", "alpha": "rad"} | dict.fromkeys(DRIVES, "rad")) | {"mode_count": ""}
 
 
 def _stack(given: Mapping[str, Any], names: tuple[str, ...], suffix: str) -> Array:
@@ -153,7 +154,7 @@ def _question(
     return Question(
         name, given=given, optional=optional, answers=tuple(f"{n}{s}" for n in answers for s in ORDERS),
         witnesses={"analytic": analytic, "pinocchio": by("pinocchio"), "mujoco": by("mujoco")},
-        angles=("alpha", *DRIVES), text=text,
+        angles=("alpha", *DRIVES), units=UNITS, text=text,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Scenes of the platform: the drives swing about the centre pose, or are let go."""
+"""Scenes of the platform: the drives swing about the home pose, or are let go."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def driven(p: PlatformParameters, fidelity: str) -> Scene:
 
 
 def free(p: PlatformParameters, fidelity: str) -> Scene:
-    """The platform is let go in its centre pose."""
+    """The platform is let go in its home pose."""
     return Scene("free-run", fidelity, 0.25, (), dict(zip(DRIVES, home(p), strict=True)), {}, tolerance=1e-4)
 
 
@@ -67,6 +67,6 @@ def reference(p: PlatformParameters, scene: Scene) -> Recording:
 
 
 SCENES = {
-    "driven-cranks": SceneRecipe(driven, "minimal", "the drives swing about the centre pose, by inverse dynamics"),
-    "free-run": SceneRecipe(free, "minimal", "the platform falls from its centre pose"),
+    "driven-cranks": SceneRecipe(driven, "minimal", "the drives swing about the home pose, by inverse dynamics"),
+    "free-run": SceneRecipe(free, "minimal", "the platform falls from its home pose"),
 }

@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.prosthetic_leg.build import LEG, build, tree
 from mechlab.catalog.prosthetic_leg.parameters import Parameters
-from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.study.witness import room
@@ -76,7 +76,7 @@ QUESTION = Question(
     optional=dict.fromkeys(OTHERS, 0.0),
     answers=tuple(f"{n}_accel" for n in LEG),
     witnesses={"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco},
-    units={n: "m" if n in ("hitch", "thigh", "shin") else "rad" for n in LEG},
+    units=with_rates({n: "m" if n in ("hitch", "thigh", "shin") else "rad" for n in LEG}),
     text="accelerations of the passive leg of six freedoms in a state, trunk fixed",
 )
 
