@@ -14,6 +14,7 @@ from mechlab.api.finding import Source, load
 from mechlab.api.runs import simulate_values
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
+from mechlab.files import whole_folder
 from mechlab.study.design import Design, design
 from mechlab.study.results import FilesResult, SimulateResult
 from mechlab.study.sheet import describe_design
@@ -179,24 +180,30 @@ def gallery(
     from mechlab.view.motion_picture import motion_svg
     from mechlab.view.picture import write_png
 
-    folder, exhibits = Path(out), []
-    for name in names or catalog.NAMES:
-        progress(f"{name}: run, page, picture, sheet")
-        d = load(name)
-        told = _recorded(simulate_values(name).recording)
-        write_page(told, folder / name / "run.html")
-        kept = Path(models) / name / "picture.png"
-        picture = kept.read_bytes() if kept.is_file() else write_png(told, folder / name / "picture.png").read_bytes()
-        moved = None
-        try:
-            moved = write_page(explore(name), folder / name / "explore.html")
-        except MechlabError as error:
-            progress(f"{name}: no page to explore: {error}")
-        sheet = describe_design(d).html()
-        exhibits.append(
-            Exhibit(name, d.entry.title, d.entry.summary, picture, sheet, moved is not None, motion_svg(told))
-        )
-    return FilesResult(folder, {"gallery": write_gallery(exhibits, folder)}, f"{len(exhibits)} mechanisms")
+    exhibits = []
+    with whole_folder(out) as folder:
+        for name in names or catalog.NAMES:
+            progress(f"{name}: run, page, picture, sheet")
+            d = load(name)
+            told = _recorded(simulate_values(name).recording)
+            write_page(told, folder / name / "run.html")
+            kept = Path(models) / name / "picture.png"
+            made = kept if kept.is_file() else write_png(told, folder / name / "picture.png")
+            moved: Story | None = None
+            try:
+                moved = explore(name)
+            except MechlabError as error:
+                progress(f"{name}: no page to explore: {error}")
+            if moved is not None:
+                write_page(moved, folder / name / "explore.html")
+            exhibits.append(
+                Exhibit(
+                    name, d.entry.title, d.entry.summary, made.read_bytes(), describe_design(d).html(),
+                    moved is not None, motion_svg(told),
+                )
+            )  # fmt: skip
+        index = write_gallery(exhibits, folder)
+    return FilesResult(Path(out), {"gallery": Path(out) / index.name}, f"{len(exhibits)} mechanisms")
 
 
 def _recording(source: Source | Recording) -> Recording | None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
 from mechlab.cli import output
-from mechlab.cli.arguments import split_tokens, verb_parser
-from mechlab.errors import MechlabError, UsageError, unknown
+from mechlab.cli.arguments import refuse_bytes, split_tokens, verb_parser
+from mechlab.errors import MechlabError, Terminated, UsageError, unknown, user_fault
 from mechlab.values import Value
 
 VERBS = {
@@ -56,20 +59,61 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     call = _Call(arguments[0] if arguments else "", "--json" in arguments)
     try:
+        with ended_by_signals():
+            code = _exit_code(call, arguments)
+    except output.CannotPrint as error:
+        output.complain(f"cannot write to the standard output: {error}.")
+        return 1
+    if argv is None and call.as_json:
+        output.close_stdout()
+    return code
+
+
+def _exit_code(call: _Call, arguments: list[str]) -> int:
+    try:
         return call.perform(arguments)
+    except output.CannotPrint:
+        raise
     except MechlabError as error:
         status = getattr(error, "status", None) or STATUS[error.exit_code]
         return call.fail(error, error.exit_code, status, str(error))
     except KeyboardInterrupt as error:
-        told = f"interrupted: {error}." if str(error) else "interrupted."
-        return call.fail(error, 130, "interrupted", told)
+        code, word = (143, "terminated") if isinstance(error, Terminated) or terminated(error) else (130, "interrupted")
+        return call.fail(error, code, word, f"{word}: {error}." if str(error) else f"{word}.")
     except OSError as error:
+        if (fault := user_fault(error)) is not None:
+            return call.fail(error, 1, STATUS[1], fault)
         where = f"{error.filename}: " if error.filename else ""
         return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")
-    except Exception as error:  # a bug of ours: still one message and, with --json, one document
+    except BaseException as error:
+        if (fault := user_fault(error)) is not None:
+            return call.fail(error, 1, STATUS[1], fault)
+        # a bug of ours: still one message and, with --json, one document
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         report = "Please report this, with the command and what MECHLAB_DEBUG=1 prints."
         return call.fail(error, 1, "internal error", f"internal error: {said}. {report}")
+
+
+def terminated(error: BaseException) -> bool:
+    """Whether what was raised while a SIGTERM was being handled."""
+    return isinstance(error.__context__, Terminated)
+
+
+@contextlib.contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """SIGTERM raises Terminated in this block, so that it cleans up like Ctrl-C. Where it is ignored it stays ignored."""
+
+    def stop(number: int, frame: object) -> None:
+        raise Terminated
+
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 class _Call:
@@ -92,6 +136,7 @@ class _Call:
             return 0
         if self.verb not in VERBS:
             raise unknown("the verb", self.verb, VERBS, UsageError)
+        refuse_bytes(arguments)
         module = import_module(f"mechlab.cli.verbs.{self.verb}")
         parser = verb_parser(self.verb, module.POSITIONALS, VERBS[self.verb])
         module.add_options(parser)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError
+from mechlab.files import unfinished
 from mechlab.study.sweep.request import METHODS, Axis, Request
 
 if TYPE_CHECKING:
@@ -67,13 +67,8 @@ def _told(axis: Axis) -> dict[str, str]:
 
 def write(result: SweepResult, path: Path) -> Path:
     """Write netCDF-3 (64-bit offset), which every netCDF reader opens; the file is there complete or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        result.dataset.to_netcdf(beside, format="NETCDF3_64BIT", engine="scipy")
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
+    with unfinished(path) as temporary:
+        result.dataset.to_netcdf(temporary, format="NETCDF3_64BIT", engine="scipy")
     return path
 
 

@@ -6,7 +6,6 @@ FILE.nc.parts/ holds request.json, what was asked, and files of finished blocks,
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import time
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.files import write
 from mechlab.study.sweep.block import Block
 from mechlab.study.sweep.request import Request
 
@@ -56,8 +56,7 @@ class Parts:
             return
         kept = self.folder / "request.json"
         if not kept.is_file():
-            self.folder.mkdir(parents=True, exist_ok=True)
-            _whole(kept, json.dumps(self.request.description(), indent=1).encode())
+            write(kept, json.dumps(self.request.description(), indent=1))
         arrays: dict[str, Any] = {"indices": np.array(sorted(self._waiting))}
         for k, block in self._waiting.items():
             reasons = json.dumps({str(i): text for i, text in block.reasons.items()}).encode()
@@ -67,7 +66,7 @@ class Parts:
 
         content = io.BytesIO()
         np.savez(content, **arrays)
-        _whole(self.folder / f"blocks-{min(self._waiting):08d}-{len(self._waiting)}.npz", content.getvalue())
+        write(self.folder / f"blocks-{min(self._waiting):08d}-{len(self._waiting)}.npz", content.getvalue())
         self._waiting.clear()
 
     def remove(self) -> None:
@@ -102,10 +101,3 @@ def _read(file: Path) -> dict[int, Block]:
             reasons = json.loads(arrays[f"reasons{k}"].tobytes().decode() or "{}")
             out[k] = Block(arrays[f"values{k}"], arrays[f"outcomes{k}"], {int(i): text for i, text in reasons.items()})
         return out
-
-
-def _whole(path: Path, content: bytes) -> None:
-    """Write a file so that it is there complete or not at all."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    beside.write_bytes(content)
-    os.replace(beside, path)
