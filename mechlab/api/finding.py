@@ -58,7 +58,7 @@ def find(source: Source) -> Entry:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text()
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
 

@@ -54,7 +54,7 @@ def parse(text: str, what: str, finite: bool = True) -> dict[str, Any]:
     except ValueError as error:
         raise MechlabError(f"{what} is not JSON: {error}.") from None
     except RecursionError:
-        raise MechlabError(f"{what} is nested too deeply to be a mechanism.") from None
+        raise MechlabError(f"{what} is nested too deeply.") from None
     if not isinstance(value, dict):
         raise MechlabError(f"{what}: expected a JSON object, got {type(value).__name__}.")
     return value
