@@ -38,10 +38,6 @@ class EngineMissing(MechlabError):
     """An optional engine is not installed; the message says how to get it."""
 
 
-class Terminated(KeyboardInterrupt):
-    """The process was asked to end (SIGTERM): what cleans up after Ctrl-C cleans up after this too."""
-
-
 def unknown(what: str, name: object, existing: Iterable[str], error: type[MechlabError] = MechlabError) -> MechlabError:
     """An error for a name that does not exist: it lists what exists and guesses what was meant."""
     names = sorted(existing)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
 from mechlab.cli import output
 from mechlab.cli.arguments import refuse_bytes, split_tokens, verb_parser
-from mechlab.errors import MechlabError, Terminated, UsageError, unknown, user_fault
+from mechlab.errors import MechlabError, UsageError, unknown, user_fault
 from mechlab.values import Value
 
 VERBS = {
@@ -59,8 +58,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     call = _Call(arguments[0] if arguments else "", "--json" in arguments)
     try:
-        with ended_by_signals():
-            code = _exit_code(call, arguments)
+        with Signals() as signals:
+            code = _exit_code(call, arguments, signals)
     except output.CannotPrint as error:
         output.complain(f"cannot write to the standard output: {error}.")
         return 1
@@ -69,51 +68,55 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
-def _exit_code(call: _Call, arguments: list[str]) -> int:
+def _exit_code(call: _Call, arguments: list[str], signals: Signals) -> int:
     try:
         return call.perform(arguments)
     except output.CannotPrint:
         raise
-    except MechlabError as error:
-        status = getattr(error, "status", None) or STATUS[error.exit_code]
-        return call.fail(error, error.exit_code, status, str(error))
-    except KeyboardInterrupt as error:
-        code, word = (143, "terminated") if isinstance(error, Terminated) or terminated(error) else (130, "interrupted")
-        return call.fail(error, code, word, f"{word}: {error}." if str(error) else f"{word}.")
-    except OSError as error:
-        if (fault := user_fault(error)) is not None:
-            return call.fail(error, 1, STATUS[1], fault)
-        where = f"{error.filename}: " if error.filename else ""
-        return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")
     except BaseException as error:
+        if isinstance(error, KeyboardInterrupt) or signals.received:
+            word = "terminated" if signals.received == signal.SIGTERM else "interrupted"
+            kept = str(error) if isinstance(error, KeyboardInterrupt) else ""
+            return call.fail(
+                error, 128 + (signals.received or signal.SIGINT), word, f"{word}: {kept}." if kept else f"{word}."
+            )
+        if isinstance(error, MechlabError):
+            status = getattr(error, "status", None) or STATUS[error.exit_code]
+            return call.fail(error, error.exit_code, status, str(error))
         if (fault := user_fault(error)) is not None:
             return call.fail(error, 1, STATUS[1], fault)
+        if isinstance(error, OSError):
+            where = f"{error.filename}: " if error.filename else ""
+            return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")
         # a bug of ours: still one message and, with --json, one document
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         report = "Please report this, with the command and what MECHLAB_DEBUG=1 prints."
         return call.fail(error, 1, "internal error", f"internal error: {said}. {report}")
 
 
-def terminated(error: BaseException) -> bool:
-    """Whether what was raised while a SIGTERM was being handled."""
-    return isinstance(error.__context__, Terminated)
+class Signals:
+    """In this block SIGTERM raises KeyboardInterrupt, as Ctrl-C does, so that both clean up. `received`: which one came,
+    or 0; C code turns what is raised into errors of its own. What is ignored stays ignored."""
 
+    def __init__(self) -> None:
+        self.received = 0
+        self._before: dict[int, Any] = {}
 
-@contextlib.contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """SIGTERM raises Terminated in this block, so that it cleans up like Ctrl-C. Where it is ignored it stays ignored."""
+    def __enter__(self) -> Signals:
+        usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+        if threading.current_thread() is threading.main_thread():
+            self._before = {n: handler for n, handler in usual.items() if signal.getsignal(n) == handler}
+        for number in self._before:
+            signal.signal(number, self._stop)
+        return self
 
-    def stop(number: int, frame: object) -> None:
-        raise Terminated
+    def __exit__(self, *error: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
 
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        yield
-        return
-    signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    def _stop(self, number: int, frame: object) -> None:
+        self.received = number
+        raise KeyboardInterrupt
 
 
 class _Call:
