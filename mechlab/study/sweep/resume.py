@@ -107,7 +107,7 @@ def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
 def _read(file: Path, request: Request) -> dict[int, Block]:
     """Finished blocks; raises MechlabError for a file that is damaged or of other blocks."""
     try:
-        with np.load(file, allow_pickle=False) as arrays:
+        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as arrays:
             return {int(k): _block(arrays, int(k), request) for k in arrays["indices"].tolist()}
     except MechlabError as error:
         words = str(error).rstrip(".")
