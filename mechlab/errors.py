@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterable
 from difflib import get_close_matches
+
+USER_MODULE = "mechlab_user_"
+"""How the names of modules begin that are made from users' files."""
 
 
 class MechlabError(Exception):
@@ -41,3 +45,26 @@ def unknown(what: str, name: object, existing: Iterable[str], error: type[Mechla
     guess = f" Did you mean {close[0]!r}?" if close else ""
     listing = ", ".join(names) if names else "none"
     return error(f"{what} {name!r} does not exist.{guess} Existing: {listing}.")
+
+
+def user_fault(error: BaseException) -> str | None:
+    """FILE, line N: what happened there, where a user's file raised `error` or what led to it; None where none did."""
+    frames = [
+        f for f in traceback.walk_tb(error.__traceback__) if f[0].f_globals.get("__name__", "").startswith(USER_MODULE)
+    ]
+    if not frames:
+        return None
+    frame, line = frames[-1]
+    return f"{frame.f_code.co_filename}, line {line}: {described(error)}"
+
+
+def described(error: BaseException) -> str:
+    """The kind of an error and its words on one line; a SystemExit is told as what it does."""
+    try:
+        words = " ".join(str(error).split())
+    except Exception:  # a user's own class may fail at this too
+        words = ""
+    kind = type(error).__name__
+    if isinstance(error, SystemExit):
+        return f"{kind}{f': {words}' if words else ''}; the file must not end Python. Remove exit() and sys.exit()."
+    return f"{kind}: {words}" if words else f"{kind}."

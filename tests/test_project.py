@@ -14,7 +14,7 @@ PACKAGE = ROOT / "mechlab"
 
 # Top to bottom, as in the design: a room imports only rooms above it.
 ROOMS = (
-    "errors", "units", "values", "tables", "analytic", "integrate", "mechanism", "shapes", "experiment", "formats",
+    "errors", "files", "units", "values", "tables", "analytic", "integrate", "mechanism", "shapes", "experiment", "formats",
     "solve", "simulate", "peers", "study", "catalog", "view", "api", "cli",
 )  # fmt: skip
 # Witnesses must not talk before the trial.

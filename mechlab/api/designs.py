@@ -101,7 +101,7 @@ def _write_maps(result: WorkspaceResult, path: Path) -> Path:
 
     import numpy as np
 
-    from mechlab.view.html_page import write_atomically
+    from mechlab.files import write
 
     if path.suffix != ".npz":
         raise MechlabError(f"maps: expected a file name that ends in .npz, got {path}.")
@@ -114,4 +114,4 @@ def _write_maps(result: WorkspaceResult, path: Path) -> Path:
         arrays |= {name: m.values} | {f"{name}_{a}": v for a, v in m.nodes.items()}
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)
-    return write_atomically(path, content.getvalue())
+    return write(path, content.getvalue())

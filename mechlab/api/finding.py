@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab import catalog
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import USER_MODULE, MechlabError, described, unknown
 from mechlab.experiment.entry import Entry
 from mechlab.mechanism import Mechanism
 from mechlab.study.design import Design, design, entry_of, entry_of_function
@@ -58,7 +58,7 @@ def find(source: Source) -> Entry:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text()
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
 
@@ -77,7 +77,7 @@ def _from_python(path: Path, name: str) -> Entry:
     """The entry of a user's function. Errors of the file are told with its own line."""
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
-    spec = importlib.util.spec_from_file_location(f"mechlab_user_{path.stem}", path)
+    spec = importlib.util.spec_from_file_location(f"{USER_MODULE}{path.stem}", path)
     if spec is None or spec.loader is None:
         raise MechlabError(f"{path} is not a Python file.")
     module = importlib.util.module_from_spec(spec)
@@ -109,14 +109,23 @@ def _from_python(path: Path, name: str) -> Entry:
 def _guarded(path: Path, work: Callable[[], Any]) -> Any:
     try:
         return work()
+    except KeyboardInterrupt:  # Ctrl-C, and SIGTERM
+        raise
     except MechlabError as error:
-        raise type(error)(f"{path}{_line(error, path)}: {error}") from None
+        text = f"{path}{_line(error, path)}: {error}"
+        try:
+            told = type(error)(text)
+        except Exception:  # a class with more arguments than a text
+            told = MechlabError(text)
+        raise told from None
     except SyntaxError as error:
-        raise MechlabError(f"{path}, line {error.lineno}: {error.msg}.") from None
-    except Exception as error:
-        raise MechlabError(f"{path}{_line(error, path)}: {type(error).__name__}: {error}") from None
+        where = path if error.filename is None else error.filename
+        raise MechlabError(f"{where}, line {error.lineno}: {error.msg}.") from None
+    except BaseException as error:  # also SystemExit: a user's file must not end this process
+        raise MechlabError(f"{path}{_line(error, path)}: {described(error)}") from None
 
 
 def _line(error: BaseException, path: Path) -> str:
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == path]
+    own = path.resolve()
+    lines = [n for f, n in traceback.walk_tb(error.__traceback__) if Path(f.f_code.co_filename).resolve() == own]
     return f", line {lines[-1]}" if lines else ""

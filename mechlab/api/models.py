@@ -12,6 +12,7 @@ from mechlab.api.finding import Source, find, load
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view, write_run_page
 from mechlab.experiment.entry import Entry
+from mechlab.files import whole_folder, write
 from mechlab.mechanism import Mechanism
 from mechlab.study.check import CheckReport, run_checks
 from mechlab.study.claims import ClaimReport, judge
@@ -79,16 +80,16 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
     files: dict[str, Path] = {}
     for name in names or catalog.NAMES:
         d = load(name)
-        folder = Path(out) / name
-        write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder, d.file_settings)
-        sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
-        (folder / "README.md").write_text(sheet)
-        if pictures:
-            from mechlab.view.motion_picture import write_motion_svg
+        with whole_folder(Path(out) / name) as stage:
+            write_verified(d.mechanism(list(d.entry.fidelities)[-1]), stage, d.file_settings)
+            sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
+            write(stage / "README.md", sheet)
+            if pictures:
+                from mechlab.view.motion_picture import write_motion_svg
 
-            view(name, png=folder / "picture.png")
-            write_motion_svg(story(simulate(name)), folder / "motion.svg")
-        files[name] = folder
+                view(name, png=stage / "picture.png")
+                write_motion_svg(story(simulate(name)), stage / "motion.svg")
+        files[name] = Path(out) / name
     if pictures:
         files["gallery"] = _gallery_picture(Path(out))
     return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)")
@@ -97,11 +98,10 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
 def _gallery_picture(folder: Path) -> Path:
     """gallery.png: the pictures of all mechanisms that have a folder there, in the order of the catalog."""
     from mechlab.view.gallery import contact_sheet
-    from mechlab.view.html_page import write_atomically
 
     kept = [(catalog.entry(n).title, folder / n / "picture.png") for n in catalog.NAMES]
     made = contact_sheet([(title, p.read_bytes()) for title, p in kept if p.is_file()])
-    return write_atomically(folder / "gallery.png", made)
+    return write(folder / "gallery.png", made)
 
 
 def check(sources: Source | Sequence[Source] = (), values: Mapping[str, Any] | None = None) -> CheckReport:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mechlab.api.finding import Source, load
 from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import describe
+from mechlab.files import whole_folder, write
 from mechlab.study.ask import parameters_and_rest
 
 if TYPE_CHECKING:
@@ -43,22 +44,26 @@ def modes(
 
     d, extra = _split(source, dict(values or {}) | more)
     result = find_modes(d, scene, fidelity, extra, free)
+    if html is None and out is None:
+        return result
+    import json
+
+    from mechlab.formats import save_recording
+    from mechlab.view import write_page
+
+    lived = d if scene is None else d.for_scene(scene)
+    motion = mode_motion(result, only)
+    told = _modes_story(lived, result, motion)
     files: dict[str, str] = {}
-    page = Path(html) if html is not None else None if out is None else Path(out) / "modes.html"
-    if page is not None:
-        from mechlab.view import write_page
-
-        lived = d if scene is None else d.for_scene(scene)
-        motion = mode_motion(result, only)
-        files["page"] = str(write_page(_modes_story(lived, result, motion), page))
+    if html is not None:
+        files["page"] = str(write_page(told, html))
     if out is not None:
-        import json
-
-        from mechlab.formats import save_recording
-
-        target = Path(out) / "modes.json"
-        target.write_text(json.dumps(result.to_dict(), indent=1, default=str))
-        files |= {"json": str(target), "recording": str(save_recording(motion, Path(out) / "modes.npz"))}
+        with whole_folder(out) as stage:
+            if html is None:
+                files["page"] = str(Path(out) / write_page(told, stage / "modes.html").name)
+            write(stage / "modes.json", json.dumps(result.to_dict(), indent=1, default=str))
+            save_recording(motion, stage / "modes.npz")
+        files |= {"json": str(Path(out) / "modes.json"), "recording": str(Path(out) / "modes.npz")}
     return replace(result, files=files)
 
 

@@ -14,6 +14,7 @@ from mechlab.api.finding import Source, load
 from mechlab.api.runs import simulate_values
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
+from mechlab.files import whole_folder
 from mechlab.study.design import Design, design
 from mechlab.study.results import FilesResult, SimulateResult
 from mechlab.study.sheet import describe_design
@@ -28,7 +29,8 @@ def story(
     source: Source | Recording, values: Mapping[str, Any] | None = None, against: Source | Recording | None = None
 ) -> Story:
     """The Story of a Recording (or of its .npz), or the still one of a mechanism. `against`: a second run, drawn as ghost."""
-    from mechlab.view.from_recording import against as compare
+    from mechlab.view.comparison import against as compare
+    from mechlab.view.comparison import differences
 
     recording = _recording(source)
     if recording is None:
@@ -45,7 +47,8 @@ def story(
     if other is None:
         raise MechlabError(f"against: expected a Recording or the .npz of a run, got {against!r}.")
     name = f"the run {Path(against).name}" if isinstance(against, str | Path) else f"the run of scene {other.scene}"
-    return compare(told, _recorded(other), name)
+    there = _recorded(other)
+    return compare(told, there, name, differences(recording, other, (dict(told.facts), dict(there.facts))))
 
 
 def _still(d: Design) -> Story:
@@ -109,6 +112,7 @@ def view(
 
     A mechanism that has a default scene is simulated first, so that it moves (not for a picture alone). against: a second
     run to compare with. explorable: the page has sliders for the drives instead of a run; vary: see `explore`.
+    The exit code is 3 where one of the runs that are shown must not be trusted.
     """
     wanted = {"page": html, "picture": png, "GLB": glb, "film": mp4, "table": csv}
     if explorable and (html is None or glb or mp4 or csv or against):
@@ -116,7 +120,6 @@ def view(
             "to explore, the drives are moved in the page: ask for a page (html), and nothing else that needs a run."
         )
     recording = _recording(source)
-    notes: list[str] = []
     if recording is None and not explorable and any(x is not None for x in (html, glb, mp4, csv, against)):
         recording = simulate_values(source, values).recording  # type: ignore[arg-type]
     if recording is not None:
@@ -125,6 +128,8 @@ def view(
         told = explore(source, values, vary) if explorable else story(source, values)  # type: ignore[arg-type]
     if not any(x is not None for x in wanted.values()):
         return _live(source, told, values, host, port, wait)
+    bad = [sentence for severity, sentence in told.health if severity == "error"]
+    notes = ["; ".join(bad)] if bad else []
     files: dict[str, Path] = {}
     if html is not None:
         from mechlab.view import write_page
@@ -147,7 +152,8 @@ def view(
 
         files["film"] = write_mp4(told, Path(mp4), progress=progress)
         notes.append(film_sentence(told))
-    return FilesResult(next(iter(files.values())).parent, files, " ".join(n for n in notes if n))
+    sentence = " ".join(n for n in notes if n)
+    return FilesResult(next(iter(files.values())).parent, files, sentence, exit_code=3 if bad else 0)
 
 
 def studio(source: Source, values: Mapping[str, Any] | None = None) -> FilesResult:
@@ -179,24 +185,30 @@ def gallery(
     from mechlab.view.motion_picture import motion_svg
     from mechlab.view.picture import write_png
 
-    folder, exhibits = Path(out), []
-    for name in names or catalog.NAMES:
-        progress(f"{name}: run, page, picture, sheet")
-        d = load(name)
-        told = _recorded(simulate_values(name).recording)
-        write_page(told, folder / name / "run.html")
-        kept = Path(models) / name / "picture.png"
-        picture = kept.read_bytes() if kept.is_file() else write_png(told, folder / name / "picture.png").read_bytes()
-        moved = None
-        try:
-            moved = write_page(explore(name), folder / name / "explore.html")
-        except MechlabError as error:
-            progress(f"{name}: no page to explore: {error}")
-        sheet = describe_design(d).html()
-        exhibits.append(
-            Exhibit(name, d.entry.title, d.entry.summary, picture, sheet, moved is not None, motion_svg(told))
-        )
-    return FilesResult(folder, {"gallery": write_gallery(exhibits, folder)}, f"{len(exhibits)} mechanisms")
+    exhibits = []
+    with whole_folder(out) as folder:
+        for name in names or catalog.NAMES:
+            progress(f"{name}: run, page, picture, sheet")
+            d = load(name)
+            told = _recorded(simulate_values(name).recording)
+            write_page(told, folder / name / "run.html")
+            kept = Path(models) / name / "picture.png"
+            made = kept if kept.is_file() else write_png(told, folder / name / "picture.png")
+            moved: Story | None = None
+            try:
+                moved = explore(name)
+            except MechlabError as error:
+                progress(f"{name}: no page to explore: {error}")
+            if moved is not None:
+                write_page(moved, folder / name / "explore.html")
+            exhibits.append(
+                Exhibit(
+                    name, d.entry.title, d.entry.summary, made.read_bytes(), describe_design(d).html(),
+                    moved is not None, motion_svg(told),
+                )
+            )  # fmt: skip
+        index = write_gallery(exhibits, folder)
+    return FilesResult(Path(out), {"gallery": Path(out) / index.name}, f"{len(exhibits)} mechanisms")
 
 
 def _recording(source: Source | Recording) -> Recording | None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
 from mechlab.cli import output
-from mechlab.cli.arguments import split_tokens, verb_parser
-from mechlab.errors import MechlabError, UsageError, unknown
+from mechlab.cli.arguments import refuse_bytes, split_tokens, verb_parser
+from mechlab.errors import MechlabError, UsageError, unknown, user_fault
 from mechlab.values import Value
 
 VERBS = {
@@ -56,20 +58,65 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     call = _Call(arguments[0] if arguments else "", "--json" in arguments)
     try:
+        with Signals() as signals:
+            code = _exit_code(call, arguments, signals)
+    except output.CannotPrint as error:
+        output.complain(f"cannot write to the standard output: {error}.")
+        return 1
+    if argv is None and call.as_json:
+        output.close_stdout()
+    return code
+
+
+def _exit_code(call: _Call, arguments: list[str], signals: Signals) -> int:
+    try:
         return call.perform(arguments)
-    except MechlabError as error:
-        status = getattr(error, "status", None) or STATUS[error.exit_code]
-        return call.fail(error, error.exit_code, status, str(error))
-    except KeyboardInterrupt as error:
-        told = f"interrupted: {error}." if str(error) else "interrupted."
-        return call.fail(error, 130, "interrupted", told)
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")
-    except Exception as error:  # a bug of ours: still one message and, with --json, one document
+    except output.CannotPrint:
+        raise
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt) or signals.received:
+            word = "terminated" if signals.received == signal.SIGTERM else "interrupted"
+            kept = str(error) if isinstance(error, KeyboardInterrupt) else ""
+            return call.fail(
+                error, 128 + (signals.received or signal.SIGINT), word, f"{word}: {kept}." if kept else f"{word}."
+            )
+        if isinstance(error, MechlabError):
+            status = getattr(error, "status", None) or STATUS[error.exit_code]
+            return call.fail(error, error.exit_code, status, str(error))
+        if (fault := user_fault(error)) is not None:
+            return call.fail(error, 1, STATUS[1], fault)
+        if isinstance(error, OSError):
+            where = f"{error.filename}: " if error.filename else ""
+            return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")
+        # a bug of ours: still one message and, with --json, one document
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         report = "Please report this, with the command and what MECHLAB_DEBUG=1 prints."
         return call.fail(error, 1, "internal error", f"internal error: {said}. {report}")
+
+
+class Signals:
+    """In this block SIGTERM raises KeyboardInterrupt, as Ctrl-C does, so that both clean up. `received`: which one came,
+    or 0; C code turns what is raised into errors of its own. What is ignored stays ignored."""
+
+    def __init__(self) -> None:
+        self.received = 0
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Signals:
+        usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+        if threading.current_thread() is threading.main_thread():
+            self._before = {n: handler for n, handler in usual.items() if signal.getsignal(n) == handler}
+        for number in self._before:
+            signal.signal(number, self._stop)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _stop(self, number: int, frame: object) -> None:
+        self.received = number
+        raise KeyboardInterrupt
 
 
 class _Call:
@@ -92,6 +139,7 @@ class _Call:
             return 0
         if self.verb not in VERBS:
             raise unknown("the verb", self.verb, VERBS, UsageError)
+        refuse_bytes(arguments)
         module = import_module(f"mechlab.cli.verbs.{self.verb}")
         parser = verb_parser(self.verb, module.POSITIONALS, VERBS[self.verb])
         module.add_options(parser)

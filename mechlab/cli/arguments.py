@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Sequence
 from typing import NoReturn
 
+from mechlab.cli.output import write
 from mechlab.errors import MechlabError, UsageError
 from mechlab.values import Value, parse_value
 
@@ -17,6 +18,19 @@ class Parser(argparse.ArgumentParser):
         """Raise UsageError with the usage line and where to read more."""
         usage = " ".join(self.format_usage().split())
         raise UsageError(f"{message}. {usage[0].upper()}{usage[1:]}. More: {self.prog} --help.")
+
+    def print_help(self, file: object = None) -> None:
+        """Print the help as every other answer."""
+        write(self.format_help().rstrip())
+
+
+def refuse_bytes(arguments: Sequence[str]) -> None:
+    """Raise UsageError for an argument whose bytes are no text."""
+    for argument in arguments:
+        try:
+            argument.encode("utf-8")
+        except UnicodeEncodeError:
+            raise UsageError(f"the argument {ascii(argument)} is no UTF-8 text; write it in UTF-8.") from None
 
 
 def verb_parser(verb: str, positionals: str, summary: str) -> Parser:

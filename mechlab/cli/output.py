@@ -13,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
 
+from mechlab.errors import MechlabError
 from mechlab.values import Range, Value
 
 SCHEMA = 1
@@ -77,16 +78,37 @@ def _plain(item: Any) -> Any:
     return str(item)
 
 
+class CannotPrint(MechlabError):
+    """The standard output takes nothing more: a full disk behind it, for example."""
+
+
 def write(text: str) -> None:
-    """`text` to stdout. A reader that has gone away (`mechlab list | head -1`) is no error."""
+    """`text` to stdout. A reader that has gone away (`mechlab list | head -1`) is no error; raises CannotPrint for the rest."""
     if sys.stdout is None:
         return
     try:
-        print(text, flush=True)
+        try:
+            print(text, flush=True)
+        except UnicodeEncodeError:
+            print(text.encode("ascii", "replace").decode(), flush=True)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains again at exit
-    except UnicodeEncodeError:
-        print(text.encode("ascii", "replace").decode(), flush=True)
+        _to_nowhere()
+    except OSError as error:
+        _to_nowhere()
+        raise CannotPrint(error.strerror or str(error)) from None
+
+
+def _to_nowhere() -> None:
+    """What is left in the buffer goes nowhere: else Python complains again at exit."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def close_stdout() -> None:
+    """The document is printed: what a user's file prints when Python ends goes to stderr."""
+    if sys.stdout is not None and sys.stderr is not None:
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
 
 def complain(message: str) -> None:

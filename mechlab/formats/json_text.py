@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 from mechlab.errors import MechlabError
 
 WIDTH = 120
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]|[\ud800-\udfff]")
 
 
 def dump(value: Any, indent: int = 0) -> str:
@@ -28,8 +30,9 @@ def _plain(value: Any) -> bool:
     return not any(isinstance(v, dict) or (isinstance(v, list) and not _plain(v)) for v in items)
 
 
-def parse(text: str, what: str) -> dict[str, Any]:
-    """The JSON object in `text`; raises MechlabError where it is not JSON, repeats a key, or holds a NaN."""
+def parse(text: str, what: str, finite: bool = True) -> dict[str, Any]:
+    """The JSON object in `text`; raises MechlabError where it is not JSON, repeats a key, holds half of a surrogate pair, or
+    with `finite` a NaN or an infinity."""
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         out: dict[str, Any] = {}
@@ -43,11 +46,15 @@ def parse(text: str, what: str) -> dict[str, Any]:
         raise MechlabError(f"{what}: {constant} is no number that a mechanism can have.")
 
     try:
-        value = json.loads(text, object_pairs_hook=once, parse_constant=refuse)
+        value = json.loads(text, object_pairs_hook=once, parse_constant=refuse if finite else None)
+        if _SURROGATE.search(text):
+            json.dumps(value, ensure_ascii=False).encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise MechlabError(f"{what} holds {error.object[error.start]!r}, which is no character.") from None
     except ValueError as error:
         raise MechlabError(f"{what} is not JSON: {error}.") from None
     except RecursionError:
-        raise MechlabError(f"{what} is nested too deeply to be a mechanism.") from None
+        raise MechlabError(f"{what} is nested too deeply.") from None
     if not isinstance(value, dict):
         raise MechlabError(f"{what}: expected a JSON object, got {type(value).__name__}.")
     return value

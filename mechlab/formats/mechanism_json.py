@@ -7,6 +7,9 @@ default, and tolerates other top-level keys only if they are listed in EXTRA_KEY
 
 from __future__ import annotations
 
+import re
+import reprlib
+import sys
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -23,6 +26,9 @@ SCHEMA = 1
 EXTRA_KEYS = ("urdf",)
 """Top-level keys that others add beside the mechanism."""
 _PAIRS = ("coefficients", "size")
+_LARGEST = sys.float_info.max
+_RATIO = re.compile(r"[+-]?\d{1,400}([/.]\d{1,400})?", re.ASCII)
+"""Without an exponent: 1e999999999 would be computed exactly."""
 
 
 def to_json(mechanism: Mechanism, extra: Mapping[str, Any] | None = None) -> str:
@@ -85,7 +91,9 @@ def _decode(hint: Any, value: Any, path: str) -> Any:
     if get_origin(hint) is tuple:
         return _tuple(get_args(hint), value, path)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise MechlabError(f"{path}: expected a number, got {value!r}.")
+        raise MechlabError(f"{path}: expected a number, got {_short(value)}.")
+    if not -_LARGEST <= value <= _LARGEST:
+        raise MechlabError(f"{path}: {_short(value)} is outside the range of a double.")
     return float(value)
 
 
@@ -128,12 +136,20 @@ def _pairs(hint: Any, value: Any, path: str) -> tuple[tuple[str, Any], ...]:
 def _fraction(value: Any, path: str) -> Fraction:
     _expect(value, str, 'an exact ratio as text, such as "7/5"', path)
     try:
+        if _RATIO.fullmatch(value) is None:
+            raise ValueError
         return Fraction(value)
     except (ValueError, ZeroDivisionError):
-        raise MechlabError(f'{path}: expected an exact ratio such as "7/5", got {value!r}.') from None
+        raise MechlabError(f'{path}: expected an exact ratio such as "7/5", got {_short(value)}.') from None
 
 
 def _expect(value: Any, kind: type, words: str, path: str) -> Any:
     if not isinstance(value, kind):
-        raise MechlabError(f"{path or 'the mechanism'}: expected {words}, got {value!r}.")
+        raise MechlabError(f"{path or 'the mechanism'}: expected {words}, got {_short(value)}.")
     return value
+
+
+def _short(value: Any) -> str:
+    """A value in a message, however long or deep it is."""
+    text = reprlib.repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."

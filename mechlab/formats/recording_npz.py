@@ -1,30 +1,40 @@
-"""Recordings as .npz: arrays, and a JSON header with mechanism, settings, health, units and versions."""
+"""Recordings as .npz: arrays, and a JSON header with mechanism, settings, health, units and versions.
+
+A file is believed in nothing: it is read only as far as its header explains its size, and everything in it is checked.
+"""
 
 from __future__ import annotations
 
 import io
 import json
-import os
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.health import Finding, Health
-from mechlab.experiment.recording import Cost, Recording
-from mechlab.experiment.settings import Settings
-from mechlab.formats.mechanism_json import from_json, to_json
+from mechlab.experiment.recording import Recording
+from mechlab.files import unfinished
+from mechlab.formats.mechanism_json import to_json
+from mechlab.formats.recording_header import SCHEMA, TEXTS, Header, read_header
 from mechlab.mechanism.geometry import Array
+
+MOST_BYTES = 2**31
+"""Bytes of numbers that `load_recording` reads without being asked for more."""
+MOST_HEADER = 2**26
+CHUNK = 2**16
+"""Times that are looked at together."""
+NAMES = ("header", "t", "q", "v", "channels")
 
 
 def save_recording(recording: Recording, path: str | Path) -> Path:
-    """Write a recording to `path`, whole or not at all; raises MechlabError when that is not possible."""
+    """Write a recording to `path`, whole or not at all; raises CannotWrite when that is not possible."""
     path = Path(path)
     header = {
-        "schema": 1, "name": recording.name, "scene": recording.scene, "fidelity": recording.fidelity,
+        "schema": SCHEMA, **{name: getattr(recording, name) for name in TEXTS},
         "parameters": recording.parameters, "settings": asdict(recording.settings), "versions": recording.versions,
         "cost": asdict(recording.cost), "units": recording.units, "errors": recording.errors, "channels": list(recording.channels),
         "health": [f.to_dict() for f in recording.health.findings],
@@ -34,39 +44,140 @@ def save_recording(recording: Recording, path: str | Path) -> Path:
     arrays["channels"] = np.array([recording.channels[k] for k in recording.channels]).reshape(
         len(recording.channels), len(recording.t)
     )
-    write_npz(path, json.dumps(header, default=str), arrays)
+    numbers = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in arrays.items()}
+    write_npz(path, json.dumps(header, default=_plain), numbers)
     return path
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
 def write_npz(path: Path, header: str, arrays: Mapping[str, Array]) -> None:
     """An .npz that is the same byte for byte for the same content, written whole or not at all."""
-    temporary = path.with_name(path.name + ".part")
+    with unfinished(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, array in {"header": np.array(header), **arrays}.items():
+            buffer = io.BytesIO()
+            np.lib.format.write_array(buffer, np.asarray(array), allow_pickle=False)
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), buffer.getvalue(), zipfile.ZIP_DEFLATED)
+
+
+def load_recording(path: str | Path, most_bytes: float = MOST_BYTES) -> Recording:
+    """Read a recording of at most so many bytes of numbers.
+
+    Raises MechlabError, which names the file and what is wrong with it, for anything that `save_recording` would not write:
+    another schema, missing or wrong fields, times that do not increase, arrays of another shape, values of q and v that are
+    not finite though the health record knows nothing of it, a mechanism that is not sound, a damaged or oversized file.
+    """
     try:
-        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, array in {"header": np.array(header), **arrays}.items():
-                buffer = io.BytesIO()
-                np.lib.format.write_array(buffer, np.asarray(array), allow_pickle=False)
-                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), buffer.getvalue(), zipfile.ZIP_DEFLATED)
-        os.replace(temporary, path)
+        with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
+            return _read(archive, most_bytes)
+    except MechlabError as error:
+        raise MechlabError(f"{path} is not a recording of mechlab: {error}") from None
     except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise MechlabError(f"cannot write {path}: {error.strerror or error}.") from None
+        raise MechlabError(f"{path} is not a recording of mechlab: {error.strerror or error}.") from None
+    except Exception as error:  # whatever a damaged file makes the readers of zip and npy raise
+        words = " ".join(str(error).split())[:200] or type(error).__name__
+        raise MechlabError(f"{path} is not a recording of mechlab: {words}.") from None
 
 
-def load_recording(path: str | Path) -> Recording:
-    """Read a recording; raises MechlabError when the file is none."""
-    try:
-        with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
-            header = json.loads(str(data["header"]))
-            arrays = {k: data[k] for k in ("t", "q", "v", "channels")}
-    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
-        raise MechlabError(f"{path} is not a recording of mechlab: {error}.") from None
+def _read(archive: zipfile.ZipFile, most_bytes: float) -> Recording:
+    entries = _entries(archive)
+    if entries["header"].file_size > MOST_HEADER:
+        raise MechlabError(f"its header has {entries['header'].file_size} bytes, the limit is {MOST_HEADER}.")
+    with archive.open(entries["header"]) as stream:
+        text = np.lib.format.read_array(stream, allow_pickle=False)
+    if text.dtype.kind != "U" or text.ndim:
+        raise MechlabError("its header is not a text.")
+    header = read_header(str(text))
+    m = header.mechanism
+    n = _samples(archive, entries["t"])
+    shapes = {"t": (n,), "q": (n, m.nq), "v": (n, m.nv), "channels": (len(header.channels), n)}
+    wanted = 8 * sum(int(np.prod(shape, dtype=object)) for shape in shapes.values())
+    if wanted > most_bytes:
+        raise MechlabError(f"it has {wanted} bytes of numbers, the limit is {most_bytes:.0f}; most_bytes= raises it.")
+    with archive.open(entries["t"]) as stream:
+        _check_times(stream, n)
+    arrays = {name: _numbers(archive, entries[name], name, shape) for name, shape in shapes.items()}
+    _check_states(arrays, header)
     return Recording(
-        mechanism=from_json(json.dumps(header["mechanism"])),
-        t=arrays["t"], q=arrays["q"], v=arrays["v"],
-        channels=dict(zip(header["channels"], arrays["channels"], strict=True)), units=header["units"],
-        errors=header.get("errors", {}),
-        health=Health(tuple(Finding(**f) for f in header["health"])),
-        cost=Cost(**header["cost"]), settings=Settings(**header["settings"]), scene=header["scene"],
-        name=header["name"], fidelity=header["fidelity"], parameters=header["parameters"], versions=header["versions"],
+        mechanism=m, t=arrays["t"], q=arrays["q"], v=arrays["v"],
+        channels=dict(zip(header.channels, arrays["channels"], strict=True)), **header.fields,
     )  # fmt: skip
+
+
+def _entries(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
+    found: dict[str, zipfile.ZipInfo] = {}
+    for entry in archive.infolist():
+        name = entry.filename.removesuffix(".npy")
+        if name in found:
+            raise MechlabError(f"it holds {entry.filename} twice.")
+        if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise MechlabError(f"{entry.filename} is compressed in a way that recordings are not.")
+        found[name] = entry
+    missing = [name for name in NAMES if name not in found]
+    if missing:
+        raise MechlabError(f"{', '.join(missing)} missing; a recording holds {', '.join(NAMES)}.")
+    return found
+
+
+def _head(stream: IO[bytes], name: str) -> tuple[int, ...]:
+    """The shape that the head of an .npy states; raises MechlabError unless it holds doubles, row by row."""
+    version = np.lib.format.read_magic(stream)
+    if version != (1, 0):
+        raise MechlabError(f"{name}: expected version 1.0 of .npy, got {version}.")
+    shape, by_columns, kind = np.lib.format.read_array_header_1_0(stream)
+    if kind != np.dtype("<f8"):
+        raise MechlabError(f"{name}: expected doubles (<f8), got {kind}.")
+    if by_columns and len(shape) > 1:
+        raise MechlabError(f"{name}: expected numbers row by row, got them by columns.")
+    return tuple(int(x) for x in shape)
+
+
+def _samples(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
+    """How many times there are, as the head of t states it and the size of its entry allows."""
+    with archive.open(entry) as stream:
+        shape = _head(stream, "t")
+        if len(shape) != 1 or shape[0] < 1:
+            raise MechlabError(f"t: expected the shape (n,) with n >= 1, got {shape}.")
+        _check_size(entry, stream.tell(), shape)
+    return shape[0]
+
+
+def _check_size(entry: zipfile.ZipInfo, head: int, shape: tuple[int, ...]) -> None:
+    size = head + 8 * int(np.prod(shape, dtype=object))
+    if entry.file_size != size:
+        raise MechlabError(f"{entry.filename} has {entry.file_size} bytes, its shape {shape} takes {size}.")
+
+
+def _check_times(stream: IO[bytes], n: int) -> None:
+    """Times are finite and increase. They are read in pieces: a file of zeros ends at the first one."""
+    _head(stream, "t")
+    last = -np.inf
+    for start in range(0, n, CHUNK):
+        piece = np.frombuffer(stream.read(8 * min(CHUNK, n - start)), dtype="<f8")
+        times = np.concatenate([[last], piece])
+        if not np.all(np.isfinite(piece)):
+            raise MechlabError("t: expected finite times.")
+        if np.any(times[1:] <= times[:-1]):
+            raise MechlabError("t: expected times that increase strictly.")
+        last = times[-1]
+
+
+def _numbers(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, name: str, shape: tuple[int, ...]) -> Array:
+    with archive.open(entry) as stream:
+        stated = _head(stream, name)
+        if stated != shape:
+            raise MechlabError(f"{name}: expected the shape {shape}, got {stated}.")
+        _check_size(entry, stream.tell(), shape)
+        values = np.frombuffer(stream.read(entry.file_size), dtype="<f8")
+        return values.reshape(shape).astype(np.float64)
+
+
+def _check_states(arrays: Mapping[str, Array], header: Header) -> None:
+    """q and v are finite, unless the run says itself that it blew up."""
+    if header.blown_up:
+        return
+    for name in ("q", "v"):
+        if not np.all(np.isfinite(arrays[name])):
+            raise MechlabError(f"{name}: not all values are finite, but the health record does not say so.")

@@ -1,22 +1,19 @@
 """The files of a mechanism in a folder: NAME.xml, scene.xml, NAME.urdf, NAME.json and the meshes. All of them or none.
 
-Everything is written into a temporary folder and read back there; only then it is moved into place. Other files of the
-folder stay as they are.
+Everything is written into a temporary folder and read back there; only then it is moved into place
+(`mechlab.files.whole_folder`). Other files of the folder stay as they are.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
-import shutil
-import tempfile
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.settings import Settings
+from mechlab.files import whole_folder, write
 from mechlab.formats.mechanism_json import from_json, to_json
 from mechlab.formats.mjcf import to_mjcf
 from mechlab.formats.mjcf_scene import scene_mjcf
@@ -39,12 +36,11 @@ def write_files(
     cannot be written.
     """
     out = Path(out_dir)
-    with _staging(out) as stage:
+    with whole_folder(out) as stage:
         names = _write(m, stage, settings)
         check_texts(stage, m)
         if verify is not None:
             verify(stage, m)
-        _publish(stage, out, names)
     return {label: out / name for label, name in names.items()}
 
 
@@ -59,7 +55,7 @@ def _write(m: Mechanism, folder: Path, settings: Settings | None) -> dict[str, s
     if len(texts) < 4:
         raise MechlabError(f"a mechanism cannot be called {m.name!r}: scene.xml is the name of another file.")
     for name, content in texts.items():
-        (folder / name).write_bytes(content.encode("utf-8"))
+        write(folder / name, content)
     labels = dict(zip(("mjcf", "scene", "urdf", "json"), texts, strict=True))
     return labels | {f: f for f in sorted(set(meshes.values()))}
 
@@ -92,41 +88,3 @@ def check_texts(folder: Path, m: Mechanism) -> None:
                 raise MechlabError(f"{name} names the file {file!r}, which was not written.")
     if from_json((folder / f"{m.name}.json").read_text("utf-8")) != m:
         raise MechlabError(f"{m.name}.json does not read back as the same mechanism; please report this.")
-
-
-@contextmanager
-def _staging(out: Path) -> Iterator[Path]:
-    """A temporary folder in `out`, or in the nearest folder above it that exists; removed in the end."""
-    try:
-        near = next(p for p in (out, *out.absolute().parents) if p.exists())
-        if not near.is_dir():
-            raise MechlabError(f"cannot write to {out}: {near} is a file, expected a folder.")
-        stage = Path(tempfile.mkdtemp(prefix=".mechlab.", suffix=".part", dir=near))
-    except OSError as error:
-        raise MechlabError(f"cannot write to {out}: {error.strerror or error}. Choose another folder.") from None
-    try:
-        yield stage
-    except OSError as error:
-        raise MechlabError(f"cannot write to {out}: {error.strerror or error}.") from None
-    finally:
-        shutil.rmtree(stage, ignore_errors=True)
-
-
-def _publish(stage: Path, out: Path, names: dict[str, str]) -> None:
-    """Move the files into place; if one move fails, those already there are taken back as far as possible."""
-    out.mkdir(parents=True, exist_ok=True)
-    moved: list[tuple[Path, bytes | None]] = []
-    try:
-        for name in names.values():
-            target = out / name
-            target.parent.mkdir(exist_ok=True)
-            before = target.read_bytes() if target.is_file() else None
-            os.replace(stage / name, target)
-            moved.append((target, before))
-    except OSError:
-        for target, before in reversed(moved):
-            if before is None:
-                target.unlink(missing_ok=True)
-            else:
-                target.write_bytes(before)
-        raise

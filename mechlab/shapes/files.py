@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mechlab.files import write
 from mechlab.shapes.shading import crisp
 from mechlab.shapes.solid import Mesh
 
@@ -35,9 +36,9 @@ def _numbers(values: np.ndarray) -> str:
 
 def write_stl(mesh: Mesh, path: str | Path) -> None:
     """Writes the mesh as binary STL [m]."""
-    Path(path).write_bytes(stl_bytes(mesh))
+    write(path, stl_bytes(mesh))
 
 
 def write_obj(mesh: Mesh, path: str | Path) -> None:
     """Writes the mesh as OBJ [m] with normals, line ends `\\n` on every system."""
-    Path(path).write_bytes(obj_text(mesh).encode("ascii"))
+    write(path, obj_text(mesh))

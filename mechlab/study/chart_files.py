@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
+from mechlab.files import whole_folder, write
 from mechlab.study.chart_labels import headline
 from mechlab.tables import html_sheet, number, table
 
@@ -88,16 +89,22 @@ def save(chart: Chart, path: str | Path) -> dict[str, Path]:
         raise MechlabError(
             f"chart: cannot write {path.name}; formats: {', '.join(FORMATS)}, or a folder for all of them."
         )
-    folder = path.parent if path.suffix else path
-    folder.mkdir(parents=True, exist_ok=True)
-    targets = [path] if path.suffix else [folder / f"chart_{chart.name}{suffix}" for suffix in FORMATS]
-    for target in targets:
-        if target.suffix == ".csv":
-            target.write_text(csv_text(chart))
-        elif target.suffix == ".json":
-            target.write_text(json.dumps(chart.to_dict(), indent=1))
-        else:
-            from mechlab.study.chart_picture import draw
+    if path.suffix:
+        _write(chart, path)
+        return {path.suffix[1:]: path}
+    with whole_folder(path) as stage:
+        names = [f"chart_{chart.name}{suffix}" for suffix in FORMATS]
+        for name in names:
+            _write(chart, stage / name)
+    return {Path(n).suffix[1:]: path / n for n in names}
 
-            draw(chart, target)
-    return {t.suffix[1:]: t for t in targets}
+
+def _write(chart: Chart, path: Path) -> None:
+    if path.suffix == ".csv":
+        write(path, csv_text(chart))
+    elif path.suffix == ".json":
+        write(path, json.dumps(chart.to_dict(), indent=1))
+    else:
+        from mechlab.study.chart_picture import draw
+
+        draw(chart, path)

@@ -9,6 +9,7 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mechlab.files import write
 from mechlab.study.chart_labels import FAINT, INK, RED, SIZE, beside, flat_methods, headline, label, quantity
 from mechlab.study.chart_marks import flat, published, recommended
 
@@ -53,8 +54,7 @@ OTHERS: dict[str, tuple[str, str]] = {
 
 def draw(chart: Chart, path: Path) -> Path:
     """Write the picture; the suffix of the path says whether SVG or PNG."""
-    path.write_bytes(picture(chart, path.suffix[1:]))
-    return path
+    return write(path, picture(chart, path.suffix[1:]))
 
 
 def picture(chart: Chart, kind: str) -> bytes:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.files import write
 from mechlab.formats.dxf import dxf_polylines
 from mechlab.mechanism.geometry import Array
 
@@ -25,10 +26,7 @@ def save(cycle: CycleResult, path: Path) -> Path:
         raise MechlabError(
             f"{path}: a cycle is written as .csv (table), .svg (charts) or .dxf (curves), not {kind or 'that'}."
         )
-    text = kinds[kind](cycle)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8", newline="")
-    return path
+    return write(path, kinds[kind](cycle))
 
 
 def _csv(cycle: CycleResult) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Entry
+from mechlab.files import unfinished
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -26,6 +27,6 @@ def write_figure(entries: Sequence[Entry], path: str | Path) -> Path:
             f"a figure is drawn for one mechanism; of {', '.join(e.name for e in entries)} these have one: {names}. "
             "Name that one."
         )
-    target.parent.mkdir(parents=True, exist_ok=True)
-    able[0].figure(target)
+    with unfinished(target) as temporary:
+        able[0].figure(temporary)
     return target

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mechlab.errors import MechlabError
+from mechlab.files import whole_folder
 from mechlab.formats import save_recording
 from mechlab.study.check import run_checks
 from mechlab.study.design import Design
@@ -19,19 +20,24 @@ PagePrinter = Callable[[Design, SimulateResult, Path], Path]
 def pipeline(
     design: Design, out: Path, page: PagePrinter, progress: Callable[[str], None], fidelity: str | None = None
 ) -> RunResult:
-    """Generate, check, simulate, view; `page(design, simulation, path)` writes the page. Prints a line before each stage."""
+    """Generate, check, simulate, view; `page(design, simulation, path)` writes the page. Prints a line before each stage.
+
+    The folder gets everything or, when a stage raises, nothing.
+    """
     out = Path(out)
     level = fidelity or _richest(design)
-    progress(f"files of fidelity {level}")
-    files = dict(write_verified(design.mechanism(level), out, design.file_settings))
-    progress("checks, each with its witnesses")
-    checks = run_checks([design])
-    progress(f"simulation of scene {design.entry.default_scene}")
-    simulation = SimulateResult(run_scene(design))
-    files["recording"] = save_recording(simulation.recording, out / "run.npz")
-    progress("page")
-    files["page"] = page(design, simulation, out / f"{design.name}.html")
-    return RunResult(out, files, checks, simulation, design.warnings)
+    with whole_folder(out) as stage:
+        progress(f"files of fidelity {level}")
+        files = dict(write_verified(design.mechanism(level), stage, design.file_settings))
+        progress("checks, each with its witnesses")
+        checks = run_checks([design])
+        progress(f"simulation of scene {design.entry.default_scene}")
+        simulation = SimulateResult(run_scene(design))
+        files["recording"] = save_recording(simulation.recording, stage / "run.npz")
+        progress("page")
+        files["page"] = page(design, simulation, stage / f"{design.name}.html")
+    placed = {kind: out / path.relative_to(stage) for kind, path in files.items()}
+    return RunResult(out, placed, checks, simulation, design.warnings)
 
 
 def _richest(design: Design) -> str:

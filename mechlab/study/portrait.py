@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, Untrustworthy
+from mechlab.files import unfinished, whole_folder
 from mechlab.integrate import RK4, integrate_fixed
 from mechlab.mechanism.geometry import Array
 from mechlab.tables import html_sheet, table
@@ -108,8 +109,8 @@ def draw(portrait: Portrait, path: Path) -> Path:
     for name, put in ((portrait.x, axes.set_xlabel), (portrait.y, axes.set_ylabel)):
         put(f"{name} [{portrait.units[name]}]" if portrait.units.get(name) else name)
     axes.grid(True, linewidth=0.3)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=150)
+    with unfinished(path) as temporary:
+        figure.savefig(temporary, dpi=150)
     return path
 
 
@@ -167,8 +168,8 @@ def write(name: str, portrait: Portrait, out: Path | None, warnings: tuple[str, 
     """The result with its files in the folder `out`: NAME-KIND.npz (arrays) and NAME-KIND.png; None: no files."""
     if out is None:
         return PortraitResult(name, portrait, {}, warnings)
-    out.mkdir(parents=True, exist_ok=True)
     stem = f"{name}-{portrait.kind}"
-    arrays = out / f"{stem}.npz"
-    np.savez_compressed(arrays, **{k: np.asarray(v) for k, v in portrait.arrays.items()})  # type: ignore[arg-type]
-    return PortraitResult(name, portrait, {"arrays": arrays, "figure": draw(portrait, out / f"{stem}.png")}, warnings)
+    with whole_folder(out) as stage:
+        np.savez_compressed(stage / f"{stem}.npz", **{k: np.asarray(v) for k, v in portrait.arrays.items()})  # type: ignore[arg-type]
+        draw(portrait, stage / f"{stem}.png")
+    return PortraitResult(name, portrait, {"arrays": out / f"{stem}.npz", "figure": out / f"{stem}.png"}, warnings)

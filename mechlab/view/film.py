@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import EngineMissing, MechlabError
+from mechlab.files import unfinished
 from mechlab.view.picture import Drawing
 from mechlab.view.story import Story
 from mechlab.view.tempo import tempo
@@ -101,29 +102,25 @@ def find_ffmpeg() -> str:
 
 
 def _encode(encoder: str, frames: Iterable[NDArray[np.uint8]], path: Path, size: tuple[int, int], fps: int) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
-        unfinished = Path(folder) / "film.mp4"
+    with unfinished(path) as film, tempfile.TemporaryFile() as complaints:
         command = [
             encoder, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}",
             "-r", str(fps), "-i", "-", "-an", "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
-            "-movflags", "+faststart", str(unfinished),
+            "-movflags", "+faststart", "-f", "mp4", str(film),
         ]  # fmt: skip
-        with tempfile.TemporaryFile() as complaints:
-            with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints) as process:
-                assert process.stdin is not None
-                try:
-                    for frame in frames:
-                        process.stdin.write(frame.tobytes())
-                    process.stdin.close()
-                except BrokenPipeError:
-                    pass  # ffmpeg has ended; its own words follow
-                except BaseException:
-                    process.kill()
-                    raise
-            complaints.seek(0)
-            words = complaints.read().decode("utf-8", "replace").strip()
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=complaints) as process:
+            assert process.stdin is not None
+            try:
+                for frame in frames:
+                    process.stdin.write(frame.tobytes())
+                process.stdin.close()
+            except BrokenPipeError:
+                pass  # ffmpeg has ended; its own words follow
+            except BaseException:
+                process.kill()
+                raise
+        complaints.seek(0)
+        words = complaints.read().decode("utf-8", "replace").strip()
         if process.returncode:
             raise MechlabError(f"ffmpeg ({encoder}) failed with code {process.returncode}: {words}")
-        os.replace(unfinished, path)
     return path

@@ -61,11 +61,14 @@ def frame_story(story: Story) -> Framing:
         )
         moving = np.concatenate([moving, *thinned])
     poses = moving[:: max(1, math.ceil(len(moving) / _MOST_FRAMES / 2))]
-    found = [outermost(trace) for trace in story.traces.values()]
-    for part in story.parts:
+    found = [outermost(trace) for trace in (*story.traces.values(), *story.ghost_traces.values())]
+    drawn = [(part, poses) for part in story.parts]
+    if story.ghost is not None:
+        drawn += [(part, story.ghost[:: max(1, len(story.ghost) // _MOST_FRAMES)]) for part in story.ghost_parts]
+    for part, where in drawn:
         local = part.vertices[np.unique(part.faces)]
         in_body = outermost(local) @ part.placement[:3, :3].T + part.placement[:3, 3]
-        moved = poses[:, story.bodies.index(part.body)]
+        moved = where[:, story.bodies.index(part.body)]
         found.append(
             outermost(
                 np.einsum("nij,kj->nki", moved[:, :3, :3], in_body).reshape(-1, 3)

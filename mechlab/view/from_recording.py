@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechlab.errors import MechlabError
 from mechlab.experiment.health import Health
 from mechlab.experiment.recording import Recording, frame_positions
 from mechlab.mechanism import GROUND, Mechanism, Shape
@@ -98,45 +97,6 @@ def exploration_story(
     size = 2.0 * frame_story(still).radius
     found = explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size, rates)
     return replace(still, explore=replace(found, reach=reach))
-
-
-def against(story: Story, other: Story, name: str) -> Story:
-    """The story with another one as its ghost, at the same times, and the other's curves in its plots.
-
-    Raises MechlabError when the two have no body in common, or no time.
-    """
-    common = [b for b in story.bodies if b in other.bodies and b != GROUND]
-    if not common:
-        raise MechlabError(
-            f"{name} has no body in common with {story.title}: {', '.join(other.bodies)} against {', '.join(story.bodies)}."
-        )
-    if other.t[0] > story.t[-1] or other.t[-1] < story.t[0]:
-        raise MechlabError(f"{name} and {story.title} have no time in common.")
-    ghost = np.array(story.poses)
-    for body in common:
-        ghost[:, story.bodies.index(body)] = poses_at(other, body, story.t)
-    inside = (story.t >= other.t[0]) & (story.t <= other.t[-1])
-    curves = {(p.unit, k): np.interp(story.t, other.t, v) for p in other.plots for k, v in p.series.items()}
-    plots = tuple(
-        replace(p, against={k: np.where(inside, curves[p.unit, k], np.nan) for k in p.series if (p.unit, k) in curves})
-        for p in story.plots
-    )
-    return replace(story, ghost=ghost, ghost_name=name, ghost_shown=True, plots=plots)
-
-
-def poses_at(story: Story, body: str, times: Array) -> Array:
-    """(n, 4, 4) poses of a body of a story at times (n,) [s], blended as the page does; the ends are held."""
-    from scipy.spatial.transform import Rotation, Slerp
-
-    track = story.poses[:, story.bodies.index(body)]
-    clipped = np.clip(times, story.t[0], story.t[-1])
-    out = np.tile(np.eye(4), (len(times), 1, 1))
-    out[:, :3, 3] = np.column_stack([np.interp(clipped, story.t, track[:, i, 3]) for i in range(3)])
-    if len(story.t) == 1:
-        out[:, :3, :3] = track[0, :3, :3]
-    else:
-        out[:, :3, :3] = Slerp(story.t, Rotation.from_matrix(track[:, :3, :3]))(clipped).as_matrix()
-    return out
 
 
 def _playback(error: float, shown: int, recorded: int) -> str:

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mechlab.errors import MechlabError
-from mechlab.view.html_page import asset, write_atomically
+from mechlab.files import write
+from mechlab.view.html_page import asset
 
 THUMBNAIL = (720, 540)
 
@@ -33,15 +34,15 @@ def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
     """Writes index.html, gallery.png (all pictures in one), and for each exhibit FOLDER/NAME/sheet.html and picture.png;
     the pages are there already.
 
-    Returns the path of index.html. Raises OSError.
+    Returns the path of index.html. Raises CannotWrite.
     """
     for exhibit in exhibits:
-        write_atomically(folder / exhibit.name / "picture.png", exhibit.picture)
-        write_atomically(folder / exhibit.name / "sheet.html", sheet_page(exhibit).encode("utf-8"))
-    write_atomically(folder / "gallery.png", contact_sheet([(e.title, e.picture) for e in exhibits]))
+        write(folder / exhibit.name / "picture.png", exhibit.picture)
+        write(folder / exhibit.name / "sheet.html", sheet_page(exhibit))
+    write(folder / "gallery.png", contact_sheet([(e.title, e.picture) for e in exhibits]))
     cards = "\n".join(_card(e) for e in exhibits)
     text = _fill("gallery.html", {"style": asset("gallery.css"), "count": str(len(exhibits)), "cards": cards})
-    return write_atomically(folder / "index.html", text.encode("utf-8"))
+    return write(folder / "index.html", text)
 
 
 def sheet_page(exhibit: Exhibit) -> str:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.files import write
 from mechlab.view.crease import Creased, crease
-from mechlab.view.html_page import write_atomically
 from mechlab.view.pack import geometry_key, quaternions
 from mechlab.view.story import Color, Part, Story
 
@@ -28,7 +28,7 @@ _Z_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
 
 def write_glb(story: Story, path: str | os.PathLike[str]) -> Path:
     """Writes `story_to_glb` to `path`, whole or not at all, and returns the path. Raises OSError."""
-    return write_atomically(path, story_to_glb(story))
+    return write(path, story_to_glb(story))
 
 
 def story_to_glb(story: Story) -> bytes:

@@ -7,7 +7,6 @@ import html
 import importlib.util
 import json
 import os
-import tempfile
 import zlib
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -15,6 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from mechlab.errors import EngineMissing
+from mechlab.files import write
 from mechlab.view.pack import pack
 from mechlab.view.story import Story
 
@@ -65,27 +65,8 @@ def story_to_html(
 
 def write_page(story: Story, path: str | os.PathLike[str]) -> Path:
     """Writes the page to `path`, whole or not at all, and returns the path. Raises like `story_to_html`, and
-    OSError."""
-    return write_atomically(path, story_to_html(story).encode("utf-8"))
-
-
-def write_atomically(path: str | os.PathLike[str], content: bytes) -> Path:
-    """Writes `content` beside `path` and then renames it, so that nobody ever sees half a file; makes missing
-    folders."""
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
-        os.replace(temporary, target)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-    return target
+    CannotWrite."""
+    return write(path, story_to_html(story))
 
 
 @cache

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.files import write
 from mechlab.view.arrays import Array
-from mechlab.view.html_page import write_atomically
 from mechlab.view.story import Story
 
 # The curves of the page: colour-blind-safe, told apart by their dashes too.
@@ -70,7 +70,7 @@ def motion_svg(story: Story) -> str:
 
 def write_motion_svg(story: Story, path: Path) -> Path:
     """Write `motion_svg` to a file, whole or not at all."""
-    return write_atomically(path, motion_svg(story).encode("utf-8"))
+    return write(path, motion_svg(story))
 
 
 def _sober(axes: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     block = Block()
     motion = pack_motion(story.poses, block)
     pace = tempo(story)
-    geometries, parts = _pack_parts(story, block)
+    geometries, (parts, ghost_parts) = _pack_parts(story.bodies, (story.parts, story.ghost_parts), block)
     framing = frame_story(story)
     scales = _scales(story, framing.step, framing.radius)
     document = {
@@ -93,7 +94,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
-        "traces": [{"name": name, "points": block.add(points, "f8")} for name, points in story.traces.items()],
+        "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
         "health": [list(pair) for pair in story.health],
         "reconstructed": list(story.reconstructed),
@@ -111,7 +112,14 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
         "marks": _pack_marks(story),
         "ghost": None
         if story.ghost is None
-        else {"name": story.ghost_name, "shown": story.ghost_shown, "motion": pack_motion(story.ghost, block)},
+        else {
+            "name": story.ghost_name,
+            "shown": story.ghost_shown,
+            "motion": pack_motion(story.ghost, block),
+            "parts": ghost_parts,
+            "traces": _pack_traces(story.ghost_traces, block),
+        },
+        "differences": [list(row) for row in story.differences],
         "playback": story.playback,
         "tempo": {
             "speed": pace.speed,
@@ -174,9 +182,13 @@ def _pack_marks(story: Story) -> list[dict[str, Any]]:
     ]
 
 
+def _pack_traces(traces: Mapping[str, Array], block: Block) -> list[dict[str, Any]]:
+    return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
+
+
 def _pack_choice(story: Story, block: Block) -> dict[str, Any]:
     """What differs from one variant of a mechanism to the next."""
-    geometries, parts = _pack_parts(story, block)
+    geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
     explore = None if story.explore is None else story.explore.packed(block, pack_motion)
     return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "explore": explore}
 
@@ -207,11 +219,14 @@ def geometry_key(part: Part) -> str:
     return digest.hexdigest()
 
 
-def _pack_parts(story: Story, block: Block) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def _pack_parts(
+    bodies: Sequence[str], lists: Sequence[Sequence[Part]], block: Block
+) -> tuple[list[dict[str, Any]], list[list[dict[str, Any]]]]:
+    """Geometries that lists of parts share, and the lists."""
     index: dict[str, int] = {}
     geometries: list[dict[str, Any]] = []
-    parts: list[dict[str, Any]] = []
-    for part in story.parts:
+    packed: list[list[dict[str, Any]]] = [[] for _ in lists]
+    for k, part in ((k, part) for k, parts in enumerate(lists) for part in parts):
         key = geometry_key(part)
         if key not in index:
             index[key] = len(geometries)
@@ -225,13 +240,13 @@ def _pack_parts(story: Story, block: Block) -> tuple[list[dict[str, Any]], list[
                     "edges": block.add(mesh.edges, width),
                 }
             )
-        parts.append(
+        packed[k].append(
             {
-                "body": story.bodies.index(part.body),
+                "body": bodies.index(part.body),
                 "name": part.name,
                 "geometry": index[key],
                 "color": list(part.color),
                 "placement": part.placement.T.reshape(-1).tolist(),
             }
         )
-    return geometries, parts
+    return geometries, packed

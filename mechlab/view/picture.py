@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import EngineMissing, MechlabError
+from mechlab.files import write
 from mechlab.view.framing import THREE_QUARTER, Framing, frame_story
-from mechlab.view.html_page import write_atomically
 from mechlab.view.picture_scene import SUN, Lines, compile_scene, draw_lines, place_camera
 from mechlab.view.story import Story
 
@@ -44,7 +44,7 @@ def write_png(
 
     buffer = io.BytesIO()
     Image.fromarray(render(story, time, size, toward, samples)).save(buffer, format="png", optimize=True)
-    return write_atomically(path, buffer.getvalue())
+    return write(path, buffer.getvalue())
 
 
 def render(

@@ -124,9 +124,10 @@ class Story:
     parameters and settings; health: (severity, sentence) pairs, severity one of ok, warning, error; traces:
     name -> (n, 3) points [m]; reconstructed: bodies whose poses were not computed by the solver but rebuilt
     from its result. arrows, marks: see there. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, called
-    `ghost_name`; shown at once with `ghost_shown`. tooth_rate: teeth that pass in a second, at most [1/s]; playback:
-    a sentence on how far the picture between two frames may be off. explore: sweeps of the drives, see
-    `mechlab.view.explore`; variants: parameters that can be changed there, one at a time. Raises
+    `ghost_name`; shown at once with `ghost_shown`; ghost_parts: what it is drawn with (default: parts); ghost_traces:
+    its paths, (n, 3) each. differences: (what, here, in the run compared with). tooth_rate: teeth that pass in a second,
+    at most [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
+    drives, see `mechlab.view.explore`; variants: parameters that can be changed there, one at a time. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
 
@@ -146,6 +147,9 @@ class Story:
     ghost: Array | None = None
     ghost_name: str = ""
     ghost_shown: bool = False
+    ghost_parts: tuple[Part, ...] = ()
+    ghost_traces: Mapping[str, Array] = field(default_factory=dict)
+    differences: tuple[tuple[str, str, str], ...] = ()
     tooth_rate: float = 0.0
     playback: str = ""
     explore: Exploration | None = None
@@ -161,7 +165,11 @@ class Story:
             raise MechlabError(f"bodies: every name must be unique, but these repeat: {', '.join(repeated)}.")
         poses = frozen(self.poses, "poses", (len(t), len(bodies), 4, 4))
         check_rigid(poses, "poses")
-        for name in (*(part.body for part in self.parts), *(m.body for m in self.marks), *self.reconstructed):
+        for name in (
+            *(part.body for part in (*self.parts, *self.ghost_parts)),
+            *(m.body for m in self.marks),
+            *self.reconstructed,
+        ):
             if name not in bodies:
                 raise unknown("body", name, bodies)
         plots = tuple(
@@ -182,6 +190,7 @@ class Story:
                     f"health: severity {severity!r} of {sentence!r} must be one of {', '.join(get_args(Severity))}."
                 )
         traces = {k: frozen(v, f"trace {k!r}", (len(t), 3)) for k, v in self.traces.items()}
+        ghost_traces = {k: frozen(v, f"ghost's trace {k!r}", (len(t), 3)) for k, v in self.ghost_traces.items()}
         arrows = tuple(
             Arrow(
                 a.name, a.kind, a.unit,
@@ -202,6 +211,7 @@ class Story:
             ("poses", poses),
             ("plots", plots),
             ("traces", traces),
+            ("ghost_traces", ghost_traces),
             ("parts", tuple(self.parts)),
             ("reconstructed", tuple(self.reconstructed)),
             ("facts", tuple((str(a), str(b)) for a, b in self.facts)),

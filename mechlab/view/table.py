@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 from mechlab.experiment.recording import Recording
-from mechlab.view.html_page import write_atomically
+from mechlab.files import write
 
 
 def recording_to_csv(recording: Recording) -> str:
@@ -31,4 +31,4 @@ def recording_to_csv(recording: Recording) -> str:
 
 def write_csv(recording: Recording, path: str | os.PathLike[str]) -> Path:
     """Writes `recording_to_csv` to `path`, whole or not at all, and returns the path. Raises OSError."""
-    return write_atomically(path, recording_to_csv(recording).encode("utf-8"))
+    return write(path, recording_to_csv(recording))

@@ -61,6 +61,9 @@ def edited(change):
         (lambda d: d.update(bodies={}), "bodies: expected a list"),
         (lambda d: d.update(relations=[{"name": "r", "coefficients": {"crank": 2}}]), "crank: expected an exact"),
         (lambda d: d.update(relations=[{"name": "r", "coefficients": {"crank": "1/0"}}]), "exact ratio such as"),
+        (lambda d: d.update(relations=[{"name": "r", "coefficients": {"crank": "1e999999999"}}]), "exact ratio such as"),
+        (lambda d: d.update(gravity=[0, 0, 10**400]), r"gravity\[2\]: .* is outside the range of a double"),
+        (lambda d: d.update(name="\ud800"), "which is no character"),
     ],
 )  # fmt: skip
 def test_errors_name_the_place(change, message):

@@ -206,6 +206,47 @@ def test_words_can_be_an_axis_and_one_axis_is_a_line(tmp_path: Path) -> None:
 # -- interrupted, resumed ---------------------------------------------------------------------------------------------------
 
 
+def test_damaged_parts_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What an interrupted sweep has left is believed only as far as it fits the request."""
+    out, values, calls = tmp_path / "s.nc", {"crank_angle": Range(0.1, 3.0, 8)}, iter(range(5))
+    asked = {"quantities": "coupler_angle", "witness": "mujoco", "workers": 1, "out": out}
+
+    def ended(request, block, threads=1):
+        if next(calls) == 4:
+            raise KeyboardInterrupt
+        return evaluate(request, block, threads)
+
+    with monkeypatch.context() as patched, pytest.raises(Interrupted):
+        patched.setattr(local, "evaluate", ended)
+        ml.sweep("fourbar", values, **asked)
+    parts = out.with_name("s.nc.parts")
+    blocks, request = next(parts.glob("blocks-*.npz")), parts / "request.json"
+    whole = blocks.read_bytes(), request.read_bytes()
+
+    def refused(words: str) -> None:
+        with pytest.raises(MechlabError, match=words):
+            ml.sweep("fourbar", values, resume=True, **asked)
+        blocks.write_bytes(whole[0])
+        request.write_bytes(whole[1])
+
+    for text in (b"[" * 60_000, b"\xff", b"{", b'{"axes": "\\ud800"}', b"[]"):
+        request.write_bytes(text)
+        refused("request.json")
+    for content in (b"", whole[0][:-40], whole[0].replace(b"indices", b"indicez")):
+        blocks.write_bytes(content)
+        refused("is damaged: .*Remove it")
+    with np.load(blocks) as arrays:
+        kept = dict(arrays)
+    first = int(kept["indices"][0])
+    for name, value in (
+        (f"values{first}", np.zeros(3)), (f"outcomes{first}", np.array(["x"])), ("indices", np.array([10**6])),
+        (f"reasons{first}", np.frombuffer(b"[", np.uint8)),
+    ):  # fmt: skip
+        np.savez(blocks, **kept | {name: value})
+        refused("is damaged")
+    assert ml.sweep("fourbar", values, resume=True, **asked).evaluated == 4
+
+
 def test_an_interrupted_sweep_is_resumed_without_repeating_anything(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

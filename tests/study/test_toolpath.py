@@ -104,6 +104,12 @@ def test_places_off_the_curve(tmp_path, capsys, keys, code, said):
         (CURVE_A | {"degree": True}, "degree: expected a whole number"),
         ("{", "not JSON"),
         ("[]", "expected a JSON object"),
+        ("[" * 60_000, "nested too deeply"),
+        (CURVE_A | {"knots": [*CURVE_A["knots"][:-1], 10**400]}, "knots: expected a list of finite numbers"),
+        (CURVE_A | {"points": [*CURVE_A["points"][:-1], [1e308, 0]]}, "1e+308 is too large"),
+        (CURVE_A | {"name": ["a"]}, "name: expected a text"),
+        (CURVE_A | {"unit": ["m"]}, "does not exist"),
+        (CURVE_A | {"name": "\ud800"}, "which is no character"),
     ],
 )
 def test_bad_files_say_what_is_wrong(tmp_path, capsys, document, said):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 
 from mechlab import api
 from mechlab.errors import MechlabError
+from mechlab.experiment.health import Finding, Health
+from mechlab.formats import save_recording
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute, shape
 from mechlab.view import Story, write_page
 from mechlab.view.explore import blend_weights
@@ -89,6 +92,37 @@ def test_the_ghost_of_a_second_run(look: Callable[..., Any], tmp_path: Path) -> 
     np.testing.assert_allclose(page.evaluate("lab.ghostPose('rocker')"), expected, atol=1e-6)
     readout = page.locator(".legend b").first.text_content()
     assert readout == f"{first.at('crank_angle', 1.0):.4g} ({second.at('crank_angle', 1.0):.4g})\u00a0rad"
+
+
+def test_a_comparison_tells_both_healths_and_what_differs(look: Callable[..., Any], tmp_path: Path) -> None:
+    """Four-bars with other cranks: the ghost has its own links and paths, and its error decides the verdict."""
+    first, second = api.simulate("fourbar", duration=0.2), api.simulate("fourbar", crank=0.09, duration=0.3)
+    lost = Finding("gap", 1.0, 1e-3, "m", "error", "the loop is open")
+    second = replace(second, health=second.health + Health((lost,)), settings=replace(second.settings, timestep=5e-4))
+    path = save_recording(second, tmp_path / "b.npz")
+    made = api.view(first, against=path, html=tmp_path / "page.html")
+    assert made.exit_code == 3 and "the run b.npz: the loop is open" in made.text()
+    assert api.view(first, against=first, html=tmp_path / "same.html").exit_code == first.health.exit_code
+    story = api.story(first, against=path)
+    assert story.differences == (
+        ("crank", "0.1 m", "0.09 m"), ("duration [s]", "0.2", "0.3"), ("timestep", "0.001", "0.0005"),
+    )  # fmt: skip
+    crank = [p for p in story.ghost_parts if p.body == "crank"]
+    assert np.ptp(crank[0].vertices[:, 0]) < np.ptp([p for p in story.parts if p.body == "crank"][0].vertices[:, 0])
+    for name in ("B", "C"):  # pins of the second run, along its own channels
+        there = np.array([second.at(f"{name}_{a}", float(story.t[50])) for a in "xyz"])
+        np.testing.assert_allclose(story.ghost_traces[name][50], there, atol=1e-9)
+    page = look((tmp_path / "page.html").as_uri(), width=1200, height=800)
+    assert page.locator(".verdict").inner_text().endswith("Do not trust this result")
+    assert "the run b.npz: the loop is open" in page.locator(".health li.error").inner_text()
+    rows = [r.split("\t") for r in page.locator("table.differences tbody tr").all_inner_texts()]
+    assert rows == [list(row) for row in story.differences]
+    paths = page.evaluate("lab.ghostPaths()")
+    assert {p["name"] for p in paths} >= {"trace B", "trace C"} and all(p["shown"] for p in paths)
+    page.evaluate("document.getElementById('show-ghost').click()")
+    assert not any(p["shown"] for p in page.evaluate("lab.ghostPaths()"))
+    same = look((tmp_path / "same.html").as_uri())
+    assert "are the same" in same.locator("#panel").inner_text()
 
 
 def test_runs_without_a_common_body_are_refused() -> None:

@@ -31,7 +31,7 @@ class BSpline:
     def __post_init__(self) -> None:
         p = self.degree
         if isinstance(p, bool) or not isinstance(p, int) or not 1 <= p <= 20:
-            raise MechlabError(f"degree: expected a whole number from 1 to 20, got {p!r}.")
+            raise MechlabError(f"degree: expected a whole number from 1 to 20, got {_short(p)}.")
         points = _numbers("points", self.points, 2)
         knots = _numbers("knots", self.knots, 1)
         m = len(points)
@@ -104,7 +104,7 @@ class BSpline:
 def _numbers(name: str, value: Any, dims: int) -> FloatArray:
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.array(np.nan)
     if array.ndim != dims or not np.all(np.isfinite(array)):
         wanted = "a list of finite numbers" if dims == 1 else "a list of points, each a list of as many finite numbers"

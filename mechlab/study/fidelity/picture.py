@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechlab.experiment.scene import NEEDS
+from mechlab.files import unfinished
 
 if TYPE_CHECKING:
     from mechlab.study.fidelity.result import Fidelities
@@ -65,7 +66,8 @@ def draw(table: Fidelities, path: Path) -> Path:
         fontsize=10,
         color="#444444",
     )
-    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+    with unfinished(path) as temporary:
+        figure.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
     return path
 
 

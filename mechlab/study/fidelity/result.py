@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.errors import MechlabError
+from mechlab.files import whole_folder, write
 from mechlab.study.fidelity.measure import Error
 from mechlab.tables import Told, number, table
 
@@ -132,17 +133,21 @@ class Fidelities(Told):
             raise MechlabError(
                 f"fidelities: cannot write {path.name}; formats: {', '.join(FORMATS)}, or a folder for all of them."
             )
-        folder = path.parent if path.suffix else path
-        folder.mkdir(parents=True, exist_ok=True)
-        targets = [path] if path.suffix else [folder / f"fidelities_{self.name}{s}" for s in FORMATS]
-        for target in targets:
-            if target.suffix == ".json":
-                target.write_text(json.dumps(self.to_dict(), indent=1))
-            else:
-                from mechlab.study.fidelity.picture import draw
+        if path.suffix:
+            self._write(path)
+            return {path.suffix[1:]: path}
+        with whole_folder(path) as stage:
+            for s in FORMATS:
+                self._write(stage / f"fidelities_{self.name}{s}")
+        return {s[1:]: path / f"fidelities_{self.name}{s}" for s in FORMATS}
 
-                draw(self, target)
-        return {t.suffix[1:]: t for t in targets}
+    def _write(self, path: Path) -> None:
+        if path.suffix == ".json":
+            write(path, json.dumps(self.to_dict(), indent=1))
+        else:
+            from mechlab.study.fidelity.picture import draw
+
+            draw(self, path)
 
 
 def percent(share: float | None) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechlab.experiment.parameters import describe
+from mechlab.files import unfinished
 
 if TYPE_CHECKING:
     from mechlab.study.optimize.problem import Trial
@@ -81,7 +82,8 @@ def draw(found: Optimum, path: Path) -> Path:
     )
     figure.legend(loc="lower left", bbox_to_anchor=(0.1, 0.012), ncol=3, fontsize=9, frameon=False)
     with rc_context({"svg.hashsalt": "mechlab"}):
-        figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+        with unfinished(path) as temporary:
+            figure.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
     return path
 
 

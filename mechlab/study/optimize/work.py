@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -11,6 +12,7 @@ from typing import Any
 
 from mechlab.errors import MechlabError, UsageError
 from mechlab.experiment.parameters import describe
+from mechlab.files import whole_folder, write
 from mechlab.study.design import Design, design
 from mechlab.study.optimize.front import LEVELS, SHARE
 from mechlab.study.optimize.front import front as front_of
@@ -152,19 +154,20 @@ def _checked(problem: Problem, best: Trial) -> dict[str, dict[str, float]]:
 
 def _write(found: Optimum, folder: Path) -> Optimum:
     """optimum.json; with a front its table and pictures."""
-    folder.mkdir(parents=True, exist_ok=True)
-    files = {"optimum": folder / "optimum.json"}
+    names = {"optimum": "optimum.json"}
     if found.front:
-        from mechlab.study.optimize.picture import draw, rows
+        names |= {"front": "front.csv", "picture": "front.png", "drawing": "front.svg"}
+    with whole_folder(folder) as stage:
+        if found.front:
+            from mechlab.study.optimize.picture import draw, rows
 
-        files |= {"front": folder / "front.csv", "picture": folder / "front.png", "drawing": folder / "front.svg"}
-        with files["front"].open("w", newline="") as f:
-            csv.writer(f).writerows(rows(found))
-        draw(found, files["picture"])
-        draw(found, files["drawing"])
-    data = found.to_dict()
-    files["optimum"].write_text(json.dumps(data, indent=2, default=_plain) + "\n")
-    return replace(found, files=files)
+            table = io.StringIO(newline="")
+            csv.writer(table).writerows(rows(found))
+            write(stage / names["front"], table.getvalue())
+            draw(found, stage / names["picture"])
+            draw(found, stage / names["drawing"])
+        write(stage / names["optimum"], json.dumps(found.to_dict(), indent=2, default=_plain) + "\n")
+    return replace(found, files={kind: folder / name for kind, name in names.items()})
 
 
 def _plain(item: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechlab.files import unfinished
 from mechlab.study.stability.data import Axis, Outcome
 
 if TYPE_CHECKING:
@@ -54,7 +55,8 @@ def draw(found: Stability, made: Map, path: Path) -> Path:
             axes.set_ylabel(f"{made.y.name}{unit}", fontsize=9.5)
     _words(figure, found, made, left, height)
     _legend(figure, made, left, height)
-    figure.savefig(path)
+    with unfinished(path) as temporary:
+        figure.savefig(temporary)
     return path
 
 

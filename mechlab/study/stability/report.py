@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
+from mechlab.files import whole_folder, write
 from mechlab.study.stability.data import Outcome
 
 if TYPE_CHECKING:
@@ -56,10 +57,10 @@ def save(found: Stability, folder: str | Path) -> dict[str, Path]:
     target = Path(folder)
     if target.suffix or target.is_file():
         raise MechlabError(f"stability: -o takes a folder, got {target}; it gets a .json and a .png for each map.")
-    target.mkdir(parents=True, exist_ok=True)
-    data = target / f"stability_{found.name}.json"
-    data.write_text(json.dumps(found.to_dict(), indent=1, allow_nan=False))
-    files = {"json": data}
-    for made in found.maps:
-        files[made.kind] = draw(found, made, target / f"stability_{found.name}_{made.kind}.png")
-    return files
+    names = {"json": f"stability_{found.name}.json"}
+    names |= {made.kind: f"stability_{found.name}_{made.kind}.png" for made in found.maps}
+    with whole_folder(target) as stage:
+        write(stage / names["json"], json.dumps(found.to_dict(), indent=1, allow_nan=False))
+        for made in found.maps:
+            draw(found, made, stage / names[made.kind])
+    return {kind: target / name for kind, name in names.items()}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import EngineMissing, MechlabError
+from mechlab.errors import EngineMissing, MechlabError, user_fault
 from mechlab.mechanism.geometry import Array
 
 GOOD, BAD_INPUT, UNTRUSTED, NO_SOLUTION = 0, 1, 3, 4
@@ -36,11 +36,13 @@ class Block:
         short = sentence if len(sentence) <= LONGEST else f"{sentence[: LONGEST - 3]}..."
         self.reasons |= dict.fromkeys(np.atleast_1d(points).tolist(), short)
 
-    def failed(self, points: Any, cause: Exception) -> None:
+    def failed(self, points: Any, cause: BaseException) -> None:
         """Points that raised. A missing engine is nothing that other points could do better: it is raised again."""
         if isinstance(cause, EngineMissing):
             raise cause
         if isinstance(cause, MechlabError):
             self.gap(points, cause.exit_code, str(cause))
+        elif (fault := user_fault(cause)) is not None:
+            self.gap(points, BAD_INPUT, fault)
         else:
             self.gap(points, UNTRUSTED, f"internal error: {type(cause).__name__}: {cause}")

@@ -77,7 +77,7 @@ def one_by_one(request: Request, design: Design, where: np.ndarray, rest: Mappin
                 question = question_of(design, set(given), given)
                 optional = {k: v for k, v in question.optional.items() if v is not None}
                 said = question.witnesses[request.witness](design.parameters, optional | given)
-        except Exception as cause:  # one point must not end the others
+        except (Exception, SystemExit) as cause:  # one point must not end the others
             out.failed(spot, cause)
             continue
         if said.cannot or said.status.exit_code or not said.values:

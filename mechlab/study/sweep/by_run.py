@@ -26,7 +26,7 @@ def one_by_one(request: Request, design: Design, where: np.ndarray, rest: Mappin
         extra = {k: float(v[i]) if np.ndim(v) else float(v) for k, v in rest.items()}
         try:
             _point(request, design, extra, int(at), out)
-        except Exception as cause:  # one point must not end the others
+        except (Exception, SystemExit) as cause:  # one point must not end the others
             out.values[at] = np.nan
             out.failed(at, cause)
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError
+from mechlab.files import unfinished
 from mechlab.study.sweep.request import METHODS, Axis, Request
 
 if TYPE_CHECKING:
@@ -67,13 +67,8 @@ def _told(axis: Axis) -> dict[str, str]:
 
 def write(result: SweepResult, path: Path) -> Path:
     """Write netCDF-3 (64-bit offset), which every netCDF reader opens; the file is there complete or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        result.dataset.to_netcdf(beside, format="NETCDF3_64BIT", engine="scipy")
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
+    with unfinished(path) as temporary:
+        result.dataset.to_netcdf(temporary, format="NETCDF3_64BIT", engine="scipy")
     return path
 
 
@@ -83,23 +78,30 @@ def read(path: Path) -> Any:
     try:
         with xarray.open_dataset(path, engine="scipy") as found:
             return found.load()
-    except (OSError, TypeError, ValueError) as cause:
-        raise MechlabError(f"{path} is no netCDF file of a sweep: {cause}") from None
+    except Exception as cause:  # whatever a damaged file makes the readers of netCDF raise
+        words = " ".join(str(cause).split())[:200].rstrip(".") or type(cause).__name__
+        raise MechlabError(f"{path} is no netCDF file of a sweep: {words}.") from None
 
 
 def kept(path: Path, request: Request) -> tuple[np.ndarray, np.ndarray, dict[int, str]] | None:
     """Numbers, outcomes and reasons, in the order of work, of a finished file of the same request; None where there is no
     file. Raises MechlabError where the file holds another sweep, naming what differs."""
-    from mechlab.study.sweep.resume import refuse_another
+    from mechlab.study.sweep.resume import description_in, refuse_another
 
     if not path.is_file():
         return None
     found = read(path)
-    refuse_another(json.loads(found.attrs.get("request", "{}")), request, path)
+    refuse_another(description_in(str(found.attrs.get("request", "{}")), path), request, path)
     order = [a.key for a in request.work]
 
     def flat(name: str) -> np.ndarray:
         return np.asarray(found[name].transpose(*order).values).ravel()
 
-    reasons = {int(i): str(text) for i, text in enumerate(flat("reason")) if text}
-    return np.column_stack([flat(q.label) for q in request.quantities]), flat("outcome"), reasons
+    try:
+        reasons = {int(i): str(text) for i, text in enumerate(flat("reason")) if text}
+        values, outcomes = np.column_stack([flat(q.label) for q in request.quantities]).astype(float), flat("outcome")
+    except (KeyError, ValueError, TypeError) as cause:
+        raise MechlabError(f"{path} is no complete file of a sweep: {cause}.") from None
+    if values.shape != (request.count, len(request.quantities)) or outcomes.shape != (request.count,):
+        raise MechlabError(f"{path} holds {len(values)} points, expected {request.count}.")
+    return values, outcomes, reasons

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.files import unfinished
 from mechlab.mechanism.geometry import Array
 from mechlab.study.sweep.request import Axis, Quantity
 
@@ -57,8 +58,8 @@ def draw(result: SweepResult, path: Path) -> Path:
         axes.set_visible(False)
     gaps = " (grey: gaps)" if len(r.axes) == 2 and np.isnan(result.flat).any() else ""
     figure.suptitle(f"{r.name}: {result.message.split(';')[0]}{gaps}", fontsize=11.5, x=0.01, ha="left", weight="bold")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
+    with unfinished(path) as temporary:
+        figure.savefig(temporary)
     return path
 
 

@@ -6,7 +6,6 @@ FILE.nc.parts/ holds request.json, what was asked, and files of finished blocks,
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import time
 from collections.abc import Mapping
@@ -16,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.files import write
+from mechlab.formats.json_text import parse
 from mechlab.study.sweep.block import Block
 from mechlab.study.sweep.request import Request
 
@@ -39,9 +40,9 @@ class Parts:
             raise MechlabError(
                 f"{folder} holds what an interrupted sweep has finished: say --resume to go on, or remove the folder to start anew."
             )
-        refuse_another(json.loads(kept.read_text(encoding="utf-8")), request, folder)
+        refuse_another(description_in(kept.read_bytes(), kept), request, folder)
         for file in sorted(folder.glob("blocks-*.npz")):
-            self.finished |= _read(file)
+            self.finished |= _read(file, request)
 
     def add(self, index: int, block: Block) -> None:
         """Keep a finished block."""
@@ -56,8 +57,7 @@ class Parts:
             return
         kept = self.folder / "request.json"
         if not kept.is_file():
-            self.folder.mkdir(parents=True, exist_ok=True)
-            _whole(kept, json.dumps(self.request.description(), indent=1).encode())
+            write(kept, json.dumps(self.request.description(), indent=1))
         arrays: dict[str, Any] = {"indices": np.array(sorted(self._waiting))}
         for k, block in self._waiting.items():
             reasons = json.dumps({str(i): text for i, text in block.reasons.items()}).encode()
@@ -67,7 +67,7 @@ class Parts:
 
         content = io.BytesIO()
         np.savez(content, **arrays)
-        _whole(self.folder / f"blocks-{min(self._waiting):08d}-{len(self._waiting)}.npz", content.getvalue())
+        write(self.folder / f"blocks-{min(self._waiting):08d}-{len(self._waiting)}.npz", content.getvalue())
         self._waiting.clear()
 
     def remove(self) -> None:
@@ -95,17 +95,35 @@ def refuse_another(kept: Mapping[str, Any], request: Request, where: Path) -> No
     )
 
 
-def _read(file: Path) -> dict[int, Block]:
-    with np.load(file) as arrays:
-        out = {}
-        for k in arrays["indices"].tolist():
-            reasons = json.loads(arrays[f"reasons{k}"].tobytes().decode() or "{}")
-            out[k] = Block(arrays[f"values{k}"], arrays[f"outcomes{k}"], {int(i): text for i, text in reasons.items()})
-        return out
+def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
+    """What a sweep was asked, from its JSON; raises MechlabError that names the file."""
+    try:
+        text = content if isinstance(content, str) else content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise MechlabError(f"{where} does not say what was asked: {error}.") from None
+    return parse(text, str(where), finite=False)
 
 
-def _whole(path: Path, content: bytes) -> None:
-    """Write a file so that it is there complete or not at all."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    beside.write_bytes(content)
-    os.replace(beside, path)
+def _read(file: Path, request: Request) -> dict[int, Block]:
+    """Finished blocks; raises MechlabError for a file that is damaged or of other blocks."""
+    try:
+        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as arrays:
+            return {int(k): _block(arrays, int(k), request) for k in arrays["indices"].tolist()}
+    except MechlabError as error:
+        words = str(error).rstrip(".")
+    except Exception as error:  # whatever a damaged file makes the readers of zip and npy raise
+        words = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
+    raise MechlabError(f"{file} is damaged: {words}. Remove it: its points are then computed again.")
+
+
+def _block(arrays: Any, k: int, request: Request) -> Block:
+    if not 0 <= k < request.blocks:
+        raise MechlabError(f"block {k} of {request.blocks}")
+    start, stop = request.span(k)
+    values, outcomes = arrays[f"values{k}"], arrays[f"outcomes{k}"]
+    if values.shape != (stop - start, len(request.quantities)) or outcomes.shape != (stop - start,):
+        raise MechlabError(f"block {k} has the shapes {values.shape} and {outcomes.shape}")
+    if values.dtype != np.float64 or outcomes.dtype != np.int8:
+        raise MechlabError(f"block {k} holds {values.dtype} and {outcomes.dtype}")
+    reasons = parse(arrays[f"reasons{k}"].tobytes().decode(), f"block {k}: reasons")
+    return Block(values, outcomes, {int(i): str(text) for i, text in reasons.items()})

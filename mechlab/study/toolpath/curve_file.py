@@ -12,6 +12,8 @@ from mechlab.units import UNITS
 
 REQUIRED = ("degree", "knots", "points")
 OPTIONAL = ("name", "unit")
+LARGEST = 1e9
+"""Of knots and coordinates: their squares and cubes must stay far from the range of a double."""
 LENGTHS = tuple(k for k, u in UNITS.items() if u.si == "m")
 
 
@@ -34,10 +36,16 @@ def read_curve(path: str | Path, coordinates: tuple[int, ...] = ()) -> BSpline:
     if missing:
         raise MechlabError(f"curve {file}: {', '.join(missing)} missing; expected the keys {', '.join(REQUIRED)}.")
     factor = _factor(document.get("unit", "m"), file)
+    name = document.get("name", "")
+    if not isinstance(name, str):
+        raise MechlabError(f"curve {file}: name: expected a text, got {type(name).__name__}.")
     try:
         curve = BSpline(document["degree"], document["knots"], document["points"])
     except MechlabError as error:
         raise MechlabError(f"curve {file}: {error}") from None
+    largest = max(map(abs, (*curve.knots, *(x for row in curve.points for x in row))))
+    if largest > LARGEST:
+        raise MechlabError(f"curve {file}: {largest:g} is too large; expected knots and coordinates up to {LARGEST:g}.")
     count = len(curve.points[0])
     if coordinates and count not in coordinates:
         wanted = " or ".join(str(n) for n in coordinates)
@@ -48,6 +56,6 @@ def read_curve(path: str | Path, coordinates: tuple[int, ...] = ()) -> BSpline:
 
 
 def _factor(unit: Any, file: Path) -> float:
-    if unit not in LENGTHS:
+    if not isinstance(unit, str) or unit not in LENGTHS:
         raise unknown(f"curve {file}: unit", unit, LENGTHS)
     return float(UNITS[unit].factor)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
+from mechlab.files import write
 from mechlab.mechanism.geometry import Array
 from mechlab.study.workspace.grid import SLAB, Grid
 from mechlab.study.workspace.survey import Survey
@@ -60,19 +61,9 @@ def write_surface(shape: Surface, path: str | Path) -> Path:
     target = Path(path)
     if target.suffix.lower() not in KINDS:
         raise unknown("workspace surface: file type", target.suffix, KINDS)
-    target.parent.mkdir(parents=True, exist_ok=True)
     solid = trimesh.Trimesh(shape.vertices, shape.faces, process=False)
-    temporary = target.with_name(f".{target.name}.part")
-    try:
-        temporary.write_bytes(_bytes(solid.export(file_type=target.suffix.lower()[1:])))
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return target
-
-
-def _bytes(content: Any) -> bytes:
-    return content if isinstance(content, bytes) else str(content).encode()
+    content = solid.export(file_type=target.suffix.lower()[1:])
+    return write(target, content if isinstance(content, bytes) else str(content))
 
 
 def _marching_cubes() -> Any:

@@ -44,6 +44,7 @@ async function start() {
     view: (name) => rig.view(name),
     explorer,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
+    ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
     get arrows() { return layers.arrows.items; },
     get time() { return player.time; },
     get playing() { return player.playing; },

@@ -6,11 +6,21 @@ function section(title, ...content) {
   return make("section", {}, make("h2", {}, title), ...content);
 }
 
+/** What two runs that are compared were computed from differently. */
+function differences(story) {
+  const cells = (tag, words) => words.map((text) => make(tag, tag === "th" ? { scope: "col" } : {}, text));
+  const rows = story.differences.map(([what, ...values]) => make("tr", {}, make("th", { scope: "row" }, what), ...cells("td", values)));
+  return section("What differs", rows.length
+    ? make("table", { class: "differences" }, make("thead", {}, make("tr", {}, ...cells("th", ["", "this run", story.ghost.name]))), make("tbody", {}, ...rows))
+    : make("p", {}, "Mechanism, parameters, initial values, duration and settings are the same."));
+}
+
 function addPanel(story, holder) {
   const worst = ["error", "warning", "ok"].find((s) => story.health.some(([severity]) => severity === s));
   const verdict = { error: "Do not trust this result", warning: "Usable, with reservations", ok: "Every health check passed" }[worst];
   holder.append(make("header", {}, make("h1", {}, story.title), ...(story.summary ? [make("p", { class: "summary" }, story.summary)] : [])));
   if (worst) holder.append(make("p", { class: `verdict ${worst}` }, make("span", { class: "mark", "aria-hidden": "true" }, SEVERITIES[worst][0]), verdict));
+  if (story.ghost && story.ghost.shown) holder.append(differences(story));
   const plots = make("div", { id: "plots" });
   holder.append(plots);
   if (story.health.length) {

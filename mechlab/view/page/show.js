@@ -18,31 +18,44 @@ function addAxes(stage, marks) {
   });
 }
 
-/** A second, faint set of the moving parts. */
+/** A second, faint set of the moving parts; of another run with its own parts and paths. */
 class Ghost {
   constructor(stage, story, read) {
     this.motion = new Motion({ ...story, motion: story.ghost.motion }, read);
     this.holder = new THREE.Group();
     this.holder.name = "ghost";
     const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(0x5a6b82).convertSRGBToLinear(), transparent: true, opacity: 0.28, depthWrite: false, roughness: 1 });
+    const draw = (group, geometry, matrix) => {
+      const mesh = new THREE.Mesh(geometry, material);
+      mesh.matrixAutoUpdate = false;
+      mesh.matrix.copy(matrix);
+      group.add(mesh);
+    };
     this.groups = stage.groups.map((group, k) => {
       const copy = new THREE.Group();
       // What never moves apart from the original would only double it.
       const moves = story.motion[k].quaternion.count > 4 || story.ghost.motion[k].quaternion.count > 4;
-      for (const part of moves ? group.children : []) {
-        if (!part.isMesh) continue;
-        const mesh = new THREE.Mesh(part.geometry, material);
-        mesh.matrixAutoUpdate = false;
-        mesh.matrix.copy(part.matrix);
-        copy.add(mesh);
-      }
+      if (moves && !story.ghost.parts.length) for (const part of group.children) if (part.isMesh) draw(copy, part.geometry, part.matrix);
       this.holder.add(copy);
       return copy;
     });
+    const shapes = stage.shapesOf(story, read);
+    for (const part of story.ghost.parts) draw(this.groups[part.body], shapes[part.geometry].solid, new THREE.Matrix4().fromArray(part.placement));
+    this.traces = new Traces(stage, story.ghost, read, { done: 0.45, ahead: 0.12 });
+    this.paths = true;
     stage.root.add(this.holder);
   }
 
-  apply(time) { if (this.holder.visible) this.motion.apply(this.groups, time); }
+  show(on) { this.holder.visible = on; this.traces.show(on && this.paths); }
+
+  /** Whether its paths are shown too. */
+  showPaths(on) { this.paths = on; this.show(this.holder.visible); }
+
+  apply(time) {
+    if (!this.holder.visible) return;
+    this.motion.apply(this.groups, time);
+    this.traces.apply(this.motion.frame(time));
+  }
 }
 
 class Show {
@@ -83,9 +96,9 @@ function addShow(story, read, stage, traces, holder, redraw) {
   if (kinds.points.length) show.add("points", "names of points", kinds.points.length <= FEW, (on) => { wanted.points = on; });
   if (kinds.bodies.length) show.add("bodies", "names of parts", false, (on) => { wanted.bodies = on; });
   if (axes.length) show.add("axes", "joint axes", false, (on) => { wanted.axes = on && axes.length <= 2 * FEW; for (const axis of axes) axis.visible = on; });
-  if (story.traces.length || story.explore) show.add("traces", "paths of points", true, (on) => traces.show(on));
+  if (story.traces.length || story.explore) show.add("traces", "paths of points", true, (on) => { traces.show(on); if (layer.ghost) layer.ghost.showPaths(on); });
   if (arrows.items.length) show.add("arrows", "forces and torques", arrows.items.length <= 3, (on) => { arrows.shown = wanted.values = on; });
-  if (layer.ghost) show.add("ghost", `ghost: ${story.ghost.name}`, story.ghost.shown, (on) => { layer.ghost.holder.visible = on; });
+  if (layer.ghost) show.add("ghost", `ghost: ${story.ghost.name}`, story.ghost.shown, (on) => layer.ghost.show(on));
   holder.hidden = !show.list.children.length && !story.explore;
   return layer;
 }

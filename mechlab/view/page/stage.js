@@ -108,9 +108,9 @@ class Stage {
     this.addParts(story, read);
   }
 
-  addParts(story, read) {
+  shapesOf(story, read) {
     this.shapes = this.shapes || new Map();
-    const shapes = story.geometries.map((g) => {
+    return story.geometries.map((g) => {
       const key = `${g.positions.at} ${g.faces.at}`;
       if (this.shapes.has(key)) return this.shapes.get(key);
       const solid = new THREE.BufferGeometry();
@@ -124,6 +124,10 @@ class Stage {
       this.shapes.set(key, shape);
       return shape;
     });
+  }
+
+  addParts(story, read) {
+    const shapes = this.shapesOf(story, read);
     this.materials = this.materials || new Map();
     const materials = this.materials;
     for (const part of story.parts) {

@@ -16,7 +16,9 @@ const TRACE_COLORS = [0xc2185b, 0x00796b, 0x5e35b1, 0xb35900, 0x1565c0];
 const SIDES = 8;
 
 class Traces {
-  constructor(stage, story, read) {
+  /** opacity: of the way done and of the way ahead. */
+  constructor(stage, story, read, opacity = { done: 1, ahead: 0.22 }) {
+    this.opacity = opacity;
     this.tubes = [];
     this.group = new THREE.Group();
     stage.root.add(this.group);
@@ -42,8 +44,8 @@ class Traces {
       this.group.add(mesh);
       return mesh;
     };
-    tube(0.0022, 0.22);
-    this.tubes.push({ mesh: tube(0.004, 1), upTo });
+    tube(0.0022, this.opacity.ahead);
+    this.tubes.push({ mesh: tube(0.004, this.opacity.done), upTo });
   }
 
   show(on) { this.group.visible = on; }
