@@ -52,15 +52,15 @@ def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str 
 def generate(
     source: Source, values: Mapping[str, Any] | None = None, out: str | Path = "out", fidelity: str | None = None
 ) -> FilesResult:
-    """Model files, each reloaded by its consumer."""
+    """Model files, each reloaded by its consumer; the MJCF is run for a moment in plain MuJoCo, and says a smaller timestep or
+    another integrator where it needs one. Exit code 3 where none was found: the warning says what to do."""
     d = load(source, **dict(values or {}))
     m = d.mechanism(fidelity)
     from mechlab.study.files import write_verified
 
-    files = write_verified(m, out, d.file_settings)
-    return FilesResult(
-        Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings
-    )
+    made = write_verified(m, out, d.file_settings)
+    warnings = (*d.warnings, *made.trial.warnings)
+    return FilesResult(Path(out), made.files, made.sentence, warnings, made.trial.exit_code)
 
 
 def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pictures: bool = True) -> FilesResult:
@@ -72,10 +72,15 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
     from mechlab.study.sheet import model_sheet
 
     files: dict[str, Path] = {}
+    warnings: list[str] = []
+    code = 0
     for name in names or catalog.NAMES:
         d = load(name)
         folder = Path(out) / name
-        write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder, d.file_settings)
+        made = write_verified(d.mechanism(list(d.entry.fidelities)[-1]), folder, d.file_settings)
+        code = max(code, made.trial.exit_code)
+        warnings += [f"{name}: {w}" for w in made.trial.warnings]
+        _remove_unnamed_meshes(folder, made.files["mjcf"])
         sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
         (folder / "README.md").write_text(sheet)
         if pictures:
@@ -86,7 +91,17 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
         files[name] = folder
     if pictures:
         files["gallery"] = _gallery_picture(Path(out))
-    return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)")
+    return FilesResult(Path(out), files, made.sentence, tuple(warnings), code)
+
+
+def _remove_unnamed_meshes(folder: Path, model: Path) -> None:
+    """Meshes that an earlier run wrote there and the model does not name any more."""
+    from mechlab.shapes.files import HEADER
+
+    text = model.read_text("utf-8")
+    for mesh in (folder / "meshes").glob("*.obj"):
+        if f'"meshes/{mesh.name}"' not in text and mesh.read_text("utf-8").startswith(HEADER):
+            mesh.unlink()
 
 
 def _gallery_picture(folder: Path) -> Path:

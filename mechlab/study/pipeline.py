@@ -23,7 +23,8 @@ def pipeline(
     out = Path(out)
     level = fidelity or _richest(design)
     progress(f"files of fidelity {level}")
-    files = dict(write_verified(design.mechanism(level), out, design.file_settings))
+    made = write_verified(design.mechanism(level), out, design.file_settings)
+    files = dict(made.files)
     progress("checks, each with its witnesses")
     checks = run_checks([design])
     progress(f"simulation of scene {design.entry.default_scene}")
@@ -31,7 +32,7 @@ def pipeline(
     files["recording"] = save_recording(simulation.recording, out / "run.npz")
     progress("page")
     files["page"] = page(design, simulation, out / f"{design.name}.html")
-    return RunResult(out, files, checks, simulation, design.warnings)
+    return RunResult(out, files, checks, simulation, (*design.warnings, *made.trial.warnings), made.trial.exit_code)
 
 
 def _richest(design: Design) -> str:
