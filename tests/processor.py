@@ -3,16 +3,16 @@
 `python -m tests.processor` prints the settings as NAME=VALUE, a line each, for `env`.
 """
 
-import os
 import platform
-from collections.abc import Mapping
 
 import numpy as np
+
+NAMES = ("NPY_DISABLE_CPU_FEATURES", "OPENBLAS_CORETYPE", "GLIBC_TUNABLES")
 
 
 def older() -> dict[str, str]:
     """Environment variables: numpy without any feature that it found here beyond those it was built for, OpenBLAS for a
-    processor that all of this kind can stand in for, the C library's functions without fused multiply-add."""
+    processor of the oldest kind that it has code for, the C library's functions without fused multiply-add."""
     found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     settings = {"NPY_DISABLE_CPU_FEATURES": " ".join(found)} if found else {}
     if platform.machine().lower() in ("x86_64", "amd64"):
@@ -21,11 +21,6 @@ def older() -> dict[str, str]:
     elif platform.machine().lower() in ("aarch64", "arm64"):
         settings["OPENBLAS_CORETYPE"] = "ARMV8"
     return settings
-
-
-def environment(settings: Mapping[str, str]) -> dict[str, str]:
-    """This process's environment with these settings, and without those of `older` that are not among them."""
-    return {k: v for k, v in os.environ.items() if k not in older()} | dict(settings)
 
 
 if __name__ == "__main__":
