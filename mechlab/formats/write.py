@@ -77,7 +77,8 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
     from mechlab.shapes import mesh, write_obj
 
     owned = [(GROUND, s) for s in m.ground_shapes]
-    owned += [(x.name, s) for x in (*m.bodies, *m.shafts) for s in x.shapes]
+    owned += [(b.name, s) for b in m.bodies for s in b.shapes]
+    owned += [(x.name, s) for x in m.shafts for s in x.shapes]
     files: dict[Shape, str] = {}
     written: list[tuple[Shape, str]] = []
     for owner, item in owned:
