@@ -98,9 +98,13 @@ def _integrator(s: Settings) -> str:
 
 
 def _trouble(m: Mechanism, settings: Settings) -> Symptom | None:
-    """What goes wrong with the file that these settings make; None when it runs."""
-    with compiling():
-        model = mujoco.MjModel.from_xml_string(to_mjcf(m, settings))
+    """What goes wrong with the file that these settings make; None when it runs, and for one that MuJoCo refuses, which
+    whoever reloads the written file says with its name."""
+    try:
+        with compiling():
+            model = mujoco.MjModel.from_xml_string(to_mjcf(m, settings))
+    except ValueError:
+        return None
     return run_trouble(model)
 
 
