@@ -58,15 +58,15 @@ def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str 
 def generate(
     source: Source, values: Mapping[str, Any] | None = None, out: str | Path = "out", fidelity: str | None = None
 ) -> FilesResult:
-    """Model files, each reloaded by its consumer."""
+    """Model files, each reloaded by its consumer; the MJCF is run for a moment in plain MuJoCo, and says a smaller timestep or
+    another integrator where it needs one. Exit code 3 where none was found: the warning says what to do."""
     d = load(source, **dict(values or {}))
     m = d.mechanism(fidelity)
     from mechlab.study.files import write_verified
 
-    files = write_verified(m, out, d.file_settings)
-    return FilesResult(
-        Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)", d.warnings
-    )
+    made = write_verified(m, out, d.file_settings)
+    warnings = (*d.warnings, *made.trial.warnings)
+    return FilesResult(Path(out), made.files, made.sentence, warnings, made.trial.exit_code)
 
 
 def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pictures: bool = True) -> FilesResult:
@@ -78,10 +78,15 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
     from mechlab.study.sheet import model_sheet
 
     files: dict[str, Path] = {}
+    warnings: list[str] = []
+    code = 0
     for name in names or catalog.NAMES:
         d = load(name)
-        with whole_folder(Path(out) / name) as stage:
-            write_verified(d.mechanism(list(d.entry.fidelities)[-1]), stage, d.file_settings)
+        folder = Path(out) / name
+        with whole_folder(folder) as stage:
+            made = write_verified(d.mechanism(list(d.entry.fidelities)[-1]), stage, d.file_settings)
+            code = max(code, made.trial.exit_code)
+            warnings += [f"{name}: {w}" for w in made.trial.warnings]
             sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
             write(stage / "README.md", sheet)
             if pictures:
@@ -89,10 +94,21 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
 
                 view(name, png=stage / "picture.png")
                 write_motion_svg(story(simulate(name)), stage / "motion.svg")
-        files[name] = Path(out) / name
+        _remove_unnamed_meshes(folder)
+        files[name] = folder
     if pictures:
         files["gallery"] = _gallery_picture(Path(out))
-    return FilesResult(Path(out), files, "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)")
+    return FilesResult(Path(out), files, made.sentence, tuple(warnings), code)
+
+
+def _remove_unnamed_meshes(folder: Path) -> None:
+    """Meshes that an earlier run wrote there and the model does not name any more."""
+    from mechlab.shapes.files import HEADER
+
+    text = (folder / f"{folder.name}.xml").read_text("utf-8")
+    for mesh in (folder / "meshes").glob("*.obj"):
+        if f'"meshes/{mesh.name}"' not in text and mesh.read_text("utf-8").startswith(HEADER):
+            mesh.unlink()
 
 
 def _gallery_picture(folder: Path) -> Path:

@@ -6,9 +6,9 @@ Everything is written into a temporary folder and read back there; only then it 
 
 from __future__ import annotations
 
-import hashlib
+import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from mechlab.errors import MechlabError
@@ -20,9 +20,12 @@ from mechlab.formats.mjcf_scene import scene_mjcf
 from mechlab.formats.solids import primitive
 from mechlab.formats.urdf import to_urdf, urdf_map
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND
 from mechlab.mechanism.shape import Shape
 
 MESHES = "meshes"
+SAME_SIZE = 1e-9
+"""Relative difference of sizes below which two solids share a mesh: the digits that an OBJ holds."""
 Verify = Callable[[Path, Mechanism], None]
 
 
@@ -61,21 +64,46 @@ def _write(m: Mechanism, folder: Path, settings: Settings | None) -> dict[str, s
 
 
 def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
-    """Write one OBJ for each different solid that is no primitive; returns shape -> file, relative to `folder`."""
+    """Write one OBJ for each different solid that is no primitive; returns shape -> file, relative to `folder`.
+
+    A file is called after the kind of solid and the first body or shaft that has it. Sizes within `SAME_SIZE` of each
+    other are one solid: so neither names nor sharing hang on the last bits of computed sizes, which differ between
+    processors.
+    """
     from mechlab.shapes import mesh, write_obj
 
-    shapes = [*m.ground_shapes, *(s for b in m.bodies for s in b.shapes), *(s for x in m.shafts for s in x.shapes)]
-    wanted = [s for s in shapes if primitive(s) is None]
-    if wanted:
-        (folder / MESHES).mkdir(exist_ok=True)
+    owned = [(GROUND, s) for s in m.ground_shapes]
+    owned += [(b.name, s) for b in m.bodies for s in b.shapes]
+    owned += [(x.name, s) for x in m.shafts for s in x.shapes]
     files: dict[Shape, str] = {}
-    for item in wanted:
-        key = hashlib.sha256(repr((item.kind, item.size)).encode()).hexdigest()[:8]
-        file = f"{MESHES}/{item.kind}_{key}.obj"
-        files[item] = file
-        if not (folder / file).exists():
+    written: list[tuple[Shape, str]] = []
+    for owner, item in owned:
+        if primitive(item) is not None:
+            continue
+        file = next((f for other, f in written if _same_solid(item, other)), None)
+        if file is None:
+            (folder / MESHES).mkdir(exist_ok=True)
+            file = _free_name(f"{MESHES}/{item.kind}_{owner}", [f for _, f in written])
             write_obj(mesh(item.kind, item.parameters), folder / file)
+            written.append((item, file))
+        files[item] = file
     return files
+
+
+def _same_solid(a: Shape, b: Shape) -> bool:
+    """The same kind, and the same sizes but for rounding."""
+    if a.kind != b.kind or a.parameters.keys() != b.parameters.keys():
+        return False
+    scale = max((abs(x) for x in a.parameters.values()), default=0.0)
+    return all(abs(x - b.parameters[k]) <= SAME_SIZE * scale for k, x in a.parameters.items())
+
+
+def _free_name(stem: str, taken: Sequence[str]) -> str:
+    """stem.obj, or stem_2.obj and so on, also where small and capital letters are one; ASCII, for every file system."""
+    stem = re.sub(r"[^A-Za-z0-9_./-]", "_", stem)
+    folded = {f.lower() for f in taken}
+    names = (f"{stem}{end}.obj" for end in ("", *(f"_{k}" for k in range(2, len(folded) + 3))))
+    return next(n for n in names if n.lower() not in folded)
 
 
 def check_texts(folder: Path, m: Mechanism) -> None:

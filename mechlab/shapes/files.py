@@ -10,6 +10,9 @@ from mechlab.files import write
 from mechlab.shapes.shading import crisp
 from mechlab.shapes.solid import Mesh
 
+HEADER = "# mechlab mesh, metres"
+"""First line of an OBJ."""
+
 
 def stl_bytes(mesh: Mesh) -> bytes:
     """Binary STL: 80 bytes of header, the count, then 50 bytes a triangle (float32: good enough for the eye)."""
@@ -23,7 +26,7 @@ def stl_bytes(mesh: Mesh) -> bytes:
 def obj_text(mesh: Mesh) -> str:
     """Wavefront OBJ with split vertices and their normals, so that viewers keep the sharp edges sharp."""
     split = crisp(mesh)
-    lines = ["# mechlab mesh, metres"]
+    lines = [HEADER]
     lines += ["v " + _numbers(p) for p in split.vertices]
     lines += ["vn " + _numbers(n) for n in np.round(split.normals, 6) + 0.0]
     lines += ["f " + " ".join(f"{i}//{i}" for i in face) for face in (split.faces + 1).tolist()]

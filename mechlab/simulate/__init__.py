@@ -5,4 +5,14 @@ from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.runner import run
 from mechlab.simulate.solve_newton import accelerations_of, assemble, frame_motion, rates
 
-__all__ = ["MujocoMap", "MujocoPlant", "accelerations_of", "assemble", "equality_jacobian", "frame_motion", "rates", "run", "to_mujoco"]
+__all__ = [
+    "MujocoMap",
+    "MujocoPlant",
+    "accelerations_of",
+    "assemble",
+    "equality_jacobian",
+    "frame_motion",
+    "rates",
+    "run",
+    "to_mujoco",
+]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, make_dataclass, replace
 from fractions import Fraction
@@ -76,10 +77,17 @@ class Design:
         return to_pinocchio(m).model, ConstraintSet(m)
 
     def save(self, out: Any, fidelity: str | None = None) -> dict[str, Any]:
-        """Write NAME.xml, scene.xml, NAME.urdf, NAME.json and geometry; each is reloaded by its consumer first."""
+        """Write NAME.xml, scene.xml, NAME.urdf, NAME.json and geometry; each is reloaded by its consumer first.
+
+        Warns (UserWarning) where NAME.xml says another timestep or integrator than `file_settings`, because it needs that to
+        run in plain MuJoCo, or where none was found with which it runs.
+        """
         from mechlab.study.files import write_verified
 
-        return write_verified(self.mechanism(fidelity), out, self.file_settings)
+        made = write_verified(self.mechanism(fidelity), out, self.file_settings)
+        for text in made.trial.warnings:
+            warnings.warn(f"{self.name}: {text}", stacklevel=2)
+        return made.files
 
     @property
     def file_settings(self) -> Settings:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +13,31 @@ from mechlab.experiment.settings import Settings
 from mechlab.formats import from_json, write_files
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 
+if TYPE_CHECKING:
+    from mechlab.study.file_trial import FileTrial
 
-def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | None = None) -> dict[str, Path]:
-    """Write the files of a mechanism into `out` and return them by kind; nothing is left behind when one is refused.
 
-    settings: timestep, integrator and hardness that the MJCF file says (default: the preset accurate).
+@dataclass(frozen=True)
+class Written:
+    """The files by kind, and what a moment of the MJCF in plain MuJoCo showed."""
+
+    files: dict[str, Path]
+    trial: FileTrial
+
+    @property
+    def sentence(self) -> str:
+        """What was done with the files before they were handed out."""
+        done = "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)"
+        if self.trial.exit_code:
+            return f"{done}, but the MJCF does not come through a trial run in plain MuJoCo"
+        return f"{done}; the MJCF came through a trial run in plain MuJoCo"
+
+
+def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | None = None) -> Written:
+    """Write the files of a mechanism into `out`; nothing is left behind when one is refused.
+
+    settings: timestep, integrator and hardness that the MJCF file says (default: the preset accurate). Where plain MuJoCo
+    does not come through a moment of the file with them, the file says others; see `mechlab.study.file_trial`.
 
     Raises MechlabError naming the file and its consumer.
     """
@@ -24,9 +45,12 @@ def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | N
     def reload(folder: Path, m: Mechanism) -> None:
         verify(m, folder)
 
-    written = write_files(mechanism, Path(out), settings, verify=reload)
+    from mechlab.study.file_trial import try_file
+
+    trial = try_file(mechanism, settings)
+    written = write_files(mechanism, Path(out), trial.settings, verify=reload)
     folders = {kind.partition("/")[0]: path for kind, path in written.items()}
-    return {kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}
+    return Written({kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}, trial)
 
 
 def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:

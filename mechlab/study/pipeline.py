@@ -28,7 +28,8 @@ def pipeline(
     level = fidelity or _richest(design)
     with whole_folder(out) as stage:
         progress(f"files of fidelity {level}")
-        files = dict(write_verified(design.mechanism(level), stage, design.file_settings))
+        made = write_verified(design.mechanism(level), stage, design.file_settings)
+        files = dict(made.files)
         progress("checks, each with its witnesses")
         checks = run_checks([design])
         progress(f"simulation of scene {design.entry.default_scene}")
@@ -37,7 +38,7 @@ def pipeline(
         progress("page")
         files["page"] = page(design, simulation, stage / f"{design.name}.html")
     placed = {kind: out / path.relative_to(stage) for kind, path in files.items()}
-    return RunResult(out, placed, checks, simulation, design.warnings)
+    return RunResult(out, placed, checks, simulation, (*design.warnings, *made.trial.warnings), made.trial.exit_code)
 
 
 def _richest(design: Design) -> str:

@@ -181,11 +181,12 @@ class RunResult(Told):
     checks: Any
     simulation: SimulateResult
     warnings: tuple[str, ...] = ()
+    files_code: int = 0
 
     @property
     def exit_code(self) -> int:
-        """3 when a check failed or the run must not be trusted."""
-        return max(self.checks.exit_code, self.simulation.exit_code)
+        """3 when a check failed, the run must not be trusted, or the model file does not run in plain MuJoCo."""
+        return max(self.checks.exit_code, self.simulation.exit_code, self.files_code)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""

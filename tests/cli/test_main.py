@@ -329,7 +329,7 @@ def command_line(*arguments: str) -> list[str]:
 def test_a_reader_that_goes_away_is_no_error() -> None:
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(command_line("--help"), stdout=write, stderr=subprocess.PIPE, timeout=60)
+    done = subprocess.run(command_line("--help"), stdout=write, stderr=subprocess.PIPE, timeout=300)
     os.close(write)
     assert (done.returncode, done.stderr) == (0, b"")
 
@@ -346,6 +346,6 @@ def test_native_output_stays_out_of_the_document(tmp_path: Path) -> None:
         "from mechlab.cli import main\n"
         "sys.exit(main(['list', '--json']))\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["status"] == "fine" and done.stderr == "native"

@@ -11,6 +11,7 @@ from mechanism_zoo import ALL, arm, fourbar, planetary
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.formats import from_json, load_recording, save_recording, scene_mjcf, write_files
+from mechlab.mechanism import Builder, Inertia, revolute, shape
 
 
 def listing(folder):
@@ -63,6 +64,39 @@ def test_the_same_byte_for_byte(tmp_path):
     write_files(fourbar(), tmp_path / "b")
     write_files(fourbar(), tmp_path / "b")
     assert listing(tmp_path / "a") == listing(tmp_path / "b")
+
+
+def wheels(*sizes, names=None):
+    """A row of gears of these modules [m]."""
+    b = Builder("wheels")
+    for k, size in enumerate(sizes):
+        name = names[k] if names else f"wheel_{k}"
+        gear = shape("spur_gear", module=size, teeth=12, width=0.01)
+        b.body(name, revolute(f"turn_{k}"), inertia=Inertia.cylinder(1, 0.02, 0.01), shapes=[gear])
+    return b.build()
+
+
+def mesh_names(folder, *sizes, names=None):
+    write_files(wheels(*sizes, names=names), folder)
+    return sorted(p.name for p in (folder / "meshes").iterdir())
+
+
+def test_names_and_sharing_of_meshes_do_not_hang_on_the_last_bits_of_sizes(tmp_path):
+    """Computed sizes differ by that between processors."""
+    size, other = 0.0416, 0.0417
+    above = np.nextafter(size, 1.0)
+    expected = ["spur_gear_wheel_0.obj", "spur_gear_wheel_2.obj"]
+    assert mesh_names(tmp_path / "a", size, size, other) == expected
+    assert mesh_names(tmp_path / "b", above, size, other) == expected
+    assert mesh_names(tmp_path / "c", size, above, np.nextafter(other, 0.0)) == expected
+    assert len(mesh_names(tmp_path / "d", size, size * (1 + 1e-6))) == 2
+
+
+def test_meshes_of_bodies_that_differ_in_capitals_or_letters_beyond_ascii_have_files_of_their_own(tmp_path):
+    assert mesh_names(tmp_path, 0.01, 0.02, 0.03, 0.04, names=["A", "a", "\u00e4", "\u00f6"]) == [
+        "spur_gear_A.obj", "spur_gear__.obj", "spur_gear___2.obj", "spur_gear_a_2.obj",
+    ]  # fmt: skip
+    assert mujoco.MjModel.from_xml_path(str(tmp_path / "wheels.xml")).nmesh == 4
 
 
 def test_other_files_stay(tmp_path):

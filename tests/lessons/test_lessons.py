@@ -54,6 +54,7 @@ def test_is_a_valid_notebook_without_network_or_files(path: Path) -> None:
         assert (FOLDER / target).is_file(), target
 
 
+@pytest.mark.machine
 @pytest.mark.parametrize("path", LESSONS, ids=lambda p: p.stem)
 def test_kept_outputs_are_current(path: Path, ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     """Words to the letter; numbers to 1 %, and not below 1e-4, where the last digits of a residual are the machine's."""

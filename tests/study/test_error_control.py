@@ -20,6 +20,8 @@ from mechlab.study.error_control.energy_method import EnergyMotion
 from mechlab.study.error_control.rows import BatchRows
 from mechlab.study.methods import Problem
 
+pytestmark = pytest.mark.machine
+
 DEFAULTS = [
     ("pendulum", {}),
     ("n_fourbar", {}),

@@ -14,6 +14,8 @@ import mechlab as ml
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.settings import PRESETS, Settings
 
+pytestmark = pytest.mark.machine
+
 ROWS = (
     ("andrews", "", 0.02), ("slider_crank", "", 0.5), ("fourbar", "constant-torque", 0.6),
 )  # fmt: skip

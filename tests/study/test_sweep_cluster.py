@@ -13,10 +13,21 @@ from mechlab.values import Range
 distributed = pytest.importorskip("distributed")
 
 
+pytestmark = [pytest.mark.slow, pytest.mark.machine]
+
+
 @pytest.fixture(scope="module")
 def cluster():
-    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None) as made:
+    """The scheduler serves HTTP even without a dashboard: at any free port, for 8787 may be taken."""
+    processes = {"n_workers": 3, "threads_per_worker": 1, "processes": True}
+    with distributed.LocalCluster(**processes, dashboard_address="127.0.0.1:0") as made:
         yield made
+
+
+def test_another_dask_may_hold_its_usual_port(cluster) -> None:
+    with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
+        services = client.scheduler_info()["services"]
+    assert 8787 not in services.values()
 
 
 def workers(cluster) -> dict[str, int]:
@@ -24,7 +35,6 @@ def workers(cluster) -> dict[str, int]:
         return client.run(os.getpid)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL to send")
 def test_a_killed_worker_loses_nothing_and_the_numbers_are_the_local_ones(cluster, tmp_path) -> None:
     file = tmp_path / "swing.py"
@@ -52,7 +62,6 @@ def test_a_killed_worker_loses_nothing_and_the_numbers_are_the_local_ones(cluste
     assert there.counts["good"] == 90 and there.counts["bad_input"] == 6 and there.evaluated == 96
 
 
-@pytest.mark.slow
 def test_closed_forms_and_rollouts_on_the_cluster_have_the_same_bits(cluster) -> None:
     fixed = {"z": 0.0, "alpha": 0.1, "beta": 0.0, "gamma": 0.0}
     for source, values, options in (

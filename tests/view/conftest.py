@@ -19,6 +19,9 @@ BROWSER_ARGUMENTS = (
     "--use-angle=swiftshader --enable-unsafe-swiftshader --ignore-gpu-blocklist"
 ).split()
 
+PATIENCE = 300.0
+"""Seconds to wait for a browser: a net under a page that hangs, far above what a busy machine takes."""
+
 BOX_FACES = np.array(
     [
         [0, 2, 1],
@@ -120,6 +123,7 @@ def look(browser: Any) -> Iterator[Callable[..., Any]]:
 
     def open_page(url: str, offline: bool = True, width: int = 400, height: int = 300) -> Any:
         page = browser.new_context(offline=offline, viewport={"width": width, "height": height}).new_page()
+        page.set_default_timeout(1000.0 * PATIENCE)
         pages.append(page)
         page.errors, page.requests = [], []
         page.on("console", lambda message: page.errors.append(message.text) if message.type == "error" else None)
@@ -136,7 +140,7 @@ def look(browser: Any) -> Iterator[Callable[..., Any]]:
     assert errors == []
 
 
-def wait_until(page: Any, condition: str, seconds: float = 60.0) -> None:
+def wait_until(page: Any, condition: str, seconds: float = PATIENCE) -> None:
     """Waits for a JavaScript condition, also while the page reloads. (The browser's own waiting needs `eval`, which the
     page's policy forbids.)"""
     end = time.monotonic() + seconds

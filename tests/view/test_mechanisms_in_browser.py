@@ -130,13 +130,14 @@ def test_runs_without_a_common_body_are_refused() -> None:
         api.story(api.simulate("fourbar", duration=0.1), against=api.simulate(rocker, duration=0.1))
 
 
-def test_names_do_not_cover_each_other(look: Callable[..., Any], tmp_path: Path) -> None:
+def test_names_do_not_cover_each_other(look: Callable[..., Any], until: Callable[..., None], tmp_path: Path) -> None:
     page = look(write_page(run_of("fourbar"), tmp_path / "page.html").as_uri(), width=900, height=600)
     page.locator("#show summary").click()
     for box in page.locator("#show input").all():
         box.check()
     page.evaluate("lab.seek(0.7)")
-    page.wait_for_timeout(200)
+    until(page, "[...document.querySelectorAll('.label')].filter(e => !e.hidden).length >= 8")
+    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")  # drawn once more
     boxes = page.locator(".label").evaluate_all(
         "all => all.filter(e => !e.hidden).map(e => { const r = e.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; })"
     )

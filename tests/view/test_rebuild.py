@@ -33,7 +33,7 @@ def talk(server: Server, conversation: Callable[[Any], Awaitable[None]], **heade
     async def work() -> None:
         request = httpclient.HTTPRequest(f"ws://127.0.0.1:{server.port}/live", headers=headers)
         socket = await websocket.websocket_connect(request)
-        await asyncio.wait_for(conversation(socket), 60.0)
+        await asyncio.wait_for(conversation(socket), 300.0)
         socket.close()
         while await socket.read_message() is not None:  # until the other side has closed too
             pass

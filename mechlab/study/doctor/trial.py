@@ -116,19 +116,26 @@ def _start(model: mujoco.MjModel, size: float, h: float, each: int) -> Start:
     qpos, qvel, ctrl = np.array(data.qpos), np.array(data.qvel), np.array(data.ctrl)
     if _extent(_run(model, (qpos, qvel, ctrl), h, OUTPUTS, each)[0]) > STILL * size:
         return qpos, qvel, ctrl
-    mujoco.mj_forward(model, data)
-    weight = float(np.linalg.norm(model.opt.gravity)) or 9.81
     if not np.any(qvel):
-        rows = Rows(model, qpos)
-        _, jacobian = rows.at(qpos)
-        basis = null_space(jacobian)
-        if basis.shape[1]:
-            mass = np.zeros((model.nv, model.nv))
-            mujoco.mj_fullM(rows.model, rows.data, mass)
-            v = basis @ np.random.default_rng(1).standard_normal(basis.shape[1])
-            total = float(model.body_mass.sum())
-            qvel = v * np.sqrt(PUSH * total * weight * size / max(float(v @ mass @ v), 1e-300))
+        mujoco.mj_forward(model, data)
+        qvel = free_push(model, qpos, size)
     return qpos, qvel, ctrl
+
+
+def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
+    """(nv,) rates along all motions that the equality rows allow, of twice the energy PUSH x weight x size; zero where
+    nothing can move. size [m]: that of the model."""
+    rows = Rows(model, qpos)
+    _, jacobian = rows.at(qpos)
+    basis = null_space(jacobian)
+    if not basis.shape[1]:
+        return np.zeros(model.nv)
+    weight = float(np.linalg.norm(model.opt.gravity)) or 9.81
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(rows.model, rows.data, mass)
+    v = basis @ np.random.default_rng(1).standard_normal(basis.shape[1])
+    total = float(model.body_mass.sum())
+    return np.asarray(v * np.sqrt(PUSH * total * weight * size / max(float(v @ mass @ v), 1e-300)))
 
 
 def _run(model: mujoco.MjModel, start: Start, h: float, outputs: int, each: int, better: str = "") -> tuple[Array, str]:
