@@ -9,9 +9,12 @@ of how fast runs converge, 1 / (2^p - 1) for a step twice as large with a method
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from mechlab.experiment.health import Finding, Health
 from mechlab.experiment.recording import Recording
 
 SAME_TIME = 1e-9
@@ -30,12 +33,26 @@ def differences(fine: Recording, coarse: Recording, factor: float) -> dict[str, 
     reaches = len(mine) > 1 and mine[-1] == len(fine.t) - 1 or len(fine.t) == 1 == len(mine)
     out = {}
     for name, values in fine.channels.items():
-        if not reaches or name not in coarse.channels:
+        if not reaches or name not in coarse.channels or not math.isfinite(factor):
             out[name] = math.inf
             continue
         a, b = np.asarray(values, dtype=float), np.asarray(coarse.channels[name], dtype=float)[other]
         out[name] = largest_difference(a[mine], b, factor) + UNITS * _size(a)
     return out
+
+
+def with_errors(recording: Recording, others: Sequence[tuple[Recording, float]]) -> Recording:
+    """The recording with the error of every channel: the sum over the others of their `differences`, each with its factor.
+    Infinite where there are none; the finding "channel_errors" names the channels of which no error could be told."""
+    found = [differences(recording, other, factor) for other, factor in others]
+    errors = {n: sum(x[n] for x in found) if found else math.inf for n in recording.channels}
+    unknown = [n for n, e in errors.items() if not math.isfinite(e)]
+    if not unknown:
+        return replace(recording, errors=errors)
+    which = "any channel" if len(unknown) == len(errors) else ", ".join(unknown)
+    text = f"the error of {which} could not be estimated: no second run tells it"
+    finding = Finding("channel_errors", float(len(unknown)), 0.0, "channels", "warning", text)
+    return replace(recording, errors=errors, health=recording.health + Health((finding,)))
 
 
 def shared_times(a: Recording, b: Recording) -> tuple[np.ndarray, np.ndarray]:
