@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechlab import api
-from mechlab.experiment.channel_errors import differences
+from mechlab.experiment.channel_errors import differences, with_errors
 from mechlab.experiment.recording import Recording
 
 MECHANISM = api.load("pendulum").mechanism()
@@ -42,3 +42,15 @@ def test_what_cannot_be_compared_has_an_infinite_error():
     assert found["x"] < 1e-14 and math.isinf(found["y"]) and math.isinf(found["z"])
     # not a number at the same times in both, as of an angle that does not exist there
     assert differences(fine, fine, 1.0)["z"] < 1e-14
+
+
+def test_parts_of_an_error_add_up_and_what_no_other_run_tells_is_infinite_and_said():
+    t = np.linspace(0.0, 1.0, 11)
+    run = recording(t, x=t, y=t)
+    other, third = recording(t, x=t + 0.1, y=t), recording(t, x=t - 0.01)
+    found = with_errors(run, [(other, 1.0), (third, 2.0)])
+    assert found.errors["x"] == pytest.approx(0.12) and math.isinf(found.errors["y"])
+    (finding,) = found.health.findings
+    assert finding.severity == "warning" and "the error of y could not be estimated" in finding.sentence
+    assert "any channel" in with_errors(run, []).health.findings[0].sentence
+    assert not with_errors(run, [(other, 1.0)]).health.findings
