@@ -68,7 +68,7 @@ OTHER_LAW = 3e-6
 def row_count(mechanism: Mechanism) -> int:
     """Rows of all loops, relations and dry friction, as if none repeated another."""
     m = mechanism
-    rough = sum(bool(x.friction) for x in (*m.joints, *m.shafts))
+    rough = sum(bool(x.friction) for x in m.joints) + sum(bool(x.friction) for x in m.shafts)
     return sum(LOOP_ROWS[x.kind] for x in m.loops) + len(m.relations) + rough
 
 

@@ -56,7 +56,8 @@ def run_scene(
 
     max_error: method, timestep and constraint settings are chosen, and the error of the tracked quantities is estimated and
     checked (`mechlab.study.error_control`); with a given engine or settings only the timestep is halved until the run
-    changes by less. The estimate stands in the health record, as an error when it is not reached.
+    changes by less. The estimate stands in the health record, as an error when it is not reached; the error of every channel,
+    controlled or not, stands in `errors`.
     estimate: whether a run with fixed steps carries its "step_error", which takes more runs.
     fidelity "auto": the cheapest that answers what the scene needs; the finding "fidelity" says why.
     Raises MechlabError for unknown names and engines that cannot run the scene.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,9 +18,12 @@ import mechlab as ml
 from mechlab.errors import MechlabError
 from mechlab.experiment.channel_errors import largest_difference, shared_times
 from mechlab.experiment.recording import Recording
+from mechlab.study.design import Design
 
 SHARP = 1e-9
 UNDERSTATED = 3.0
+OWN = 1e-8
+"""What own equations leave open, relative to the size of a channel."""
 SCENES: tuple[tuple[str, str | None, float | None, dict[str, float]], ...] = (
     ("pendulum", None, 4.0, {}), ("slider_crank", None, None, {}), ("n_fourbar", None, 3.0, {"N": 3}), ("andrews", None, None, {}),
     ("bricard", None, 2.0, {}), ("flyball", None, 1.0, {}), ("fivebar", "driven-crank", 1.0, {}), ("fivebar", "free-run", 1.0, {}),
@@ -39,6 +43,15 @@ def compared(run: Recording, truth: Recording) -> Iterator[tuple[str, float, flo
             yield name, run.errors[name], largest_difference(values[mine], truth.channels[name][other])
 
 
+def sharp(design: Design, scene: str | None, duration: float | None) -> Recording:
+    """The scene at SHARP; where that is not reached, by the entry's own equations if it has them."""
+    found = ml.simulate(design, scene=scene, duration=duration, max_error=SHARP)
+    if found.health.trusted or design.entry.reference is None:
+        return found
+    own = ml.simulate(design, scene=scene, duration=duration, engine="analytic")
+    return replace(own, errors={n: OWN * float(np.max(np.abs(x))) for n, x in own.channels.items()})
+
+
 def main(target: float = 1e-3, *names: str) -> None:
     """Print the table."""
     understated = channels = 0
@@ -48,13 +61,13 @@ def main(target: float = 1e-3, *names: str) -> None:
         told = f"{name} {scene or ''} {duration or ''}"
         try:
             design = ml.load(name, **parameters)
-            run, truth = (ml.simulate(design, scene=scene, duration=duration, max_error=x) for x in (target, SHARP))
+            run = ml.simulate(design, scene=scene, duration=duration, max_error=target)
+            truth = sharp(design, scene, duration)
         except MechlabError as why:
             print(f"{told}: {why}", flush=True)
             continue
-        print(
-            f"{told}: {run.settings.integrator} exit {run.health.exit_code}; truth {truth.settings.integrator} exit {truth.health.exit_code}"
-        )
+        ways = [f"{x.settings.engine} {x.settings.integrator} exit {x.health.exit_code}" for x in (run, truth)]
+        print(f"{told}: {ways[0]}; truth {ways[1]}")
         for channel, stated, true in compared(run, truth):
             own = truth.errors.get(channel, math.inf)
             ratio = stated / true if true > 0.0 else math.inf

@@ -97,18 +97,18 @@ def _ways(problem: Problem, used: str, fastest: float, sharp: bool) -> Iterator[
         method = _registered(rule, problem)
         if method is None:
             continue
+        price = method.price(problem)
         if rule.control == "tolerance":
             looser = 1.0 if sharp else 10.0
             coarse, fine = RULES.check_tolerances
-            work = FIRST_INTERVAL * rule.evaluations * method.price(problem)
-            yield _Way(method, (looser * coarse, looser * fine), work)
+            yield _Way(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.evaluations * price)
             continue
         fewer = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
         for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):
             if each > most_steps:
                 continue
-            yield _Way(method, (between / each, 0.5 * between / each), 3.0 * each * method.price(problem))
+            yield _Way(method, (between / each, 0.5 * between / each), 3.0 * each * price)
 
 
 def _round(count: float) -> int:

@@ -167,7 +167,11 @@ class Ladder:
         q, v = self.tables[-2][-1]
         yield Neighbour(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
         if self.recaptured is not None and self.recaptured.complete:
-            yield Neighbour(RULES.safety * 2.0, self.settings, self.recaptured.q, self.recaptured.v, captured=HALF)
+            # beside the plain run, not the extrapolated one, which is another
+            other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
+            yield Neighbour(
+                2.0 * RULES.safety, self.settings, q + other.q - plain.q, v + other.v - plain.v, captured=HALF
+            )
 
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s]; both count, CPU time too."""

@@ -18,6 +18,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import passive_force
+from mechlab.study.error_control.batch import BatchTree
 from mechlab.study.error_control.result import Result
 from mechlab.study.one_freedom import OneFreedomPlant
 
@@ -42,7 +43,8 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequence[f
         q, v, a = states.q, states.v, states.a
     else:
         q, v, a = _between(mechanism, scene, result, t, every)
-    channels, units = basic_channels(mechanism, q, v)
+    simple = mechanism.joints and all(j.nv == 1 for j in mechanism.joints)
+    channels, units = basic_channels(mechanism, q, v, BatchTree(mechanism).frame_positions(q) if simple else None)
     for name in mechanism.scalar_names:
         channels[f"{name}_accel"] = a @ mechanism.row(name)
         units[f"{name}_accel"] = f"{units[name]}/s2"
