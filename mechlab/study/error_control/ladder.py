@@ -166,12 +166,15 @@ class Ladder:
         share = error / change if change > 0.0 else 1.0
         q, v = self.tables[-2][-1]
         yield Neighbour(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
-        if self.recaptured is not None and self.recaptured.complete:
-            # beside the plain run, not the extrapolated one, which is another
-            other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
-            yield Neighbour(
-                2.0 * RULES.safety, self.settings, q + other.q - plain.q, v + other.v - plain.v, captured=HALF
-            )
+        if self.recaptured is None:
+            return
+        # beside the plain run, not the extrapolated one, which is another
+        other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
+        if len(other.q) != len(plain.q):
+            yield Neighbour(math.inf, self.settings, q, v, captured=HALF)
+            return
+        q, v = q + other.q - plain.q, v + other.v - plain.v
+        yield Neighbour(2.0 * RULES.safety, self.settings, q, v, captured=HALF)
 
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s]; both count, CPU time too."""
