@@ -126,9 +126,9 @@ def stability(
     softness, gear ratio, light parts, friction; those that the structure calls for, or `kinds`.
 
     values (or keywords): parameters; a range (`mechlab.values.Range`; as keyword also (low, high) or (low, high, count)) of a
-    parameter, of BODY_mass, X_stiffness or friction makes a map over it. methods: names or parts of names. budget [s of
-    CPU]. out: a folder for the JSON and a picture of each map. Raises MechlabError for unknown names and for a map that
-    does not fit the mechanism, saying why.
+    parameter, of BODY_mass, X_stiffness or friction makes a map over it. methods: names or parts of names. budget: counted
+    work [s], about seconds of CPU. out: a folder for the JSON and a picture of each map.
+    Raises MechlabError for unknown names and for a map that does not fit the mechanism, saying why.
     """
     from mechlab.study.stability import BUDGET, study
     from mechlab.values import Range

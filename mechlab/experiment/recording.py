@@ -87,8 +87,11 @@ class Recording:
         return recording_html(self)
 
 
-def basic_channels(mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
-    """Channels that every run has: value and `_rate` of each joint and shaft, `_x _y _z` of each frame; with units."""
+def basic_channels(
+    mechanism: Mechanism, q: Array, v: Array, points: Array | None = None
+) -> tuple[dict[str, Array], dict[str, str]]:
+    """Channels that every run has: value and `_rate` of each joint and shaft, `_x _y _z` of each frame; with units. points: as
+    of `frame_positions`, where they are known."""
     channels: dict[str, Array] = {}
     units: dict[str, str] = {}
     slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
@@ -98,7 +101,7 @@ def basic_channels(mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, 
         channels[f"{name}_rate"] = v @ mechanism.row(name)
         units |= {name: unit, f"{name}_rate": f"{unit}/s"}
     if mechanism.frames:
-        points = frame_positions(mechanism, q)
+        points = frame_positions(mechanism, q) if points is None else points
         for k, frame in enumerate(mechanism.frames):
             for axis, letter in enumerate("xyz"):
                 channels[f"{frame.name}_{letter}"] = points[:, k, axis]

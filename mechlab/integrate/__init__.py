@@ -5,9 +5,10 @@ from mechlab.integrate.fixed import Stopped, integrate_fixed, step
 from mechlab.integrate.hybrid import Ending, Event, HybridTrajectory, Modes, RoughProblem, integrate_hybrid, modes_at
 from mechlab.integrate.lsoda import Table, integrate_lsoda
 from mechlab.integrate.tableau import EULER, HEUN, RK4, RK38, TABLEAUX, Tableau
+from mechlab.integrate.work import OutOfWork, count_work, work_done, work_limit
 
 __all__ = [
-    "ADAPTIVE", "EULER", "HEUN", "RK4", "RK38", "TABLEAUX", "Ending", "Event", "HybridTrajectory", "Modes", "Outcome",
-    "RoughProblem", "Stopped", "Table", "Tableau", "Trajectory", "integrate_adaptive", "integrate_fixed",
-    "integrate_hybrid", "integrate_lsoda", "modes_at", "step",
+    "ADAPTIVE", "EULER", "HEUN", "RK4", "RK38", "TABLEAUX", "Ending", "Event", "HybridTrajectory", "Modes", "OutOfWork", "Outcome",
+    "RoughProblem", "Stopped", "Table", "Tableau", "Trajectory", "count_work", "integrate_adaptive", "integrate_fixed",
+    "integrate_hybrid", "integrate_lsoda", "modes_at", "step", "work_done", "work_limit",
 ]  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.integrate.work import ADAPTIVE_STAGE, count_work
 
 Array = NDArray[np.float64]
 ADAPTIVE = ("DOP853", "Radau")
@@ -93,6 +94,7 @@ def integrate_adaptive(
     def checked(t: float, y: Array) -> Array:
         nonlocal count
         count += 1
+        count_work(ADAPTIVE_STAGE)
         if count > most_evaluations:
             raise _Stop(Outcome.TOO_MANY)
         dy = np.asarray(f(t, y), dtype=float)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError
 from mechlab.integrate.tableau import Tableau
+from mechlab.integrate.work import FIXED_STAGE, count_work
 
 Array = NDArray[np.float64]
 RightSide = Callable[[float, Array], Array]
@@ -65,10 +66,12 @@ def integrate_fixed(
     if not np.isfinite(h) or h <= 0:
         raise MechlabError(f"step size: expected a number > 0, got {h!r}.")
     y = np.array(y0, dtype=float)
+    price = FIXED_STAGE * len(tableau.floats[1])
     if observe is not None:
         observe(0, t0, y)
     for k in range(steps):
         t = t0 + k * h
+        count_work(price)
         with np.errstate(over="ignore", invalid="ignore"):
             new = step(tableau, f, t, y, h)
         after = t0 + (k + 1) * h

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.integrate.work import LSODA_CALL, count_work
+
 Array = NDArray[np.float64]
 MOST_STEPS = 500_000
 """Between two times asked for."""
@@ -39,10 +41,14 @@ def integrate_lsoda(
 
     from scipy.integrate import ODEintWarning, odeint
 
+    def counted(t: float, y: Array) -> Array:
+        count_work(LSODA_CALL)
+        return f(t, y)
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ODEintWarning)
         y, told = odeint(
-            f,
+            counted,
             y0,
             times,
             tfirst=True,

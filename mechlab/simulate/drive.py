@@ -11,6 +11,8 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import AppliedForce, Law
 from mechlab.experiment.memory import Memory
+from mechlab.experiment.prices import CALLBACK, price_of_laws
+from mechlab.integrate import count_work
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.plant import MujocoPlant
@@ -42,6 +44,7 @@ class Driver:
         self.forces: dict[str, float] = dict.fromkeys(self.targets, 0.0)
         self._work = 0.0
         self.evaluations = 0
+        self._price = CALLBACK + price_of_laws(laws)
         self._rk4 = bool(plant.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4)
         self._stage = 0
         self._last: tuple[float, float] | None = None
@@ -66,6 +69,7 @@ class Driver:
 
     def __call__(self) -> None:
         """One evaluation: the engine's state is current, its forces are not computed yet."""
+        count_work(self._price)
         plant = self.plant
         if len(self.memory):
             self.memory.put(plant, self._kept if self.sampling or not self._rk4 or not self._stage else self._seen)

@@ -13,10 +13,11 @@ import mujoco
 import numpy as np
 
 from mechlab.experiment.initial import initial_state
+from mechlab.experiment.prices import MUJOCO
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.experiment.trace import Trace
-from mechlab.integrate import integrate_lsoda
+from mechlab.integrate import count_work, integrate_lsoda
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.control import controlled, engine
@@ -30,14 +31,16 @@ _BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujo
 
 
 def step_through(
-    model: mujoco.MjModel, data: mujoco.MjData, outputs: int, each: int
+    model: mujoco.MjModel, data: mujoco.MjData, outputs: int, each: int, price: float = 0.0
 ) -> tuple[Array, Array, float, str]:
     """qpos (n, nq), qvel (n, nv) at the start and after every `each` steps, CPU seconds of the stepping, and why it
-    stopped early ("" when it did not). The caller has switched `autoreset` off: a blow-up ends the run."""
+    stopped early ("" when it did not). price: counted work of a step [s]. The caller has switched `autoreset` off: a blow-up
+    ends the run."""
     qpos, qvel = np.empty((outputs + 1, model.nq)), np.empty((outputs + 1, model.nv))
     qpos[0], qvel[0] = data.qpos, data.qvel
     step, clock, spent = mujoco.mj_step, time.thread_time, 0.0
     for k in range(1, outputs + 1):
+        count_work(price * each)
         began = clock()
         step(model, data, nstep=each)
         spent += clock() - began
@@ -60,6 +63,7 @@ class Steps:
         self.mechanism, self.scene = mechanism, scene
         self.each = max(1, round(between / settings.timestep))
         self.timestep = between / self.each
+        self.price = MUJOCO.of(mechanism) * (4.0 if settings.integrator == "RK4" else 1.0)
         if _constant(scene):
             self.model, self.data, self.map = _kept(mechanism, settings, threading.get_ident())
             mujoco.mj_resetData(self.model, self.data)
@@ -80,7 +84,7 @@ class Steps:
         for w in _BAD:
             data.warning[w].number = 0  # of another run
         with self._laws():
-            qpos, qvel, spent, reason = step_through(model, data, outputs, self.each)
+            qpos, qvel, spent, reason = step_through(model, data, outputs, self.each, self.price)
         mujoco.mj_getState(model, data, self._state, _STATE)
         done = (len(qpos) - 1) * self.each
         return Trace(self.map.coordinates(qpos), self.map.rates(qvel), spent, done, reason)
@@ -142,11 +146,13 @@ def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: in
     n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     qpos, qvel, qacc, forward = data.qpos, data.qvel, data.qacc, mujoco.mj_forwardSkip
+    price = MUJOCO.of(mechanism)
     every, no_sensors, timed = mujoco.mjtStage.mjSTAGE_NONE, True, bool(scene.laws)
     slope = np.empty(2 * n)
     rates, accelerations = slope[:n], slope[n:]
 
     def f(t: float, y: Array) -> Array:
+        count_work(price)
         if timed:
             data.time = t
         qpos[:] = y[:n]
@@ -155,7 +161,7 @@ def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: in
         accelerations[:] = qacc
         return slope
 
-    jacobian = _Linearised(model, data) if _constant(scene) else None
+    jacobian = _Linearised(model, data, price) if _constant(scene) else None
     # LSODA goes back and forth in time: nothing may be summed up over its evaluations
     with _driven(mechanism, scene, model, data, map_, sampling=True)():
         began = time.thread_time()
@@ -172,7 +178,8 @@ class _Linearised:
     MOVED = 1e-7
     """By so much a coordinate or rate is moved [rad or m, per second]."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, price: float = 0.0) -> None:
+        self._price = 2.0 * model.nv * price
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         # with the damping of joints taken implicitly, the step would not be v + h a
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
@@ -182,6 +189,7 @@ class _Linearised:
         self._still = self._slope[:n].copy()
 
     def __call__(self, t: float, y: Array) -> Array:
+        count_work(self._price)
         n, data, h = self.model.nv, self.data, self.model.opt.timestep
         data.qpos[:] = y[:n]
         data.qvel[:] = y[n:]

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.prices import MUJOCO
 from mechlab.mechanism.geometry import Array
 from mechlab.simulate.control import compiling, engine
 from mechlab.simulate.model import constraint_jacobian
@@ -99,7 +100,9 @@ def trace_file(source: FileModel, integrator: str, hard: bool, duration: float, 
     with engine():
         if source.push:
             data.qvel[:] = _forward(model, data, source.push)
-        qpos, qvel, spent, reason = step_through(model, data, outputs, each)
+        mujoco.mj_forward(model, data)
+        price = MUJOCO.at(model.nv, data.nefc) * (4.0 if integrator == "RK4" else 1.0)
+        qpos, qvel, spent, reason = step_through(model, data, outputs, each, price)
         points, energy, gap = np.empty((len(qpos), 2 * model.nbody, 3)), np.empty(len(qpos)), 0.0
         for k, (q, v) in enumerate(zip(qpos, qvel, strict=True)):
             data.qpos[:], data.qvel[:] = q, v

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import AppliedForce, Law
 from mechlab.experiment.memory import Memory
+from mechlab.experiment.prices import EQUATIONS, price_of_laws
+from mechlab.integrate import count_work
 from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.model import Mechanism
@@ -60,6 +62,8 @@ class Equations:
         self.laws = laws
         self.memory = Memory(laws)
         self.corrected = 0.0
+        self._correction = EQUATIONS.of(mechanism)
+        self.price = self._correction + price_of_laws(laws)
         self.applied = AppliedForce(mechanism, laws)
         self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
@@ -109,6 +113,7 @@ class Equations:
 
     def instant(self, t: float, y: Array) -> Instant:
         """Accelerations, reactions and forces at a state."""
+        count_work(self.price)
         plant = self.move(t, y)
         try:
             force, by_name = self.applied(t, plant)
@@ -146,6 +151,7 @@ class Equations:
         plant = self.move(t, y)
         if not len(plant.constraints):
             return y
+        count_work(self._correction)
         before = q.copy()
         for _ in range(6):
             residual = plant.residual()

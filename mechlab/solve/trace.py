@@ -16,10 +16,11 @@ import pinocchio as pin
 
 from mechlab.experiment.initial import initial_state
 from mechlab.experiment.laws import Law
+from mechlab.experiment.prices import CONSTRAINED, price_of_laws
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.experiment.trace import Trace
-from mechlab.integrate import integrate_adaptive, integrate_lsoda
+from mechlab.integrate import count_work, integrate_adaptive, integrate_lsoda
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Loop, Spring
@@ -57,6 +58,7 @@ class ConstrainedDynamics:
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], kp: float, kd: float, mu: float = MU) -> None:
         self.mechanism, self.laws = mechanism, laws
+        self.price = CONSTRAINED.of(mechanism) + price_of_laws(laws)
         made = build(mechanism)
         self.model = made.model
         self.springs = [_Spring(made, s) for s in mechanism.springs]
@@ -91,6 +93,7 @@ class ConstrainedDynamics:
 
     def __call__(self, t: float, q: Array, v: Array) -> Array:
         """(nv,) accelerations."""
+        count_work(self.price)
         tau = self.constant
         if self.passive:
             tau = tau - self.damping * v - self.stiffness * (q - self.rest)

@@ -1,6 +1,7 @@
 """Work-precision charts: what each method costs and how wrong it is, on one scene, under one honest protocol.
 
-x: CPU time of stepping alone, one thread, the median of several runs, the same output times for all. y: the largest
+x: CPU time of stepping alone, one thread, the median of several runs, the same output times for all (which runs are made, counted
+work decides: the same ones on every machine). y: the largest
 position error against a reference of another formulation; beside it e_G, energy and loop gap, never energy alone. At
 least four step sizes a method; divergence is shown as missing; an engine's defaults are always shown.
 """
@@ -9,7 +10,6 @@ from __future__ import annotations
 
 import math
 import statistics
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -19,8 +19,8 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.trace import Trace
+from mechlab.integrate import OutOfWork, work_done, work_limit
 from mechlab.study.chart_score import Reference, Score, reference_of, score
-from mechlab.study.cpu_limit import OutOfTime, cpu_limit
 from mechlab.study.design import Design
 from mechlab.study.methods import METHODS, TOLERANCES, Method, Problem, steps
 from mechlab.study.published import PUBLISHED
@@ -34,8 +34,8 @@ from mechlab.study.chart_data import DIVERGED, FEWEST, NOT_RUN, OK, Chart, Point
 
 @dataclass(frozen=True)
 class Budget:
-    """CPU seconds: a method is refined until one run takes `one`; no more runs after `method` seconds; repeats of the timing
-    while they take less than `repeat` together."""
+    """Counted work [s] (`mechlab.integrate.work`): a method is refined until one run takes `one`; no more runs after `method`
+    together; repeats of the timing while they take less than `repeat` together."""
 
     one: float = 0.06
     method: float = 1.0
@@ -111,19 +111,21 @@ def sweep(
 ) -> list[Point]:
     """A method at ever smaller values. Refinement ends with the budget; the first FEWEST values are always told of."""
     out: list[Point] = []
-    began = time.process_time()
+    began = work_done()
     for k, value in enumerate(values):
-        left = budget.method - (time.process_time() - began)
+        left = budget.method - (work_done() - began)
         if left <= 0.0:
             if k < FEWEST:
-                out.append(_missing(name, value, control, NOT_RUN, f"{budget.method:g} s of CPU were spent", default))
+                out.append(_missing(name, value, control, NOT_RUN, f"{budget.method:g} s of work were done", default))
             continue
         try:
-            with cpu_limit(left):
+            before = work_done()
+            with work_limit(left):
                 trace = run(value)
-        except OutOfTime as late:
+            work = work_done() - before
+        except OutOfWork:
             if k < FEWEST:
-                out.append(_missing(name, value, control, NOT_RUN, str(late), default))
+                out.append(_missing(name, value, control, NOT_RUN, f"stopped after {left:.3g} s of work", default))
             continue
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
             # a state that ran away: Python's floats raise where numpy's become infinite
@@ -134,10 +136,10 @@ def sweep(
             why = trace.reason or "the state is not finite"
             out.append(_missing(name, value, control, DIVERGED, why, default))
             continue
-        cpu = _median(run, value, trace.cpu_s, budget)
+        cpu = _median(run, value, trace.cpu_s, work, budget)
         numbers = (cpu, found.error, found.e_g, found.energy, found.gap)
         out.append(Point(name, value, control, *numbers, OK, "", default, getattr(trace, "evaluations", 0)))
-        if sum(p.ok for p in out) >= FEWEST and cpu > budget.one:
+        if sum(p.ok for p in out) >= FEWEST and work > budget.one:
             break
     return out
 
@@ -147,10 +149,10 @@ def _missing(name: str, value: float, control: str, status: str, reason: str, de
     return Point(name, value, control, nan, nan, nan, nan, nan, status, reason, default)
 
 
-def _median(run: Callable[[float], Trace], value: float, first: float, budget: Budget) -> float:
-    """Median CPU time of the stepping over as many runs as the budget allows (an odd number)."""
+def _median(run: Callable[[float], Trace], value: float, first: float, work: float, budget: Budget) -> float:
+    """Median CPU time of the stepping over as many runs of so much work as the budget allows (an odd number)."""
     times = [first]
-    while len(times) < budget.repeats and sum(times) + 2 * first < budget.repeat:
+    while len(times) < budget.repeats and (len(times) + 2) * work < budget.repeat:
         times += [run(value).cpu_s, run(value).cpu_s]
     return statistics.median(times)
 

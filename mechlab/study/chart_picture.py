@@ -159,7 +159,7 @@ def _foot(chart: Chart, figure: Any, lost: list[str]) -> None:
     engines = ", ".join(f"{n} {chart.versions[n]}" for n in ("mujoco", "pin") if n in chart.versions)
     signs = "Grey: nothing is better in both. × 25 ms: diverges at that step and above."
     if lost:
-        signs += f" Not drawn, diverged or over the budget of CPU time: {', '.join(lost)}."
+        signs += f" Not drawn, diverged or over the budget: {', '.join(lost)}."
     reference = chart.reference.split(";")[0]
     reference = chart.reference.split(";")[0]
     text = [*textwrap.wrap(signs, 165), f"Held against: {reference}. {engines}."]

@@ -15,9 +15,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from mechlab.errors import unknown
+from mechlab.experiment.prices import CALLBACK, CONSTRAINED, EQUATIONS, MUJOCO, ONE_FREEDOM, OWN, Price, price_of_laws
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import MUJOCO_INTEGRATORS, Settings
 from mechlab.experiment.trace import Trace
+from mechlab.integrate.work import ADAPTIVE_STAGE, FIXED_STAGE, LSODA_CALL
 from mechlab.mechanism import Mechanism
 from mechlab.study.design import Design
 from mechlab.study.witness import ENGINES, room
@@ -77,6 +79,19 @@ class Method:
     def run(self, problem: Problem, value: float) -> Trace:
         """The problem at a step [s] that divides the output distance, or at a tolerance."""
         return _RUN[self.engine](self, problem, value)
+
+    def price(self, problem: Problem) -> float:
+        """Expected counted work [s] of a step, or of an evaluation where a tolerance is what is refined."""
+        laws = problem.scene.laws
+        stage = _stage(self, problem).of(problem.mechanism) + price_of_laws(laws)
+        if self.engine == "mujoco":
+            stage += 0.0 if all(law.kind == "constant" for law in laws) else CALLBACK
+            between = 0.0
+        else:
+            between = FIXED_STAGE if self.control == "step" else ADAPTIVE_STAGE
+        if self.integrator == "LSODA":
+            between = LSODA_CALL
+        return (stage + between) * (4.0 if self.integrator == "RK4" else 1.0)
 
     def stepper(self, problem: Problem, value: float) -> Stepper:
         """The problem at a step [s] or tolerance, to be run as far as is worth it: ready to start."""
@@ -272,6 +287,15 @@ def _pinocchio(m: Method, problem: Problem, value: float) -> Trace:
         return rough_trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs, m.friction)
     gains = Stabilisation(*GAINS["soft" if m.integrator == "LSODA" else m.constraints])
     return trace(problem.mechanism, problem.scene, m.settings(value), problem.outputs, gains)
+
+
+def _stage(m: Method, problem: Problem) -> Price:
+    """The price of an evaluation by the engine of a method."""
+    if m.engine != "pinocchio":
+        return {"mujoco": MUJOCO, "one_freedom": ONE_FREEDOM, "hybrid": EQUATIONS}.get(m.engine, Price(OWN))
+    from mechlab.solve.trace import fits
+
+    return CONSTRAINED if fits(problem.mechanism, problem.scene.laws) else EQUATIONS
 
 
 def _times(problem: Problem) -> np.ndarray:

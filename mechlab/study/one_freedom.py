@@ -25,10 +25,11 @@ from mechlab.experiment.initial import initial_state
 from mechlab.experiment.laws import Law, applied_force
 from mechlab.experiment.memory import Memory
 from mechlab.experiment.observe import kinematic_findings, sample_grid, saturation_finding
+from mechlab.experiment.prices import CLOSED_POSE, ONE_FREEDOM, price_of_laws
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
-from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
+from mechlab.integrate import RK4, count_work, integrate_adaptive, integrate_fixed
 from mechlab.integrate.one_freedom import PathTable, Terms, acceleration, right_side
 from mechlab.mechanism import ConstraintSet, Joint, Mechanism, Shaft, TreeKinematics
 from mechlab.mechanism.geometry import Array
@@ -114,6 +115,7 @@ class OneFreedom:
         self.mechanism, self.laws, self.memory = mechanism, laws, Memory(laws)
         self.path, self.turn = choose_path(mechanism, q)
         self.coordinate = self.path.coordinate
+        self._price, self._pose = ONE_FREEDOM.of(mechanism) + price_of_laws(laws), CLOSED_POSE.of(mechanism)
         m = mechanism
         self.tree = TreeKinematics(m)
         self.plant = OneFreedomPlant(m)
@@ -130,6 +132,7 @@ class OneFreedom:
 
     def columns(self, phi: float) -> Array:
         """(nq + 2 nv + 4,) exact q, u, du, J, J'/2, force of weight and springs, coefficient of damping at phi."""
+        count_work(self._pose)
         point = self.path.at(phi)
         tree = self.tree.set(point.q)
         mass = tree.mass_matrix()
@@ -149,6 +152,7 @@ class OneFreedom:
     def terms(self, t: float, y: Array) -> Terms:
         """The terms of the equation at y = (phi, phi', work, states of laws), and the forces of the laws in `forces`."""
         self.evaluations += 1
+        count_work(self._price)
         phi, w = float(y[0]), float(y[1])
         q, u, _, (inertia, half_slope, weight, damping) = self.split(self.table(phi))
         self.plant.set(t, q, u, w)

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
+from mechlab.experiment.prices import OWN
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
-from mechlab.integrate import integrate_adaptive
+from mechlab.integrate import count_work, integrate_adaptive
 from mechlab.mechanism import Mechanism
 
 Array = NDArray[np.float64]
@@ -62,11 +63,16 @@ def record_own(
     states: (n, m) states -> coordinates (n, nq) and rates (n, nv) of the mechanism. `tolerance` is relative; absolute, a
     tenth of it. The cost is that of the integration. Raises NoSolution when the integration cannot reach the end.
     """
+
+    def counted(t: float, y: Array) -> Array:
+        count_work(OWN)
+        return slope(t, y)
+
     began = time.thread_time()
     tolerance = max(tolerance, 2.3e-14)  # scipy refuses less than a hundred times the rounding unit
     with np.errstate(over="ignore"):  # Radau's difference quotients by a state that nothing depends on
         found = integrate_adaptive(
-            slope, 0.0, start, scene.duration, method=method, rtol=tolerance, atol=0.1 * tolerance
+            counted, 0.0, start, scene.duration, method=method, rtol=tolerance, atol=0.1 * tolerance
         )
     spent = time.thread_time() - began
     if not found.complete:

@@ -6,8 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import metadata
+from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.experiment.channel_errors import differences, with_errors
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
@@ -18,7 +20,11 @@ from mechlab.study.nature import by_nature, friction_findings, motor_findings, w
 from mechlab.study.order_check import with_step_error
 from mechlab.study.witness import room
 
+if TYPE_CHECKING:
+    from mechlab.study.error_control import Controlled
+
 HALVINGS = 7
+LOOSER = 30.0
 
 
 def versions() -> dict[str, str]:
@@ -50,7 +56,8 @@ def run_scene(
 
     max_error: method, timestep and constraint settings are chosen, and the error of the tracked quantities is estimated and
     checked (`mechlab.study.error_control`); with a given engine or settings only the timestep is halved until the run
-    changes by less. The estimate stands in the health record, as an error when it is not reached.
+    changes by less. The estimate stands in the health record, as an error when it is not reached; the error of every channel,
+    controlled or not, stands in `errors`.
     estimate: whether a run with fixed steps carries its "step_error", which takes more runs.
     fidelity "auto": the cheapest that answers what the scene needs; the finding "fidelity" says why.
     Raises MechlabError for unknown names and engines that cannot run the scene.
@@ -78,16 +85,26 @@ def run_scene(
             raise MechlabError(f"{design.name}: the time {t:g} s lies outside the run (0 to {made.duration:g} s).")
     if chosen.engine == "analytic":
         run = _analytic(lived, made, extra or {})
-    elif max_error is not None and engine is None and settings is None:
-        run = _controlled(lived, made, chosen, max_error, at)
-    elif max_error is not None and chosen.engine != "hybrid":
-        run = _refine(lambda s: _once(lived, made, s, at), chosen, max_error)
+    elif max_error is not None:
+        return _to_error(lived, made, chosen, max_error, at, choose=engine is None and settings is None)
     else:
-        sharper = chosen if max_error is None else replace(chosen, tolerance=min(1e-6, 1e-2 * max_error))
-        run = _once(lived, made, sharper, at)
-        fixed_steps = max_error is None and chosen.engine != "hybrid"
-        run = with_step_error(run, made) if estimate and fixed_steps else run
+        run = _once(lived, made, chosen, at)
+        run = with_step_error(run, made) if estimate and chosen.engine != "hybrid" else run
     return _complete(lived, run, made)
+
+
+def _to_error(
+    design: Design, scene: Scene, settings: Settings, max_error: float, at: Sequence[float], choose: bool
+) -> Recording:
+    """A run under `max_error`, with the error of every channel. choose: the method, too; else the settings are sharpened."""
+    if choose:
+        run = _controlled(design, scene, settings, max_error, at)
+    elif settings.engine == "hybrid":
+        run = _sharper(lambda s: _once(design, scene, s, at), settings, max_error)
+    else:
+        run = _refine(lambda s: _once(design, scene, s, at), settings, max_error)
+    others = [(_complete(design, other, scene), factor) for other, factor in run.others]
+    return with_errors(_complete(design, run.recording, scene), others)
 
 
 def _settings(
@@ -133,9 +150,9 @@ def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recor
     return design.entry.reference(design.parameters, scene)
 
 
-def _controlled(design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]) -> Recording:
+def _controlled(design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]) -> Controlled:
     """A run of which only the error is asked for; the default run, not to be trusted, where no method gets to the end."""
-    from mechlab.study.error_control import control
+    from mechlab.study.error_control import Controlled, control
 
     try:
         return control(design, scene, max_error, at)
@@ -143,7 +160,7 @@ def _controlled(design: Design, scene: Scene, default: Settings, max_error: floa
         text = f"the error asked for ({max_error:g}) cannot be reached: {cause} This run is by {default.preset!r}; do not trust it"
         run = _once(design, scene, default, at)
         unmet = Finding("max_error", math.inf, max_error, "m or rad", "error", text)
-        return replace(run, health=Health((unmet,)) + run.health)
+        return Controlled(replace(run, health=Health((unmet,)) + run.health), ())
 
 
 def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
@@ -160,26 +177,44 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})
 
 
-def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Recording:
+def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Controlled:
+    """A run that controls its steps by a tolerance well below `max_error`, held against one at LOOSER times that."""
+    from mechlab.study.error_control import Controlled
+
+    tolerance = min(1e-6, 1e-2 * max_error)
+    run, looser = (once(replace(settings, tolerance=x)) for x in (tolerance, LOOSER * tolerance))
+    found = differences(run, looser, 1.0)
+    change = max((found[n] for n in run.mechanism.scalar_names), default=math.inf)
+    text = f"change of the joints between the tolerances {LOOSER * tolerance:.1g} and {tolerance:.1g}"
+    finding = measured("max_error", change, max_error, "rad or m", text)
+    return Controlled(replace(run, health=Health((finding,)) + run.health), ((looser, 1.0),))
+
+
+def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Controlled:
     """Halves the timestep until the joints change by less than `max_error` at 101 times."""
     import numpy as np
 
+    from mechlab.study.error_control import Controlled
+
     if not max_error > 0:
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
-    coarse = once(settings)
+    before = coarse = once(settings)
     estimate = float("inf")
     for _ in range(HALVINGS):
         settings = replace(settings, timestep=0.5 * settings.timestep)
         fine = once(settings)
         if not fine.health.trusted:
-            coarse = fine
+            before, coarse = coarse, fine
             continue
         names = [n for n in fine.mechanism.scalar_names if n in coarse.channels]
         times = np.linspace(0.0, min(coarse.t[-1], fine.t[-1]), 101)
         gaps = [abs(coarse.at(n, t) - fine.at(n, t)) for n in names for t in times]
         estimate = max(gaps, default=float("inf"))
-        coarse = fine
+        before, coarse = coarse, fine
         if estimate <= max_error:
             break
-    finding = measured("max_error", estimate, max_error, "rad or m", "change between the last two timesteps")
-    return replace(coarse, health=coarse.health + Health((finding,)))
+    finding = measured(
+        "max_error", estimate, max_error, "rad or m", "change of the joints between the last two timesteps"
+    )
+    # of first order the change is the error; with rows or kinks no more is relied on
+    return Controlled(replace(coarse, health=coarse.health + Health((finding,))), ((before, 1.0),))

@@ -21,7 +21,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     step.add_argument(
         "--max-error",
         metavar="E",
-        help="tolerated error [m or rad] of what the scene tracks; engine, method, step and constraint settings are chosen",
+        help="tolerated error [m or rad] of what the scene tracks; engine, method, step and constraint settings are chosen, and every "
+        "channel states its own error",
     )
     parser.add_argument("--engine", metavar="E", help="mujoco, pinocchio, hybrid, one_freedom, analytic")
     parser.add_argument("--order-check", action="store_true", help="measure the order of the error in the timestep")

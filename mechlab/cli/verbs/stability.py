@@ -20,7 +20,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--map", dest="kinds", metavar="KIND,...", help=f"only these maps: {KINDS}")
     parser.add_argument("--methods", metavar="A,B", help="methods by name or part of a name, such as RK4,discrete")
     parser.add_argument("--fidelity", metavar="F", help="level of fidelity")
-    parser.add_argument("--budget", metavar="T", help="CPU time to spend [s]")
+    parser.add_argument(
+        "--budget",
+        metavar="T",
+        help="work to do [s]: about seconds of CPU, counted, so that every machine makes the same map",
+    )
     parser.add_argument("-o", dest="out", metavar="DIR", help="folder for the data (.json) and a picture (.png) a map")
 
 

@@ -12,6 +12,7 @@ from mechlab.integrate.hybrid.events import EventFinder
 from mechlab.integrate.hybrid.modes import against, modes_at
 from mechlab.integrate.hybrid.problem import Array, Modes, RoughProblem
 from mechlab.integrate.hybrid.result import Ending, Event, HybridTrajectory
+from mechlab.integrate.work import ADAPTIVE_STAGE, count_work
 
 
 def integrate_hybrid(
@@ -90,6 +91,7 @@ class _Run:
     def _slope(self, modes: Modes) -> Callable[[float, Array], Array]:
         def f(t: float, y: Array) -> Array:
             self.evaluations += 1
+            count_work(ADAPTIVE_STAGE)
             if self.evaluations > self.most:
                 raise _Stop(Ending.TOO_MANY)
             dy = np.asarray(self.problem.slope(t, y, modes), dtype=float)

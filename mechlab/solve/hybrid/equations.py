@@ -6,7 +6,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law, applied_force
-from mechlab.integrate import Modes
+from mechlab.integrate import Modes, count_work
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.solve.equations import BlowUp, Equations, Instant
@@ -33,6 +33,7 @@ class RoughEquations(Equations):
 
     def instant(self, t: float, y: Array) -> Instant:
         """Accelerations, reactions and forces at a state in the present modes."""
+        count_work(self.price)
         plant = self.move(t, y)
         try:
             force, by_name = applied_force(self.mechanism, self.laws, t, plant)

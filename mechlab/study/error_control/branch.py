@@ -7,6 +7,8 @@ from bisect import bisect_left
 import numpy as np
 
 from mechlab.errors import NoSolution
+from mechlab.experiment.prices import price_of_poses
+from mechlab.integrate import count_work
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.batch import BatchTree
@@ -75,7 +77,9 @@ class Branch:
         if not self.rows.count or not len(self.others):
             return q, u
         count = len(self.others)
+        price = price_of_poses(len(q), self.mechanism.nv, solved=True)
         for _ in range(8):
+            count_work(price)
             system = self.rows.system(q)[:, :, self.columns]
             try:
                 solved = _least_squares(system[:, :, :count], system[:, :, count:])

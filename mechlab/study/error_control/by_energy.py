@@ -33,7 +33,7 @@ def by_energy(asked: Asked, tree: BatchTree, rows: BatchRows, energies: Potentia
     n, last = RULES.nodes
     n *= 1 if max_error > LOW else 2
     estimate, states, tracked = math.inf, None, None
-    while n < last and asked.meter.spent < RULES.cpu_limit:
+    while n < last and asked.meter.work < RULES.work:
         n *= 2
         motion.refine(n)
         try:
@@ -52,6 +52,7 @@ def by_energy(asked: Asked, tree: BatchTree, rows: BatchRows, energies: Potentia
     told = max_error < LOW or motion.orbit.kind == "run"
     rounding = _rounding(motion, measure, t, states) if told else 0.0
     total = estimate + rounding
+    share = total / estimate if estimate > 0.0 else 1.0
     orbit = {"swing": "swings between two turning points", "turn": "turns on and on", "run": "runs along"}[
         motion.orbit.kind
     ]
@@ -60,7 +61,7 @@ def by_energy(asked: Asked, tree: BatchTree, rows: BatchRows, energies: Potentia
         f"has one freedom and its forces depend on the position alone, so that its energy gives the motion without steps; it {orbit}"
     )
     found = Found(
-        motion, states, tracked, total, rounding, chosen, ENERGY, float(n), "nodes", motion.evaluations, "energy"
+        motion, states, tracked, total, rounding, chosen, ENERGY, float(n), "nodes", motion.evaluations, "energy", share
     )
     return judged(asked, found)
 

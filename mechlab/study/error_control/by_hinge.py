@@ -45,6 +45,11 @@ class HingeMotion:
         a = -(self.pendulum.frequency**2) * np.sin(theta) if accelerations else None
         return States((theta + self.lowest)[:, None], rate[:, None], None if a is None else a[:, None])
 
+    def cruder(self) -> HingeMotion:
+        """The motion of a pendulum that is another one by a few units in the last place."""
+        p, more = self.pendulum, 1.0 + RULES.rounding * EPSILON
+        return HingeMotion(PhysicalPendulum(p.frequency * more, p.angle * more, p.rate * more), self.lowest)
+
     def rounding(self, t: Array, states: States) -> Array:
         """(P, 1) what a few units in the last place of energy, frequency and time do to the poses, at most."""
         m, units = self.pendulum.modulus_squared, RULES.rounding * EPSILON

@@ -38,7 +38,7 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
     winner: Ladder | None = None
     while winner is None:
         cost, x = min(((one.cost_beside(ladders), one) for one in ladders), key=lambda pair: pair[0])
-        left = RULES.cpu_limit - meter.spent
+        left = RULES.work - meter.work
         if math.isinf(cost) or cost > left:
             break
         _counted(meter, x, partial(x.climb, left))
@@ -73,23 +73,23 @@ def by_ladders(problem: Problem, measure: Measure, max_error: float, freedoms: i
         part, cause = f"the capture of held rates {capture:.1g}", CAPTURE
     elif rounding > best.estimate and max_error < LOW:
         part, cause = f"rounding {rounding:.1g}", ROUNDING
-    ok, sentence = verdict(total, max_error, measure.unit, chosen, checked, size, part, cause)
+    ok, sentence = verdict(total, max_error, measure, chosen, checked, size, part, cause)
     if winner is None:
         ok = False
-        sentence += f"; {RULES.cpu_limit:g} s of CPU or the sharpest settings were used up: {_ends(ladders)}"
+        sentence += f"; {RULES.work:g} s of work or the sharpest settings were used up: {_ends(ladders)}"
     return Result(
-        t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, meter.spent,
+        t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, meter.cpu_s,
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
-        extrapolated=best.rule.extrapolated,
+        extrapolated=best.rule.extrapolated, neighbours=tuple(best.neighbours(rounding)),
     )  # fmt: skip
 
 
 def _counted(meter: Meter, ladder: Ladder, work: Callable[[], T]) -> T:
-    """What the work gives; of its CPU time only that of the runs of the ladder counts."""
+    """What the work gives; only that of the runs of the ladder counts."""
     with meter.stepping() as told:
-        before = ladder.spent
+        cpu_s, done = ladder.cpu_s, ladder.done
         found = work()
-        told.append(ladder.spent - before)
+        told.cpu_s, told.work = ladder.cpu_s - cpu_s, ladder.done - done
     return found
 
 

@@ -1,4 +1,4 @@
-"""The accepted motion against another method: over as much of the scene as a share of the CPU spent allows."""
+"""The accepted motion against another method: over as much of the scene as a share of the work done allows."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.integrate import work_done
 from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.measure import Measure, most
 from mechlab.study.error_control.meter import Meter
@@ -17,6 +18,8 @@ from mechlab.study.methods import METHODS, Method, Problem, Stepper, is_rough
 
 CHECKING = ("mujoco", "pinocchio")
 _FAILURES = (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
+LEAST = 1e-4
+"""Work that a check may take at least [s]."""
 FIRST_INTERVAL = 20.0
 """What an adaptive method spends on the first output interval, in later ones: the start of a stiff motion is rough."""
 
@@ -78,7 +81,7 @@ class Checker:
 
 @dataclass(frozen=True)
 class _Way:
-    """A method that may check, the two values that it is run at, and what the first output interval may cost [s]."""
+    """A method that may check, the two values that it is run at, and the work that the first output interval may take [s]."""
 
     method: Method
     values: tuple[float, float]
@@ -94,17 +97,27 @@ def _ways(problem: Problem, used: str, fastest: float, sharp: bool) -> Iterator[
         method = _registered(rule, problem)
         if method is None:
             continue
+        price = method.price(problem)
         if rule.control == "tolerance":
             looser = 1.0 if sharp else 10.0
             coarse, fine = RULES.check_tolerances
-            yield _Way(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.cost)
+            yield _Way(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.evaluations * price)
             continue
         fewer = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
         for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):
             if each > most_steps:
                 continue
-            yield _Way(method, (between / each, 0.5 * between / each), 3.0 * each * rule.cost)
+            yield _Way(method, (between / each, 0.5 * between / each), 3.0 * each * price)
+
+
+def _round(count: float) -> int:
+    """The largest of 1, 2, 3, 4, 6, 8, 12, ... that is not more: evaluations of methods with step-size control differ in their last
+    digits between processors, and how far a check goes does not."""
+    if count < 2.0:
+        return 1
+    power = 2 ** int(math.log2(count))
+    return power + (power // 2 if count >= 1.5 * power else 0)
 
 
 def _registered(rule: LadderRule, problem: Problem) -> Method | None:
@@ -121,14 +134,15 @@ def _compare(
 ) -> Checked | None:
     between = problem.scene.duration / problem.outputs
     size = max(1e-3, most(tracked - tracked[0]))
-    budget = max(RULES.check_share * meter.spent, 1e-4)
+    budget = max(RULES.check_share * meter.work, LEAST)
     count, more, spent = 0, 1, 0.0
     said: Array | None = None  # of both runs: (2, count + 1, names)
     while True:
         try:
             with meter.stepping() as told:
+                before = work_done()
                 runs = [stepper.advance(more) for stepper in pair]
-                told += [run.cpu_s for run in runs]
+                told.cpu_s, told.work = sum(run.cpu_s for run in runs), work_done() - before
         except _FAILURES:
             return None
         if any(run.reason or len(run.q) != more + 1 for run in runs):
@@ -137,12 +151,13 @@ def _compare(
         t = between * np.arange(count, count + more + 1)
         new = measure(np.concatenate([t, t]), q, v).reshape(2, more + 1, -1)
         said = new if said is None else np.concatenate([said, new[:, 1:]], axis=1)
-        count, spent = count + more, spent + sum(told)
+        count, spent = count + more, spent + told.work
         change = np.abs(said[0] - said[1]).max(axis=1)
         good = int(np.argmax(change > RULES.check_own * size)) or count + 1
         if good < 2:
             return None
-        more = min(problem.outputs - count, int((budget - spent) / max(spent / count, 1e-7)))
+        reach = _round(count + (budget - spent) / max(spent / count, 1e-7))
+        more = min(problem.outputs, reach) - count
         if good <= count or more < 3 * count:
             break
     own, away, until = float(change[:good].max()), most(said[1, :good] - tracked[:good]), float(between * (good - 1))

@@ -10,7 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mechlab.experiment.prices import price_of_poses
 from mechlab.experiment.scene import Scene
+from mechlab.integrate import count_work
 from mechlab.mechanism import Joint, Mechanism, Shaft
 from mechlab.mechanism.geometry import Array
 from mechlab.study.error_control.batch import BatchTree, crossed
@@ -64,6 +66,7 @@ class Energies:
 
     def __call__(self, q: Array, u: Array) -> tuple[Array, Array, Array]:
         """J (P,), V (P,) and dV/dphi (P,) at poses q (P, nv) with tangents u (P, nv)."""
+        count_work(price_of_poses(len(q), self.mechanism.nv, solved=False))
         tree = self.tree
         poses = tree.at(q)
         screws = tree.screws(poses)

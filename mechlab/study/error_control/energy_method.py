@@ -7,6 +7,7 @@ cosines) and inverted where the motion is asked for. Refining doubles the nodes;
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -221,6 +222,14 @@ class EnergyMotion:
         second = -(rows[nq:-1] * k @ w)[:, ::2]
         dg = -(beat.slopes * k @ w)[1::2]
         return Placed(q, v, ((second - first * (dg / g)) / (g * g)).T.copy(), _Phase(beat.mean, x, w))
+
+    def cruder(self) -> EnergyMotion:
+        """The motion from every second node alone."""
+        assert self.samples is not None
+        out, s = copy(self), self.samples
+        out.samples = _Samples(*(a[:, ::2] for a in (s.x, s.q, s.inertia, s.height, s.slope)))
+        out._paces = None
+        return out
 
     def moved(self, states: Placed, t: Array, every: int = 1, shift: float = 0.0) -> Array:
         """By how much (P, nv) the poses of `states` at times t would be others from every `every`-th node alone, or with

@@ -10,7 +10,7 @@ from mechlab.study.error_control.check_method import Checker
 from mechlab.study.error_control.measure import Measure
 from mechlab.study.error_control.meter import Meter
 from mechlab.study.error_control.motion import Motion, States
-from mechlab.study.error_control.result import Result
+from mechlab.study.error_control.result import Neighbour, Result
 from mechlab.study.error_control.verdict import LOW, ROUNDING, verdict
 from mechlab.study.methods import Problem
 
@@ -34,7 +34,7 @@ class Asked:
 class Found:
     """A motion with its states at the output times and their tracked quantities; error: estimated in all, rounding: of
     which it is; chosen: by what it was found and why, in words; method, step, control, evaluations as of `Result`, integrator
-    as of `Settings`."""
+    as of `Settings`; share: of the difference of `motion.cruder()` that is error."""
 
     motion: Motion
     states: States
@@ -47,20 +47,21 @@ class Found:
     control: str
     evaluations: int
     integrator: str
+    share: float = 1.0
 
 
 def judged(asked: Asked, found: Found) -> Result:
     """The result: `found`, checked by an engine over as much of the scene as its cost allows."""
     a, x, unit = asked, found, asked.measure.unit
     checked = a.checker.check(a.measure, x.tracked, a.meter)
-    spent, size = a.meter.spent, float(abs(x.tracked).max(initial=1.0))
+    spent, size = a.meter.cpu_s, float(abs(x.tracked).max(initial=1.0))
     part, cause = (f"rounding {x.rounding:.1g}", ROUNDING) if a.max_error < LOW else ("", "")
-    ok, sentence = verdict(x.error, a.max_error, unit, x.chosen, checked, size, part, cause)
+    ok, sentence = verdict(x.error, a.max_error, a.measure, x.chosen, checked, size, part, cause)
     settings = Settings(
         engine="one_freedom", integrator=x.integrator, timestep=a.problem.scene.duration / a.problem.outputs,
         tolerance=max(x.error, 1e-16), preset="max_error",
     )  # fmt: skip
     return Result(
         a.t, x.states.q, x.states.v, x.error, a.max_error, unit, x.method, x.step, x.control, spent, x.evaluations,
-        ok, sentence, settings, checked, x.motion,
+        ok, sentence, settings, checked, x.motion, neighbours=(Neighbour(x.share, settings, x.states.q, x.states.v, x.motion.cruder()),),
     )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,23 +12,27 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.settings import Settings
 from mechlab.experiment.trace import Trace
+from mechlab.integrate import OutOfWork, work_done, work_limit
 from mechlab.mechanism.geometry import Array
-from mechlab.study.cpu_limit import OutOfTime, cpu_limit
 from mechlab.study.error_control.measure import Measure
+from mechlab.study.error_control.result import Neighbour
 from mechlab.study.error_control.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, LadderRule
 from mechlab.study.methods import METHODS, Method, Problem, has_kinks
 
 EPSILON = 2.2e-16
 ERRATIC = 2.0
 """A change that falls so many times faster than theory promises is not yet on its way: it is not believed to go on."""
+HALF = 0.5
+"""Of the time in which held rates are captured, for what that time does."""
 KINK_RATIO = 16.0
 """No more than this the changes are believed to fall when a step of a motion with kinks is halved."""
 
 
 @dataclass
 class Ladder:
-    """The runs of one method so far; `estimate` of the best, `cpu` of the last (`first_cpu` of the first) that got to the end
-    [s], `ended`: why it cannot go on."""
+    """The runs of one method so far; `estimate` of the best, `work` of the last (`first_work` of the first) that got to the end
+    [s], `done`: work, and `cpu_s`: CPU seconds of all that did, `ended`: why it cannot go on,
+    `recaptured`: the best in which held rates are captured in half the time."""
 
     rule: LadderRule
     problem: Problem
@@ -40,11 +44,13 @@ class Ladder:
     tables: list[list[tuple[Array, Array]]] = field(default_factory=list)
     tracked: list[Array] = field(default_factory=list)
     estimate: float = math.inf
-    cpu: float = 0.0
-    first_cpu: float = 0.0
-    spent: float = 0.0
+    work: float = 0.0
+    first_work: float = 0.0
+    done: float = 0.0
+    cpu_s: float = 0.0
     failures: int = 0
     ended: str = ""
+    recaptured: Trace | None = None
 
     @property
     def best(self) -> tuple[Array, Array]:
@@ -70,8 +76,13 @@ class Ladder:
         )
 
     @property
+    def expected(self) -> float:
+        """Expected work [s] of a step, or of an output interval under a tolerance, before a run has told."""
+        return self.rule.evaluations * self.method.price(self.problem)
+
+    @property
     def next_cost(self) -> float:
-        """Expected CPU seconds of the next rung; infinite at the end of the ladder."""
+        """Expected work [s] of the next rung; infinite at the end of the ladder."""
         if self.ended:
             return math.inf
         if not self.traces:
@@ -79,39 +90,38 @@ class Ladder:
             if value is None:
                 return math.inf
             count = self.problem.scene.duration / value if self.rule.control == "step" else self.problem.outputs
-            return count * self.rule.cost
-        return self.cpu * (2.0 if self.rule.control == "step" else 1.6)
+            return count * self.expected
+        return self.work * (2.0 if self.rule.control == "step" else 1.6)
 
     def cost_beside(self, others: Sequence[Ladder]) -> float:
         """`next_cost`; of a first rung that another ladder has climbed by the same integrator, what it took there, in
         proportion to the equations of motion."""
-        alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_cpu]
+        alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_work]
         if self.traces or self.ended or not alike:
             return self.next_cost
-        return max(self.next_cost, min(x.first_cpu * self.rule.cost / x.rule.cost for x in alike))
+        return max(self.next_cost, min(x.first_work * self.expected / x.expected for x in alike))
 
     def climb(self, budget: float) -> None:
-        """One rung more, within `budget` seconds of CPU."""
+        """One rung more, within `budget` seconds of work."""
         value = self._next()
         if value is None:
             self.ended = self.ended or "its sharpest setting was used"
             return
         try:
-            with cpu_limit(max(budget, 0.05)):
-                trace = self.method.run(self.problem, value)
-        except OutOfTime:
-            self.ended = f"its next run would take more than {budget:.2g} s of CPU"
+            with work_limit(max(budget, 0.05)):
+                trace, work = self._run(self.problem, value)
+        except OutOfWork:
+            self.ended = f"its next run would take more than {budget:.2g} s of work"
             return
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as cause:
             self._failed(str(cause))
             return
-        self.cpu = trace.cpu_s
-        self.spent += trace.cpu_s
+        self.work = work
         if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self.problem.outputs + 1:
             self.values.append(value)
             self._failed(trace.reason or "the state is not finite")
             return
-        self.first_cpu = self.first_cpu or trace.cpu_s
+        self.first_work = self.first_work or work
         self.values.append(value)
         self.traces.append(trace)
         self._combine(trace)
@@ -125,8 +135,7 @@ class Ladder:
         small = RULES.rounding * EPSILON * max(1.0, float(np.max(np.abs(self.traces[-1].v))))
         rates = dict(scene.initial_rates) | {n: scene.initial_rates.get(n, 0.0) + small for n in names}
         moved = Problem(self.problem.design, replace(scene, initial_rates=rates), self.problem.outputs)
-        trace = self.method.run(moved, self.values[-2])
-        self.spent += trace.cpu_s
+        trace, _ = self._run(moved, self.values[-2])
         plain = self.traces[-2]
         if len(trace.q) != len(plain.q):
             return math.inf
@@ -137,16 +146,44 @@ class Ladder:
         """What the time in which held rates are captured adds to the error: twice what half of it does, as it is of first
         order; 0 without such a law."""
         p = self.problem
-        laws = captured(p.scene.laws, 0.5)
+        laws = captured(p.scene.laws, HALF)
         if laws == p.scene.laws:
             return 0.0
-        trace = self.method.run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
-        self.spent += trace.cpu_s
-        plain = self.traces[-1]
+        trace, _ = self._run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
+        plain, self.recaptured = self.traces[-1], trace
         if len(trace.q) != len(plain.q):
             return math.inf
         t = np.linspace(0.0, p.scene.duration, p.outputs + 1)
         return 2.0 * _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
+
+    def neighbours(self, rounding: float) -> Iterator[Neighbour]:
+        """What the errors of all channels follow from: the run before the best, with the share of the change that the estimate
+        takes of the tracked quantities, and as much again; and the capture of held rates, whose part is of first order.
+        rounding: as of the method of this name."""
+        if len(self.tables) < 2:
+            return
+        change, error = _distance(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
+        share = error / change if change > 0.0 else 1.0
+        q, v = self.tables[-2][-1]
+        yield Neighbour(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
+        if self.recaptured is None:
+            return
+        # beside the plain run, not the extrapolated one, which is another
+        other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
+        if len(other.q) != len(plain.q):
+            yield Neighbour(math.inf, self.settings, q, v, captured=HALF)
+            return
+        q, v = q + other.q - plain.q, v + other.v - plain.v
+        yield Neighbour(2.0 * RULES.safety, self.settings, q, v, captured=HALF)
+
+    def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
+        """A run and its work [s]; both count, CPU time too."""
+        before = work_done()
+        trace = self.method.run(problem, value)
+        work = work_done() - before
+        self.done += work
+        self.cpu_s += trace.cpu_s
+        return trace, work
 
     def _failed(self, why: str) -> None:
         """A rung that did not come through; too many end the ladder, and runs before it do not count."""

@@ -14,6 +14,8 @@ from mechlab.study.error_control.motion import States
 from mechlab.study.methods import Problem
 
 TRACKED_UNITS = ("m", "rad")
+MOST_NAMED = 4
+"""Tracked things that a sentence names one by one."""
 
 
 class _Channels(dict[str, Any]):
@@ -60,6 +62,16 @@ class Measure:
             f"{f.name}_{a}": (k, i) for k, f in enumerate(m.frames) for i, a in enumerate("xyz")
         }
         self.known |= {f"{n}_rate": n for n in m.scalar_names} | {n: n for n in m.scalar_names}
+
+    @property
+    def what(self) -> str:
+        """The tracked quantities in words; all other channels follow with errors of their own."""
+        if self.functions:
+            return ", ".join(self.names)
+        frames = self.problem.mechanism.frames
+        names = [f.name for f in frames] if frames else list(self.names)
+        shown = ", ".join(names) if len(names) <= MOST_NAMED else f"all {len(names)}"
+        return f"the position of {shown}{' frames' if frames and len(names) > MOST_NAMED else ''}"
 
     def __call__(self, t: Array, q: Array, v: Array) -> Array:
         """(n, names) tracked quantities of states at times t (n,). Raises MechlabError when a channel needs more."""

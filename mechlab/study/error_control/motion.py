@@ -23,3 +23,7 @@ class Motion(Protocol):
     def states(self, t: Array, accelerations: bool = False) -> States:
         """The motion at times t (n,)."""
         ...
+
+    def cruder(self) -> Motion:
+        """The same motion as less work, or other rounding, gives it: what the error is estimated from."""
+        ...

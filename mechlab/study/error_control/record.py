@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -17,6 +18,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import passive_force
+from mechlab.study.error_control.batch import BatchTree
 from mechlab.study.error_control.result import Result
 from mechlab.study.one_freedom import OneFreedomPlant
 
@@ -31,20 +33,21 @@ def findings(result: Result) -> tuple[Finding, ...]:
     return tuple(out)
 
 
-def recording_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequence[float]) -> Recording:
-    """Channels: the basic ones, NAME_accel of joints and shafts, NAME_force of what constant loads and laws act on."""
+def motion_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequence[float], every: int = 1) -> Recording:
+    """States and channels: the basic ones, NAME_accel of joints and shafts, NAME_force of what constant loads and laws act on.
+    every: only every so many of the output times are used, where states between them are interpolated."""
     t = np.union1d(result.t, np.asarray(at, dtype=float))
     if result.motion is not None:
         states = result.motion.states(t, accelerations=True)
         assert states.a is not None
         q, v, a = states.q, states.v, states.a
     else:
-        q, v, a = _between(mechanism, scene, result, t)
-    channels, units = basic_channels(mechanism, q, v)
+        q, v, a = _between(mechanism, scene, result, t, every)
+    simple = mechanism.joints and all(j.nv == 1 for j in mechanism.joints)
+    channels, units = basic_channels(mechanism, q, v, BatchTree(mechanism).frame_positions(q) if simple else None)
     for name in mechanism.scalar_names:
         channels[f"{name}_accel"] = a @ mechanism.row(name)
         units[f"{name}_accel"] = f"{units[name]}/s2"
-    power, done = np.zeros(len(t)), np.zeros(len(t))
     plant = OneFreedomPlant(mechanism)
     forces = []
     for k in range(len(t)):
@@ -53,8 +56,21 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequenc
     for name in dict.fromkeys(n for x in forces for n in x):
         channels[f"{name}_force"] = np.array([x.get(name, 0.0) for x in forces])
         units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
-        power += channels[f"{name}_force"] * channels[f"{name}_rate"]
-        done += channels[f"{name}_force"] * (channels[name] - channels[name][0])
+    return Recording(
+        mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,
+        fidelity=scene.fidelity,
+    )  # fmt: skip
+
+
+def recording_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequence[float]) -> Recording:
+    """`motion_of`, with its health, cost and versions."""
+    made = motion_of(mechanism, scene, result, at)
+    t, q, v, channels = made.t, made.q, made.v, made.channels
+    power, done = np.zeros(len(t)), np.zeros(len(t))
+    for name in mechanism.scalar_names:
+        force = channels.get(f"{name}_force", np.zeros(len(t)))
+        power += force * channels[f"{name}_rate"]
+        done += force * (channels[name] - channels[name][0])
     constant = result.motion is not None
     balance = (
         energy_finding(mechanism, t, q, v, power, done)
@@ -62,22 +78,22 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequenc
         else energy_finding(mechanism, t, q, v, power - dissipation(mechanism, q, v))
     )
     found = [*findings(result), *kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode), balance]
-    return Recording(
-        mechanism, t, q, v, channels, units, Health(tuple(found)), Cost(result.cpu_s, len(result.t) - 1, result.evaluations),
-        result.settings, scene.name, mechanism.name, scene.fidelity,
-        versions={"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()},
-    )  # fmt: skip
+    versions = {"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()}
+    cost = Cost(result.cpu_s, len(result.t) - 1, result.evaluations)
+    return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)
 
 
-def _between(mechanism: Mechanism, scene: Scene, result: Result, t: Array) -> tuple[Array, Array, Array]:
-    """States at times t: those of the result, and between them the quintic through positions, rates and accelerations."""
+def _between(mechanism: Mechanism, scene: Scene, result: Result, t: Array, every: int) -> tuple[Array, Array, Array]:
+    """States at times t: those of the result, and between (every `every`-th of) them the quintic through positions, rates and
+    accelerations."""
     m = mechanism
     known = np.array([_acceleration(m, scene, x, q, v) for x, q, v in zip(result.t, result.q, result.v, strict=True)])
-    if len(t) == len(result.t):
+    if len(t) == len(result.t) and every == 1:
         return result.q, result.v, known
     from scipy.interpolate import BPoly
 
-    spline = BPoly.from_derivatives(result.t, np.stack([result.q, result.v, known], axis=1))
+    nodes = np.stack([result.q, result.v, known], axis=1)
+    spline = BPoly.from_derivatives(result.t[::every], nodes[::every])
     return spline(t), spline.derivative()(t), spline.derivative(2)(t)
 
 
@@ -105,8 +121,4 @@ def with_estimate(recording: Recording, result: Result, difference: float) -> Re
         first = measured("max_error", total, result.max_error, result.unit, f"{text}; together")
     else:
         first = Finding("max_error", total, result.max_error, result.unit, "error", text)
-    return Recording(
-        recording.mechanism, recording.t, recording.q, recording.v, recording.channels, recording.units,
-        Health((first, *own[1:])) + recording.health, recording.cost, recording.settings, recording.scene, recording.name,
-        recording.fidelity, recording.parameters, recording.versions,
-    )  # fmt: skip
+    return replace(recording, health=Health((first, *own[1:])) + recording.health)

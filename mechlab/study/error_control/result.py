@@ -11,13 +11,31 @@ from mechlab.study.error_control.motion import Motion
 
 
 @dataclass(frozen=True)
+class Neighbour:
+    """A cruder or slightly other motion of the same scene: `factor` times its difference from the accepted one is, for every
+    channel, a part of the error.
+
+    motion, or q (n, nq), v (n, nv) at the output times; settings: those that a runner makes it with; captured: held rates are
+    captured in so many times their `time`.
+    """
+
+    factor: float
+    settings: Settings
+    q: Array
+    v: Array
+    motion: Motion | None = None
+    captured: float = 1.0
+
+
+@dataclass(frozen=True)
 class Result:
     """A motion with its error.
 
     t (n,); q (n, nq), v (n, nv): at the output times. estimate [unit]: of the largest error of the tracked quantities;
     method, step (a step [s], a tolerance, the nodes of a cell, 0 of a closed form; see `control`); cpu_s: all CPU spent, probing and check
     included, imports and building of models excluded; reached: whether the estimate meets `max_error`; sentence: what was
-    chosen and why, or why it cannot be reached.
+    chosen and why, or why it cannot be reached; neighbours: from which the errors of all channels follow, none where there was
+    one run alone.
     """
 
     t: Array
@@ -37,6 +55,7 @@ class Result:
     checked: Checked | None
     motion: Motion | None = None
     extrapolated: bool = False
+    neighbours: tuple[Neighbour, ...] = ()
 
     @property
     def accelerations(self) -> Array | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,10 +10,11 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import energy, kinetic_energy, potential_energy
+from mechlab.experiment.prices import OBSERVED
 from mechlab.experiment.trace import Trace
+from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
-from mechlab.study.cpu_limit import OutOfTime, cpu_limit
 from mechlab.study.methods import METHODS, Method, Problem, method
 from mechlab.study.stability.data import Cell, Outcome, Panel
 from mechlab.study.stability.plan import Plan
@@ -22,7 +22,7 @@ from mechlab.study.stability.vary import rough_parts
 
 REFERENCE_TOLERANCE = 1e-9
 REFERENCE_SHARE = 0.6
-"""Of the CPU time of a map, for all its reference runs."""
+"""Of the work of a map, for all its reference runs."""
 RUNAWAY = 1e2
 """A run that is off by so many times the whole motion, or its energy by so many times what is turned over, has blown up."""
 TRUSTED = 1e-4
@@ -114,6 +114,7 @@ def _spans(m: Mechanism, q: Array) -> Array:
 
 def judge(plan: Plan, problem: Problem, truth: Truth | None, run: Trace) -> Cell:
     """The outcome of a run that came back."""
+    count_work(OBSERVED.of(problem.mechanism) * len(run.q) / EVERY)
     if not run.complete or not np.all(np.isfinite(run.q)) or not np.all(np.isfinite(run.v)):
         return Cell(Outcome.BLOWN_UP, math.nan, run.reason or "the state is not finite")
     if truth is None:
@@ -152,16 +153,16 @@ class Row:
 def rows_of(plan: Plan, seconds: float) -> list[Row]:
     """The rows of a plan, each with its reference run; a row that cannot be had is told of, not dropped."""
     out = []
-    began = time.process_time()
+    began = work_done()
     for k, y in enumerate(plan.y.values):
-        share = REFERENCE_SHARE * seconds - (time.process_time() - began)
+        share = REFERENCE_SHARE * seconds - (work_done() - began)
         left = max(0.2, 3.0 * share / (len(plan.y.values) - k + 2))
         try:
-            with cpu_limit(left):
+            with work_limit(left):
                 problem = plan.problem(y)
                 out.append(Row(y, problem, truth_of(problem, plan.reference) if plan.compare else None))
-        except OutOfTime:
-            late = f"its reference run takes more than {left:.2g} s of CPU"
+        except OutOfWork:
+            late = f"its reference run takes more than {left:.2g} s of work"
             out.append(Row(y, None, None, late, Outcome.NOT_RUN))
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as failed:
             out.append(Row(y, None, None, str(failed)))
@@ -169,8 +170,8 @@ def rows_of(plan: Plan, seconds: float) -> list[Row]:
 
 
 def panels(plan: Plan, seconds: float, progress: Callable[[str], None]) -> tuple[tuple[Panel, ...], dict[str, str]]:
-    """All methods of a plan over its grid, coarse timesteps first, within `seconds` of CPU; and why methods are missing."""
-    began = time.process_time()
+    """All methods of a plan over its grid, coarse timesteps first, within `seconds` of work; and why methods are missing."""
+    began = work_done()
     rows = rows_of(plan, seconds)
     usable = next((r.problem for r in rows if r.problem is not None), None)
     skipped: dict[str, str] = {}
@@ -184,17 +185,17 @@ def panels(plan: Plan, seconds: float, progress: Callable[[str], None]) -> tuple
     out = []
     for k, m in enumerate(able):
         progress(f"{plan.kind}: {m.name}")
-        left = (seconds - (time.process_time() - began)) / (len(able) - k)
+        left = (seconds - (work_done() - began)) / (len(able) - k)
         out.append(_panel(plan, rows, m, max(0.3, left)))
     return tuple(out), skipped
 
 
 def _panel(plan: Plan, rows: list[Row], way: Method, seconds: float) -> Panel:
-    end = time.process_time() + seconds
+    end = work_done() + seconds
     cells: dict[tuple[int, int], Cell] = {}
     for i in sorted(range(len(plan.steps)), key=lambda i: -plan.steps[i]):
         for k, row in enumerate(rows):
-            cells[k, i] = _cell(plan, row, way, plan.steps[i], end - time.process_time())
+            cells[k, i] = _cell(plan, row, way, plan.steps[i], end - work_done())
     return Panel(way.name, tuple(tuple(cells[k, i] for i in range(len(plan.steps))) for k in range(len(rows))))
 
 
@@ -202,13 +203,13 @@ def _cell(plan: Plan, row: Row, way: Method, step: float, left: float) -> Cell:
     if row.problem is None:
         return Cell(row.outcome, math.nan, row.reason)
     if left <= 0.0:
-        return Cell(Outcome.NOT_RUN, math.nan, "the CPU time of this method was spent")
+        return Cell(Outcome.NOT_RUN, math.nan, "the work that this method may take was done")
     try:
-        with cpu_limit(left):
+        with work_limit(left):
             run = plan.tune(way, row.y).run(row.problem, step)
             return judge(plan, row.problem, row.truth, run)
-    except OutOfTime as late:
-        return Cell(Outcome.NOT_RUN, math.nan, str(late))
+    except OutOfWork:
+        return Cell(Outcome.NOT_RUN, math.nan, f"stopped after {left:.3g} s of work")
     except MechlabError as refused:
         return Cell(Outcome.REFUSED, math.nan, str(refused))
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:

@@ -1,4 +1,4 @@
-"""Which maps a mechanism gets, and making them within a budget of CPU time."""
+"""Which maps a mechanism gets, and making them within a budget of counted work."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.integrate import work_done
 from mechlab.study.design import Design
 from mechlab.study.methods import METHODS
 from mechlab.study.run import versions
@@ -34,7 +35,7 @@ KINDS: dict[str, Callable[[Case], Plan | str]] = {
 }
 """Maps that the structure of a mechanism calls for. Adding a kind is adding a row."""
 BUDGET = 26.0
-"""CPU seconds of a study, unless it is asked for more."""
+"""Counted work of a study [s] (`mechlab.integrate.work`), unless it is asked for more."""
 WEIGHTS = {"stiffness": 2.0, "softness": 0.6, "redundancy": 0.6}
 """Shares of the budget, where they are not 1: stiff references are slow."""
 
@@ -53,11 +54,12 @@ def study(
     """Stability maps of a scene of a design: timestep against what may make a method fail.
 
     kinds: of KINDS (default: all that fit; with `ranges`, those alone). methods: names, or parts of names, of
-    `mechlab.study.methods`. ranges: parameter, BODY_mass, X_stiffness or friction -> Range. budget: CPU seconds.
+    `mechlab.study.methods`. ranges: parameter, BODY_mass, X_stiffness or friction -> Range. budget [s]: of counted work, about seconds
+    of CPU, but the same map comes out on every machine.
     Raises MechlabError for unknown names, and for a kind that does not fit the mechanism, saying why.
     """
     if not budget > 0:
-        raise MechlabError(f"budget: expected CPU seconds > 0, got {budget!r}.")
+        raise MechlabError(f"budget: expected seconds of work > 0, got {budget!r}.")
     lived = design.for_scene(scene)
     made = lived.scene(scene, fidelity)
     lived.mechanism(made.fidelity)
@@ -65,7 +67,7 @@ def study(
     for kind in kinds:
         if kind not in KINDS:
             raise unknown("map", kind, KINDS)
-    began = time.process_time()
+    began, first = time.process_time(), work_done()
     plans: list[Plan] = [plan_range(case, key, given) for key, given in (ranges or {}).items()]
     without: dict[str, str] = {}
     for kind in kinds or (() if plans else tuple(KINDS)):
@@ -80,7 +82,7 @@ def study(
     maps = []
     for k, plan in enumerate(plans):
         waiting = sum(WEIGHTS.get(p.kind, 1.0) for p in plans[k:])
-        left = (budget - (time.process_time() - began)) * WEIGHTS.get(plan.kind, 1.0) / waiting
+        left = (budget - (work_done() - first)) * WEIGHTS.get(plan.kind, 1.0) / waiting
         maps.append(make_map(plan, max(1.0, left), progress))
     return Stability(
         design.name, design.entry.title, made.name, tuple(maps), without, versions(), time.process_time() - began,
@@ -89,7 +91,7 @@ def study(
 
 
 def make_map(plan: Plan, seconds: float, progress: Callable[[str], None] = lambda line: None) -> Map:
-    """Run a plan within `seconds` of CPU."""
+    """Run a plan within `seconds` of work."""
     shown, skipped = panels(plan, seconds, progress)
     able = tuple(m for m in plan.methods if m.name in {p.method for p in shown})
     theory = plan.theory(able)
