@@ -13,10 +13,11 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import ENGINES, PRESETS, Settings
+from mechlab.mechanism.geometry import Array
+from mechlab.study.by_engine import run_by_engine
 from mechlab.study.design import AUTO, Design
 from mechlab.study.nature import by_nature, friction_findings, motor_findings, with_static_motors
-from mechlab.study.order_check import with_step_error
-from mechlab.study.witness import room
+from mechlab.study.step_error import with_step_error
 
 HALVINGS = 7
 
@@ -51,7 +52,7 @@ def run_scene(
     max_error: method, timestep and constraint settings are chosen, and the error of the tracked quantities is estimated and
     checked (`mechlab.study.error_control`); with a given engine or settings only the timestep is halved until the run
     changes by less. The estimate stands in the health record, as an error when it is not reached.
-    estimate: whether a run with fixed steps carries its "step_error", which takes more runs.
+    estimate: whether a run carries the errors of its channels and its "step_error", which takes more runs.
     fidelity "auto": the cheapest that answers what the scene needs; the finding "fidelity" says why.
     Raises MechlabError for unknown names and engines that cannot run the scene.
     """
@@ -85,9 +86,10 @@ def run_scene(
     else:
         sharper = chosen if max_error is None else replace(chosen, tolerance=min(1e-6, 1e-2 * max_error))
         run = _once(lived, made, sharper, at)
-        fixed_steps = max_error is None and chosen.engine != "hybrid"
-        run = with_step_error(run, made) if estimate and fixed_steps else run
-    return _complete(lived, run, made)
+    done = _complete(lived, run, made)
+    if not estimate or chosen.engine == "analytic" or max_error is not None:
+        return done
+    return with_step_error(done, made, lambda scene, s, times: _complete(lived, _once(lived, scene, s, times), scene))
 
 
 def _settings(
@@ -106,19 +108,10 @@ def _settings(
     return chosen if timestep is None else replace(chosen, timestep=timestep)
 
 
-def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float]) -> Recording:
+def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array) -> Recording:
     """One run by an engine."""
-    m, times = design.mechanism(scene.fidelity), list(at) or None
-    if settings.engine == "hybrid":
-        room("pinocchio")
-        from mechlab.solve.hybrid import run as run_hybrid
-
-        return run_hybrid(m, scene, settings, times)
-    if settings.engine == "one_freedom":
-        from mechlab.study.one_freedom import run as run_one_freedom
-
-        return run_one_freedom(m, scene, settings, times)
-    done: Recording = room(settings.engine).run(m, scene, settings, times)
+    m = design.mechanism(scene.fidelity)
+    done = run_by_engine(m, scene, settings, None if len(at) == 0 else list(at))
     return replace(done, health=done.health + Health(friction_findings(m, settings)))
 
 
