@@ -16,7 +16,7 @@ from mechlab.experiment.settings import ENGINES, PRESETS, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.study.by_engine import run_by_engine
 from mechlab.study.design import AUTO, Design
-from mechlab.study.nature import by_nature, friction_findings, motor_findings, with_static_motors
+from mechlab.study.nature import by_nature, motor_findings, with_static_motors
 from mechlab.study.step_error import with_step_error
 
 HALVINGS = 7
@@ -110,9 +110,7 @@ def _settings(
 
 def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array) -> Recording:
     """One run by an engine."""
-    m = design.mechanism(scene.fidelity)
-    done = run_by_engine(m, scene, settings, None if len(at) == 0 else list(at))
-    return replace(done, health=done.health + Health(friction_findings(m, settings)))
+    return run_by_engine(design.mechanism(scene.fidelity), scene, settings, None if len(at) == 0 else list(at))
 
 
 def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:
@@ -144,7 +142,7 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     entry = design.entry
     parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
     level = recording.fidelity or scene.fidelity
-    health = recording.health + Health(motor_findings(scene))
+    health = recording.health + Health(motor_findings(scene, recording))
     full = replace(
         recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health
     )
