@@ -9,22 +9,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.experiment.health import Finding
 from mechlab.mechanism.geometry import Array
+
+Flags = NDArray[np.bool_]
 
 BAND = 3.0
 """Widths of a tanh beyond which smoothed friction has all but its bound (.5 % less)."""
 
 
-def stands(rates: Array, accelerations: Array, width: Array, able: Array) -> Array:
+def stands(rates: Array, accelerations: Array, width: Array, able: Array) -> Flags:
     """(n, k) whether friction smoothed as able tanh(rate / width) hides a stick: the rate is in the band, and the acceleration
     without friction is less than what friction is able to (width, able: (k,))."""
     free = accelerations + able * np.tanh(rates / width)
     return np.asarray((np.abs(rates) < BAND * width) & (np.abs(free) < able))
 
 
-def crept(t: Array, rates: Array, standing: Array) -> Array:
+def crept(t: Array, rates: Array, standing: Flags) -> Array:
     """(k,) ways [rad or m] made between samples at which something stands: t (n,), rates (n, k), standing (n, k)."""
     both = standing[1:] & standing[:-1]
     mean = 0.5 * (np.abs(rates[1:]) + np.abs(rates[:-1]))
@@ -32,7 +35,7 @@ def crept(t: Array, rates: Array, standing: Array) -> Array:
 
 
 def friction_finding(
-    names: Sequence[str], t: Array, rates: Array, standing: Array, tolerance: float, how: str
+    names: Sequence[str], t: Array, rates: Array, standing: Flags, tolerance: float, how: str
 ) -> Finding | None:
     """Finding "friction": the largest way crept, an error beyond the tolerance [rad or m] of the scene; None without dry
     friction. names (k,); `how` says what the engine does to it."""
