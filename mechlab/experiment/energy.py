@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mechlab.experiment.health import Finding, measured
 from mechlab.mechanism.geometry import Array
@@ -105,6 +105,7 @@ def energy_finding(
     limit: float = ENERGY_LIMIT,
     warn: float = ENERGY_WARNING,
     in_rows: float = 0.0,
+    stopped: NDArray[np.bool_] | None = None,
 ) -> Finding:
     """Finding "energy_balance": the largest |E(t) - E(0) - work(t)|, relative to the energy that the run turns over.
 
@@ -114,6 +115,9 @@ def energy_finding(
     STANDSTILL. What Simpson's rule itself may miss between samples (its
     difference from the trapezoidal rule / 10) is not held against the run, nor is `in_rows` [J], the work that soft gear
     rows take up under their loads (the lag itself has its own finding).
+
+    stopped (n - 1,): between which samples a joint was at an end of its range. A stop takes energy from what hits it and
+    never gives any: what was lost there is accounted for, what was gained, and all that changes elsewhere, is not.
     """
     kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
     total = kinetic + potential
@@ -121,7 +125,9 @@ def energy_finding(
     weight = mechanism.total_mass * float(np.linalg.norm(mechanism.gravity))
     moved = (float(np.max(kinetic)), float(np.ptp(potential)), float(work(t, np.abs(power))[-1]))
     turnover = max(*moved, weight * STANDSTILL, 1e-300)
-    missing = np.abs(total - total[0] - (spent - spent[0]))
+    open_ = total - total[0] - (spent - spent[0])
+    at_stops = np.zeros(len(open_)) if stopped is None else _lost_at_stops(open_, stopped)
+    missing = np.abs(open_ - at_stops)
     if done is None and len(t) > 2:
         from scipy.integrate import cumulative_trapezoid
 
@@ -130,8 +136,22 @@ def energy_finding(
     creep = kinetic_energy(mechanism, q[:1], np.full((1, mechanism.nv), CREEP))[0]
     noise = max(1e-12 * float(np.max(np.abs(potential), initial=0.0)), float(creep))
     value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0
-    text = f"energy balance: at most {np.max(missing):.3g} J of {turnover:.3g} J turned over is unaccounted for:"
+    taken = f" beside the {-at_stops[-1]:.3g} J that stops took" if at_stops[-1] < 0.0 else ""
+    text = f"energy balance: at most {np.max(missing):.3g} J of {turnover:.3g} J turned over is unaccounted for{taken}:"
     return measured("energy_balance", value, limit, "of the turnover", text, warn)
+
+
+def _lost_at_stops(missing: Array, stopped: NDArray[np.bool_]) -> Array:
+    """(n,) energy [J] <= 0 that stops have taken so far, of what is missing (n,): while a joint is at one (n - 1,) what falls is
+    lost, or lent to a soft stop, which may give back what it was lent in the same contact and no more."""
+    out = np.zeros(len(missing))
+    lent = 0.0
+    for k, at_one in enumerate(stopped):
+        change = float(missing[k + 1] - missing[k])
+        change = min(change, -lent) if at_one else 0.0
+        lent = lent + change if at_one else 0.0
+        out[k + 1] = out[k] + change
+    return out
 
 
 def _scalars(mechanism: Mechanism) -> list[Joint | Shaft]:

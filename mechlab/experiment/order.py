@@ -1,6 +1,6 @@
 """How the error of a run falls with its timestep: the order that is observed, and the error that remains.
 
-    p = log2(|x(h) - x(h/2)| / |x(h/2) - x(h/4)|),     error of x(h) ~ |x(h) - x(2h)| / (2^p - 1)
+    p = log2(|x(h) - x(h/2)| / |x(h/2) - x(h/4)|),     error of x(h) ~ |x(h) - x(kh)| / (k^p - 1)
 
 (Richardson). A method whose order is lost is wrong in a way that neither closure nor energy shows.
 """
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.errors import MechlabError
 from mechlab.experiment.health import Finding
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
@@ -24,6 +23,8 @@ ROUNDING = 1e-12
 """Changes below this, relative to the largest value (at least 1), say nothing of the order."""
 CONVERGENT = 0.4
 """An observed order below this is no convergence."""
+SAFETY = 2.0
+"""A stated error is Richardson's estimate times this, so that it bounds the true one."""
 
 
 @dataclass(frozen=True)
@@ -84,25 +85,31 @@ def order_finding(order: Order, timestep: float, why: Iterable[str] = ()) -> Fin
     return Finding("order", order.measured, order.expected - SLACK, "", "warning", text)
 
 
-def step_error(change: float, order: int, refined: bool = False) -> float:
-    """Error of x(h) from its change [rad or m] against 2h, or (refined) against h/2. Orders above 2 are not relied on."""
-    power = 2.0 ** min(order, 2)
-    return change * (power / (power - 1.0) if refined else 1.0 / (power - 1.0))
+def error_from_coarser(twice: float, fourfold: float | None, order: int, kinks: bool = False) -> float:
+    """Error of x(h) from its changes against x(2h) and x(4h) (None: that run did not come through), of a method whose order is
+    `order` at best: the order is the observed one, p = log2(fourfold / twice - 1), between 1 and `order`.
+
+    With kinks (impacts, dry friction, limits) two runs may agree by accident: then the larger change counts, whatever order
+    that is. Without, an observed order beyond the possible says that 4h is too coarse to tell, and orders above 2 are not relied on.
+    """
+    if fourfold is None:
+        return SAFETY * twice / (2.0 ** min(order, 2) - 1.0)
+    seen = math.log2(fourfold / twice - 1.0) if 0.0 < twice < 0.5 * fourfold else 0.0 if twice > 0.0 else math.inf
+    if seen > order + 1.0 and not kinks:
+        return SAFETY * twice / (2.0 ** min(order, 2) - 1.0)
+    p = min(max(seen, 1.0), order)
+    return SAFETY * max(twice / (2.0**p - 1.0), fourfold / (4.0**p - 1.0))
 
 
-def grown(early: float, late: float, times: float) -> float:
-    """Error at `times` x the end of a piece, from those at its middle (early) and its end (late), both largest so far: it
-    goes on growing as a power of time, between the 0th and the 2nd (a wrong frequency is the 1st, a wrong energy the 2nd)."""
-    if times < 1.0:
-        raise MechlabError(f"grown: expected a factor of time >= 1, got {times!r}.")
-    power = math.log2(late / early) if early > 0.0 else 2.0
-    return float(late * times ** min(max(power, 0.0), 2.0))
+def error_from_finer(change: float, share: float) -> float:
+    """Error of x(h) from its change against x(share h), share < 1, whatever its order, if it is at least 1."""
+    return SAFETY * change / (1.0 - share)
 
 
 def step_error_finding(value: float, tolerance: float, text: str) -> Finding:
-    """Finding "step_error": the error that the timestep leaves; a warning beyond the tolerance of the scene."""
-    sentence = f"error left by the timestep: about {value:.2g} rad or m {text}"
+    """Finding "step_error": the error that the timestep leaves; an error beyond the tolerance of the scene."""
+    sentence = f"error left by the timestep: at most about {value:.2g} rad or m {text}"
     if value <= tolerance:
         return Finding("step_error", value, tolerance, "rad or m", "ok", f"{sentence} (tolerance {tolerance:g})")
     sentence += f", beyond the tolerance {tolerance:g} of the scene; take a smaller timestep or --max-error"
-    return Finding("step_error", value, tolerance, "rad or m", "warning", sentence)
+    return Finding("step_error", value, tolerance, "rad or m", "error", sentence)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Protocol
 
 import mujoco
@@ -19,19 +18,26 @@ from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft, Spring
+from mechlab.simulate.friction import FrictionWatch
 from mechlab.simulate.stepping import BlowUp
 
 LOOKED_AT = 250
 """At most so many samples are looked at where each costs a walk through the whole tree."""
 UNEXPLAINED, SLIP_FLOOR = 3.0, 1e-6
 """Measured over predicted slip of gear rows that is to be known, and the slip [rad or m] below which it is not."""
-_FAILURES = ("BADQPOS", "BADQVEL", "BADQACC")
+_HARMLESS = ("VGEOMFULL",)
+"""Warnings of the engine that concern a picture; all others say that an equation was not solved as it stands."""
 
 
 class Samples(Protocol):
     """What the health record needs of the samples."""
 
     t: list[float]
+
+    @property
+    def friction(self) -> FrictionWatch:
+        """What was seen of dry friction."""
+        ...
 
     @property
     def forces(self) -> dict[str, Array]:
@@ -68,18 +74,25 @@ def health(
     out += kinematic_findings(mechanism, q[some], v[some], keep_mode=scene.keep_mode)
     if mechanism.relations:
         out += lag_findings(mechanism, scene, settings)
-        out.append(_slip(*samples.slip[:2]))
+        out.append(_slip(*samples.slip[:2], scene.tolerance))
     lost = dissipation(mechanism, q, v)
-    stopped = _stopped(mechanism, t, q, v)
+    limited = [j.name for j in mechanism.joints if j.range is not None and j.nv == 1]
+    stopped = _stopped(mechanism, limited, t, q, v)
     if len(t) > 1:
         done = samples.work - work(t, lost)
         power = np.gradient(done, t)
-        balance = energy_finding(mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2])
-        out.append(_excused(balance) if stopped else balance)
-    if stopped:
-        text = f"{', '.join(stopped)} reached the end of the range, where the engine has a soft stop that takes energy"
-        out.append(Finding("range", float(len(stopped)), 0.0, "joints", "warning", text))
-    some_more = (saturation_finding(scene.laws, samples.forces), capture_finding(scene.laws, settings))
+        hit = np.maximum.reduceat(stopped.any(axis=0), some[:-1]) if len(stopped) else None
+        out.append(
+            energy_finding(
+                mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2], stopped=hit
+            )
+        )
+    names = [j for j, met in zip(limited, stopped, strict=True) if met.any()]
+    if names:
+        text = f"{', '.join(names)} reached the end of the range, where the engine has a soft stop that takes energy"
+        out.append(Finding("range", float(len(names)), 0.0, "joints", "warning", text))
+    rubbed = samples.friction.finding(samples.t, scene.tolerance, settings.timestep)
+    some_more = (saturation_finding(scene.laws, samples.forces), capture_finding(scene.laws, settings), rubbed)
     out += [f for f in some_more if f is not None]
     restarted = restart_finding(mechanism, t, q, v)
     if restarted is not None:
@@ -100,36 +113,32 @@ def _blown(mechanism: Mechanism, blow_up: BlowUp, scene: Scene, settings: Settin
     return Finding("blow_up", blow_up.t, scene.duration, "s", "error", text)
 
 
-def _stopped(mechanism: Mechanism, t: Array, q: Array, v: Array) -> list[str]:
-    """Joints that met an end of their range, or may have between two samples."""
-    step = float(np.max(np.diff(t), initial=0.0))
-    out = []
-    for joint in mechanism.joints:
-        if joint.range is None or joint.nv != 1:
-            continue
-        value, reach = mechanism.value(joint.name, q), np.abs(v @ mechanism.row(joint.name)) * step
-        if np.any(value - reach <= joint.range[0]) or np.any(value + reach >= joint.range[1]):
-            out.append(joint.name)
+def _stopped(mechanism: Mechanism, names: list[str], t: Array, q: Array, v: Array) -> Array:
+    """(names, n - 1) whether a joint met an end of its range, or may have, between a sample and the next."""
+    step, joints = np.diff(t), {j.name: j for j in mechanism.joints}
+    out = np.zeros((len(names), max(len(t) - 1, 0)), dtype=bool)
+    for k, name in enumerate(names):
+        low, high = joints[name].range or (-math.inf, math.inf)
+        value, speed = mechanism.value(name, q), np.abs(v @ mechanism.row(name))
+        reach = np.maximum(speed[1:], speed[:-1]) * step
+        least, most = np.minimum(value[1:], value[:-1]) - reach, np.maximum(value[1:], value[:-1]) + reach
+        out[k] = (least <= low) | (most >= high)
     return out
 
 
-def _excused(balance: Finding) -> Finding:
-    """An energy balance that a stop may have upset is no error."""
-    if balance.severity != "error":
-        return balance
-    text = balance.sentence.removesuffix("; do not trust this run") + "; a stop took part in it"
-    return replace(balance, severity="warning", sentence=text)
-
-
-def _slip(measured: float, predicted: float) -> Finding:
-    """Measured and predicted slip of soft rows: more than the loads explain is a motion of the rows themselves."""
+def _slip(measured: float, predicted: float, tolerance: float) -> Finding:
+    """Measured and predicted slip of soft rows: more than the loads explain is a motion of the rows themselves, an error beyond
+    the tolerance of the scene."""
     text = (
         f"softness alone predicts a slip of the relations of {predicted:.3g}, r = (1-d) tc^2 zeta^2 A f, standing; "
         f"measured {measured:.3g} rad or m"
     )
     if measured > max(UNEXPLAINED * predicted, SLIP_FLOOR):
         text += ": the loads do not explain it, the rows swing, or fight each other. Take a smaller timestep"
-        return Finding("relation_softness", measured, UNEXPLAINED * predicted, "rad or m", "warning", text)
+        severity = "error" if measured > tolerance else "warning"
+        return Finding(
+            "relation_softness", measured, max(UNEXPLAINED * predicted, tolerance), "rad or m", severity, text
+        )
     return Finding("relation_softness", predicted, math.inf, "rad or m", "ok", text)
 
 
@@ -140,7 +149,7 @@ def _warnings(data: mujoco.MjData) -> list[Finding]:
         number = int(data.warning[k].number)
         if number:
             name = mujoco.mjtWarning(k).name.removeprefix("mjWARN_")
-            severity = "error" if name in _FAILURES else "warning"
+            severity = "warning" if name in _HARMLESS else "error"
             text = f"MuJoCo warned {number} times: {name} (last at {data.warning[k].lastinfo})"
             out.append(Finding("engine_warnings", float(number), 0.0, "warnings", severity, text))
     return out or [Finding("engine_warnings", 0.0, 0.0, "warnings", "ok", "no warnings of the engine")]

@@ -21,6 +21,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.control import controlled, engine
 from mechlab.simulate.drive import Driver, passive
 from mechlab.simulate.findings import health
+from mechlab.simulate.friction import FrictionWatch
 from mechlab.simulate.model import MujocoMap, to_mujoco
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.reactions import Reactions
@@ -104,6 +105,7 @@ class _Samples:
         self.reactions = Reactions(map_)
         self.watch = watch
         self.loops = LoopWatch(map_)
+        self.friction = FrictionWatch(map_)
         self.t: list[float] = []
         self.q: list[Array] = []
         self.v: list[Array] = []
@@ -133,6 +135,7 @@ class _Samples:
         self._force.append(self.driver.now())
         self._work.append(self.driver.work)
         self._slip.append(self.reactions.slip(data))
+        self.friction.take(data)
         return self.loops.torn(t, data) or self.watch.changed(self.q[-1])
 
     def channels(self, mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:

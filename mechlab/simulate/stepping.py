@@ -52,7 +52,7 @@ def grid(duration: float, timestep: float, times: Sequence[float] | None = None)
         raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
     count = max(1, int(np.ceil(duration / timestep - 1e-9)))
     samples = set(range(0, count, -(-count // MAX_SAMPLES))) | {count}
-    for t in times or ():
+    for t in () if times is None else times:
         if not 0.0 <= t <= duration * (1.0 + 1e-12):
             raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {t!r}.")
         near = min(count, round(t / timestep))

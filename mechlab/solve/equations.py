@@ -26,7 +26,8 @@ Indices = NDArray[np.int_]
 FASTEST = 1e6
 CLOSED = 1e-13
 LOST = 1e-3
-FRICTION_WIDTH = 1e-4
+FRICTION_WIDTH = 0.1
+"""Least width per timestep [rad/s2 or m/s2]: a finer run smooths less."""
 
 
 class BlowUp(Exception):
@@ -52,8 +53,9 @@ class Instant:
 class Equations:
     """The equations of motion of a mechanism under laws, on Pinocchio.
 
-    Dry friction is smoothed: -friction tanh(rate / width), where `width` [rad/s or m/s] is at least 1e-4 and wide
-    enough for a step of size h to be stable. `corrected` is the largest projection so far [m or rad].
+    Dry friction is smoothed: -friction tanh(rate / width), where `width` [rad/s or m/s] is at least FRICTION_WIDTH h and
+    wide enough for a step of size h to be stable; `able` [rad/s2 or m/s2] is what the friction alone accelerates.
+    `corrected` is the largest projection so far [m or rad].
     """
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> None:
@@ -73,7 +75,8 @@ class Equations:
         rows = self.plant.passive.friction_rows
         inverse = np.linalg.pinv(self.plant.mass_matrix()) if len(rows) else np.zeros((0, 0))
         softness = np.einsum("ij,jk,ik->i", rows, inverse, rows) if len(rows) else np.zeros(0)
-        self.width = np.maximum(FRICTION_WIDTH, h * self.plant.passive.friction * softness)
+        self.able = self.plant.passive.friction * softness
+        self.width = h * np.maximum(FRICTION_WIDTH, self.able)
 
     def start(self, q: Array, v: Array) -> Array:
         """The state (q, v, z, 0) with the states z that the laws start from."""

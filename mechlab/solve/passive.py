@@ -35,7 +35,7 @@ class Passive:
         self.springs = m.springs
         rough = [x for x in items if x.friction]
         self.friction = np.array([f for x in rough for f in ([x.friction] * getattr(x, "nv", 1))])
-        self.friction_names = tuple(x.name for x in rough)
+        self.friction_names = tuple(x.name for x in rough for _ in range(getattr(x, "nv", 1)))
         self.friction_rows = _friction_rows(m, rough)
 
     def force(self, kin: Kinematics, v: Array) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import unknown
 from mechlab.experiment.energy import energy_finding
+from mechlab.experiment.friction import friction_finding, stands
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.held_rates import capture_finding
 from mechlab.experiment.initial import initial_state
@@ -197,10 +198,12 @@ def _findings(
     limits = (saturation_finding(scene.laws, forces), capture_finding(scene.laws, settings))
     out += [f for f in limits if f is not None]
     if len(motion.width):
-        names = ", ".join(motion.plant.passive.friction_names)
-        width = float(motion.width.max())
-        text = f"dry friction of {names} is smoothed below rates of {width:.3g}: it creeps instead of sticking"
-        out.append(Finding("friction", width, 0.0, "rad/s or m/s", "warning", text))
+        rows, able = motion.plant.passive.friction_rows, motion.able
+        rates, a = v @ rows.T, np.array([x.a for x in log.instants]) @ rows.T
+        how = f"is smoothed below rates of {motion.width.max():.3g}"
+        standing = stands(rates, a, motion.width, able)
+        rubbed = friction_finding(motion.plant.passive.friction_names, t, rates, standing, scene.tolerance, how)
+        out += [rubbed] if rubbed is not None else []
     if settings.integrator == "semi_implicit_Euler":
         text = "first-order integration: energy and phase may be wrong by several per cent"
         out.append(Finding("first_order", settings.timestep, 0.0, "s", "warning", text))

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from mechlab.experiment.health import Finding
 from mechlab.experiment.laws import DcMotor, Law
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import PRESETS, Settings
 from mechlab.mechanism import Mechanism
@@ -60,26 +63,20 @@ def with_static_motors(scene: Scene, settings: Settings) -> Scene:
     return scene if laws == scene.laws else replace(scene, laws=laws)
 
 
-def motor_findings(scene: Scene) -> tuple[Finding, ...]:
-    """One finding for each motor whose lag was left out."""
+def motor_findings(scene: Scene, recording: Recording) -> tuple[Finding, ...]:
+    """One finding for each motor whose lag was left out: the way that the motion is ahead by for it, lag x change of the rate, an
+    error beyond the tolerance of the scene."""
     out = []
     for law in scene.laws:
         if isinstance(law, DcMotor) and law.neglected:
             text = (
                 f"the motor on {law.on} follows its static line, torque over speed: its time constant of "
-                f"{law.neglected:.3g} s is shorter than a step; a smaller timestep (not below {FASTEST:g} s) follows it"
+                f"{law.neglected:.3g} s is shorter than a step, which puts the motion ahead by up to"
             )
-            out.append(Finding("static_motor", law.neglected, FASTEST, "s", "warning", text))
+            rate = recording.v @ recording.mechanism.row(law.on)
+            ahead = law.neglected * float(np.max(np.abs(rate - rate[0])))
+            unit = recording.units.get(law.on, "rad")
+            severity = "error" if ahead > scene.tolerance else "warning"
+            text += f" {ahead:.2g} {unit} (tolerance {scene.tolerance:g}); a timestep below it follows the motor"
+            out.append(Finding("static_motor", ahead, scene.tolerance, unit, severity, text))
     return tuple(out)
-
-
-def friction_findings(mechanism: Mechanism, settings: Settings) -> tuple[Finding, ...]:
-    """What an engine with fixed steps does to dry friction."""
-    names = ", ".join(rough(mechanism))
-    if not names or settings.engine != "mujoco":
-        return ()
-    text = (
-        f"dry friction of {names}: the engine's is of first order whatever the integrator (step {settings.timestep:g} s) "
-        "and creeps instead of sticking; --engine hybrid follows it exactly"
-    )
-    return (Finding("friction", settings.timestep, 0.0, "s", "warning", text),)

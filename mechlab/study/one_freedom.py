@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import NoSolution, unknown
 from mechlab.experiment.energy import energy_finding
+from mechlab.experiment.friction import friction_finding, stands
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.initial import initial_state
 from mechlab.experiment.laws import Law, applied_force
@@ -40,7 +41,8 @@ INTEGRATORS = ("RK4", "DOP853")
 PATH_ERROR = 1e-10
 PATH_LIMIT = 1e-8
 WIDTH = 2.0 * np.pi / 16.0
-FRICTION_WIDTH = 1e-4
+FRICTION_WIDTH = 0.1
+"""Dry friction is smoothed below rates of this [rad/s2 or m/s2], or of what it accelerates, times the timestep."""
 
 
 class OneFreedomPlant:
@@ -108,6 +110,7 @@ class OneFreedom:
         laws: tuple[Law, ...] = (),
         q: ArrayLike | None = None,
         tolerance: float = PATH_ERROR,
+        timestep: float = 1e-3,
     ) -> None:
         for law in laws:
             for name in law.targets():
@@ -121,6 +124,7 @@ class OneFreedom:
         self.plant = OneFreedomPlant(m)
         items: list[Joint | Shaft] = [*m.joints, *m.shafts]
         self._rough = [(x.friction, m.row(x.name)) for x in items if x.friction]
+        self.rough_names = tuple(x.name for x in items if x.friction)
         shift = None
         if self.turn is not None:
             shift = np.concatenate([self.turn, np.zeros(2 * m.nv + 4)])
@@ -128,6 +132,11 @@ class OneFreedom:
             self.columns, WIDTH / max(1.0, float(np.max(np.abs(self.path.start.u)))), tolerance,
             period=None if shift is None else 2.0 * np.pi, turn=shift, origin=self.path.start.phi,
         )  # fmt: skip
+        _, u, _, numbers = self.split(self.columns(self.path.start.phi))
+        able = [
+            size * float(row @ u) ** 2 / float(numbers[0]) if numbers[0] > 0.0 else 0.0 for size, row in self._rough
+        ]
+        self.width = timestep * np.maximum(FRICTION_WIDTH, able)
         self.evaluations = 0
 
     def columns(self, phi: float) -> Array:
@@ -149,6 +158,13 @@ class OneFreedom:
         nq, nv = self.mechanism.nq, self.mechanism.nv
         return columns[:nq], columns[nq : nq + nv], columns[nq + nv : nq + 2 * nv], columns[-4:]
 
+    def standing(self, u: Array, w: float, a: Array, inertia: float) -> tuple[Array, Array]:
+        """(k,) whether what has dry friction stands, and its rates, at tangent u, rate w and accelerations a (nv,)."""
+        rows = np.array([row for _, row in self._rough]).reshape(-1, self.mechanism.nv)
+        along, rates = rows @ u, w * (rows @ u)
+        able = np.array([size for size, _ in self._rough]) * along**2 / inertia
+        return stands(rates[None], (rows @ a)[None], self.width, able)[0], rates
+
     def terms(self, t: float, y: Array) -> Terms:
         """The terms of the equation at y = (phi, phi', work, states of laws), and the forces of the laws in `forces`."""
         self.evaluations += 1
@@ -159,9 +175,9 @@ class OneFreedom:
         self.memory.put(self.plant, y[3:])
         applied, self.forces = applied_force(self.mechanism, self.laws, t, self.plant)
         push = float(applied @ u) + float(damping) * w
-        for size, row in self._rough:
+        for (size, row), width in zip(self._rough, self.width, strict=True):
             along = float(row @ u)
-            push -= size * along * float(np.tanh(along * w / FRICTION_WIDTH))
+            push -= size * along * float(np.tanh(along * w / width))
         return Terms(
             float(inertia), float(half_slope), push + float(weight), push * w, self.memory.rate(t, self.plant, y[3:])
         )
@@ -185,7 +201,7 @@ def run(
     times = sample_grid(scene.duration, settings.timestep, sample_times)
     q0, v0 = initial_state(mechanism, scene)
     began = time.thread_time()
-    model = OneFreedom(mechanism, scene.laws, q0)
+    model = OneFreedom(mechanism, scene.laws, q0, timestep=settings.timestep)
     first = [model.path.start.phi, float(mechanism.row(model.coordinate) @ v0), 0.0]
     state = np.concatenate([first, model.memory.initial])
     t, y, steps, end = _march(model, settings, times, state)
@@ -233,13 +249,15 @@ def _recording(
     m = model.mechanism
     q, v, a = np.empty((len(t), m.nq)), np.empty((len(t), m.nv)), np.empty((len(t), m.nv))
     forces: list[dict[str, float]] = []
-    power = np.empty(len(t))
+    power, rough = np.empty(len(t)), model.rough_names
+    standing, rubbing = np.empty((len(t), len(rough)), dtype=bool), np.empty((len(t), len(rough)))
     for k in range(len(t)):
         w = float(y[k, 1])
         q[k], u, du, _ = model.split(model.table(float(y[k, 0])))
         terms = model.terms(float(t[k]), y[k])
         v[k], a[k] = u * w, u * acceleration(terms, w) + du * w**2
         power[k] = terms.power
+        standing[k], rubbing[k] = model.standing(u, w, a[k], terms.inertia)
         forces.append(model.forces)
     for joint in m.joints:
         if joint.kind == "spherical":
@@ -261,7 +279,9 @@ def _recording(
     limited = saturation_finding(
         scene.laws, {n: channels[f"{n}_force"] for n in m.scalar_names if f"{n}_force" in channels}
     )
-    findings += [limited] if limited is not None else []
+    how = f"is smoothed below rates of {np.max(model.width, initial=0.0):.3g}"
+    rubbed = friction_finding(rough, t, rubbing, standing, scene.tolerance, how)
+    findings += [x for x in (limited, rubbed) if x is not None]
     if end is not None:
         why = f"the run stopped at t = {end[0]:.6g} s of {scene.duration:g} s: {end[1]}"
         findings.insert(0, Finding("blow_up", end[0], scene.duration, "s", "error", why))

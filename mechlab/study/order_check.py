@@ -1,9 +1,4 @@
-"""What the timestep of a run costs in accuracy: an estimate that every run with fixed steps carries, and on demand the
-observed order.
-
-The estimate repeats the run, or its first part (at most MOST steps, SLOW where a step is dear), at twice the timestep with
-nothing recorded.
-"""
+"""The observed order of a run on demand: whether its error falls with the timestep as that of its method should."""
 
 from __future__ import annotations
 
@@ -15,14 +10,10 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.health import Finding, Health
-from mechlab.experiment.held_rates import captured
 from mechlab.experiment.order import (
     expected_order,
-    grown,
     observed_order,
     order_finding,
-    step_error,
-    step_error_finding,
 )
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -33,8 +24,6 @@ from mechlab.mechanism.parts import Joint, Shaft
 from mechlab.study.nature import with_static_motors
 from mechlab.study.witness import room
 
-MOST, SLOW = 2000, 500
-"""Steps of the run that the estimate looks at, in MuJoCo, and in other engines or under computed torque."""
 ORDER_STEPS, ORDER_OUTPUTS = 400, 40
 """Steps of the piece of an order check, and how often its three runs are compared."""
 FILE_STEPS = 4
@@ -45,16 +34,6 @@ _CORNERS = ("held_rates", "one_sided_stop", "constant_power", "table")
 def fixed_steps(settings: Settings) -> bool:
     """Whether the engine takes the steps that it is told."""
     return settings.engine in ("mujoco", "pinocchio", "one_freedom") and settings.integrator not in ("DOP853", "Radau")
-
-
-def with_step_error(recording: Recording, scene: Scene) -> Recording:
-    """The recording of a scene with the finding "step_error" (see the module), where it can be had: not for engines that
-    control their steps, runs that ended early, or fewer than four steps."""
-    settings = recording.settings
-    if not fixed_steps(settings) or recording.t[-1] < scene.duration * (1.0 - 1e-9):
-        return recording
-    found = _step_error(recording, scene, settings)
-    return recording if found is None else replace(recording, health=recording.health + Health((found,)))
 
 
 def with_order(recording: Recording, scene: Scene) -> Recording:
@@ -70,7 +49,7 @@ def with_order(recording: Recording, scene: Scene) -> Recording:
     piece = replace(scene, duration=steps // outputs * outputs * s.timestep)
     expected = expected_order(s, bool(m.loops or m.relations))
     order = observed_order(lambda h: _states(m, piece, replace(s, timestep=h), outputs), s.timestep, expected)
-    found = order_finding(order, s.timestep, _suspects(m, scene, s))
+    found = order_finding(order, s.timestep, suspects(m, scene, s))
     return replace(recording, health=recording.health + Health((found,)))
 
 
@@ -95,37 +74,6 @@ def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, bet
     )
 
 
-def _step_error(recording: Recording, scene: Scene, s: Settings) -> Finding | None:
-    count = int(scene.duration / s.timestep + 1e-9)
-    every = 2 * max(1, round(float(np.median(np.diff(recording.t))) / s.timestep))
-    slow = s.engine != "mujoco" or any(law.kind == "computed_torque" for law in scene.laws)
-    most = SLOW if slow else MOST
-    outputs = min(most, count) // every
-    if outputs < 2:
-        every, outputs = 2, min(count, most) // 2
-    times = np.arange(outputs + 1) * every * s.timestep
-    where = np.abs(recording.t[:, None] - times).argmin(axis=0) if outputs else np.zeros(0, dtype=int)
-    there = np.abs(recording.t[where] - times) < 1e-6 * s.timestep
-    if outputs < 2 or np.count_nonzero(there) < 3:
-        return None
-    piece = replace(scene, duration=float(times[-1]))
-    order = expected_order(s, bool(recording.mechanism.loops or recording.mechanism.relations))
-    for factor in (2.0, 0.5):
-        other = replace(s, timestep=factor * s.timestep)
-        states = _states(recording.mechanism, replace(piece, laws=captured(piece.laws, factor)), other, outputs)
-        if len(states) <= outputs or not np.all(np.isfinite(states)):
-            continue
-        apart = np.abs(states[there] - recording.q[where[there]]).max(axis=1)
-        worst = np.maximum.accumulate(apart)
-        early, late = (step_error(float(worst[k]), order, factor < 1.0) for k in (len(worst) // 2, -1))
-        value = grown(early, late, max(1.0, scene.duration / piece.duration))
-        text = f"(steps of {other.timestep:g} s differ by {worst[-1]:.2g}"
-        text += f" in the first {piece.duration:.3g} s)" if piece.duration < 0.999 * scene.duration else ")"
-        return step_error_finding(value, scene.tolerance, text)
-    text = "the run comes through neither at twice the timestep nor at half of it: its error cannot be estimated"
-    return Finding("step_error", float("inf"), scene.tolerance, "rad or m", "warning", text)
-
-
 def _states(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
     """(n, nq) coordinates at `outputs` + 1 even times; fewer for a run that ended early."""
     try:
@@ -145,7 +93,7 @@ def _states(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int
         return np.zeros((0, mechanism.nq))
 
 
-def _suspects(mechanism: Mechanism, scene: Scene, settings: Settings) -> Iterator[str]:
+def suspects(mechanism: Mechanism, scene: Scene, settings: Settings) -> Iterator[str]:
     """What is known to lower the order of RK4."""
     items: list[Joint | Shaft] = [*mechanism.joints, *mechanism.shafts]
     rough = [x.name for x in items if x.friction]

@@ -49,6 +49,10 @@ class SolveResult:
         return self.answers._repr_html_()
 
 
+ROUNDING = 1e-9
+"""Of the range of a channel: what a table shows as 0, where the error is not smaller."""
+
+
 @dataclass(frozen=True)
 class SimulateResult:
     """A recording, sampled."""
@@ -91,7 +95,8 @@ class SimulateResult:
         r = self.recording
         times = [*self.at, float(r.t[-1])]
         names = list(r.channels)
-        columns = [{n: s[n] for n in names} for s in self.samples()] + [r.final()]
+        noise = {n: self._noise(n) for n in names}
+        columns = [{n: s[n] if abs(s[n]) > noise[n] else 0.0 for n in names} for s in [*self.samples(), r.final()]]
         heads = ["channel", "unit", *(f"t = {t:g} s" for t in times[: len(columns) - 1]), f"t = {r.t[-1]:g} s (end)"]
         rows = [[n, r.units.get(n, ""), *(number(c[n], 7) for c in columns)] for n in names]
         if r.errors:
@@ -106,6 +111,12 @@ class SimulateResult:
         lines += [f"  note    {n}" for n in self.notes]
         lines.append(f"cost: {r.cost.steps} steps, {r.cost.evaluations} evaluations, {r.cost.cpu_s:.3g} s of CPU")
         return "\n".join(lines)
+
+    def _noise(self, channel: str) -> float:
+        """Size up to which the table shows a value as 0: below its error, and below ROUNDING of the range of the channel."""
+        values = self.recording.channels[channel]
+        finite = np.abs(values[np.isfinite(values)])
+        return min(ROUNDING * float(np.max(finite, initial=0.0)), self.recording.errors.get(channel, 0.0))
 
     def _repr_html_(self) -> str:
         return self.recording._repr_html_()

@@ -15,10 +15,11 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import ENGINES, PRESETS, Settings
+from mechlab.mechanism.geometry import Array
+from mechlab.study.by_engine import run_by_engine
 from mechlab.study.design import AUTO, Design
-from mechlab.study.nature import by_nature, friction_findings, motor_findings, with_static_motors
-from mechlab.study.order_check import with_step_error
-from mechlab.study.witness import room
+from mechlab.study.nature import by_nature, motor_findings, with_static_motors
+from mechlab.study.step_error import with_step_error
 
 if TYPE_CHECKING:
     from mechlab.study.error_control import Controlled
@@ -58,7 +59,7 @@ def run_scene(
     checked (`mechlab.study.error_control`); with a given engine or settings only the timestep is halved until the run
     changes by less. The estimate stands in the health record, as an error when it is not reached; the error of every channel,
     controlled or not, stands in `errors`.
-    estimate: whether a run with fixed steps carries its "step_error", which takes more runs.
+    estimate: whether a run carries the errors of its channels and its "step_error", which takes more runs.
     fidelity "auto": the cheapest that answers what the scene needs; the finding "fidelity" says why.
     Raises MechlabError for unknown names and engines that cannot run the scene.
     """
@@ -89,8 +90,10 @@ def run_scene(
         return _to_error(lived, made, chosen, max_error, at, choose=engine is None and settings is None)
     else:
         run = _once(lived, made, chosen, at)
-        run = with_step_error(run, made) if estimate and chosen.engine != "hybrid" else run
-    return _complete(lived, run, made)
+    done = _complete(lived, run, made)
+    if not estimate or chosen.engine == "analytic":
+        return done
+    return with_step_error(done, made, lambda scene, s, times: _complete(lived, _once(lived, scene, s, times), scene))
 
 
 def _to_error(
@@ -123,20 +126,9 @@ def _settings(
     return chosen if timestep is None else replace(chosen, timestep=timestep)
 
 
-def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float]) -> Recording:
+def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array) -> Recording:
     """One run by an engine."""
-    m, times = design.mechanism(scene.fidelity), list(at) or None
-    if settings.engine == "hybrid":
-        room("pinocchio")
-        from mechlab.solve.hybrid import run as run_hybrid
-
-        return run_hybrid(m, scene, settings, times)
-    if settings.engine == "one_freedom":
-        from mechlab.study.one_freedom import run as run_one_freedom
-
-        return run_one_freedom(m, scene, settings, times)
-    done: Recording = room(settings.engine).run(m, scene, settings, times)
-    return replace(done, health=done.health + Health(friction_findings(m, settings)))
+    return run_by_engine(design.mechanism(scene.fidelity), scene, settings, None if len(at) == 0 else list(at))
 
 
 def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:
@@ -168,7 +160,7 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     entry = design.entry
     parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
     level = recording.fidelity or scene.fidelity
-    health = recording.health + Health(motor_findings(scene))
+    health = recording.health + Health(motor_findings(scene, recording))
     full = replace(
         recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health
     )

@@ -90,5 +90,5 @@ def test_the_sweep_sees_errors_and_good_runs() -> None:
     truth, tolerance = reference("pendulum", "", 1.0), ml.load("pendulum").scene().tolerance
     assert error(good, truth) < tolerance < 0.1 * error(bad, truth)
     assert all(f.severity == "ok" for f in good.health.findings)
-    assert bad.health.finding("step_error").severity == "warning"
+    assert bad.health.finding("step_error").severity == "error"
     assert 0.1 < bad.health.finding("step_error").value / error(bad, truth) < 10.0

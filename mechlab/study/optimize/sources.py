@@ -171,7 +171,7 @@ class Run:
         """The numbers. Raises Untrustworthy for a run that must not be trusted."""
         from mechlab.study.run import run_scene
 
-        r = run_scene(design, None, extra=dict(self.extra))
+        r = run_scene(design, None, extra=dict(self.extra), estimate=False)
         if not r.health.trusted:
             bad = "; ".join(f.sentence for f in r.health.findings if f.severity == "error")
             raise Untrustworthy(f"{design.name}: {bad}")
