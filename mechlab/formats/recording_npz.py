@@ -27,6 +27,7 @@ def save_recording(recording: Recording, path: str | Path) -> Path:
         "schema": 1, "name": recording.name, "scene": recording.scene, "fidelity": recording.fidelity,
         "parameters": recording.parameters, "settings": asdict(recording.settings), "versions": recording.versions,
         "cost": asdict(recording.cost), "units": recording.units, "errors": recording.errors, "channels": list(recording.channels),
+        "acts": recording.acts,
         "health": [f.to_dict() for f in recording.health.findings],
         "mechanism": json.loads(to_json(recording.mechanism)),
     }  # fmt: skip
@@ -69,4 +70,5 @@ def load_recording(path: str | Path) -> Recording:
         health=Health(tuple(Finding(**f) for f in header["health"])),
         cost=Cost(**header["cost"]), settings=Settings(**header["settings"]), scene=header["scene"],
         name=header["name"], fidelity=header["fidelity"], parameters=header["parameters"], versions=header["versions"],
+        acts=header.get("acts", ""),
     )  # fmt: skip

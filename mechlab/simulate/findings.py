@@ -74,7 +74,9 @@ def health(
     if len(t) > 1:
         done = samples.work - work(t, lost)
         power = np.gradient(done, t)
-        balance = energy_finding(mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2])
+        balance = energy_finding(
+            mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2], laws=scene.laws
+        )
         out.append(_excused(balance) if stopped else balance)
     if stopped:
         text = f"{', '.join(stopped)} reached the end of the range, where the engine has a soft stop that takes energy"

@@ -26,7 +26,7 @@ def pipeline(
     files = dict(write_verified(design.mechanism(level), out, design.file_settings))
     progress("checks, each with its witnesses")
     checks = run_checks([design])
-    progress(f"simulation of scene {design.entry.default_scene}")
+    progress(f"simulation of scene {design.default_scene}")
     simulation = SimulateResult(run_scene(design))
     files["recording"] = save_recording(simulation.recording, out / "run.npz")
     progress("page")

@@ -76,9 +76,11 @@ class SimulateResult:
         """JSON-able form."""
         r = self.recording
         return {
-            "scene": r.scene, "fidelity": r.fidelity, "engine": r.settings.engine, "integrator": r.settings.integrator,
+            "scene": r.scene, "acts": r.acts, "fidelity": r.fidelity,
+            "engine": r.settings.engine, "integrator": r.settings.integrator,
             "timestep": r.settings.timestep, "duration": float(r.t[-1]), "final": r.final(), "samples": self.samples(),
-            "units": dict(r.units), "errors": dict(r.errors), "health": [f.to_dict() for f in r.health.findings], "parameters": dict(r.parameters),
+            "units": dict(r.units), "errors": dict(r.errors), "health": [f.to_dict() for f in r.health.findings],
+            "parameters": dict(r.parameters),
             "cost": {"cpu_s": r.cost.cpu_s, "steps": r.cost.steps, "evaluations": r.cost.evaluations}, "message": self.message,
             "status": "finished" if r.health.trusted else "finished, do not trust it", "notes": list(self.notes),
         }  # fmt: skip
@@ -98,6 +100,8 @@ class SimulateResult:
             f"{r.name}, scene {r.scene}, fidelity {r.fidelity}, "
             f"engine {r.settings.engine} ({r.settings.integrator}, {r.settings.timestep:g} s)"
         ]
+        if r.acts:
+            lines.append(f"what acts: {r.acts}")
         lines += [table(heads, rows), "", "health"]
         lines += [f"  {f.severity:8s}{f.sentence}" for f in r.health.findings]
         lines += [f"  note    {n}" for n in self.notes]

@@ -8,13 +8,14 @@ from dataclasses import replace
 from importlib import metadata
 
 from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.experiment.acting import what_acts
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import ENGINES, PRESETS, Settings
 from mechlab.study.design import AUTO, Design
-from mechlab.study.nature import by_nature, friction_findings, motor_findings, with_static_motors
+from mechlab.study.nature import FASTEST, by_nature, drive_step, friction_findings, motor_findings, with_static_motors
 from mechlab.study.order_check import with_step_error
 from mechlab.study.witness import room
 
@@ -102,7 +103,8 @@ def _settings(
         tolerance = min(chosen.tolerance, 1e-10)
         chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")
     elif wanted != chosen.engine:
-        chosen = replace(chosen, engine=wanted, integrator="RK4")
+        step = max(FASTEST, drive_step(design.mechanism(scene.fidelity), scene))
+        chosen = replace(chosen, engine=wanted, integrator="RK4", timestep=min(chosen.timestep, step))
     return chosen if timestep is None else replace(chosen, timestep=timestep)
 
 
@@ -153,8 +155,9 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     level = recording.fidelity or scene.fidelity
     health = recording.health + Health(motor_findings(scene))
     full = replace(
-        recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health
-    )
+        recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,
+        acts=what_acts(recording.mechanism, scene),
+    )  # fmt: skip
     asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
     values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
     return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})
