@@ -20,7 +20,7 @@ from mechlab.experiment.laws import DcMotor, Law, Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Drive
+from mechlab.mechanism.parts import Drive, Joint, Shaft, Spring
 
 
 def drive_law(mechanism: Mechanism, drive: Drive) -> Law | None:
@@ -58,36 +58,36 @@ def what_acts(mechanism: Mechanism, scene: Scene) -> str:
     parts = ["gravity" if any(mechanism.gravity) else "no gravity", *_elements(mechanism)]
     held = held_drives(scene.laws)
     alike: dict[Law, list[Law]] = {}
-    for law in held:
-        alike.setdefault(replace(law, drive="", on=""), []).append(law)
+    for hold in held:
+        alike.setdefault(replace(hold, drive="", on=""), []).append(hold)
     parts += [law_text(mechanism, group) for group in alike.values()]
     others = [law for law in scene.laws if law not in held and law.targets()]
-    driven = {d.on for d in mechanism.drives if drive_law(mechanism, d) is not None}
+    names = {law.drive for law in held}
+    waiting = [d for d in mechanism.drives if d.name not in names]
     for law in others:
-        replaced = len(driven.intersection(law.targets()))
+        taken = [d for d in waiting if d.on in law.targets()] if scene.drives == "hold" else []
+        waiting = [d for d in waiting if d not in taken]
+        replaced = sum(drive_law(mechanism, d) is not None for d in taken)
         words = ("", " in place of its drive", " in place of their drives")[min(replaced, 2)]
         parts.append(law_text(mechanism, [law]) + words)
-    taken = {name for law in others for name in law.targets()}
-    return "; ".join([*parts, *_idle(mechanism, {law.drive for law in held}, taken)])
+    return "; ".join([*parts, *_idle(mechanism, waiting)])
 
 
 def _elements(mechanism: Mechanism) -> list[str]:
     """Springs, dampers and dry friction of the mechanism."""
-    parts = [*mechanism.joints, *mechanism.shafts]
-    out = []
-    for names, one, many in (
-        ([x.name for x in (*mechanism.springs, *parts) if x.stiffness], "spring", "springs"),
-        ([x.name for x in (*mechanism.springs, *parts) if x.damping], "damping", "damping"),
-        ([x.name for x in parts if x.friction], "dry friction", "dry friction"),
-    ):
-        if names:
-            out.append(f"{one if len(names) == 1 else many} of {rounded(names)}")
-    return out
+    parts: list[Joint | Shaft] = [*mechanism.joints, *mechanism.shafts]
+    elastic: list[Joint | Shaft | Spring] = [*mechanism.springs, *parts]
+    springs = [x.name for x in elastic if x.stiffness]
+    found = {
+        "spring" if len(springs) == 1 else "springs": springs,
+        "damping of": [x.name for x in elastic if x.damping],
+        "dry friction of": [x.name for x in parts if x.friction],
+    }
+    return [f"{what} {rounded(names)}" for what, names in found.items() if names]
 
 
-def _idle(mechanism: Mechanism, held: set[str], taken: set[str]) -> list[str]:
-    """The drives that neither hold nor have a law in their place: released, or without force at no command."""
-    rest = [d for d in mechanism.drives if d.name not in held and d.on not in taken]
+def _idle(mechanism: Mechanism, rest: Sequence[Drive]) -> list[str]:
+    """What the drives do that neither hold nor have a law in their place: released, or without a command."""
     able = [d for d in rest if drive_law(mechanism, d) is not None]
     out = []
     for drives, text in ((able, "released"), ([d for d in rest if d not in able], "without a command")):
