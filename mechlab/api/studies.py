@@ -36,7 +36,7 @@ def modes(
     """Equilibrium, eigenfrequencies, damping and mode shapes on the constraint manifold, from each engine on its own.
 
     values (or keywords): parameters, X_0 (where the search for the equilibrium starts), X_force (constant loads). Without a
-    scene the drives hold the reference pose as in the model files; with one its laws act; free: neither. html: a page that
+    scene the drives hold their targets from the reference pose; with one what acts in it; free: neither. html: a page that
     swings through the modes (`only`: their numbers); out: a folder for modes.json, modes.npz and modes.html. See
     `mechlab.study.modes`.
     """

@@ -251,6 +251,8 @@ def _recorded(recording: Recording) -> Story:
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
     s = recording.settings
     facts |= {"engine": f"{s.engine}, {s.integrator}, step {s.timestep:g} s"}
+    if recording.acts:
+        facts["what acts"] = recording.acts
     if recording.name in catalog.NAMES:
         entry = catalog.entry(recording.name)
         d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})

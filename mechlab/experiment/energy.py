@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mechlab.experiment.acting import held_drives
 from mechlab.experiment.health import Finding, measured
+from mechlab.experiment.laws import Law, Servo
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
@@ -66,6 +70,18 @@ def energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
     return kinetic_energy(mechanism, q, v) + potential_energy(mechanism, q)
 
 
+def held_energy(mechanism: Mechanism, laws: Sequence[Law], q: Array, v: Array) -> tuple[Array, Array]:
+    """(n,) energy [J] in the springs that drives are which hold without a limit, sum of stiffness (value - target)^2 / 2, along
+    q (n, nq), v (n, nv), and its rate (n,) [W]."""
+    stored, rate = np.zeros(len(q)), np.zeros(len(q))
+    for law in held_drives(laws):
+        if isinstance(law, Servo) and np.isinf(law.limit):
+            off = mechanism.value(law.on, q) - law.motion.at(0.0)[0]
+            stored += 0.5 * law.stiffness * off**2
+            rate += law.stiffness * off * (v @ mechanism.row(law.on))
+    return stored, rate
+
+
 def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
     """(n,) power [W] >= 0 lost in the dampers and the dry friction of joints and shafts, and in dampers of springs."""
     q, v = np.atleast_2d(q), np.atleast_2d(v)
@@ -106,12 +122,14 @@ def energy_finding(
     warn: float = ENERGY_WARNING,
     in_rows: float = 0.0,
     stopped: NDArray[np.bool_] | None = None,
+    laws: Sequence[Law] = (),
 ) -> Finding:
     """Finding "energy_balance": the largest |E(t) - E(0) - work(t)|, relative to the energy that the run turns over.
 
     power (n,) [W]: that of all laws less the dissipation, at the samples; its work is integrated by Simpson's rule,
-    or given by the engine as `done` (n,) [J], which is better. Turnover = max of: the largest kinetic energy, the
-    span of the potential energy, the integral of |power|, and for a mechanism at rest what its weight does over
+    or given by the engine as `done` (n,) [J], which is better. laws: those of the scene; what the drives among them store
+    as springs is potential energy. Turnover = max of: the largest kinetic energy, the span of the potential energy, the
+    integral of |power|, and for a mechanism at rest what its weight does over
     STANDSTILL. What Simpson's rule itself may miss between samples (its
     difference from the trapezoidal rule / 10) is not held against the run, nor is `in_rows` [J], the work that soft gear
     rows take up under their loads (the lag itself has its own finding).
@@ -120,6 +138,10 @@ def energy_finding(
     never gives any: what was lost there is accounted for, what was gained, and all that changes elsewhere, is not.
     """
     kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
+    stored, storing = held_energy(mechanism, laws, q, v)
+    potential, power = potential + stored, power + storing
+    if done is not None:
+        done = np.asarray(done, dtype=float) + stored - stored[0]
     total = kinetic + potential
     spent = work(t, power) if done is None else np.asarray(done, dtype=float)
     weight = mechanism.total_mass * float(np.linalg.norm(mechanism.gravity))
@@ -159,6 +181,6 @@ def _scalars(mechanism: Mechanism) -> list[Joint | Shaft]:
 
 
 __all__ = [
-    "ENERGY_LIMIT", "ENERGY_WARNING", "dissipation", "energy", "energy_finding", "kinetic_energy",
+    "ENERGY_LIMIT", "ENERGY_WARNING", "dissipation", "energy", "energy_finding", "held_energy", "kinetic_energy",
     "potential_energy", "work",
 ]  # fmt: skip

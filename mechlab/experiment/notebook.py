@@ -46,6 +46,8 @@ def recording_table(recording: Recording, *sentences: str) -> str:
         f"scene {r.scene or '-'}, fidelity {r.fidelity or '-'}, {r.t[-1]:g} s, {len(r.t)} times recorded",
     ]
     said.append(f"engine {r.settings.engine}, {r.settings.integrator}, step {r.settings.timestep:g} s")
+    if r.acts:
+        said.append(f"what acts: {r.acts}")
     rows = [
         (n, r.units.get(n, ""), number(x.min(), 6), number(x.max(), 6), number(x[-1], 9)) for n, x in r.channels.items()
     ]

@@ -31,7 +31,7 @@ class Recording:
 
     t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit;
     `errors` name -> the largest error of a channel at any time of the run, as estimated, in its unit (a channel without one
-    has no estimate).
+    has no estimate); `acts`: what acted, in a line (`mechlab.experiment.acting`).
     """
 
     mechanism: Mechanism
@@ -49,6 +49,7 @@ class Recording:
     parameters: dict[str, Any] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     errors: dict[str, float] = field(default_factory=dict)
+    acts: str = ""
 
     def channel(self, name: str) -> Array:
         """(n,) values of a channel; raises MechlabError that lists the channels."""

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.laws import AppliedForce, Law
+from mechlab.experiment.acting import held_drives
+from mechlab.experiment.laws import AppliedForce, DcMotor, Law, Servo
 from mechlab.experiment.memory import Memory
 from mechlab.experiment.prices import CALLBACK, price_of_laws
 from mechlab.integrate import count_work
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.simulate.model import MujocoMap
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.stepping import RATE_LIMIT
 
@@ -29,13 +31,18 @@ class Driver:
     States of laws (`mechlab.experiment.memory`) are integrated here: with the stages of RK4, which keeps its order (an
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
 
+    Of the laws that are declared drives the engine applies those that `engage` gave to its actuators, which its implicit
+    methods take implicitly; here their forces are computed a second time, for the record and for the work.
+
     `at_once`: all laws are constant and the method is RK4. Then the forces are in the engine from the start, and no call
     is needed: with the weights of RK4 the sum of force x rate is the force times the way made, to rounding.
     """
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant) -> None:
         self.mechanism, self.laws, self.plant = mechanism, laws, plant
-        self.applied = AppliedForce(mechanism, laws)
+        in_engine = engaged(laws)
+        self.applied = AppliedForce(mechanism, [law for law in laws if law not in in_engine])
+        self.held = AppliedForce(mechanism, in_engine) if in_engine else None
         self._qfrc, self._qvel = plant.data.qfrc_applied, plant.data.qvel
         dof = plant.map.dof
         self._dof: Array | slice = slice(None) if np.array_equal(dof, np.arange(len(self._qvel))) else dof
@@ -53,7 +60,7 @@ class Driver:
         self._kept = self._seen = self.memory.initial
         self._slopes: list[Array] = []
         self.memory.put(plant, self._kept)
-        self.at_once = self._rk4 and self.applied.constant
+        self.at_once = self._rk4 and self.applied.constant and self.held is None
         self._from = {name: plant.value(name) for name in self.targets} if self.at_once else {}
         if self.at_once:
             total, self.forces = self.applied(plant.t, plant)
@@ -76,6 +83,10 @@ class Driver:
         t = plant.t
         total, self.forces = self.applied(t, plant)
         self._qfrc[self._dof] = total
+        if self.held is not None:
+            held, forces = self.held(t, plant)
+            total = total + held
+            self.forces = {n: self.forces.get(n, 0.0) + forces.get(n, 0.0) for n in (self.forces | forces)}
         self.evaluations += 1
         power = float(total.dot(self._qvel[self._dof]))
         if not math.isfinite(power):
@@ -121,10 +132,34 @@ class Driver:
         return [self.forces.get(name, 0.0) for name in self.targets]
 
 
+RELEASED = 30
+"""The group of actuators that is disabled; MuJoCo has groups 0 to 30."""
+
+
 def passive(model: mujoco.MjModel) -> None:
-    """Take the actuators of the file out of a model: their groups are disabled, and their damping, which MuJoCo applies
+    """Take the actuators of the file out of a model: their group is disabled, and their damping, which MuJoCo applies
     also in disabled groups, is set to zero. The control callback still runs."""
-    for group in np.unique(model.actuator_group):
-        model.opt.disableactuator |= 1 << int(group)
+    model.actuator_group[:] = RELEASED
+    model.opt.disableactuator |= 1 << RELEASED
     model.actuator_damping[:] = 0.0
     model.actuator_dampingpoly[:] = 0.0
+
+
+def engaged(laws: Sequence[Law]) -> tuple[Servo | DcMotor, ...]:
+    """The laws that the engine's own actuators do: declared drives whose force has no memory."""
+    return tuple(law for law in held_drives(laws) if isinstance(law, Servo) or not law.inductance)
+
+
+def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:
+    """Leave in a model the actuators that stand for `engaged` laws, with the stiffness and damping of the law (in a map of
+    stability they are others than in the file), and take out all others. Controls stay 0, the target of a drive."""
+    model = map_.model
+    passive(model)
+    for law in engaged(laws):
+        k = map_.actuators[law.drive]
+        model.actuator_group[k] = 0
+        if isinstance(law, Servo) and law.stiffness:
+            model.actuator_gainprm[k, 0] = law.stiffness
+            model.actuator_biasprm[k, 1:3] = -law.stiffness, -law.damping
+        elif isinstance(law, Servo):
+            model.actuator_damping[k] = law.damping

@@ -84,8 +84,9 @@ def health(
         hit = np.maximum.reduceat(stopped.any(axis=0), some[:-1]) if len(stopped) else None
         out.append(
             energy_finding(
-                mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2], stopped=hit
-            )
+                mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2], stopped=hit,
+                laws=scene.laws,
+            )  # fmt: skip
         )
     names = [j for j, met in zip(limited, stopped, strict=True) if met.any()]
     if names:

@@ -19,7 +19,7 @@ from mechlab.experiment.settings import MUJOCO_INTEGRATORS, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.control import controlled, engine
-from mechlab.simulate.drive import Driver, passive
+from mechlab.simulate.drive import Driver, engage
 from mechlab.simulate.findings import health
 from mechlab.simulate.friction import FrictionWatch
 from mechlab.simulate.model import MujocoMap, to_mujoco
@@ -38,8 +38,9 @@ def run(
     """Run a scene with MuJoCo; `settings` default to those the scene recommends.
 
     The laws of the scene are the only forces beside gravity, springs and dampers: they are evaluated at every stage of
-    a step, with the time and state of that stage. The position servos of the MJCF file never act here; a scene without
-    laws is a passive motion. To use the servos, step `to_mujoco(mechanism)` yourself.
+    a step, with the time and state of that stage. Declared drives act as far as the scene has laws for them (a scene of a
+    design has: see `mechlab.experiment.acting`); the engine's own actuators do their work, so that the motion is that of
+    the MJCF file with all controls at 0, and the methods that are implicit in actuators are so here.
 
     Channels: those of `basic_channels`; NAME_accel of joints and shafts; NAME_force of whatever a law acts on;
     reactions (see `Reactions`). Each sample is evaluated at its own state (mj_forward), none lags behind.
@@ -55,9 +56,9 @@ def run(
     steps = grid(scene.duration, chosen.timestep, sample_times)
     q, v = initial_state(mechanism, scene)
     model, data = to_mujoco(mechanism, chosen)
-    passive(model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     map_ = MujocoMap(mechanism, model)
+    engage(map_, scene.laws)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     data.qpos[:] = map_.engine_coordinates(q)
     data.qvel[:] = map_.engine_rates(data.qpos, v)
     data.qacc_warmstart[:] = 0.0

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from mechlab.experiment.initial import initial_state
+from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import MUJOCO
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
@@ -21,7 +22,7 @@ from mechlab.integrate import count_work, integrate_lsoda
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.control import controlled, engine
-from mechlab.simulate.drive import Driver, passive
+from mechlab.simulate.drive import Driver, engage, engaged
 from mechlab.simulate.model import MujocoMap, to_mujoco
 from mechlab.simulate.plant import MujocoPlant
 from mechlab.simulate.stepping import RATE_LIMIT
@@ -55,8 +56,8 @@ class Steps:
     """A timed run of a scene that goes on from where it stands; the timestep must divide `between`, the distance of outputs
     [s].
 
-    Laws are evaluated at every stage, inside the timed steps. Under constant loads alone, runs of a thread share one MjData
-    for a mechanism and its settings, and each keeps its state. Raises MechlabError for bad input.
+    Laws are evaluated at every stage, inside the timed steps. Under constant loads and drives that hold alone, runs of a
+    thread share one MjData for a mechanism and its settings, and each keeps its state. Raises MechlabError for bad input.
     """
 
     def __init__(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> None:
@@ -65,10 +66,10 @@ class Steps:
         self.timestep = between / self.each
         self.price = MUJOCO.of(mechanism) * (4.0 if settings.integrator == "RK4" else 1.0)
         if _constant(scene):
-            self.model, self.data, self.map = _kept(mechanism, settings, threading.get_ident())
+            self.model, self.data, self.map = _kept(mechanism, settings, engaged(scene.laws), threading.get_ident())
             mujoco.mj_resetData(self.model, self.data)
         else:
-            self.model, self.data, self.map = _passive(mechanism, settings)
+            self.model, self.data, self.map = _undriven(mechanism, settings, engaged(scene.laws))
         # nobody reads them, and a chart is to tell what stepping costs
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         _start(mechanism, scene, self.data, self.map)
@@ -98,18 +99,19 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) 
 _Engine = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
 
 
-def _passive(mechanism: Mechanism, settings: Settings) -> _Engine:
-    """A model without actuators and without the automatic reset."""
+def _undriven(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...]) -> _Engine:
+    """A model without the automatic reset, and without actuators but those of the drives that hold."""
     model, data = to_mujoco(mechanism, settings)
-    passive(model)
+    map_ = MujocoMap(mechanism, model)
+    engage(map_, held)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return model, data, MujocoMap(mechanism, model)
+    return model, data, map_
 
 
 @lru_cache(maxsize=16)
-def _kept(mechanism: Mechanism, settings: Settings, thread: int) -> _Engine:
-    """`_passive`, made once for a thread."""
-    return _passive(mechanism, settings)
+def _kept(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...], thread: int) -> _Engine:
+    """`_undriven`, made once for a thread."""
+    return _undriven(mechanism, settings, held)
 
 
 def _start(mechanism: Mechanism, scene: Scene, data: mujoco.MjData, map_: MujocoMap) -> None:
@@ -121,7 +123,14 @@ def _start(mechanism: Mechanism, scene: Scene, data: mujoco.MjData, map_: Mujoco
 
 
 def _constant(scene: Scene) -> bool:
-    return all(law.kind == "constant" for law in scene.laws)
+    """Whether the engine does everything by itself."""
+    return all(law.kind == "constant" for law in _called(scene))
+
+
+def _called(scene: Scene) -> tuple[Law, ...]:
+    """The laws that the engine's actuators do not do."""
+    held = engaged(scene.laws)
+    return tuple(law for law in scene.laws if law not in held)
 
 
 def _driven(
@@ -130,7 +139,7 @@ def _driven(
     """What makes the engine run under the laws of a scene; constant ones are put into it once, without a call back at every
     stage."""
     if _constant(scene):
-        for law in scene.laws:
+        for law in _called(scene):
             data.qfrc_applied[map_.dof] += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
         return engine
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
@@ -141,7 +150,7 @@ def _driven(
 def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
     """A scene of a tree of one-coordinate joints at `outputs` + 1 even times: MuJoCo's equations of motion (mj_forward, exact
     without constraints) under LSODA, to the tolerance of the settings."""
-    model, data, map_ = _passive(mechanism, settings)
+    model, data, map_ = _undriven(mechanism, settings, engaged(scene.laws))
     _start(mechanism, scene, data, map_)
     n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT

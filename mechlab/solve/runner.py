@@ -190,7 +190,7 @@ def _findings(
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
     out = list(kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode))
     power = np.array([x.power for x in log.instants])
-    out.append(energy_finding(mechanism, t, q, v, power, y[:, -1]))
+    out.append(energy_finding(mechanism, t, q, v, power, y[:, -1], laws=scene.laws))
     if len(motion.plant.constraints):
         text = "the largest projection onto the constraints in a step was"
         out.append(measured("closure_correction", motion.corrected, CORRECTION_LIMIT, "m or rad", text, 1e-4))

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.acting import what_acts
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.trace import Trace
 from mechlab.integrate import OutOfWork, work_done, work_limit
@@ -87,6 +88,7 @@ def chart(
         (*points, *(others.points if others else ())), skipped | (others.skipped if others else {}),
         recommend(points, aim, truth.unit), tuple(flat_defaults(points, aim, truth.unit, _has_rows(design, made))),
         () if changed else PUBLISHED.get(design.name, ()), versions(), others,
+        what_acts(lived.mechanism(made.fidelity), made),
     )  # fmt: skip
 
 

@@ -84,6 +84,7 @@ class Chart:
     published: tuple[Published, ...]
     versions: dict[str, str]
     peers: PeerTable | None = None
+    acts: str = ""
 
     @property
     def front(self) -> tuple[Point, ...]:
@@ -98,7 +99,7 @@ class Chart:
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {
-            "name": self.name, "scene": self.scene, "duration": self.duration, "error_unit": self.unit,
+            "name": self.name, "scene": self.scene, "acts": self.acts, "duration": self.duration, "error_unit": self.unit,
             "tracked": list(self.tracked), "reference": {"text": self.reference, "error": self.reference_error},
             "points": [p.to_dict() for p in self.points], "front": [p.to_dict() for p in self.front],
             "recommendation": self.recommendation.to_dict(), "notes": list(self.notes), "skipped": dict(self.skipped),

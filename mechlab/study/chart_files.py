@@ -29,6 +29,7 @@ def chart_text(chart: Chart) -> str:
              p.status if not p.reason else f"{p.status}: {p.reason}"[:60]] for p in chart.points]  # fmt: skip
     lines = [
         f"{chart.name}, scene {chart.scene}, {chart.duration:g} s: speed against accuracy of {', '.join(chart.tracked[:6])}",
+        *([f"what acts: {chart.acts}"] if chart.acts else []),
         f"reference: {chart.reference}",
         "",
         table(heads, rows),

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.acting import what_acts
+from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import basic_channels
+from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.study.closed_path import ClosedPath, PathPoint, choose_path
@@ -44,6 +47,7 @@ class CycleResult(Told):
     witnesses: Mapping[str, float] = field(default_factory=dict)
     normal: tuple[float, float, float] | None = None
     exit_code: int = 0
+    acts: str = ""
 
     def __getitem__(self, name: str) -> Array:
         if name in self.zero:
@@ -62,7 +66,8 @@ class CycleResult(Told):
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {
-            "mechanism": self.name, "drive": self.drive, "output": self.output, "columns": self.columns, "units": self.units,
+            "mechanism": self.name, "acts": self.acts, "drive": self.drive,
+            "output": self.output, "columns": self.columns, "units": self.units,
             "zero": list(self.zero), "notes": list(self.notes), "max_difference": dict(self.witnesses), "message": self.message,
         }  # fmt: skip
 
@@ -79,6 +84,7 @@ class CycleResult(Told):
             rows.append([name, self.units.get(name, ""), *cells])
         lines = [
             self.message,
+            *([f"what acts: {self.acts}"] if self.acts else []),
             table(["column", "unit", "least", f"at {self.drive}", "largest", f"at {self.drive}"], rows),
         ]
         lines += [f"note: {n}" for n in self.notes]
@@ -147,7 +153,17 @@ def run_cycle(
     return CycleResult(
         m, name or m.name, path.coordinate, aim or "", kept, units, (*notes, *missing), zero, witnesses,
         None if normal is None else (float(normal[0]), float(normal[1]), float(normal[2])),
+        acts=_acts(m, path.coordinate, dict(motion or {})),
     )  # fmt: skip
+
+
+def _acts(m: Mechanism, drive: str, motion: Mapping[str, float]) -> str:
+    """What acts, in a line: the drive moves as given and the force for it is asked, so no declared drive holds."""
+    loads = tuple(
+        Constant(k.removesuffix("_force"), float(x)) for k, x in motion.items() if k.endswith("_force") and float(x)
+    )
+    others = replace(m, drives=tuple(d for d in m.drives if d.on != drive))
+    return f"{what_acts(others, Scene('cycle', '', 1.0, loads, drives='free'))}; {drive} on the given motion"
 
 
 def _given(m: Mechanism, motion: dict[str, float]) -> tuple[float, float, Array, str | None]:

@@ -7,9 +7,11 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, make_dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.acting import acting, drive_law
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import describe, make, parameter
@@ -18,6 +20,8 @@ from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 
+HOLD, FREE = "hold", "free-motion"
+"""The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
 AUTO = "auto"
 """As the fidelity of a scene or a run: the cheapest that answers what is needed; see `mechlab.study.fidelity`."""
 
@@ -109,6 +113,14 @@ class Design:
 
     # -- scenes --------------------------------------------------------------------------------------------------------
 
+    @cached_property
+    def default_scene(self) -> str:
+        """The scene that is run when none is named: that of the entry; `free-motion` for `hold` of nothing."""
+        chosen = self.entry.default_scene
+        if chosen == HOLD and FREE in self.entry.scenes and not holding(self.mechanism(self.entry.default_fidelity)):
+            return FREE
+        return chosen
+
     def scene(
         self,
         name: str | None = None,
@@ -116,13 +128,14 @@ class Design:
         duration: float | None = None,
         extra: Mapping[str, float] | None = None,
     ) -> Scene:
-        """A scene with the user's changes. `extra` holds initial values X_0, X_rate_0 and constant loads X_force.
+        """A scene with the user's changes, and what the declared drives do in it (`mechlab.experiment.acting`). `extra`
+        holds initial values X_0, X_rate_0 and constant loads X_force, which act beside everything else.
 
         Parameters of the scene outrank defaults, those that the user gave outrank the scene's.
         Raises MechlabError for unknown names.
         """
-        chosen = name or self.entry.default_scene
-        recipe = self.recipe(name)
+        chosen = name or self.default_scene
+        recipe = self.recipe(chosen)
         p = replace(self.parameters, **{k: v for k, v in recipe.overrides.items() if k not in self.given})
         level = self.fidelity(self._resolved(fidelity or recipe.fidelity, chosen, duration, extra))
         scene = recipe.make(p, level)
@@ -130,11 +143,13 @@ class Design:
             if not 0.0 < duration < 1e6:
                 raise MechlabError(f"{self.name}: duration must be positive, got {duration!r} s.")
             scene = replace(scene, duration=duration)
+        if level != "kinematic" and scene.drives == "hold":
+            scene = acting(self.mechanism(level), scene)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 
     def recipe(self, name: str | None) -> SceneRecipe:
         """The recipe of a scene (default: the entry's); raises MechlabError that lists the scenes."""
-        chosen = name or self.entry.default_scene
+        chosen = name or self.default_scene
         if chosen not in self.entry.scenes:
             raise unknown(f"{self.name}: scene", chosen, self.entry.scenes)
         return self.entry.scenes[chosen]
@@ -198,8 +213,11 @@ class NoParameters:
 
 
 def entry_of(mechanism: Mechanism) -> Entry:
-    """An entry for a bare Mechanism: one fidelity, the scene `free-motion`."""
-    return _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary)
+    """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`."""
+    made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary)
+    if holding(mechanism):
+        return made
+    return replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
 
 
 def entry_of_function(function: Callable[..., Mechanism], name: str | None = None) -> Entry:
@@ -241,14 +259,26 @@ def _kind(default: object) -> type:
     return float
 
 
+def holding(mechanism: Mechanism) -> bool:
+    """Whether a drive of the mechanism gives a force while nothing is asked of it."""
+    return any(drive_law(mechanism, d) is not None for d in mechanism.drives)
+
+
 def _entry(name: str, cls: type[Any], build: Callable[[Any, str], Mechanism], summary: str) -> Entry:
+    def hold(p: Any, fidelity: str) -> Scene:
+        return Scene(HOLD, fidelity, 2.0, text="the drives hold their targets against weight, springs and loads")
+
     def free(p: Any, fidelity: str) -> Scene:
         return Scene(
-            "free-motion", fidelity, 2.0, text="the mechanism moves under its own weight from the given initial state"
-        )
+            FREE, fidelity, 2.0, text="the mechanism moves under its own weight from the given initial state",
+            drives="free",
+        )  # fmt: skip
 
     return Entry(
         name=name, title=name, summary=summary, parameters=cls, build=build, fidelities={"full": "as written"},
-        default_fidelity="full", scenes={"free-motion": SceneRecipe(free, "full", "moves freely from its initial state")},
-        default_scene="free-motion",
+        default_fidelity="full", default_scene=HOLD,
+        scenes={
+            HOLD: SceneRecipe(hold, "full", "gravity, springs and the drives, which hold their targets"),
+            FREE: SceneRecipe(free, "full", "moves freely from its initial state, its drives released"),
+        },
     )  # fmt: skip

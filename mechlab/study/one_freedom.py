@@ -270,7 +270,7 @@ def _recording(
     for name in dict.fromkeys(n for x in forces for n in x):
         channels[f"{name}_force"] = np.array([x.get(name, 0.0) for x in forces])
         units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
-    findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2])]
+    findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2], laws=scene.laws)]
     text = (
         f"along {model.coordinate}, {model.table.cells} cells from {model.table.samples} closed poses; "
         "they are off between the nodes, relative to each column, by"

@@ -32,7 +32,7 @@ def pipeline(
         files = dict(made.files)
         progress("checks, each with its witnesses")
         checks = run_checks([design])
-        progress(f"simulation of scene {design.entry.default_scene}")
+        progress(f"simulation of scene {design.default_scene}")
         simulation = SimulateResult(run_scene(design))
         files["recording"] = save_recording(simulation.recording, stage / "run.npz")
         progress("page")

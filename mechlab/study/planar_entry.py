@@ -162,7 +162,7 @@ class Planar:
                 laws = (law,) if name == "driven-crank" else ()
                 if laws:
                     return Scene(name, fidelity, turn, laws, start, speed, tolerance=1e-5, settings=DRIVEN)
-                return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4, settings=FREE)
+                return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4, settings=FREE, drives="free")
 
             return scene
 

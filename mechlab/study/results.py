@@ -82,7 +82,8 @@ class SimulateResult:
         """JSON-able form."""
         r = self.recording
         return {
-            "scene": r.scene, "fidelity": r.fidelity, "engine": r.settings.engine, "integrator": r.settings.integrator,
+            "scene": r.scene, "acts": r.acts, "fidelity": r.fidelity,
+            "engine": r.settings.engine, "integrator": r.settings.integrator,
             "timestep": r.settings.timestep, "duration": float(r.t[-1]), "final": r.final(), "samples": self.samples(),
             "units": dict(r.units), "errors": dict(r.errors),
             "health": [f.to_dict() for f in r.health.findings], "parameters": dict(r.parameters),
@@ -106,6 +107,8 @@ class SimulateResult:
             f"{r.name}, scene {r.scene}, fidelity {r.fidelity}, "
             f"engine {r.settings.engine} ({r.settings.integrator}, {r.settings.timestep:g} s)"
         ]
+        if r.acts:
+            lines.append(f"what acts: {r.acts}")
         lines += [table(heads, rows), "", "health"]
         lines += [f"  {f.severity:8s}{f.sentence}" for f in r.health.findings]
         lines += [f"  note    {n}" for n in self.notes]

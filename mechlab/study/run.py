@@ -9,6 +9,7 @@ from importlib import metadata
 from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.experiment.acting import what_acts
 from mechlab.experiment.channel_errors import differences, with_errors
 from mechlab.experiment.health import Finding, Health, measured
 from mechlab.experiment.parameters import describe
@@ -18,7 +19,7 @@ from mechlab.experiment.settings import ENGINES, PRESETS, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.study.by_engine import run_by_engine
 from mechlab.study.design import AUTO, Design
-from mechlab.study.nature import by_nature, motor_findings, with_static_motors
+from mechlab.study.nature import FASTEST, by_nature, drive_step, motor_findings, with_static_motors
 from mechlab.study.step_error import with_step_error
 
 if TYPE_CHECKING:
@@ -122,7 +123,8 @@ def _settings(
         tolerance = min(chosen.tolerance, 1e-10)
         chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")
     elif wanted != chosen.engine:
-        chosen = replace(chosen, engine=wanted, integrator="RK4")
+        step = max(FASTEST, drive_step(design.mechanism(scene.fidelity), scene))
+        chosen = replace(chosen, engine=wanted, integrator="RK4", timestep=min(chosen.timestep, step))
     return chosen if timestep is None else replace(chosen, timestep=timestep)
 
 
@@ -162,8 +164,9 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     level = recording.fidelity or scene.fidelity
     health = recording.health + Health(motor_findings(scene, recording))
     full = replace(
-        recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health
-    )
+        recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,
+        acts=what_acts(recording.mechanism, scene),
+    )  # fmt: skip
     asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
     values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
     return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})

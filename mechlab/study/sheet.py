@@ -113,7 +113,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
     tables["Fidelities"] = (("fidelity", "what it is"), tuple(entry.fidelities.items()))
     tables["Scenes"] = (
         ("scene", "what happens"),
-        tuple((n + (" (default)" if n == entry.default_scene else ""), r.text) for n, r in entry.scenes.items()),
+        tuple((n + (" (default)" if n == design.default_scene else ""), r.text) for n, r in entry.scenes.items()),
     )
     headers, asked = question_rows(entry.questions)
     if level != "kinematic" and not design.mechanism(level).loops and gear_rows(design) is not None:
@@ -202,7 +202,8 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
         lines += [f"Sources: {'; '.join(entry.sources)}.", ""]
     scenes = tuple((n, r.text) for n, r in entry.scenes.items())
     lines += ["## Scenes", "", markdown(("scene", "what happens"), scenes), ""]
-    lines += [f"The scene {entry.default_scene}:", "", f"![Plots of the scene {entry.default_scene}]({motion})", ""]
+    shown = design.default_scene
+    lines += [f"The scene {shown}:", "", f"![Plots of the scene {shown}]({motion})", ""]
     if entry.name in CHARTED:
         drawn = f"../../assets/chart_{entry.name}.svg"
         lines += ["## Speed against accuracy", "", f"![What each method costs and how wrong it is]({drawn})", ""]

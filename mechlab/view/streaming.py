@@ -29,7 +29,7 @@ def stream(
     it is; when it has ended, the page of the recording replaces it. What goes wrong is told on the page. `stop()` true: the
     run is no longer wanted and ends."""
     lived = design.for_scene(scene)
-    chosen = scene or design.entry.default_scene
+    chosen = scene or design.default_scene
     fidelity = design.entry.scenes[chosen].fidelity
 
     def over() -> bool:

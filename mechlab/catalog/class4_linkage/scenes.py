@@ -42,8 +42,9 @@ def free(p: Class4Parameters, fidelity: str) -> Scene:
     """The crank is let go at one turn per second, under its own weight."""
     start = start_angle(p)
     return Scene(
-        "free-run", fidelity, 2.0, (), {"crank_angle": start}, {"crank_angle": 2 * np.pi}, tolerance=1e-4, settings=FREE
-    )
+        "free-run", fidelity, 2.0, (), {"crank_angle": start}, {"crank_angle": 2 * np.pi}, tolerance=1e-4, settings=FREE,
+        drives="free",
+    )  # fmt: skip
 
 
 def fold(p: Class4Parameters, fidelity: str) -> Scene:

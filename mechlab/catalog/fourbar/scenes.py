@@ -28,7 +28,8 @@ def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
     # under a constant torque the crank gets fast: 200 rad/s after 2 s
     settings = Settings(timestep=2.5e-4) if name == "constant-torque" else Settings()
     at, rate = {"crank_angle": start_angle(p)}, {"crank_angle": start}
-    return Scene(name, fidelity, 2.0, laws[name], at, rate, tolerance=1e-4, settings=settings)
+    drives = "free" if name == "free-run" else "hold"
+    return Scene(name, fidelity, 2.0, laws[name], at, rate, tolerance=1e-4, settings=settings, drives=drives)
 
 
 def driven(p: Parameters, fidelity: str) -> Scene:

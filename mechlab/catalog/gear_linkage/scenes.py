@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -52,7 +53,7 @@ def constant_crank(p: Parameters, fidelity: str) -> Scene:
 
 def free_spin(p: Parameters, fidelity: str) -> Scene:
     """The crank is let go at full speed: one turn at the mean speed, more or less."""
-    return _scene("free-spin", p, fidelity, (), 1.0, Settings(timestep=_turn(p) / STEPS))
+    return replace(_scene("free-spin", p, fidelity, (), 1.0, Settings(timestep=_turn(p) / STEPS)), drives="free")
 
 
 def near_change_point(p: Parameters, fidelity: str) -> Scene:

@@ -37,7 +37,9 @@ def driven(p: PlatformParameters, fidelity: str) -> Scene:
 
 def free(p: PlatformParameters, fidelity: str) -> Scene:
     """The platform is let go in its home pose."""
-    return Scene("free-run", fidelity, 0.25, (), dict(zip(DRIVES, home(p), strict=True)), {}, tolerance=1e-4)
+    return Scene(
+        "free-run", fidelity, 0.25, (), dict(zip(DRIVES, home(p), strict=True)), {}, tolerance=1e-4, drives="free"
+    )
 
 
 def reference(p: PlatformParameters, scene: Scene) -> Recording:

@@ -16,7 +16,9 @@ POSITIONALS = "NAME [key=value ...]"
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of this verb."""
     parser.add_argument(
-        "--scene", metavar="S", help="start and laws of a scene (default: the drives hold the reference pose)"
+        "--scene",
+        metavar="S",
+        help="start and laws of a scene (default: the drives hold their targets, from the reference pose)",
     )
     parser.add_argument("--fidelity", metavar="F", help="level of fidelity: minimal, parts, full")
     parser.add_argument(

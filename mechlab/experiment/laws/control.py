@@ -18,7 +18,10 @@ from mechlab.mechanism.geometry import Array
 @register("servo")
 @dataclass(frozen=True)
 class Servo(OnOne):
-    """A servo: stiffness (target - value) + damping (target rate - rate) + feedforward, limited to +-limit."""
+    """A servo: stiffness (target - value) + damping (target rate - rate) + feedforward, limited to +-limit.
+
+    drive: name of the declared drive that this law is, or "" for a law of the scene.
+    """
 
     on: str
     motion: Motion
@@ -26,6 +29,7 @@ class Servo(OnOne):
     damping: float
     feedforward: float = 0.0
     limit: float = math.inf
+    drive: str = ""
     kind: ClassVar[str]
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:

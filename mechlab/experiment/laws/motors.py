@@ -36,7 +36,7 @@ class DcMotor(OnOne):
 
     Its current is a state of the law (`mechlab.experiment.memory`), integrated with the motion; without inductance it is
     (voltage - constant rate) / resistance at once. `neglected`: the time constant [s] of an inductance that was left
-    out, for the health record.
+    out, for the health record. drive: name of the declared drive that this law is, or "" for a law of the scene.
     """
 
     on: str
@@ -46,6 +46,7 @@ class DcMotor(OnOne):
     inductance: float = 0.0
     current: float = 0.0
     neglected: float = 0.0
+    drive: str = ""
     kind: ClassVar[str]
 
     def __post_init__(self) -> None:

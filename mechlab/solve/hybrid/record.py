@@ -45,7 +45,9 @@ def recording_of(
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
     found, units = channels(motion.plant, t, q, v, instants)
     findings = list(kinematic_findings(mechanism, q, v))
-    findings.append(energy_finding(mechanism, t, q, v, np.array([x.power for x in instants]), y[:, -1]))
+    findings.append(
+        energy_finding(mechanism, t, q, v, np.array([x.power for x in instants]), y[:, -1], laws=scene.laws)
+    )
     forces = {n: found[f"{n}_force"] for n in mechanism.scalar_names if f"{n}_force" in found}
     limited = saturation_finding(scene.laws, forces)
     if limited is not None:

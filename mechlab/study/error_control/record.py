@@ -75,7 +75,7 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequenc
     balance = (
         energy_finding(mechanism, t, q, v, power, done)
         if constant
-        else energy_finding(mechanism, t, q, v, power - dissipation(mechanism, q, v))
+        else energy_finding(mechanism, t, q, v, power - dissipation(mechanism, q, v), laws=scene.laws)
     )
     found = [*findings(result), *kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode), balance]
     versions = {"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()}

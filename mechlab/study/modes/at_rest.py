@@ -1,4 +1,4 @@
-"""What acts on a mechanism that is to rest: the laws of a scene, if they can stand still, or the drives as servos."""
+"""What acts on a mechanism that is to rest: the laws of a scene, if they can stand still."""
 
 from __future__ import annotations
 
@@ -7,38 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.experiment.laws import Constant, DcMotor, Law, Servo, applied_force
-from mechlab.experiment.motion import Hold
+from mechlab.experiment.laws import DcMotor, Law, applied_force
 from mechlab.experiment.scene import Scene
-from mechlab.formats.statics import hold
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 
 STEPPED = ("held_rates",)
 """Laws that hold by force bounds: they have no stiffness to linearise."""
-
-
-def drives_as_laws(m: Mechanism) -> tuple[tuple[Law, ...], tuple[str, ...]]:
-    """The drives as the model files hold the reference pose: servos with their stiffness, damping and limit, at the target
-    that balances the weight; motors at the constant force, or voltage, that does. And a sentence for each that is special."""
-    forces = hold(m).forces
-    laws: list[Law] = []
-    notes = []
-    for d in m.drives:
-        force = forces[d.name]
-        if d.winding is not None:
-            w = d.winding
-            laws.append(
-                DcMotor(d.on, force * w.resistance / w.constant if w.constant else 0.0, w.constant, w.resistance)
-            )
-            notes += [f"the current of {d.name} is taken to follow at once (no inductance)"] if w.inductance else []
-        elif d.stiffness or d.damping:
-            limit = float("inf") if d.limit is None else d.limit
-            laws.append(Servo(d.on, Hold(m.zero(d.on)), d.stiffness, d.damping, feedforward=force, limit=limit))
-        elif force:
-            laws.append(Constant(d.on, force))
-    return tuple(laws), tuple(notes)
 
 
 def laws_at_rest(m: Mechanism, scene: Scene) -> tuple[tuple[Law, ...], tuple[str, ...]]:
@@ -52,7 +28,7 @@ def laws_at_rest(m: Mechanism, scene: Scene) -> tuple[tuple[Law, ...], tuple[str
         if law.kind in STEPPED:
             raise MechlabError(
                 f"{m.name}, scene {scene.name}: the law {law.kind} on {', '.join(law.targets())} holds rates by bounded forces and has "
-                "no stiffness. Modes need laws that are smooth: choose another scene, or none (the drives then hold the pose)."
+                "no stiffness. Modes need laws that are smooth: choose another scene, or none (the drives then hold their targets)."
             )
         if isinstance(law, DcMotor) and law.inductance:
             law = replace(law, inductance=0.0)
@@ -80,7 +56,7 @@ def _refuse_steady(m: Mechanism, scene: Scene, laws: tuple[Law, ...]) -> None:
             raise NoSolution(
                 f"{m.name}, scene {scene.name}: the law {law.kind} on {', '.join(law.targets())} follows a motion: the mechanism runs, it "
                 "does not rest, and modes about a steady motion are not computed. Choose a scene whose drives stand still, or none "
-                "(the drives then hold the reference pose)."
+                "(the drives then hold their targets)."
             )
 
 

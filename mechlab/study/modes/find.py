@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, Untrustworthy
+from mechlab.experiment.acting import acting, what_acts
 from mechlab.experiment.initial import initial_pose
 from mechlab.experiment.laws import Law
 from mechlab.experiment.parameters import describe
@@ -17,7 +19,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import structure
 from mechlab.study.design import Design, with_extra
-from mechlab.study.modes.at_rest import drives_as_laws, laws_at_rest
+from mechlab.study.modes.at_rest import laws_at_rest
 from mechlab.study.modes.dynamics import Dynamics, linear
 from mechlab.study.modes.eigen import modes
 from mechlab.study.modes.equilibrium import settle
@@ -39,7 +41,7 @@ def find_modes(
 ) -> ModesResult:
     """Equilibrium and modes of a design.
 
-    Without a scene the drives hold the reference pose as the model files do; with one its laws act, from its start. free:
+    Without a scene the drives hold their targets from the reference pose; with one what acts in it, from its start. free:
     neither; weight, springs and dampers alone. extra: X_0 (start of the search), X_force (constant loads). Raises
     NoSolution for a motion that does not rest or a start without equilibrium near, MechlabError for bad input.
     """
@@ -55,7 +57,8 @@ def find_modes(
     if structure(m).freedoms == 1:
         witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
     parameters = {i.name: getattr(lived.parameters, i.name) for i in describe(lived.entry.parameters)}
-    return ModesResult(lived.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions())
+    acts = what_acts(m, replace(made, laws=laws))
+    return ModesResult(lived.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
 
 
 def _situation(
@@ -73,9 +76,9 @@ def _situation(
         laws, notes = laws_at_rest(m, made)
         return m, made, () if free else laws, notes
     m = design.mechanism(fidelity)
-    made = with_extra(design, Scene(REFERENCE, design.fidelity(fidelity), 1.0), extra)
-    held, notes = ((), ()) if free else drives_as_laws(m)
-    return m, made, (*held, *made.laws), notes
+    still = Scene(REFERENCE, design.fidelity(fidelity), 1.0, drives="free" if free else "hold")
+    made = with_extra(design, acting(m, still), extra)
+    return m, made, *laws_at_rest(m, made)
 
 
 def _ask(work: Callable[[], Witness]) -> Witness:

@@ -40,6 +40,7 @@ class ModesResult(Told):
     notes: tuple[str, ...] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
+    acts: str = ""
     files: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -124,7 +125,7 @@ class ModesResult(Told):
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {
-            "name": self.name, "scene": self.scene, "fidelity": self.fidelity, "equilibrium": self.equilibrium,
+            "name": self.name, "scene": self.scene, "acts": self.acts, "fidelity": self.fidelity, "equilibrium": self.equilibrium,
             "residual": self.spoken.residual, "modes": [self._mode(m) for m in self.modes],
             "answers": {n: self._answer(w) for n, w in self.witnesses.items()}, "max_difference": self.max_difference,
             "relative_difference": self.relative_difference, "notes": list(self.notes), "parameters": dict(self.parameters),
@@ -150,6 +151,7 @@ class ModesResult(Told):
     def text(self) -> str:
         """The table for a person."""
         lines = [f"{self.name}, {self.scene}, fidelity {self.fidelity}: equilibrium and small motions about it"]
+        lines += [f"what acts: {self.acts}"] if self.acts else []
         rows = [[n, number(v, 7)] for n, v in self.equilibrium.items()]
         lines += [
             "",

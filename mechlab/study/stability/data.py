@@ -142,6 +142,7 @@ class Stability(Told):
     versions: dict[str, str]
     cpu_s: float
     warnings: tuple[str, ...] = ()
+    acts: str = ""
 
     @property
     def exit_code(self) -> int:
@@ -165,7 +166,8 @@ class Stability(Told):
         if not self.maps:
             message = f"{self.name}: no map: " + "; ".join(f"{k}: {why}" for k, why in self.without.items())
         return {
-            "name": self.name, "scene": self.scene, "maps": [m.to_dict() for m in self.maps], "without": dict(self.without),
+            "name": self.name, "scene": self.scene, "acts": self.acts,
+            "maps": [m.to_dict() for m in self.maps], "without": dict(self.without),
             "cpu_s": self.cpu_s, "versions": self.versions, "warnings": list(self.warnings),
             "status": "answered" if self.maps else "nothing to map", "message": message,
         }  # fmt: skip

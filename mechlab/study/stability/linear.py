@@ -8,13 +8,14 @@ tau (RK4). Hairer & Wanner, Solving ODEs II, IV.2.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from mechlab.experiment.acting import held_drives
 from mechlab.experiment.initial import initial_state
-from mechlab.experiment.laws import DcMotor, Motor, OneSidedStop, Servo, Viscous
+from mechlab.experiment.laws import DcMotor, Law, Motor, OneSidedStop, Servo, Viscous
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
@@ -32,7 +33,8 @@ STIRRED = 1e-6
 @dataclass(frozen=True)
 class Linear:
     """M, and stiffness and damping (n, n) of the model and of the laws, on the n motions that the constraints allow.
-    `joint_damping`: the share of the model's damping that stands in joints."""
+    `joint_damping`: the share of the model's damping that stands in joints; `held_stiffness`, `held_damping`: the share of
+    the laws that MuJoCo's own actuators do, drives that hold."""
 
     mass: Array
     stiffness: Array
@@ -40,6 +42,8 @@ class Linear:
     joint_damping: Array
     law_stiffness: Array
     law_damping: Array
+    held_stiffness: Array
+    held_damping: Array
 
     def matrix(self) -> Array:
         """(2n, 2n) A of d(q, v)/dt = A (q, v)."""
@@ -76,21 +80,22 @@ def linearise(mechanism: Mechanism, scene: Scene) -> Linear:
         columns_k.append(-(force(ahead, still) - force(back, still)) / (2.0 * STIRRED))
         columns_c.append(-(force(q, e) - force(q, still)))
     joint = np.diag([j.damping for j in mechanism.joints for _ in range(j.nv)])
-    law_k, law_c = _laws(mechanism, scene)
+    law_k, law_c = _laws(mechanism, scene.laws)
+    held_k, held_c = _laws(mechanism, held_drives(scene.laws))
 
     def onto(matrix: Array) -> Array:
         return np.asarray(basis.T @ matrix @ basis)
 
     return Linear(
         onto(mass), basis.T @ np.column_stack(columns_k), basis.T @ np.column_stack(columns_c), onto(joint),
-        onto(law_k), onto(law_c),
+        onto(law_k), onto(law_c), onto(held_k), onto(held_c),
     )  # fmt: skip
 
 
-def _laws(mechanism: Mechanism, scene: Scene) -> tuple[Array, Array]:
+def _laws(mechanism: Mechanism, laws: Sequence[Law]) -> tuple[Array, Array]:
     """(nv, nv) stiffness and damping of the laws that depend on the state."""
     k, c = np.zeros((mechanism.nv, mechanism.nv)), np.zeros((mechanism.nv, mechanism.nv))
-    for law in scene.laws:
+    for law in laws:
         if isinstance(law, Servo):
             outer = np.outer(mechanism.row(law.on), mechanism.row(law.on))
             k, c = k + law.stiffness * outer, c + law.damping * outer
@@ -112,7 +117,7 @@ def step_map(linear: Linear, method: Method) -> StepMap | None:
     """One step of the method as a matrix of h; None for a method with error control, which chooses its own step.
 
     Damping that a method of MuJoCo treats implicitly: Euler that of joints, implicit and implicitfast all of the model,
-    discrete all of the model and its springs. Laws are explicit in every method.
+    discrete all of the model and its springs; drives that hold are actuators of the model. Other laws are explicit.
     """
     n = len(linear.mass)
     k, c = linear.stiffness + linear.law_stiffness, linear.damping + linear.law_damping
@@ -129,14 +134,14 @@ def step_map(linear: Linear, method: Method) -> StepMap | None:
     none = np.zeros((n, n))
     implicit_c = {
         "Euler": linear.joint_damping,
-        "implicit": linear.damping,
-        "implicitfast": linear.damping,
-        "discrete": linear.damping,
+        "implicit": linear.damping + linear.held_damping,
+        "implicitfast": linear.damping + linear.held_damping,
+        "discrete": linear.damping + linear.held_damping,
     }
     if method.integrator not in (*implicit_c, "semi_implicit_Euler"):
         return None
     ci = implicit_c.get(method.integrator, none)
-    ki = linear.stiffness if method.integrator == "discrete" else none
+    ki = linear.stiffness + linear.held_stiffness if method.integrator == "discrete" else none
 
     def semi(h: float) -> Array:
         left = linear.mass + h * ci + h * h * ki

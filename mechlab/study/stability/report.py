@@ -22,7 +22,7 @@ LETTERS = {
 def text(found: Stability) -> str:
     """Every map as rows of letters, and what follows from it."""
     legend = ", ".join(f"{letter} {o.value}" for o, letter in LETTERS.items())
-    lines = [f"{found.name}, scene {found.scene}: where methods fail", legend]
+    lines = [f"{found.name}, scene {found.scene}: where methods fail", f"what acts: {found.acts}", legend]
     for made in found.maps:
         lines += ["", *_map(made)]
     lines += ["", *(f"no map {kind}: {why}" for kind, why in found.without.items())]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.acting import what_acts
 from mechlab.integrate import work_done
 from mechlab.study.design import Design
 from mechlab.study.methods import METHODS
@@ -86,7 +87,7 @@ def study(
         maps.append(make_map(plan, max(1.0, left), progress))
     return Stability(
         design.name, design.entry.title, made.name, tuple(maps), without, versions(), time.process_time() - began,
-        design.warnings,
+        design.warnings, what_acts(case.mechanism, made),
     )  # fmt: skip
 
 
