@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.key_units import checked, entry_units
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Answer, Answers, Question, choose
 from mechlab.mechanism import Mechanism, Status
@@ -16,6 +17,7 @@ from mechlab.study.design import Design
 from mechlab.study.power_flow import asks_power_flow, power_flow_question
 from mechlab.study.witness import engine_answer, quantities, split
 from mechlab.tables import number, table
+from mechlab.values import has_unit, parse_value
 
 
 def parameters_and_rest(
@@ -31,7 +33,7 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
 
     Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
     """
-    values = {k: numeric(k, v) for k, v in given.items()}
+    values = {k: numeric(k, v) for k, v in in_si(design, given).items()}
     keys = set(values)
     entry = design.entry
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
@@ -47,12 +49,26 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     return Answers(question.name, answers, question.angles, question.units, _parameters(design), values, warnings)
 
 
+def in_si(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of keys that are no parameters: text is read; raises MechlabError for a unit that does not fit its key."""
+    if not any(has_unit(v) or isinstance(v, str) for v in values.values()):
+        return dict(values)
+    return checked(values, entry_units(design.entry, [_asked_mechanism(design)]))
+
+
+def _asked_mechanism(design: Design) -> Mechanism:
+    """The mechanism of the generic question."""
+    return design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+
+
 def _parameters(design: Design) -> dict[str, Any]:
     return {i.name: getattr(design.parameters, i.name) for i in describe(design.entry.parameters)}
 
 
 def numeric(key: str, value: Any) -> Any:
     """A float, or an array of a list or range; raises MechlabError that names the key."""
+    if isinstance(value, str):
+        value = parse_value(key, value)
     if hasattr(value, "points"):
         value = value.points()
     try:
@@ -95,7 +111,7 @@ def _plain(answer: Answer) -> Answer:
 
 def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     """The question every Mechanism answers: joint, shaft and frame names, with rates and accelerations."""
-    m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+    m = _asked_mechanism(design)
     known = set(quantities(m))
     strange = sorted(set(values) - known)
     if strange:

@@ -10,6 +10,7 @@ from typing import Any
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.key_units import checked, mechanism_units
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import describe, make, parameter
 from mechlab.experiment.scene import Scene
@@ -156,6 +157,7 @@ def with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Scen
         return scene
     m = design.mechanism(scene.fidelity)
     names = set(m.scalar_names)
+    extra = checked(extra, mechanism_units(m))
     initial, rates, laws = dict(scene.initial), dict(scene.initial_rates), list(scene.laws)
     for key, value in extra.items():
         for suffix, take in (("_rate_0", rates), ("_0", initial)):

@@ -11,6 +11,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.settings import Settings
 from mechlab.formats import from_json, write_files
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism.geometry import Array
 
 
 def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | None = None) -> dict[str, Path]:
@@ -97,10 +98,19 @@ def _yourdfpy(m: Mechanism, folder: Path) -> dict[str, Any]:
     if missing:
         raise MechlabError(f"{m.name}.urdf: yourdfpy does not find the links {', '.join(sorted(missing))}.")
     tree = TreeKinematics(m)
-    base = robot.base_link
-    worst = 0.0
-    for name in sorted(bodies):
-        worst = max(worst, float(np.abs(robot.get_transform(name, base) - tree.matrix(name)).max()))
+    above = {j.child: j.parent for j in robot.joint_map.values()}
+    pose = {robot.base_link: np.eye(4)}  # link by link: its own product over a path costs the cube of its length
+
+    def world(link: str) -> Array:
+        path = []
+        while link not in pose:
+            path.append(link)
+            link = above[link]
+        for child in reversed(path):
+            pose[child] = pose[above[child]] @ robot.get_transform(child, above[child])
+        return pose[path[0] if path else link]
+
+    worst = max((float(np.abs(world(name) - tree.matrix(name)).max()) for name in sorted(bodies)), default=0.0)
     if worst > 1e-9:
         raise MechlabError(f"{m.name}.urdf: a link stands {worst:.3g} off in yourdfpy.")
     return {"yourdfpy": {"links": len(robot.link_map), "difference": worst}}

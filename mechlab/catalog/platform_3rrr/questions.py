@@ -153,7 +153,7 @@ def _question(
     return Question(
         name, given=given, optional=optional, answers=tuple(f"{n}{s}" for n in answers for s in ORDERS),
         witnesses={"analytic": analytic, "pinocchio": by("pinocchio"), "mujoco": by("mujoco")},
-        angles=("alpha", *DRIVES), text=text,
+        angles=("alpha", *DRIVES), units={"x": "m", "y": "m"}, text=text,
     )  # fmt: skip
 
 
