@@ -28,7 +28,7 @@ def mechanism_units(m: Mechanism) -> Units:
         bases = ("m",) if name in slides else ("rad",)
         if shafts.get(name, set()) & slides:
             bases = ("rad", "m")
-        out |= {key: bases for key in (name, f"{name}_0")}
+        out |= dict.fromkeys((name, f"{name}_0"), bases)
         out |= {key: tuple(f"{b}/s" for b in bases) for key in (f"{name}_rate", f"{name}_rate_0")}
         out[f"{name}_accel"] = tuple(f"{b}/s2" for b in bases)
         out[f"{name}_force"] = tuple(FORCES[b] for b in bases)
@@ -43,7 +43,7 @@ def mechanism_units(m: Mechanism) -> Units:
 
 def question_units(question: Question) -> Units:
     """Units of the keys of a question: declared, an angle, or by the suffix _rate or _accel of a key that has one."""
-    known = {k: "rad" for k in question.angles} | dict(question.units)
+    known = dict.fromkeys(question.angles, "rad") | dict(question.units)
     keys = (*question.given, *question.optional, *question.answers)
     for key in keys:
         for suffix, per in (("_rate", "/s"), ("_accel", "/s2")):

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import AppliedForce, Law
 from mechlab.experiment.memory import Memory
+from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.size import row_units
 from mechlab.solve.dynamics import PinPlant
 
 Indices = NDArray[np.int_]
@@ -60,6 +62,7 @@ class Equations:
         self.laws = laws
         self.memory = Memory(laws)
         self.corrected = 0.0
+        self.units = row_units(mechanism, ConstraintSet(mechanism))
         self.applied = AppliedForce(mechanism, laws)
         self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
@@ -149,7 +152,7 @@ class Equations:
         before = q.copy()
         for _ in range(6):
             residual = plant.residual()
-            size = float(np.abs(residual).max())
+            size = float(np.abs(residual / self.units).max())
             if size < CLOSED:
                 break
             if not size < LOST:

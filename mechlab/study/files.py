@@ -12,6 +12,7 @@ from mechlab.experiment.settings import Settings
 from mechlab.formats import from_json, write_files
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.size import row_units
 
 
 def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | None = None) -> dict[str, Path]:
@@ -78,9 +79,11 @@ def _pinocchio(m: Mechanism, folder: Path, sidecar: str) -> dict[str, Any]:
     from mechlab.solve import PinKinematics
 
     again = from_json(sidecar)
-    gap = float(np.max(np.abs(ConstraintSet(again).residual(PinKinematics(again))), initial=0.0))
+    constraints = ConstraintSet(again)
+    residual = constraints.residual(PinKinematics(again)) / row_units(again, constraints)
+    gap = float(np.max(np.abs(residual), initial=0.0))
     if gap > 1e-12:
-        raise MechlabError(f"{m.name}.json: closed by {gap:.3g} in Pinocchio, expected 1e-12.")
+        raise MechlabError(f"{m.name}.json: open by {gap:.3g} of its size in Pinocchio, expected 1e-12.")
     return {"pinocchio": {"nv": tree.nv, "gap": gap}}
 
 
@@ -111,6 +114,6 @@ def _yourdfpy(m: Mechanism, folder: Path) -> dict[str, Any]:
         return pose[path[0] if path else link]
 
     worst = max((float(np.abs(world(name) - tree.matrix(name)).max()) for name in sorted(bodies)), default=0.0)
-    if worst > 1e-9:
+    if worst > 1e-9 * m.length_scale:
         raise MechlabError(f"{m.name}.urdf: a link stands {worst:.3g} off in yourdfpy.")
     return {"yourdfpy": {"links": len(robot.link_map), "difference": worst}}
