@@ -20,6 +20,8 @@ from mechlab.units import UNITS, compact, described
 _NUMBER = re.compile(r"([+-]?(?:\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?))(.*)", re.ASCII | re.DOTALL)
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 _LARGEST_POWER = 400  # beyond a double; an exact fraction with more digits would only cost memory
+LARGEST_NUMBER = 1e50
+"""Of parameters and given values: fifth powers of it are still doubles."""
 MOST_POINTS = 100_000_000
 """Of a range: as doubles they fill 0.8 GB."""
 _LONGEST = 1000
@@ -94,6 +96,10 @@ def one_number(key: str, value: object) -> float:
         raise MechlabError(f"{key}: expected a number, got {_short(value)}.") from None
     if not math.isfinite(plain):
         raise MechlabError(f"{key}: expected a finite number, got {_short(value)}.")
+    if abs(plain) > LARGEST_NUMBER:
+        raise MechlabError(
+            f"{key}: a number beyond {LARGEST_NUMBER:g}, got {plain:g}: its powers leave the range of doubles."
+        )
     return number if isinstance(number, Quantity) else plain
 
 

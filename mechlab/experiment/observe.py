@@ -54,7 +54,8 @@ def kinematic_findings(
 
     q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the others. `held`: names
     of the driven joints or shafts, default those of the drives; with them held a change of the assembly mode is a change
-    of sign of a determinant (see `mode_sign`). Above `limit` (of a length: times the mechanism's `length_scale`) a gap is an error, above a tenth of it a warning. A change
+    of sign of a determinant (see `mode_sign`). Above `limit` (of a length: times
+    the mechanism's `length_scale`) a gap is an error, above a tenth of it a warning. A change
     of the assembly mode is a warning; with respect to `keep_mode`, an error.
     """
     q, v = np.atleast_2d(q), np.atleast_2d(v)

@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.coefficients import as_fraction
-from mechlab.values import parse_value
+from mechlab.values import LARGEST_NUMBER, parse_value
 
 KINDS: dict[object, str] = {float: "number", int: "integer", Fraction: "ratio", str: "text"}
 
@@ -124,6 +124,10 @@ def _scalar(kind: str, value: object, what: str, info: ParameterInfo) -> object:
             raise MechlabError(f"{what}: expected a number{unit}, got {value!r}.") from None
         if not math.isfinite(number):
             raise MechlabError(f"{what}: expected a finite number, got {value!r}.")
+        if abs(number) > LARGEST_NUMBER:
+            raise MechlabError(
+                f"{what}: a number beyond {LARGEST_NUMBER:g}, got {number:g}: its powers leave the range of doubles."
+            )
         if kind == "integer":
             if number != int(number):
                 raise MechlabError(f"{what}: expected an integer, got {value!r}.")

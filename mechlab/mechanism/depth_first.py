@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.parts import GROUND, Body
+from mechlab.mechanism.parts import GROUND, MOST_BODIES, Body
+
+
+def too_many_bodies(name: str) -> MechlabError:
+    """The error for a mechanism with more than MOST_BODIES bodies."""
+    return MechlabError(
+        f"mechanism {name!r} has more than {MOST_BODIES} bodies: mechlab computes with dense matrices, made for fewer. "
+        "Weld parts that do not move against each other into one body."
+    )
 
 
 def depth_first(bodies: Sequence[Body]) -> tuple[Body, ...]:

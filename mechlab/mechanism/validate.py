@@ -10,9 +10,10 @@ from fractions import Fraction
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.depth_first import too_many_bodies
 from mechlab.mechanism.geometry import Vector, unit, vector
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, Body, Drive, Joint
+from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MOST_BODIES, Body, Drive, Joint
 from mechlab.mechanism.tilt import refuse_tilts
 
 CLOSURE_TOLERANCE = 1e-12
@@ -24,6 +25,8 @@ def validate(m: Mechanism, closed: bool = True) -> None:
 
     if not m.bodies:
         raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
+    if len(m.bodies) > MOST_BODIES:
+        raise too_many_bodies(m.name)
     _names(m)
     _tree(m)
     for body in m.bodies:

@@ -17,7 +17,7 @@ from mechlab.study.design import Design
 from mechlab.study.power_flow import asks_power_flow, power_flow_question
 from mechlab.study.witness import engine_answer, quantities, split
 from mechlab.tables import number, table
-from mechlab.values import has_unit, parse_value
+from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
 
 def parameters_and_rest(
@@ -77,6 +77,10 @@ def numeric(key: str, value: Any) -> Any:
         raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
     if not np.all(np.isfinite(array)):
         raise MechlabError(f"{key}: expected a finite number, got {value!r}.")
+    if np.any(np.abs(array) > LARGEST_NUMBER):
+        raise MechlabError(
+            f"{key}: a number beyond {LARGEST_NUMBER:g}, got {value!r}: its powers leave the range of doubles."
+        )
     return float(array) if array.ndim == 0 else array
 
 

@@ -22,6 +22,10 @@ AUTO = "auto"
 """As the fidelity of a scene or a run: the cheapest that answers what is needed; see `mechlab.study.fidelity`."""
 
 
+LONGEST = 1e6
+"""Simulated time [s] of a run."""
+
+
 @dataclass(frozen=True)
 class Design:
     """An entry and its parameters. `given` are the parameters that the user set (they outrank those of a scene)."""
@@ -120,8 +124,10 @@ class Design:
         level = self.fidelity(self._resolved(fidelity or recipe.fidelity, chosen, duration, extra))
         scene = recipe.make(p, level)
         if duration is not None:
-            if not 0.0 < duration < 1e6:
-                raise MechlabError(f"{self.name}: duration must be positive, got {duration!r} s.")
+            if not duration > 0.0:
+                raise MechlabError(f"{self.name}: duration must be positive, got {duration:g} s.")
+            if not duration <= LONGEST:
+                raise MechlabError(f"{self.name}: duration must be at most {LONGEST:g} s, got {duration:g} s.")
             scene = replace(scene, duration=duration)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 

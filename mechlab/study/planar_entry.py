@@ -79,7 +79,8 @@ class Planar:
         return Question(
             "pose", given=self.given, optional=optional, answers=tuple(f"{q}{s}" for q in self.quantities for s in ORDERS),
             witnesses={"analytic": self._analytic, "pinocchio": engine("pinocchio"), "mujoco": engine("mujoco")},
-            angles=tuple(f"{n}_angle" for n in self.links), units=dict.fromkeys(self.given, "rad") | {q: "m" for q in self.quantities if not q.endswith("_angle")},
+            angles=tuple(f"{n}_angle" for n in self.links),
+            units=dict.fromkeys(self.given, "rad") | {q: "m" for q in self.quantities if not q.endswith("_angle")},
             text="positions, rates and accelerations of all links from those of the cranks; every assembly mode",
         )  # fmt: skip
 

@@ -19,6 +19,8 @@ from mechlab.study.order_check import with_step_error
 from mechlab.study.witness import room
 
 HALVINGS = 7
+MOST_STEPS = 5e7
+"""Of one run: a small mechanism takes some ten minutes for them."""
 
 
 def versions() -> dict[str, str]:
@@ -71,6 +73,7 @@ def run_scene(
         lived.mechanism(fidelity)  # raises: it has none
     made = lived.scene(scene, fidelity, duration, extra)
     chosen = _settings(lived, made, engine, settings, timestep)
+    _refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
     made = with_static_motors(made, replace(chosen, timestep=finest))
     for t in at:
@@ -88,6 +91,16 @@ def run_scene(
         fixed_steps = max_error is None and chosen.engine != "hybrid"
         run = with_step_error(run, made) if estimate and fixed_steps else run
     return _complete(lived, run, made)
+
+
+def _refuse_too_long(name: str, scene: Scene, settings: Settings) -> None:
+    """Raise MechlabError for a run of more than MOST_STEPS steps, before it begins."""
+    steps = scene.duration / settings.timestep
+    if steps > MOST_STEPS:
+        raise MechlabError(
+            f"{name}: a timestep of {settings.timestep:g} s over {scene.duration:g} s makes {steps:.3g} steps; at most "
+            f"{MOST_STEPS:.3g} are run. Take a timestep of at least {scene.duration / MOST_STEPS:.2g} s, or a shorter duration."
+        )
 
 
 def _settings(
