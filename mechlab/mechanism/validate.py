@@ -21,6 +21,7 @@ CLOSURE_TOLERANCE = 1e-12
 
 def validate(m: Mechanism, closed: bool = True) -> None:
     """Raise MechlabError for the first thing in a Mechanism that is not sound; `closed` asks for an assembled pose too."""
+    from mechlab.mechanism.naming import refuse_collisions
     from mechlab.mechanism.size import check_size
 
     if not m.bodies:
@@ -37,6 +38,7 @@ def validate(m: Mechanism, closed: bool = True) -> None:
     _masses(m)
     _relations_consistent(m)
     check_size(m)
+    refuse_collisions(m)
     if closed:
         _closed(m)
 

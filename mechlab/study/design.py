@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, make_dataclass, replace
+from dataclasses import fields as dataclass_fields
 from fractions import Fraction
 from typing import Any
 
@@ -16,6 +17,7 @@ from mechlab.experiment.parameters import describe, make, parameter
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.naming import refuse_parameters
 from mechlab.mechanism.structure import Structure, structure
 
 AUTO = "auto"
@@ -226,6 +228,7 @@ def entry_of_function(function: Callable[..., Mechanism], name: str | None = Non
                 f"{function.__name__}() returned {type(made).__name__}, expected a Mechanism: "
                 "end it with `return b.build()` or `return b.assemble(guess)`."
             )
+        refuse_parameters(made, [f.name for f in dataclass_fields(p)])
         return made
 
     summary = (inspect.getdoc(function) or "").split("\n")[0]
