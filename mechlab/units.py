@@ -93,3 +93,31 @@ UNITS: dict[str, Unit] = {
 def compact(text: str) -> str:
     """A unit as the table spells it: `m/s^2`, `m/s²` and `N m` become `m/s2`, `m/s2` and `Nm`."""
     return text.translate({ord("^"): None, ord("*"): None, ord("·"): None, ord(" "): None, ord("²"): "2"})
+
+
+_DIMENSIONS = {
+    "rad": "an angle",
+    "rad/s": "a rate of turning",
+    "rad/s2": "an angular acceleration",
+    "m": "a length",
+    "m/s": "a speed",
+    "m/s2": "an acceleration",
+    "s": "a time",
+    "kg": "a mass",
+    "kg m2": "a moment of inertia",
+    "N": "a force",
+    "N m": "a torque",
+    "N/m": "a stiffness",
+    "N m/rad": "a stiffness",
+    "J": "an energy",
+    "W": "a power",
+}
+
+
+def described(si: str) -> str:
+    """What an SI unit measures, and how people may write it: "an angle (rad, mrad, deg, ...)"."""
+    if not si:
+        return "a number without a unit"
+    names = [name for name, unit in UNITS.items() if unit.si == si] or [si]
+    listed = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+    return f"{_DIMENSIONS.get(si, 'a number')} ({listed})"

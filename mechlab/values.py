@@ -7,32 +7,42 @@ that `rod_length=37deg` can be refused.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.units import UNITS, compact
+from mechlab.units import UNITS, compact, described
 
 _NUMBER = re.compile(r"([+-]?(?:\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?))(.*)", re.ASCII | re.DOTALL)
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 _LARGEST_POWER = 400  # beyond a double; an exact fraction with more digits would only cost memory
+LARGEST_NUMBER = 1e50
+"""Of parameters and given values: fifth powers of it are still doubles."""
+MOST_POINTS = 100_000_000
+"""Of a range: as doubles they fill 0.8 GB."""
+_LONGEST = 1000
+_DIGITS_OF_COUNT = len(str(MOST_POINTS))
 
 
 class Quantity(float):
-    """A float in SI that remembers its SI unit, such as `m` or `rad/s`."""
+    """A float in SI that remembers its SI unit, such as `m` or `rad/s`, and how it was written."""
 
     unit: str
+    written: str
 
-    def __new__(cls, value: float, unit: str) -> Quantity:
+    def __new__(cls, value: float, unit: str, written: str = "") -> Quantity:
         """`value` is in `unit`, which is an SI unit."""
         self = super().__new__(cls, value)
         self.unit = unit
+        self.written = written or f"{value:g} {unit}"
         return self
 
-    def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]
-        return float(self), self.unit
+    def __getnewargs__(self) -> tuple[float, str, str]:  # type: ignore[override]
+        return float(self), self.unit, self.written
 
 
 @dataclass(frozen=True)
@@ -69,9 +79,56 @@ def parse_value(key: str, text: str) -> Value:
         items = tuple(_scalar(key, item) for item in text.removesuffix(",").split(","))
         _refuse_mixed_units(key, text, items)
         return items
-    if ":" in text and _NUMBER.match(text):
+    if ":" in text and (_NUMBER.match(text) or _NOT_FINITE.fullmatch(text.split(":")[0].strip())):
         return _range(key, text)
     return _scalar(key, text)
+
+
+def one_number(key: str, value: object) -> float:
+    """`value` as one float, with its unit where it has one; text is read as on the command line.
+
+    Raises MechlabError, naming `key`, for anything else and for what is not finite.
+    """
+    number = parse_value(key, value) if isinstance(value, str) else value
+    try:
+        plain = float(number)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        raise MechlabError(f"{key}: expected a number, got {_short(value)}.") from None
+    if not math.isfinite(plain):
+        raise MechlabError(f"{key}: expected a finite number, got {_short(value)}.")
+    if abs(plain) > LARGEST_NUMBER:
+        raise MechlabError(
+            f"{key}: a number beyond {LARGEST_NUMBER:g}, got {plain:g}: its powers leave the range of doubles."
+        )
+    return number if isinstance(number, Quantity) else plain
+
+
+def in_unit(key: str, value: Any, *units: str) -> Any:
+    """`value` (a number, list, range, or text of one), which is in one of the SI `units` where it says a unit at all.
+
+    Raises MechlabError such as "crank_angle: expected an angle (rad, mrad, deg, ...), got 5mm".
+    """
+    value = parse_value(key, value) if isinstance(value, str) else value
+    for item in _items(value):
+        if isinstance(item, Quantity) and item.unit not in units:
+            raise MechlabError(f"{key}: expected {' or '.join(map(described, units))}, got {item.written}.")
+    return value
+
+
+def has_unit(value: Any) -> bool:
+    """True when a number, or any number of a list or a range, carries a unit."""
+    return any(isinstance(item, Quantity) for item in _items(value))
+
+
+def _items(value: Any) -> tuple[Any, ...]:
+    if isinstance(value, Range):
+        return value.low, value.high
+    return tuple(value) if isinstance(value, tuple | list) else (value,)
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def parse_number(key: str, text: str, *units: str) -> float:
@@ -92,8 +149,10 @@ def _range(key: str, text: str) -> Range:
     _refuse_mixed_units(key, text, ends)
     if not count:
         return Range(_float(ends[0]), _float(ends[1]))
-    if not re.fullmatch(r"\d{1,9}", count[0]) or int(count[0]) < 2:
+    if not re.fullmatch(r"\d+", count[0], re.ASCII) or not count[0].strip("01") and len(count[0].lstrip("0")) < 2:
         raise MechlabError(f"{key}: the count in low:high:count must be a whole number >= 2, got {count[0]!r}.")
+    if len(count[0].lstrip("0")) > _DIGITS_OF_COUNT or int(count[0]) > MOST_POINTS:
+        raise MechlabError(f"{key}: a range has at most {MOST_POINTS} points, got {count[0][:40]}.")
     return Range(_float(ends[0]), _float(ends[1]), int(count[0]))
 
 
@@ -114,11 +173,16 @@ def _scalar(key: str, text: str) -> Scalar:
     if unit and unit not in UNITS:
         raise unknown(f"{key}: in {text!r}, the unit", unit, UNITS)
     try:
-        if len(digits) > _LARGEST_POWER or abs(int(power)) > _LARGEST_POWER:
+        if len(digits) > _LONGEST:
+            raise MechlabError(
+                f"{key}: a number has at most {_LONGEST} characters, got {len(digits)}, beginning with {digits[:20]}."
+            )
+        if len(power) > 5 or abs(int(power)) > _LARGEST_POWER:
             raise OverflowError
         exact = Fraction(digits)
         if unit:
-            return Quantity(UNITS[unit].to_si(exact), UNITS[unit].si)
+            return Quantity(UNITS[unit].to_si(exact), UNITS[unit].si, text)
+        float(exact)  # an exact ratio beyond a double is refused here, not where it is used
         return exact if "/" in digits else float(exact)
     except ZeroDivisionError:
         raise MechlabError(f"{key}: division by zero in {text!r}.") from None

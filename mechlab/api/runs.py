@@ -12,6 +12,7 @@ from mechlab.experiment.question import Answers
 from mechlab.experiment.recording import Recording
 from mechlab.study.ask import ask, parameters_and_rest
 from mechlab.study.results import SimulateResult, SolveResult
+from mechlab.values import one_number
 
 if TYPE_CHECKING:
     from mechlab.study.chart_data import Chart
@@ -70,7 +71,7 @@ def simulate_values(
     base = load(source)
     parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}))
     chosen = load(base, **parameters)
-    numbers = {k: _number(k, v) for k, v in extra.items()}
+    numbers = {k: one_number(k, v) for k, v in extra.items()}
     recording = run_scene(
         chosen, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
         settings=settings, at=tuple(at or ()), extra=numbers,
@@ -83,19 +84,12 @@ def simulate_values(
     return SimulateResult(recording, tuple(at or ()), chosen.warnings)
 
 
-def _number(key: str, value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
-
-
 def portrait(
     source: Source, kind: str, values: Mapping[str, Any] | None = None, out: str | Path | None = None, **more: Any
 ) -> PortraitResult:
     """A portrait of a mechanism (see its `portraits`); values: parameters (numbers), and what the portrait takes, numbers
     or ranges. Arrays and a figure go to the folder `out`. Raises MechlabError for an unknown kind, listing them."""
-    from mechlab.study.ask import numeric
+    from mechlab.study.ask import in_si, numeric
     from mechlab.study.portrait import write
 
     base = load(source)
@@ -103,7 +97,7 @@ def portrait(
         raise unknown(f"{base.name}: portrait", kind, base.entry.portraits)
     given = dict(values or {}) | more
     parameters, rest = parameters_and_rest(base.entry.parameters, given)
-    many = {k: numeric(k, v) for k, v in rest.items()}
+    many = {k: numeric(k, v) for k, v in in_si(base, rest).items()}
     for key in [k for k, v in parameters.items() if hasattr(v, "points") or isinstance(v, list | tuple)]:
         many[key] = numeric(key, parameters.pop(key))
     chosen = load(base, **parameters)
@@ -123,7 +117,9 @@ def cycle(
     base = load(source)
     parameters, motion = parameters_and_rest(base.entry.parameters, dict(values or {}) | more)
     chosen = load(base, **parameters)
-    return run_cycle(chosen.mechanism(fidelity), chosen.name, {k: _number(k, v) for k, v in motion.items()}, **options)
+    return run_cycle(
+        chosen.mechanism(fidelity), chosen.name, {k: one_number(k, v) for k, v in motion.items()}, **options
+    )
 
 
 def chart(

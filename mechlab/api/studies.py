@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab.api.finding import Source, load
-from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import describe
 from mechlab.files import whole_folder, write
 from mechlab.study.ask import parameters_and_rest
+from mechlab.values import one_number
 
 if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
@@ -87,13 +87,7 @@ def _split(source: Source, values: Mapping[str, Any]) -> tuple[Design, dict[str,
     """The design with its parameters, and the other keys as numbers."""
     base = load(source)
     parameters, rest = parameters_and_rest(base.entry.parameters, values)
-    numbers = {}
-    for key, value in rest.items():
-        try:
-            numbers[key] = float(value)
-        except (TypeError, ValueError):
-            raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
-    return load(base, **parameters), numbers
+    return load(base, **parameters), {key: one_number(key, value) for key, value in rest.items()}
 
 
 def _modes_story(d: Design, result: ModesResult, motion: Recording) -> Story:

@@ -147,6 +147,9 @@ class _Call:
             options = parser.parse_intermixed_args(arguments[1:])
         except SystemExit:  # --help has printed
             return 0
+        for key, value in vars(options).items():
+            if key != "tokens" and value == []:  # argparse makes this of `--key=--`
+                raise UsageError(f"--{key.replace('_', '-')} needs a value.")
         self.names, self.values = split_tokens(options.tokens)
         if not self.as_json:
             result = module.execute(self.names, self.values, options)

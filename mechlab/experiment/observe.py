@@ -54,7 +54,8 @@ def kinematic_findings(
 
     q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the others. `held`: names
     of the driven joints or shafts, default those of the drives; with them held a change of the assembly mode is a change
-    of sign of a determinant (see `mode_sign`). Above `limit` a gap is an error, above a tenth of it a warning. A change
+    of sign of a determinant (see `mode_sign`). Above `limit` (of a length: times
+    the mechanism's `length_scale`) a gap is an error, above a tenth of it a warning. A change
     of the assembly mode is a warning; with respect to `keep_mode`, an error.
     """
     q, v = np.atleast_2d(q), np.atleast_2d(v)
@@ -72,8 +73,9 @@ def kinematic_findings(
     ):
         if rows:
             worst = _largest(residual[:, rows])
+            bound = limit * (mechanism.length_scale if unit == "m" else 1.0)
             culprit = constraints.rows[rows[int(np.argmax(np.max(np.abs(residual[:, rows]), axis=0)))]]
-            out.append(measured(name, worst, limit, unit, f"{what} (at {culprit})", 0.1 * limit))
+            out.append(measured(name, worst, bound, unit, f"{what} (at {culprit})", 0.1 * bound))
     if len(constraints):
         watched = keep_mode or held or [d.on for d in mechanism.drives]
         out.append(mode_finding(mechanism, q, watched, strict=bool(keep_mode)))

@@ -10,6 +10,7 @@ from typing import Any, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.coefficients import as_fraction
+from mechlab.values import LARGEST_NUMBER, parse_value
 
 KINDS: dict[object, str] = {float: "number", int: "integer", Fraction: "ratio", str: "text"}
 
@@ -107,20 +108,26 @@ def coerce(info: ParameterInfo, value: object, owner: str = "") -> object:
 def _scalar(kind: str, value: object, what: str, info: ParameterInfo) -> object:
     if kind == "text":
         return str(value)
+    if isinstance(value, str):
+        value = parse_value(what, value)
     written = getattr(value, "unit", None)
     if written is not None and written != info.unit:
         wanted = f"[{info.unit}]" if info.unit else "without a unit"
-        raise MechlabError(f"{what}: expected a number {wanted}, got one in {written}.")
+        raise MechlabError(f"{what}: expected a number {wanted}, got {getattr(value, 'written', written)}.")
     if kind == "ratio":
         number: float | Fraction | int = as_fraction(value, what)
     else:
         try:
             number = float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             unit = f" [{info.unit}]" if info.unit else ""
             raise MechlabError(f"{what}: expected a number{unit}, got {value!r}.") from None
         if not math.isfinite(number):
             raise MechlabError(f"{what}: expected a finite number, got {value!r}.")
+        if abs(number) > LARGEST_NUMBER:
+            raise MechlabError(
+                f"{what}: a number beyond {LARGEST_NUMBER:g}, got {number:g}: its powers leave the range of doubles."
+            )
         if kind == "integer":
             if number != int(number):
                 raise MechlabError(f"{what}: expected an integer, got {value!r}.")

@@ -23,6 +23,7 @@ from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.naming import colliding_frame
 from mechlab.mechanism.parts import Body, Frame, LinearRelation, Loop, Spring
 
 CONNECTOR_KINDS = {
@@ -40,6 +41,12 @@ def from_mjcf(content: str) -> Mechanism:
     names = Names("equality")
     loops, relations = _equalities(source, tree, tendons, names)
     frames = Names("site")
+    scalars = [j.name for b in tree.bodies for j in b.joints if j.nv == 1] + list(tendons.shafts)
+    sites = {
+        n if source.ours or not colliding_frame(n, scalars) else f"{n}_site": site
+        for n, site in tree.sites.items()
+        if not (source.ours and ":" in n)
+    }
     return Mechanism(
         name=_mechanism_name(source),
         bodies=tuple(tree.bodies),
@@ -48,7 +55,7 @@ def from_mjcf(content: str) -> Mechanism:
         shafts=tuple(tendons.shafts.values()),
         springs=tuple(_spring(tendons, n, names) for n in tendons.springs),
         drives=read_drives(source, tree, tendons),
-        frames=tuple(Frame(frames.add(n), b, p) for n, (b, p) in tree.sites.items() if not (source.ours and ":" in n)),
+        frames=tuple(Frame(frames.add(n), b, p) for n, (b, p) in sites.items()),
         gravity=_gravity(source),
         ground_shapes=tuple(tree.ground_shapes),
     )

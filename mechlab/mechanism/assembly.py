@@ -7,7 +7,7 @@ Written over callables, so that the numpy tree, Pinocchio and MuJoCo are closed 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -154,6 +154,8 @@ def close(
     Newton from `q` (default: the reference pose); with `steps` > 1 the targets are approached by path continuation from
     there, which keeps the assembly mode. A mode that changed is reported, never returned as solved.
     """
+    if mechanism.length_scale != 1.0:
+        return _close_in_own_unit(mechanism, q, dict(targets or {}), start=start, steps=steps)
     tree, constraints = _tree(mechanism)
     goal = dict(targets or {})
     first = mechanism.reference() if q is None else np.asarray(q, dtype=float)
@@ -180,6 +182,20 @@ def close(
     if found.closed and len(goal) and not same_mode(mechanism, first, found.q, list(goal)):
         return Assembly(found.q, found.residual, found.iterations, Status.WRONG_MODE)
     return found
+
+
+def _close_in_own_unit(
+    mechanism: Mechanism, q: Array | None, targets: dict[str, float], *, start: Array | None, steps: int
+) -> Assembly:
+    """`close` in the unit of length that fits the mechanism; the residual is in that unit."""
+    from mechlab.mechanism.size import coordinate_units, in_unit_of_length, is_length
+
+    unit = mechanism.length_scale
+    units = coordinate_units(mechanism, unit)
+    goal = {n: x / unit if is_length(mechanism, n) else x for n, x in targets.items()}
+    first, begin = (None if x is None else np.asarray(x, dtype=float) / units for x in (q, start))
+    found = close(in_unit_of_length(mechanism, unit), first, goal, start=begin, steps=steps)
+    return replace(found, q=found.q * units)
 
 
 def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:

@@ -10,13 +10,25 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.bar import uniform_bar
 from mechlab.mechanism.coefficients import as_fraction
-from mechlab.mechanism.depth_first import depth_first
+from mechlab.mechanism.depth_first import depth_first, too_many_bodies
 from mechlab.mechanism.gears import GearMesh, relation
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.joints import AxisLike, axis_vector
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Body, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring, Winding
+from mechlab.mechanism.parts import (
+    GROUND,
+    MOST_BODIES,
+    Body,
+    Drive,
+    Frame,
+    Joint,
+    LinearRelation,
+    Loop,
+    Shaft,
+    Spring,
+    Winding,
+)
 from mechlab.mechanism.reference_pose import assembled_pose, rebased
 from mechlab.mechanism.shape import Color, Shape
 from mechlab.mechanism.tilt import with_balls
@@ -60,6 +72,8 @@ class Builder:
         shapes: Sequence[Shape] = (),
     ) -> Builder:
         """A body whose frame stands `at` a point of its parent, rotated by `turned`, moving by `joints` in their order."""
+        if len(self.bodies) == MOST_BODIES:
+            raise too_many_bodies(self.name)
         placement = Placement(vector(at, f"body {name!r}: at")) @ turned
         self.bodies.append(Body(name, parent, placement, tuple(joints), inertia or Inertia(), tuple(shapes)))
         return self

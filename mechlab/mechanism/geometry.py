@@ -30,8 +30,11 @@ def unit(value: Sequence[float] | Array, what: str) -> Vector:
     """`value` normalised; a vector of unit length to within rounding is kept bit for bit."""
     x, y, z = vector(value, what)
     norm = math.sqrt(x * x + y * y + z * z)
-    if norm < 1e-12:
-        raise MechlabError(f"{what}: a direction must not be zero, got {value!r}.")
+    if not 1e-12 <= norm < math.inf:  # the squares leave the range of doubles before the direction does
+        largest = max(abs(x), abs(y), abs(z))
+        if largest == 0.0:
+            raise MechlabError(f"{what}: a direction must not be zero, got {(x, y, z)}.")
+        return unit((x / largest, y / largest, z / largest), what)
     if abs(norm - 1.0) < 4e-16:
         return (x, y, z)
     return (x / norm, y / norm, z / norm)

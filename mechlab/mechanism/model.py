@@ -174,6 +174,13 @@ class Mechanism:
             columns += [start] if joint.nv == 1 else [start + 1, start + 2, start + 3]
         return np.array(columns, dtype=int)
 
+    @cached_property
+    def length_scale(self) -> float:
+        """The unit of length [m] in which it has a size of order 1; see `mechlab.mechanism.size`."""
+        from mechlab.mechanism.size import length_scale
+
+        return length_scale(self)
+
     @property
     def total_mass(self) -> float:
         """Mass of all moving parts and everything fixed that carries mass [kg]."""

@@ -15,6 +15,9 @@ from mechlab.mechanism.shape import Shape
 GROUND = "ground"
 """Name of the fixed body; every Mechanism has it without listing it."""
 
+MOST_BODIES = 500
+"""Of one mechanism: its dense matrices grow with the square of the coordinates, the work with the cube."""
+
 JOINT_KINDS = ("revolute", "prismatic", "spherical")
 LOOP_ROWS = {"spherical": 3, "revolute": 5, "universal": 4, "cylindrical": 4, "prismatic": 5, "fixed": 6, "distance": 1}
 """Kinds of Loop, named after the joint they stand for, and their number of constraint rows."""

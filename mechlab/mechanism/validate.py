@@ -10,9 +10,10 @@ from fractions import Fraction
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.depth_first import too_many_bodies
 from mechlab.mechanism.geometry import Vector, unit, vector
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, Body, Drive, Joint
+from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MOST_BODIES, Body, Drive, Joint
 from mechlab.mechanism.tilt import refuse_tilts
 
 CLOSURE_TOLERANCE = 1e-12
@@ -20,8 +21,13 @@ CLOSURE_TOLERANCE = 1e-12
 
 def validate(m: Mechanism, closed: bool = True) -> None:
     """Raise MechlabError for the first thing in a Mechanism that is not sound; `closed` asks for an assembled pose too."""
+    from mechlab.mechanism.naming import refuse_collisions
+    from mechlab.mechanism.size import check_size
+
     if not m.bodies:
         raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
+    if len(m.bodies) > MOST_BODIES:
+        raise too_many_bodies(m.name)
     _names(m)
     _tree(m)
     for body in m.bodies:
@@ -31,6 +37,8 @@ def validate(m: Mechanism, closed: bool = True) -> None:
     _linear(m)
     _masses(m)
     _relations_consistent(m)
+    check_size(m)
+    refuse_collisions(m)
     if closed:
         _closed(m)
 
@@ -277,14 +285,17 @@ def _relations_consistent(m: Mechanism) -> None:
 def _closed(m: Mechanism) -> None:
     from mechlab.mechanism.constraints import ConstraintSet
     from mechlab.mechanism.kinematics import TreeKinematics
+    from mechlab.mechanism.size import row_units
 
     constraints = ConstraintSet(m)
     if not len(constraints):
         return
     residual = constraints.residual(TreeKinematics(m))
-    worst = int(np.argmax(np.abs(residual)))
-    if abs(residual[worst]) > CLOSURE_TOLERANCE:
+    units = row_units(m, constraints)
+    worst = int(np.argmax(np.abs(residual) / units))
+    limit = CLOSURE_TOLERANCE * units[worst]
+    if abs(residual[worst]) > limit:
         raise MechlabError(
             f"{m.name}: the reference pose is not assembled: {constraints.rows[worst]} is open by {abs(residual[worst]):.3g} "
-            f"(limit {CLOSURE_TOLERANCE:g}). Correct the lengths, or close it with Builder.assemble(guess)."
+            f"(limit {limit:.3g}). Correct the lengths, or close it with Builder.assemble(guess)."
         )

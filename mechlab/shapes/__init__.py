@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
 
-from mechlab.errors import unknown
+from mechlab.errors import MechlabError, unknown
 from mechlab.shapes import bevel, gears, helical, joints, links, platforms, rack, simple, slides
 from mechlab.shapes.files import obj_text, stl_bytes, write_obj, write_stl
 from mechlab.shapes.kind import Kind, Parameter, Times
@@ -50,6 +50,10 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
 )
 
 
+MOST_COUNT = 2000
+"""Of teeth, holes, spokes and the like in one solid."""
+
+
 def mesh(kind: str, size: Mapping[str, float]) -> Mesh:
     """The solid of a kind: closed, its faces counter-clockwise seen from outside; the same object for the same sizes.
 
@@ -57,7 +61,18 @@ def mesh(kind: str, size: Mapping[str, float]) -> Mesh:
     """
     if kind not in KINDS:
         raise unknown("shape kind", kind, KINDS)
-    return _built(kind, tuple(KINDS[kind].sizes(size).items()))
+    return _built(kind, tuple(_drawable(kind, KINDS[kind].sizes(size)).items()))
+
+
+def _drawable(kind: str, sizes: dict[str, float | int]) -> dict[str, float | int]:
+    """The sizes with at most MOST_COUNT of anything: more teeth are drawn as so many on the same pitch circle."""
+    teeth = sizes.get("teeth", 0)
+    if teeth > MOST_COUNT and "module" in sizes:
+        sizes = sizes | {"teeth": MOST_COUNT, "module": sizes["module"] * (teeth / MOST_COUNT)}
+    for p in KINDS[kind].parameters:
+        if p.unit == "count" and sizes[p.name] > MOST_COUNT:
+            raise MechlabError(f"{kind}: {p.name} must be at most {MOST_COUNT}, got {sizes[p.name]:g}.")
+    return sizes
 
 
 @lru_cache(maxsize=512)

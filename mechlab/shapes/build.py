@@ -80,10 +80,14 @@ def arc(radius: float, z: float, start: float, stop: float, steps: int) -> list[
     return points
 
 
+MOST_TURNS = 2000
+
+
 def helix(section: ArrayLike, radius: float, low: float, pitch: float, turns: float, steps: int = 20) -> Mesh:
     """A right-handed helix of a closed section of (radial, axial) offsets, counter-clockwise, `steps` to the turn."""
     offsets = np.asarray(section, dtype=float)
     shell = Shell()
+    require(turns <= MOST_TURNS, f"a helix of {turns:.3g} turns; at most {MOST_TURNS} are drawn.")
     count = max(2, round(turns * steps))
     rings: list[NDArray[np.int64]] = []
     for k in range(count + 1):

@@ -21,6 +21,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.simulate.control import controlled, engine
 from mechlab.simulate.drive import Driver, engage
 from mechlab.simulate.findings import health
+from mechlab.simulate.floor import floor_finding
 from mechlab.simulate.friction import FrictionWatch
 from mechlab.simulate.model import MujocoMap, to_mujoco
 from mechlab.simulate.plant import MujocoPlant
@@ -69,9 +70,8 @@ def run(
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
     channels, units = samples.channels(mechanism, *states)
     findings = health(mechanism, scene, chosen, data, blow_up, samples, states)
-    torn = samples.loops.finding(scene.duration)
-    if torn is not None:
-        findings = Health((torn,)) + findings
+    ahead = [f for f in (samples.loops.finding(scene.duration), floor_finding(map_, q)) if f is not None]
+    findings = Health(tuple(ahead)) + findings
     per_step = 4 if chosen.integrator == "RK4" else 1
     return Recording(
         mechanism=mechanism, t=t, q=states[0], v=states[1], channels=channels, units=units, health=findings,

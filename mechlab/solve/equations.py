@@ -17,9 +17,11 @@ from mechlab.experiment.laws import AppliedForce, Law
 from mechlab.experiment.memory import Memory
 from mechlab.experiment.prices import EQUATIONS, price_of_laws
 from mechlab.integrate import count_work
+from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.size import row_units
 from mechlab.solve.dynamics import PinPlant
 
 Indices = NDArray[np.int_]
@@ -66,6 +68,7 @@ class Equations:
         self.corrected = 0.0
         self._correction = EQUATIONS.of(mechanism)
         self.price = self._correction + price_of_laws(laws)
+        self.units = row_units(mechanism, ConstraintSet(mechanism))
         self.applied = AppliedForce(mechanism, laws)
         self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
@@ -158,7 +161,7 @@ class Equations:
         before = q.copy()
         for _ in range(6):
             residual = plant.residual()
-            size = float(np.abs(residual).max())
+            size = float(np.abs(residual / self.units).max())
             if size < CLOSED:
                 break
             if not size < LOST:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.key_units import checked, entry_units
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Answer, Answers, Question, choose
 from mechlab.mechanism import Mechanism, Status
@@ -18,6 +19,7 @@ from mechlab.study.power_flow import asks_power_flow, power_flow_question
 from mechlab.study.quantity_names import quantities, split
 from mechlab.study.witness import engine_answer
 from mechlab.tables import number, table
+from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
 
 def parameters_and_rest(
@@ -33,7 +35,7 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
 
     Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
     """
-    values = {k: numeric(k, v) for k, v in given.items()}
+    values = {k: numeric(k, v) for k, v in in_si(design, given).items()}
     keys = set(values)
     entry = design.entry
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
@@ -62,12 +64,26 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     return done
 
 
+def in_si(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of keys that are no parameters: text is read; raises MechlabError for a unit that does not fit its key."""
+    if not any(has_unit(v) or isinstance(v, str) for v in values.values()):
+        return dict(values)
+    return checked(values, entry_units(design.entry, [_asked_mechanism(design)]))
+
+
+def _asked_mechanism(design: Design) -> Mechanism:
+    """The mechanism of the generic question."""
+    return design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+
+
 def _parameters(design: Design) -> dict[str, Any]:
     return {i.name: getattr(design.parameters, i.name) for i in describe(design.entry.parameters)}
 
 
 def numeric(key: str, value: Any) -> Any:
     """A float, or an array of a list or range; raises MechlabError that names the key."""
+    if isinstance(value, str):
+        value = parse_value(key, value)
     if hasattr(value, "points"):
         value = value.points()
     try:
@@ -76,6 +92,10 @@ def numeric(key: str, value: Any) -> Any:
         raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
     if not np.all(np.isfinite(array)):
         raise MechlabError(f"{key}: expected a finite number, got {value!r}.")
+    if np.any(np.abs(array) > LARGEST_NUMBER):
+        raise MechlabError(
+            f"{key}: a number beyond {LARGEST_NUMBER:g}, got {value!r}: its powers leave the range of doubles."
+        )
     return float(array) if array.ndim == 0 else array
 
 
@@ -112,7 +132,7 @@ def _plain(answer: Answer) -> Answer:
 
 def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     """The question every Mechanism answers: joint, shaft and frame names, with rates and accelerations."""
-    m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+    m = _asked_mechanism(design)
     known = set(quantities(m))
     strange = sorted(set(values) - known)
     if strange:

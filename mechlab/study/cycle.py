@@ -11,6 +11,7 @@ import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.acting import what_acts
+from mechlab.experiment.key_units import checked, mechanism_units
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import basic_channels
 from mechlab.experiment.scene import Scene
@@ -171,7 +172,7 @@ def _given(m: Mechanism, motion: dict[str, float]) -> tuple[float, float, Array,
     rate, accel, drive = 1.0, 0.0, None
     load = np.zeros(m.nv)
     names = set(m.scalar_names)
-    for key, value in motion.items():
+    for key, value in checked(motion, mechanism_units(m)).items():
         x = float(value)
         if not np.isfinite(x):
             raise MechlabError(f"{key}: expected a finite number, got {value!r}.")

@@ -6,6 +6,7 @@ import inspect
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, make_dataclass, replace
+from dataclasses import fields as dataclass_fields
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -13,17 +14,23 @@ from typing import Any
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import acting, drive_law
 from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.key_units import checked, mechanism_units
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import describe, make, parameter
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.naming import refuse_parameters
 from mechlab.mechanism.structure import Structure, structure
 
 HOLD, FREE = "hold", "free-motion"
 """The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
 AUTO = "auto"
 """As the fidelity of a scene or a run: the cheapest that answers what is needed; see `mechlab.study.fidelity`."""
+
+
+LONGEST = 1e6
+"""Simulated time [s] of a run."""
 
 
 @dataclass(frozen=True)
@@ -140,8 +147,10 @@ class Design:
         level = self.fidelity(self._resolved(fidelity or recipe.fidelity, chosen, duration, extra))
         scene = recipe.make(p, level)
         if duration is not None:
-            if not 0.0 < duration < 1e6:
-                raise MechlabError(f"{self.name}: duration must be positive, got {duration!r} s.")
+            if not duration > 0.0:
+                raise MechlabError(f"{self.name}: duration must be positive, got {duration:g} s.")
+            if not duration <= LONGEST:
+                raise MechlabError(f"{self.name}: duration must be at most {LONGEST:g} s, got {duration:g} s.")
             scene = replace(scene, duration=duration)
         if level != "kinematic" and scene.drives == "hold":
             scene = acting(self.mechanism(level), scene)
@@ -179,6 +188,7 @@ def with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Scen
         return scene
     m = design.mechanism(scene.fidelity)
     names = set(m.scalar_names)
+    extra = checked(extra, mechanism_units(m))
     initial, rates, laws = dict(scene.initial), dict(scene.initial_rates), list(scene.laws)
     for key, value in extra.items():
         for suffix, take in (("_rate_0", rates), ("_0", initial)):
@@ -244,6 +254,7 @@ def entry_of_function(function: Callable[..., Mechanism], name: str | None = Non
                 f"{function.__name__}() returned {type(made).__name__}, expected a Mechanism: "
                 "end it with `return b.build()` or `return b.assemble(guess)`."
             )
+        refuse_parameters(made, [f.name for f in dataclass_fields(p)])
         return made
 
     summary = (inspect.getdoc(function) or "").split("\n")[0]

@@ -11,6 +11,7 @@ from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.entry import Entry
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.size import in_unit_of_length
 from mechlab.mechanism.statics import passive_force
 from mechlab.mechanism.structure import null_space, rank, sample_poses
 from mechlab.study.witness import room
@@ -23,14 +24,18 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
     def of_each(measure: Callable[[Mechanism], Measured]) -> Callable[[Any], Measured]:
         return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})
 
+    def in_own_unit(measure: Callable[[Mechanism], Measured]) -> Callable[[Any], Measured]:
+        """Lengths in the unit that fits the mechanism, as its tolerances are (see `mechlab.mechanism.size`)."""
+        return of_each(lambda m: measure(m if m.length_scale == 1.0 else in_unit_of_length(m, m.length_scale)))
+
     three = "three implementations"
     return (
-        Check("G1", "poses of bodies and frames at assembled poses", of_each(_poses), three),
+        Check("G1", "poses of bodies and frames at assembled poses", in_own_unit(_poses), three),
         Check("G2", "mass matrix", of_each(_mass), three),
         Check("G3", "velocity, gravity and passive terms", of_each(_bias), three),
-        Check("G4", "closure of the reference pose", of_each(_closure), "zero by definition"),
-        Check("G5", "constraint Jacobian against finite differences", of_each(_jacobian), "central differences"),
-        Check("G6", "motions that the constraint rows allow", of_each(_allowed), three),
+        Check("G4", "closure of the reference pose", in_own_unit(_closure), "zero by definition"),
+        Check("G5", "constraint Jacobian against finite differences", in_own_unit(_jacobian), "central differences"),
+        Check("G6", "motions that the constraint rows allow", in_own_unit(_allowed), three),
     )
 
 

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 HALVINGS = 7
 LOOSER = 30.0
+MOST_STEPS = 5e7
+"""Of one run: a small mechanism takes some ten minutes for them."""
 
 
 def versions() -> dict[str, str]:
@@ -80,6 +82,7 @@ def run_scene(
         lived.mechanism(fidelity)  # raises: it has none
     made = lived.scene(scene, fidelity, duration, extra)
     chosen = _settings(lived, made, engine, settings, timestep)
+    _refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
     made = with_static_motors(made, replace(chosen, timestep=finest))
     for t in at:
@@ -109,6 +112,16 @@ def _to_error(
         run = _refine(lambda s: _once(design, scene, s, at), settings, max_error)
     others = [(_complete(design, other, scene), factor) for other, factor in run.others]
     return with_errors(_complete(design, run.recording, scene), others)
+
+
+def _refuse_too_long(name: str, scene: Scene, settings: Settings) -> None:
+    """Raise MechlabError for a run of more than MOST_STEPS steps, before it begins."""
+    steps = scene.duration / settings.timestep
+    if steps > MOST_STEPS:
+        raise MechlabError(
+            f"{name}: a timestep of {settings.timestep:g} s over {scene.duration:g} s makes {steps:.3g} steps; at most "
+            f"{MOST_STEPS:.3g} are run. Take a timestep of at least {scene.duration / MOST_STEPS:.2g} s, or a shorter duration."
+        )
 
 
 def _settings(

@@ -17,6 +17,7 @@ from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
 from mechlab.mechanism import Mechanism, Status, singularity
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.size import coordinate_units, in_unit_of_length, is_length
 from mechlab.study.determined import determined
 from mechlab.study.quantity_names import LETTERS, level, quantities, split
 
@@ -51,6 +52,8 @@ def engine_answer(
     no values: its status and a note say why. Of the wanted quantities those are answered that the given ones determine; the
     others stand in `Answer.open` and `Answer.idle`. A given coordinate without a given acceleration has 0 (`Answer.assumed`).
     """
+    if m.length_scale != 1.0:
+        return _in_own_unit(engine, m, given, wanted, start, steps, output)
     position, rate, accel = split(m, given)
     try:
         r = room(engine)
@@ -73,6 +76,28 @@ def engine_answer(
         sentence = f"singular position ({', '.join(kinds)})"
         return replace(answer, status=Status.BOUNDARY, notes=(sentence,), details={"singular": list(kinds)})
     return answer
+
+
+def _in_own_unit(
+    engine: str,
+    m: Mechanism,
+    given: Mapping[str, Any],
+    wanted: Sequence[str],
+    start: ArrayLike | None,
+    steps: int,
+    output: str | None,
+) -> Answer:
+    """`engine_answer` in the unit of length that fits the mechanism, so that its limits do; lengths are told in metres."""
+    unit = m.length_scale
+
+    def length(key: str) -> float:
+        return unit if is_length(m, key.removesuffix("_rate").removesuffix("_accel")) else 1.0
+
+    begin = None if start is None else np.asarray(start, dtype=float) / coordinate_units(m, unit)
+    scaled = {k: np.asarray(x) / length(k) if length(k) != 1.0 else x for k, x in given.items()}
+    answer = engine_answer(engine, in_unit_of_length(m, unit), scaled, wanted, begin, steps, output)
+    notes = tuple(f"{n} (lengths in units of {unit:g} m)" if " by " in n else n for n in answer.notes)
+    return replace(answer, values={k: x * length(k) for k, x in answer.values.items()}, notes=notes)
 
 
 def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:

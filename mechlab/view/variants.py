@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import describe
 from mechlab.study.design import Design, design
-from mechlab.values import Range
+from mechlab.values import Range, in_unit
 from mechlab.view.story import Story, Variation
 
 MOST_KEYS, COUNT, MOST_COUNT = 2, 9, 41
@@ -38,7 +38,7 @@ def variations(
             what = f"is a {known[key].kind}" if key in known else "does not exist"
             raise MechlabError(f"{d.name}: parameter {key} {what}; can be varied: {', '.join(numbers) or 'none'}.")
         own = float(getattr(d.parameters, key))
-        values = _values(d.name, key, own, asked)
+        values = _values(d.name, key, own, in_unit(f"{d.name}: {key}", asked, known[key].unit))
         home = int(np.argmin(np.abs(values - own)))
         stories = [story if k == home else _variant(d, key, float(x), story, tell) for k, x in enumerate(values)]
         values[home] = own

@@ -230,7 +230,7 @@ def test_any_points_by_an_engine():
         (("delta6", "x=0:1:5", "alpha=0"), "also needs y, z, beta, gamma"),
         (("delta6", "x=1:0:5"), "low < high"),
         (("delta6", "least_condition=2"), "least_condition"),
-        (("delta6", "least_clearance=3deg"), "expected a number [m]"),
+        (("delta6", "least_clearance=3deg"), "expected a length (m, "),
         (("delta6", "bend_limit=120deg"), "bend_limit"),
         (
             ("delta6", "--witness", "nobody", "x=0:1:3", "y=0", "z=0", "alpha=0", "beta=0", "gamma=0"),

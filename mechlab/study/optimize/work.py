@@ -13,6 +13,7 @@ from typing import Any
 from mechlab.errors import MechlabError, UsageError
 from mechlab.experiment.parameters import describe
 from mechlab.files import whole_folder, write
+from mechlab.study.ask import in_si
 from mechlab.study.design import Design, design
 from mechlab.study.optimize.front import LEVELS, SHARE
 from mechlab.study.optimize.front import front as front_of
@@ -54,6 +55,7 @@ def optimize(
     Raises MechlabError for what cannot be asked; that no design meets the constraints is an answer (exit code 4).
     """
     ranges, fixed, rest = given_ranges(base, values)
+    rest = in_si(base, rest)
     task = TASKS.get(base.entry.name)
     by_task = task is not None and goal is None
     if task is not None and goal is None:

@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Answers
 from mechlab.mechanism.geometry import Array
-from mechlab.study.ask import ask, numeric
+from mechlab.study.ask import ask, in_si, numeric
 from mechlab.study.design import Design
 from mechlab.study.sensitivity.differences import Slope, slope
 from mechlab.study.sensitivity.inputs import Input, inputs_of
@@ -35,7 +35,7 @@ def sensitivity(
     that does not exist beside an input makes its derivative one-sided, or, on both sides, leaves it out with a note.
     """
     chosen = tolerance or Tolerances()
-    given = {k: numeric(k, v) for k, v in asked.items()}
+    given = {k: numeric(k, v) for k, v in in_si(base, asked).items()}
     answers = ask(base, given)
     if answers.exit_code:
         return Sensitivity(answers, {})

@@ -25,7 +25,7 @@ from mechlab.study.stability.vary import (
     with_mechanism,
     without_ranges,
 )
-from mechlab.values import Range
+from mechlab.values import Range, in_unit
 
 FEWEST, MOST, USUAL = 2, 40, 7
 LOG_FROM = 100.0
@@ -56,6 +56,7 @@ def plan_range(case: Case, key: str, given: Range) -> Plan:
     duration = min(case.scene.duration, LONGEST)
     if key in infos and infos[key].kind in ("number", "ratio", "integer"):
         info = infos[key]
+        in_unit(key, given, info.unit)
 
         def problem(y: float) -> Problem:
             given_values = {k: v for k, v in case.design.given.items() if k in infos}
@@ -75,6 +76,7 @@ def plan_range(case: Case, key: str, given: Range) -> Plan:
                 [*(n for n, i in infos.items() if i.kind in ("number", "ratio", "integer")), *parts],
             )
         start, unit, text, scaled = parts[key]
+        in_unit(key, given, *unit.split(" or "))
         axis = Axis(key, unit, values, text, start)
 
         def problem(y: float) -> Problem:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.key_units import checked, entry_units
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.study.ask import parameters_and_rest
@@ -21,7 +22,7 @@ from mechlab.study.sweep.probe import a_mechanism, answers_of, corners, known_in
 from mechlab.study.sweep.quantities import distinct, quantities_of_runs, split_words
 from mechlab.study.sweep.request import ANSWERS, CLOSED_FORM, ROLLOUT, RUNS, Axis, Quantity, Request, block_size
 from mechlab.values import Quantity as Written
-from mechlab.values import Range
+from mechlab.values import Range, has_unit
 
 MOST_NUMBERS = 200_000_000
 """More numbers than this (1.6 GB) are refused."""
@@ -58,7 +59,7 @@ def plan(
     mechanism_keys = known_initial_keys(chosen, axes) if rest else set()
     role = "initial" if set(rest) & mechanism_keys else "given"
     given: dict[str, Any] = {}
-    for key, value in rest.items():
+    for key, value in _checked(chosen, axes, rest).items():
         points = _points(key, value)
         if points is None:
             given[key] = _number(key, value)
@@ -129,6 +130,14 @@ def _number(key: str, value: Any) -> float:
     if not math.isfinite(number):
         raise MechlabError(f"{key}: expected a finite number, got {value!r}.")
     return number
+
+
+def _checked(chosen: Design, axes: Sequence[Axis], rest: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys that are no parameters; raises MechlabError for a unit that does not fit its key."""
+    if not any(has_unit(v) or isinstance(v, str) for v in rest.values()):
+        return dict(rest)
+    found = a_mechanism(chosen, axes)
+    return checked(rest, entry_units(chosen.entry, [] if found is None else [found]))
 
 
 def _unit(points: Sequence[Any]) -> str:

@@ -11,7 +11,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.experiment.workspace import Map, WorkspaceRecipe
-from mechlab.study.ask import generic_question, numeric
+from mechlab.study.ask import generic_question, in_si, numeric
 from mechlab.study.design import Design
 from mechlab.study.workspace.asked import SLAB as ASKED_SLAB
 from mechlab.study.workspace.asked import WITNESSES, AskedPoses
@@ -37,6 +37,7 @@ class Plan:
 
 def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> Plan:
     """The plan for quantities that are no parameters. Raises MechlabError that lists what can be given."""
+    asked = in_si(design, asked)
     recipe = design.entry.workspace
     if recipe is not None and witness is None and set(asked) <= {*recipe.grid, *recipe.limits}:
         return _own(design, recipe, asked)

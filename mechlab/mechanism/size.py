@@ -1,0 +1,150 @@
+"""The size of a mechanism, and the same mechanism in another unit of length: limits on lengths are relative to it.
+
+Positions are solved in a unit of length in which the mechanism has a size of order 1, so that one set of limits fits a
+mechanism of a micrometre and one of a million kilometres. The unit is a power of two, so that the change is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.mechanism.coefficients import Coefficients
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array, Placement, Vector
+from mechlab.mechanism.inertia import Inertia
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Body, Joint
+
+SMALLEST, LARGEST = 1e-9, 1e12
+"""Sizes [m] within which mechlab works: rounding and the squares and cubes of lengths stay far from the ends of doubles."""
+ORDINARY = (1e-2, 1e2)
+"""Sizes [m] at which the unit of length stays the metre."""
+
+
+def size(m: Mechanism) -> float:
+    """Largest distance [m] of any point that counts (joints, loop ends, springs, frames, centres of mass) from the origin,
+    in the reference pose: rounding of positions goes with it. 0 where all of them lie in the origin."""
+    tree = TreeKinematics(m)
+    points = [(b.name, (0.0, 0.0, 0.0)) for b in m.bodies]
+    points += [(b.name, b.inertia.com) for b in m.bodies if b.inertia.mass > 0.0]
+    points += [(x.body_a, x.placement_a.position) for x in m.loops] + [
+        (x.body_b, x.placement_b.position) for x in m.loops
+    ]
+    points += [(x.body_a, x.point_a) for x in m.springs] + [(x.body_b, x.point_b) for x in m.springs]
+    points += [(f.body, f.placement.position) for f in m.frames]
+    largest = 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for body, point in points:
+            rotation, origin = tree.pose(body)
+            there = origin + rotation @ np.array(point)
+            largest = max(largest, float(np.max(np.abs(there)))) if np.all(np.isfinite(there)) else math.inf
+    return largest
+
+
+def check_size(m: Mechanism) -> None:
+    """Raise MechlabError for a mechanism too large or too small to compute with."""
+    found = size(m)
+    if found and not SMALLEST <= found <= LARGEST:
+        raise MechlabError(
+            f"{m.name}: its size is {found:.3g} m; mechlab computes with mechanisms from {SMALLEST:g} m to {LARGEST:g} m. "
+            "Are the lengths in metres?"
+        )
+
+
+def length_scale(m: Mechanism) -> float:
+    """The unit of length [m] that fits a mechanism: 1 from 1 cm to 100 m and without any length, else a power of two."""
+    found = size(m)
+    if found == 0.0 or not math.isfinite(found) or ORDINARY[0] <= found <= ORDINARY[1]:
+        return 1.0
+    return 2.0 ** round(math.log2(found))
+
+
+def is_length(m: Mechanism, name: str) -> bool:
+    """True for a slide, a shaft over slides alone, and a coordinate FRAME_x, _y, _z: values in metres."""
+    slides = {j.name for j in m.joints if j.kind == "prismatic"}
+    for shaft in m.shafts:
+        if shaft.name == name:
+            return {n for n, _ in shaft.coefficients} <= slides
+    return name in slides or (
+        name not in m.scalar_names and any(name == f"{f.name}_{a}" for f in m.frames for a in "xyz")
+    )
+
+
+def row_units(m: Mechanism, constraints: ConstraintSet) -> Array:
+    """(rows,) the unit of each residual: `length_scale` for the offsets of loops, 1 for angles and relations."""
+    out = np.ones(len(constraints))
+    loops = {x.name for x in m.loops}
+    for item in constraints.items:
+        rows = constraints.slices[item.name]
+        if item.name in loops:
+            out[rows] = [1.0 if "_" in r.removeprefix(item.name) else m.length_scale for r in constraints.rows[rows]]
+    return out
+
+
+def coordinate_units(m: Mechanism, unit: float) -> Array:
+    """(nq,) `unit` for slides, 1 for angles and quaternions."""
+    return np.array([unit if j.kind == "prismatic" else 1.0 for j in m.joints for _ in range(j.nq)])
+
+
+@lru_cache(maxsize=16)
+def in_unit_of_length(m: Mechanism, unit: float) -> Mechanism:
+    """The same mechanism with all lengths in `unit` [m], without shapes; masses stay, moments of inertia follow. For
+    questions of position and motion: forces, stiffnesses and gravity are left as they are."""
+    slides = {j.name for j in m.joints if j.kind == "prismatic"}
+
+    def short(x: Vector) -> Vector:
+        return (x[0] / unit, x[1] / unit, x[2] / unit)
+
+    def place(p: Placement) -> Placement:
+        return replace(p, position=short(p.position))
+
+    def terms(given: Coefficients) -> Coefficients:
+        if {n for n, _ in given} <= slides:
+            return given
+        return tuple((n, c * Fraction(unit) if n in slides else c) for n, c in given)
+
+    return replace(
+        m,
+        bodies=tuple(_body(b, unit, place, short) for b in m.bodies),
+        loops=tuple(
+            replace(x, placement_a=place(x.placement_a), placement_b=place(x.placement_b), length=x.length / unit)
+            for x in m.loops
+        ),
+        relations=tuple(replace(r, coefficients=terms(r.coefficients)) for r in m.relations),
+        shafts=tuple(
+            replace(s, coefficients=terms(s.coefficients), placement=place(s.placement), shapes=(),
+                    zero=s.zero / unit if is_length(m, s.name) else s.zero)
+            for s in m.shafts
+        ),
+        springs=tuple(
+            replace(s, point_a=short(s.point_a), point_b=short(s.point_b), rest_length=s.rest_length / unit)
+            for s in m.springs
+        ),
+        frames=tuple(replace(f, placement=place(f.placement)) for f in m.frames),
+        ground_shapes=(),
+    )  # fmt: skip
+
+
+def _body(b: Body, unit: float, place: Callable[[Placement], Placement], short: Callable[[Vector], Vector]) -> Body:
+    inertia = b.inertia
+    if inertia.mass:
+        t = tuple(x / unit**2 for x in inertia.tensor)
+        inertia = Inertia(inertia.mass, short(inertia.com), (t[0], t[1], t[2], t[3], t[4], t[5]))
+    return replace(
+        b, placement=place(b.placement), joints=tuple(_joint(j, unit) for j in b.joints), inertia=inertia, shapes=()
+    )
+
+
+def _joint(j: Joint, unit: float) -> Joint:
+    if j.kind != "prismatic":
+        return j
+    limits = None if j.range is None else (j.range[0] / unit, j.range[1] / unit)
+    return replace(j, zero=j.zero / unit, range=limits, spring_rest=j.spring_rest / unit)
