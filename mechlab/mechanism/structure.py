@@ -105,14 +105,14 @@ def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed
         basis = null_space(constraints.jacobian(tree.set(poses[0])))
         direction = basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(mechanism.nv)
         size = float(np.max(np.abs(direction), initial=0.0))
-        step = direction * (spread * length_scale(mechanism) / size if size > 0 else 0.0)
+        step = direction * (spread * step_size(mechanism) / size if size > 0 else 0.0)
         found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), integrate(mechanism, poses[0], step))
         if found.closed:
             poses.append(found.q)
     return poses
 
 
-def length_scale(mechanism: Mechanism) -> float:
+def step_size(mechanism: Mechanism) -> float:
     """Size of a step in all coordinates [rad or m] that stays near.
 
     1 for mechanisms without slides; else a size in metres that keeps a slide's step within the mechanism."""

@@ -17,7 +17,7 @@ import numpy as np
 from mechlab.experiment.question import Open
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate, newton
 from mechlab.mechanism.geometry import Array, rotation_log
-from mechlab.mechanism.structure import idle_directions, length_scale, null_space, rank
+from mechlab.mechanism.structure import idle_directions, null_space, rank, step_size
 from mechlab.study.quantity_names import LETTERS, key_of, level, split
 
 SINGULAR = 1e-6
@@ -154,7 +154,7 @@ class _Question:
         """A pose with the given values, a step along a direction away; None when there is none: it leads nowhere."""
         size = max(float(np.max(np.abs(direction))), 1e-12)
         for step in (STEP, -STEP, 0.1 * STEP):
-            dv = direction * (step * length_scale(self.m) / size)
+            dv = direction * (step * step_size(self.m) / size)
             found = newton(self._misses, lambda x, d: integrate(self.m, x, d), integrate(self.m, self.q, dv))
             far = float(np.linalg.norm(found.q - self.q))
             if found.closed and 0.3 * np.linalg.norm(dv) < far < 3.0 * np.linalg.norm(dv):

@@ -74,7 +74,7 @@ def ranges(tokens: list[str]) -> dict[str, Range | tuple[float, ...]]:
         if isinstance(value, Range):
             found[key] = value
         elif isinstance(value, tuple) and not any(isinstance(x, str) for x in value):
-            found[key] = value
+            found[key] = tuple(map(float, value))
         else:
             raise UsageError(f"--vary {key}: expected a range such as {key}=80mm:120mm:9, or a list of values.")
     if len(found) < len(tokens):
