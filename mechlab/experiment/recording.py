@@ -40,7 +40,6 @@ class Recording:
     v: Array
     channels: dict[str, Array] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
-    errors: dict[str, float] = field(default_factory=dict)
     health: Health = Health()
     cost: Cost = Cost()
     settings: Settings = Settings()
@@ -49,6 +48,7 @@ class Recording:
     fidelity: str = ""
     parameters: dict[str, Any] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
+    errors: dict[str, float] = field(default_factory=dict)
 
     def channel(self, name: str) -> Array:
         """(n,) values of a channel; raises MechlabError that lists the channels."""
