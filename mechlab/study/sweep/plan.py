@@ -116,7 +116,7 @@ def _points(key: str, value: Any) -> tuple[Any, ...] | None:
         return tuple(Written(float(x), unit) for x in points) if unit else tuple(float(x) for x in points)
     if isinstance(value, np.ndarray) and value.ndim == 1:
         value = tuple(value.tolist())
-    if isinstance(value, tuple | list):
+    if isinstance(value, tuple | list | range):
         if not value:
             raise MechlabError(f"{key}: the list is empty.")
         return tuple(value)
