@@ -8,6 +8,7 @@ is braked and (1 - a) / (1 - b) while the suns 14 are. Rings fit when z3 = z1 + 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -45,24 +46,24 @@ def sun_shares(ratio_36_braked: Fraction, ratio_14_braked: Fraction) -> tuple[Fr
     return ratio_36_braked * b, b
 
 
-def stage_teeth(share: Fraction, planets: int, low: int, high: int, tolerance: float = 0.0) -> IntArray:
+def stage_teeth(share: Fraction, planets: int, teeth: Sequence[int], tolerance: float = 0.0) -> IntArray:
     """(n, 3) sun, planet, ring with sun / (sun + ring) = share (relative error at most `tolerance`), ring = sun + 2 planet,
-    all in low .. high, evenly placed planets, (sun + planet) sin(pi / planets) >= planet + 2."""
-    sun, planet = (x.ravel() for x in np.meshgrid(np.arange(low, high + 1), np.arange(low, high + 1), indexing="ij"))
+    all among `teeth`, evenly placed planets, (sun + planet) sin(pi / planets) >= planet + 2."""
+    sun, planet = _suns_and_planets(teeth)
     centre = sun + planet
     if tolerance == 0.0:
         ok = sun * share.denominator == 2 * share.numerator * centre
     else:
         ok = np.abs(sun / (2.0 * centre * float(share)) - 1.0) <= tolerance
-    ok &= _assembles(sun, planet, planets, high)
+    ok &= _assembles(sun, planet, planets, teeth)
     rows = np.column_stack([sun, planet, sun + 2 * planet])[ok]
     return np.asarray(rows[np.lexsort((rows[:, 0], rows[:, 2]))])
 
 
-def share_limits(planets: int, low: int, high: int) -> tuple[float, float]:
+def share_limits(planets: int, teeth: Sequence[int]) -> tuple[float, float]:
     """Smallest and largest sun share that a stage with these teeth can have (NaN when none fits)."""
-    sun, planet = (x.ravel() for x in np.meshgrid(np.arange(low, high + 1), np.arange(low, high + 1), indexing="ij"))
-    ok = _assembles(sun, planet, planets, high)
+    sun, planet = _suns_and_planets(teeth)
+    ok = _assembles(sun, planet, planets, teeth)
     shares = 0.5 * sun[ok] / (sun[ok] + planet[ok])
     return (float(shares.min()), float(shares.max())) if len(shares) else (math.nan, math.nan)
 
@@ -71,25 +72,32 @@ def closed_differential_teeth(
     ratio_36_braked: Fraction,
     ratio_14_braked: Fraction,
     planets: int = 3,
-    low: int = 18,
-    high: int = 200,
+    teeth: Sequence[int] = range(18, 201),
     tolerance: float = 0.0,
 ) -> DifferentialTeeth:
-    """All pairs of stages with these two ratios. Raises MechlabError for equal ratios or bad limits."""
-    if planets < 1 or not 1 <= low <= high:
+    """All pairs of stages with these two ratios, every wheel with one of the tooth counts `teeth`. Raises MechlabError for
+    equal ratios, no planet, and tooth counts below 1 or none."""
+    if planets < 1 or not len(teeth) or min(teeth) < 1:
         raise MechlabError(
-            f"planets = {planets}, teeth {low}:{high}; expected at least one planet and 1 <= low <= high"
+            f"planets = {planets}, teeth {list(teeth)}; expected at least one planet and tooth counts of at least 1"
         )
     a, b = sun_shares(ratio_36_braked, ratio_14_braked)
-    first, second = (stage_teeth(x, planets, low, high, tolerance) for x in (a, b))
+    first, second = (stage_teeth(x, planets, teeth, tolerance) for x in (a, b))
     n, m = len(first), len(second)
     pairs = np.hstack([np.repeat(first, m, axis=0), np.tile(second, (n, 1))]).reshape(n * m, 6)
     order = np.lexsort((pairs.sum(axis=1), np.maximum(pairs[:, 2], pairs[:, 5])))
-    return DifferentialTeeth(pairs[order], a, b, (n, m), share_limits(planets, low, high))
+    return DifferentialTeeth(pairs[order], a, b, (n, m), share_limits(planets, teeth))
 
 
-def _assembles(sun: IntArray, planet: IntArray, planets: int, high: int) -> NDArray[np.bool_]:
-    ok = (sun + 2 * planet <= high) & (2 * (sun + planet) % planets == 0)
+def _suns_and_planets(teeth: Sequence[int]) -> tuple[IntArray, IntArray]:
+    """(n,) each: all pairs of tooth counts."""
+    counts = np.unique(np.asarray(teeth, dtype=np.int64))
+    sun, planet = np.meshgrid(counts, counts, indexing="ij")
+    return sun.ravel(), planet.ravel()
+
+
+def _assembles(sun: IntArray, planet: IntArray, planets: int, teeth: Sequence[int]) -> NDArray[np.bool_]:
+    ok = np.isin(sun + 2 * planet, np.asarray(teeth)) & (2 * (sun + planet) % planets == 0)
     if planets > 1:
         ok &= (sun + planet) * math.sin(math.pi / planets) >= planet + 2
     return np.asarray(ok)

@@ -34,8 +34,9 @@ def optimize(
     parameters; what the quantities need beside them (keys of a question, limits and axes of a workspace, X_rate). maximize,
     minimize: a quantity, see `mechlab.study.optimize.quantity.measured`. subject: "Q>=value,Q<=value". front: a second goal,
     Q, max:Q or min:Q. What is not said comes from the mechanism's task, where it has one (delta6, gear_linkage, fourbar).
-    evaluations: about how many designs a search may try. out: a folder for optimum.json and the front. The same seed gives the
-    same answer. That no design meets the constraints is an answer with exit code 4.
+    evaluations: designs of the global search, at least 40 and 24 a variable; the refinement of the best adds to them. out: a
+    folder for optimum.json and the front. The same seed gives the same answer. That no design meets the constraints is an
+    answer with exit code 4.
     """
     from mechlab.study.optimize import Goal
     from mechlab.study.optimize import optimize as work

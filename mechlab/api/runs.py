@@ -11,6 +11,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Answers
 from mechlab.experiment.recording import Recording
 from mechlab.study.ask import ask, parameters_and_rest
+from mechlab.study.design import without_effect
 from mechlab.study.results import SimulateResult, SolveResult
 from mechlab.values import one_number
 
@@ -117,6 +118,12 @@ def cycle(
     base = load(source)
     parameters, motion = parameters_and_rest(base.entry.parameters, dict(values or {}) | more)
     chosen = load(base, **parameters)
+    idle = without_effect(base, parameters, fidelity)
+    if idle:
+        raise MechlabError(
+            f"{base.name}: {', '.join(idle)}: a parameter of scenes changes nothing in a cycle. Give X_rate, X_accel of the drive, "
+            "X_force as a load, or leave it out."
+        )
     return run_cycle(
         chosen.mechanism(fidelity), chosen.name, {k: one_number(k, v) for k, v in motion.items()}, **options
     )

@@ -42,6 +42,8 @@ def modes(
     """
     from mechlab.study.modes import find_modes, mode_motion
 
+    if only and html is None and out is None:
+        raise MechlabError("only: it chooses the modes that the page shows: give html or out, or leave it out.")
     d, extra = _split(source, dict(values or {}) | more)
     result = find_modes(d, scene, fidelity, extra, free)
     if html is None and out is None:
@@ -119,7 +121,7 @@ def stability(
     """Maps of where methods fail: timestep against stiffness, mass ratio, distance to a singular position, redundancy,
     softness, gear ratio, light parts, friction; those that the structure calls for, or `kinds`.
 
-    values (or keywords): parameters; a range (`mechlab.values.Range`; as keyword also (low, high) or (low, high, count)) of a
+    values (or keywords): parameters; a range (`mechlab.values.Range`; also (low, high) or (low, high, count)) of a
     parameter, of BODY_mass, X_stiffness or friction makes a map over it. methods: names or parts of names. budget: counted
     work [s], about seconds of CPU. out: a folder for the JSON and a picture of each map.
     Raises MechlabError for unknown names and for a map that does not fit the mechanism, saying why.
@@ -130,9 +132,9 @@ def stability(
     given = dict(values or {}) | more
     names = {i.name: i for i in describe(load(source).entry.parameters)}
     ranges = {k: v for k, v in given.items() if isinstance(v, Range)}
-    for key, value in more.items():
+    for key, value in given.items():
         listed = key in names and names[key].kind in ("numbers", "integers")
-        if isinstance(value, tuple) and len(value) in (2, 3) and not listed:
+        if isinstance(value, tuple | list) and len(value) in (2, 3) and not listed:
             ranges[key] = Range(float(value[0]), float(value[1]), int(value[2]) if len(value) == 3 else None)
     d = load(source, **{k: v for k, v in given.items() if k not in ranges})
     found = study(

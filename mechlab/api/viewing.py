@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from mechlab.view.story import Story
 
 
+LOCAL = "127.0.0.1"
+"""The address of a live page: this machine only."""
+
+
 def story(
     source: Source | Recording, values: Mapping[str, Any] | None = None, against: Source | Recording | None = None
 ) -> Story:
@@ -40,6 +44,7 @@ def story(
             )
         d = load(source, **dict(values or {}))  # type: ignore[arg-type]
         return _still(d)
+    _refuse_values(values)
     told = _recorded(recording)
     if against is None:
         return told
@@ -49,6 +54,11 @@ def story(
     name = f"the run {Path(against).name}" if isinstance(against, str | Path) else f"the run of scene {other.scene}"
     there = _recorded(other)
     return compare(told, there, name, differences(recording, other, (dict(told.facts), dict(there.facts))))
+
+
+def _refuse_values(values: Mapping[str, Any] | None) -> None:
+    if values:
+        raise MechlabError(f"{', '.join(values)}: a run that is recorded keeps its values; give them to a mechanism.")
 
 
 def _still(d: Design) -> Story:
@@ -97,7 +107,7 @@ def view(
     values: Mapping[str, Any] | None = None,
     html: str | Path | None = None,
     png: str | Path | None = None,
-    host: str = "127.0.0.1",
+    host: str = LOCAL,
     port: int = 0,
     wait: bool = True,
     glb: str | Path | None = None,
@@ -119,7 +129,15 @@ def view(
         raise MechlabError(
             "to explore, the drives are moved in the page: ask for a page (html), and nothing else that needs a run."
         )
+    if vary is not None and not explorable:
+        raise MechlabError("vary: it adds a slider to the page of the drives: say explorable (--explore) too.")
+    if (port or host != LOCAL) and any(x is not None for x in wanted.values()):
+        raise MechlabError("host, port: they are for a live page, and a file is asked for: leave out one of them.")
     recording = _recording(source)
+    if recording is not None:
+        _refuse_values(values)
+        if explorable:
+            raise MechlabError("to explore takes a mechanism: a run that is recorded has no drives to move.")
     if recording is None and not explorable and any(x is not None for x in (html, glb, mp4, csv, against)):
         recording = simulate_values(source, values).recording  # type: ignore[arg-type]
     if recording is not None:

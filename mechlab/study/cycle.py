@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from mechlab.study.closed_path import ClosedPath, PathPoint, choose_path
 from mechlab.study.cycle_forces import ReactionTable, reactions, witness_difference
 from mechlab.study.cycle_geometry import instant_centres, shaking
 from mechlab.study.cycle_transmission import outputs, transmission
+from mechlab.study.extremum import Extremum, extremum
 from mechlab.tables import Told, number, table
 
 POINTS = 72
@@ -47,6 +49,7 @@ class CycleResult(Told):
     zero: tuple[str, ...] = ()
     witnesses: Mapping[str, float] = field(default_factory=dict)
     normal: tuple[float, float, float] | None = None
+    course: Course | None = field(default=None, repr=False, compare=False)
     exit_code: int = 0
     acts: str = ""
 
@@ -56,6 +59,15 @@ class CycleResult(Told):
         if name not in self.columns:
             raise unknown(f"{self.name}: column of the cycle", name, [*self.columns, *self.zero])
         return self.columns[name]
+
+    def extremum(self, name: str, sign: int) -> Extremum | None:
+        """The largest (sign 1) or least (-1) value of a column along the path, between the positions too, and where it is;
+        None where no value is finite. Without a course it is that of the positions."""
+        column = None if self.course is None else lambda phi: self.course.columns(np.array([phi]), {name})[name][0]  # type: ignore[union-attr]
+        phi, values = self.columns[self.drive], self[name]
+        same = abs(values[-1] - values[0]) <= 1e-9 * max(1.0, float(np.ptp(values)))
+        closed = bool(same) and self.course is not None and self.course.turns(phi)
+        return extremum(phi, values, sign, column, closed)
 
     @property
     def message(self) -> str:
@@ -73,18 +85,16 @@ class CycleResult(Told):
         }  # fmt: skip
 
     def text(self) -> str:
-        """Least and largest value of each column, and where."""
+        """Least and largest value of each column at the positions, and where; `extremum` looks between them too."""
         phi = self.columns[self.drive]
         rows = []
         for name, values in self.columns.items():
-            fine = np.isfinite(values)
-            if not fine.any():
-                continue
-            low, high = np.nanargmin(np.where(fine, values, np.nan)), np.nanargmax(np.where(fine, values, np.nan))
-            cells = (number(x, 6) for x in (values[low], phi[low], values[high], phi[high]))
-            rows.append([name, self.units.get(name, ""), *cells])
+            low, high = extremum(phi, values, -1), extremum(phi, values, 1)
+            if low is not None and high is not None:
+                cells = (number(x, 6) for x in (low.value, low.at, high.value, high.at))
+                rows.append([name, self.units.get(name, ""), *cells])
         lines = [
-            self.message,
+            f"{self.message}; least and largest of these positions",
             *([f"what acts: {self.acts}"] if self.acts else []),
             table(["column", "unit", "least", f"at {self.drive}", "largest", f"at {self.drive}"], rows),
         ]
@@ -99,6 +109,74 @@ class CycleResult(Told):
         return save(self, Path(path))
 
 
+@dataclass(frozen=True)
+class Sample:
+    """Columns (n,) with units at positions of the drive, the motion q (n, nq), v (n, nv) and the reactions behind them."""
+
+    columns: dict[str, Array]
+    units: dict[str, str]
+    q: Array
+    v: Array
+    table: ReactionTable
+
+
+@dataclass(frozen=True)
+class Course:
+    """What gives the columns anywhere on the path: rate and acceleration of the drive, constant loads (nv,), the output."""
+
+    path: ClosedPath
+    rate: float
+    accel: float
+    load: Array
+    aim: str | None
+
+    @cached_property
+    def normal(self) -> Array | None:
+        """Normal (3,) of a planar mechanism, None for a spatial one."""
+        return _normal(self.path.mechanism, self.path.start)
+
+    def turns(self, phis: Array) -> bool:
+        """Whether the positions are those of a full turn, after which the mechanism is back in its pose."""
+        return bool(abs(phis[-1] - phis[0] - 2.0 * np.pi) < 1e-9) and self.path.full_turn() is not None
+
+    def sample(self, phis: Array) -> Sample:
+        """All columns at positions (n,) of the drive."""
+        m, drive = self.path.mechanism, self.path.coordinate
+        poses, q, v, a = self._motion(phis)
+        columns, units = _motion(m, q, v, a)
+        columns = {drive: phis} | columns
+        found = reactions(m, drive, self.accel, q, v, self.load)
+        columns |= found.columns
+        units |= found.units
+        force, moment = shaking(m, q, v, a)
+        for k, letter in enumerate("xyz"):
+            columns[f"shaking_f{letter}"], columns[f"shaking_m{letter}"] = force[:, k], moment[:, k]
+            units |= {f"shaking_f{letter}": "N", f"shaking_m{letter}": "N m"}
+        if self.aim is not None:
+            more, more_units = transmission(m, drive, self.aim, poses)
+            columns |= more
+            units |= more_units
+        if self.normal is not None:
+            columns |= (centres := instant_centres(m, poses, self.normal))
+            units |= dict.fromkeys(centres, "m")
+        return Sample(columns, units, q, v, found)
+
+    def columns(self, phis: Array, names: Collection[str]) -> dict[str, Array]:
+        """Some columns at positions (n,): motion and transmission alone where they are enough."""
+        m, drive = self.path.mechanism, self.path.coordinate
+        poses, q, v, a = self._motion(phis)
+        found = {drive: phis} | _motion(m, q, v, a)[0]
+        if self.aim is not None and not set(names) <= set(found):
+            found |= transmission(m, drive, self.aim, poses)[0]
+        return found if set(names) <= set(found) else self.sample(phis).columns
+
+    def _motion(self, phis: Array) -> tuple[list[PathPoint], Array, Array, Array]:
+        poses = [self.path.at(float(phi)) for phi in phis]
+        v = np.array([x.u * self.rate for x in poses])
+        a = np.array([x.u * self.accel + x.du * self.rate**2 for x in poses])
+        return poses, np.array([x.q for x in poses]), v, a
+
+
 def run_cycle(
     mechanism: Mechanism,
     name: str = "",
@@ -110,8 +188,8 @@ def run_cycle(
 ) -> CycleResult:
     """A cycle of a mechanism with one freedom, from its reference pose, at `points` equal steps of the drive.
 
-    motion: X_rate (default 1) and X_accel (0) of the drive X, X_force: constant loads on joints or shafts. drive:
-    default the joint of the first Drive, else the first that turns fully. output: the joint whose load the transmission
+    motion: X_rate (default 1) and X_accel (0) of the drive X (crank_rate means crank_angle_rate where there is no crank),
+    X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first that turns fully. output: the joint whose load the transmission
     angle is about. span: from and to [rad or m], default a full turn, or what lies between the limit positions.
 
     Columns: X, X_rate, X_accel of joints and shafts; DRIVE_force; of every loop and joint _fx _fy _fz _mx _my _mz (on
@@ -125,35 +203,23 @@ def run_cycle(
     if points < 2 or points > 100_000:
         raise MechlabError(f"points: expected a number from 2 to 100000, got {points!r}.")
     path = ClosedPath(m, wanted) if wanted else choose_path(m)[0]
+    if asked not in (None, path.coordinate):
+        raise MechlabError(
+            f"{m.name}: a rate or an acceleration of {asked} is given, and the drive is {path.coordinate}: give "
+            f"{path.coordinate}_rate, or drive {asked}."
+        )
     phis, notes = _range(path, span, points)
     poses = [path.at(float(phi)) for phi in phis]
-    q = np.array([x.q for x in poses])
-    v = np.array([x.u * rate for x in poses])
-    a = np.array([x.u * accel + x.du * rate**2 for x in poses])
-    columns, units = _motion(m, q, v, a)
-    columns = {path.coordinate: phis} | columns
-    found = reactions(m, path.coordinate, accel, q, v, load)
-    columns |= found.columns
-    units |= found.units
-    force, moment = shaking(m, q, v, a)
-    for k, letter in enumerate("xyz"):
-        columns[f"shaking_f{letter}"], columns[f"shaking_m{letter}"] = force[:, k], moment[:, k]
-        units |= {f"shaking_f{letter}": "N", f"shaking_m{letter}": "N m"}
-    normal = _normal(m, poses[0])
     aim = outputs(m, path.coordinate, poses, output)
-    if aim is not None:
-        more, more_units = transmission(m, path.coordinate, aim, poses)
-        columns |= more
-        units |= more_units
-    if normal is not None:
-        columns |= (centres := instant_centres(m, poses, normal))
-        units |= dict.fromkeys(centres, "m")
+    course = Course(path, rate, accel, load, aim)
+    found = course.sample(phis)
+    columns, units, normal = found.columns, found.units, course.normal
     zero = tuple(n for n, x in columns.items() if _vanishes(n, x, m))
     kept = {n: x for n, x in columns.items() if n not in zero}
-    witnesses, missing = _witnesses(m, path.coordinate, accel, q, v, load, found)
+    witnesses, missing = _witnesses(m, path.coordinate, accel, found.q, found.v, load, found.table)
     return CycleResult(
         m, name or m.name, path.coordinate, aim or "", kept, units, (*notes, *missing), zero, witnesses,
-        None if normal is None else (float(normal[0]), float(normal[1]), float(normal[2])),
+        None if normal is None else (float(normal[0]), float(normal[1]), float(normal[2])), course,
         acts=_acts(m, path.coordinate, dict(motion or {})),
     )  # fmt: skip
 
@@ -171,12 +237,17 @@ def _given(m: Mechanism, motion: dict[str, float]) -> tuple[float, float, Array,
     """Rate, acceleration, loads (nv,) and the drive that the keys name."""
     rate, accel, drive = 1.0, 0.0, None
     load = np.zeros(m.nv)
-    names = set(m.scalar_names)
+    names, seen = set(m.scalar_names), dict[tuple[str, str], str]()
     for key, value in checked(motion, mechanism_units(m)).items():
         x = float(value)
         if not np.isfinite(x):
             raise MechlabError(f"{key}: expected a finite number, got {value!r}.")
         stem, _, what = key.rpartition("_")
+        if stem not in names and f"{stem}_angle" in names:  # questions say crank_rate for crank_angle_rate
+            stem = f"{stem}_angle"
+        if (stem, what) in seen:
+            raise MechlabError(f"{m.name}: {key} is given twice, as {seen[stem, what]} too. Keep one.")
+        seen[stem, what] = key
         if stem not in names or what not in ("rate", "accel", "force"):
             raise unknown(
                 f"{m.name}: quantity", key, [f"{n}_{s}" for n in m.scalar_names for s in ("rate", "accel", "force")]

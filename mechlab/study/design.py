@@ -177,6 +177,24 @@ class Design:
         return replace(self, parameters=replace(self.parameters, **changes))
 
 
+def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | None = None) -> tuple[str, ...]:
+    """Those of the changed parameters that make no difference to the mechanism: scenes alone look at them."""
+    made = design(base.entry, dict(base.given) | dict(changes))
+    moved = [k for k in changes if getattr(made.parameters, k) != getattr(base.parameters, k)]
+    if not moved:
+        return ()
+    whole = made.mechanism(fidelity)
+    out = []
+    for key in moved:
+        less = {k: v for k, v in changes.items() if k != key}
+        try:
+            if design(base.entry, dict(base.given) | less).mechanism(fidelity) == whole:
+                out.append(key)
+        except MechlabError:  # the other changes cannot be without this one
+            continue
+    return tuple(out)
+
+
 def initial_keys(mechanism: Mechanism) -> tuple[str, ...]:
     """What can be given to a simulation beside parameters: X_0, X_rate_0, X_force for every joint and shaft X."""
     return tuple(f"{n}{s}" for n in mechanism.scalar_names for s in ("_0", "_rate_0", "_force"))

@@ -82,6 +82,7 @@ def run_scene(
         lived.mechanism(fidelity)  # raises: it has none
     made = lived.scene(scene, fidelity, duration, extra)
     chosen = _settings(lived, made, engine, settings, timestep)
+    _refuse_idle(design, chosen.engine, timestep, max_error, free=engine is None and settings is None)
     _refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
     made = with_static_motors(made, replace(chosen, timestep=finest))
@@ -124,10 +125,21 @@ def _refuse_too_long(name: str, scene: Scene, settings: Settings) -> None:
         )
 
 
+def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error: float | None, free: bool) -> None:
+    """Raises MechlabError for a timestep or an error that a run would not look at. free: engine and settings are chosen."""
+    if engine == "analytic" and (timestep is not None or max_error is not None):
+        what = "timestep" if timestep is not None else "max_error"
+        raise MechlabError(f"{design.name}: {what}: the engine analytic takes no steps and chooses no error; leave it out.")
+    if timestep is not None and max_error is not None and free:
+        raise MechlabError(f"{design.name}: timestep: max_error chooses the steps; give one of them, or an engine with both.")
+
+
 def _settings(
     design: Design, scene: Scene, engine: str | None, settings: Settings | str | None, timestep: float | None
 ) -> Settings:
     """The settings of a run: those that were asked for, else the scene's, as its nature and the engine demand."""
+    if isinstance(settings, str) and settings not in PRESETS:
+        raise unknown(f"{design.name}: settings", settings, PRESETS)
     chosen = PRESETS[settings] if isinstance(settings, str) else settings or scene.settings
     wanted = engine or chosen.engine
     if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):

@@ -101,14 +101,15 @@ class _Given:
         return int(value)
 
     def teeth(self, key: str, default: range) -> tuple[int, ...]:
-        """A number, a list or a range low:high of tooth counts."""
+        """Tooth counts: a number, a list (each of its items), low:high (every whole number), low:high:n (n of them, evenly
+        spaced; refused where they are not whole)."""
         value = self._raw(key, default, "low:high")
         if isinstance(value, Range):
             low, high = self._whole(key, value.low), self._whole(key, value.high)
             if low > high:
                 raise MechlabError(f"synthesize {self.task}: {key}: expected low:high with low <= high, got {value}.")
-            return tuple(range(low, high + 1))
-        many = value if isinstance(value, tuple | list | range) else (value,)
+            return tuple(range(low, high + 1) if value.count is None else (self._whole(key, x) for x in value.points()))
+        many = value if hasattr(value, "__iter__") and not isinstance(value, str) else (value,)
         return tuple(self._whole(key, x) for x in many)
 
     def _whole(self, key: str, value: Any) -> int:
@@ -194,7 +195,7 @@ def closed_differential(given: _Given) -> SynthesisResult:
     if tolerance < 0.0:
         raise MechlabError(f"synthesize closed_differential: tolerance: expected at least 0, got {tolerance:g}.")
     limit = given.integer("limit", LIMIT, 0, 1_000_000)
-    found = closed_differential_teeth(first, second, planets, min(teeth), max(teeth), tolerance)
+    found = closed_differential_teeth(first, second, planets, teeth, tolerance)
     names = ("z1", "z2", "z3", "z4", "z5", "z6")
     solutions: list[dict[str, Any]] = [
         dict(zip(names, row, strict=True)) | _ratios(row) for row in found.teeth[:limit].tolist()
@@ -210,7 +211,7 @@ def closed_differential(given: _Given) -> SynthesisResult:
             for k, x, n in zip((1, 4), (found.a, found.b), found.stages, strict=True)
         )
         text = (
-            f"out of reach: these ratios demand {shares}; with {planets} planets and teeth {min(teeth)}:{max(teeth)} a stage "
+            f"out of reach: these ratios demand {shares}; with {planets} planets and teeth {_counts(teeth)} a stage "
             f"has between {found.limits[0]:.6g} and {found.limits[1]:.6g}. Try tolerance=0.01, more teeth, or other ratios"
         )
         return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
@@ -218,6 +219,12 @@ def closed_differential(given: _Given) -> SynthesisResult:
         f"{len(found.teeth)} sets of teeth give {first} with 36 braked and {second} with 14 braked, the smallest first"
     )
     return _found(given.task, text, data, solutions)
+
+
+def _counts(teeth: tuple[int, ...]) -> str:
+    """Tooth counts as they are written: low:high where none is left out between."""
+    low, high = min(teeth), max(teeth)
+    return f"{low}:{high}" if len(set(teeth)) == high - low + 1 else ",".join(map(str, teeth))
 
 
 def _ratios(row: list[int]) -> dict[str, float]:

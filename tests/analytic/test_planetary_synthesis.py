@@ -121,7 +121,7 @@ def test_differential_teeth_of_the_example() -> None:
 
 
 def test_stages_by_brute_force() -> None:
-    found = {tuple(row) for row in stage_teeth(Fraction(3, 10), 4, 12, 90).tolist()}
+    found = {tuple(row) for row in stage_teeth(Fraction(3, 10), 4, range(12, 91)).tolist()}
     expected = {
         (s, p, s + 2 * p) for s, p in product(range(12, 91), repeat=2)
         if s + 2 * p <= 90 and Fraction(s, 2 * s + 2 * p) == Fraction(3, 10) and (2 * s + 2 * p) % 4 == 0

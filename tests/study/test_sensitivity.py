@@ -148,3 +148,38 @@ def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["solve", "fourbar", "crank_angle=1", "coupler=0.9", "--sensitivity"]) == 4
     assert main(["solve", "fourbar", "crank_angle=1", "--tolerance", "coupler"]) == 2
     assert main(["solve", "fourbar", "crank_angle=1", "--tolerance", "coupler=1deg"]) == 1
+
+
+def rocker_angle(crank: float, coupler: float, phi: float = ANGLE, rocker: float = 0.25, ground: float = 0.3) -> float:
+    """The dyad by the law of cosines, C above the diagonal from B to D; nan where it cannot be assembled."""
+    diagonal = complex(ground, 0.0) - crank * complex(math.cos(phi), math.sin(phi))
+    cosine = (diagonal.real**2 + diagonal.imag**2 + rocker**2 - coupler**2) / (2.0 * abs(diagonal) * rocker)
+    if abs(cosine) > 1.0:
+        return math.nan
+    return math.atan2(diagonal.imag, diagonal.real) + math.pi - math.acos(cosine)
+
+
+def test_the_corners_of_the_tolerances_are_solved() -> None:
+    given = {"crank": 0.05, "coupler": 0.05}
+    found = ml.sensitivity("fourbar", crank_angle=ANGLE, tolerance=given, only=tuple(given))
+    at = rocker_angle(0.1, 0.3)
+    assert found.answers["analytic"]["rocker_angle"] == pytest.approx(at, abs=1e-12)
+    box = [rocker_angle(0.1 + a, 0.3 + b) - at for a in (-0.05, 0.0, 0.05) for b in (-0.05, 0.0, 0.05)]
+    spread = found.spreads["rocker_angle"]
+    assert spread.at_corners == pytest.approx(max(map(abs, box)), abs=1e-12) and spread.at_corners > spread.worst_case
+    assert found.box is not None and found.box.whole and not found.box.missing
+    bent = found.spreads["transmission_angle"]  # 0.2015 at the corners, 0.1784 to first order
+    assert not bent.is_linear and found.exit_code == 3 and "transmission_angle" in found.message
+
+
+def test_an_end_that_cannot_be_assembled_is_named_with_exit_code_3(capsys: pytest.CaptureFixture[str]) -> None:
+    """At crank angle pi the bars reach: coupler <= crank + ground + rocker = 0.65 is all there is."""
+    words = "solve fourbar crank_angle=3.141592653589793 coupler=0.6499 --tolerance coupler=2e-4 --of coupler --json"
+    assert main(words.split()) == 3
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert document["corners"]["missing"] == ["coupler plus 0.0002"] and "coupler plus 0.0002" in captured.err
+    true = abs(rocker_angle(0.1, 0.6497, math.pi) - rocker_angle(0.1, 0.6499, math.pi))
+    spread = document["tolerance"]["rocker_angle"]
+    assert spread["at_corners"] == pytest.approx(true, abs=1e-9) and abs(spread["worst_case"] - true) > 0.1 * true
+    assert main("solve fourbar crank_angle=1 --tolerance crank=50 --of crank".split()) == 3

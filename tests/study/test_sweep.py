@@ -393,3 +393,57 @@ def test_progress_counts_points_and_a_sweep_that_fails_keeps_its_parts(
     monkeypatch.setattr(work, "_blocks", lambda request, left, *a: iter([(left[0], evaluate(request, left[0])), 1 / 0]))
     with pytest.raises(ZeroDivisionError):
         api.sweep("fourbar", {"crank_angle": Range(0.0, 1.0, 3)}, out=tmp_path / "a.nc")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are looked up in /proc")
+def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
+    """The workers write down who they are; none of them is left after kill -9 of the parent."""
+    file = tmp_path / "slow.py"
+    file.write_text(SWING + f'''
+import os, time
+(__import__("pathlib").Path({str(tmp_path)!r}) / f"worker-{{os.getpid()}}").touch()
+''')  # fmt: skip
+    words = ["sweep", f"{file}:swing", "length=0.5:2:4000", "--duration", "1", "--quantity", "hinge", "--workers", "2"]
+    code = "from mechlab.cli import main; raise SystemExit(main())"
+    with subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.DEVNULL) as child:
+
+        def workers() -> set[int]:
+            seen = {int(p.name.split("-")[1]) for p in tmp_path.glob("worker-*")} - {child.pid}
+            return {w for w in seen if running(w)}
+
+        while child.poll() is None and not workers():
+            time.sleep(0.05)
+        assert workers()
+        child.kill()
+    for _ in range(600):
+        if not workers():
+            break
+        time.sleep(0.05)
+    assert not workers()
+
+
+def running(process: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+# -- options ----------------------------------------------------------------------------------------------------------------
+
+
+def test_options_of_runs_are_refused_where_a_sweep_asks_or_checks(capsys: pytest.CaptureFixture[str]) -> None:
+    words = "sweep fourbar crank_angle=0:1:3 --quantity rocker_angle --scene no --engine no --fidelity no --duration -5"
+    assert main(words.split()) == 1
+    assert "--scene, --engine, --fidelity, --duration: this is a sweep of answers" in capsys.readouterr().err
+    with pytest.raises(MechlabError, match="rocker_0_rate_0 instead of rocker_0_rate"):
+        ml.sweep("n_fourbar", {"rocker_0_rate": [-1.0, -2.0]}, ["B0_x"], scene="fall", duration=1.0)
+    with pytest.raises(MechlabError, match="--duration, angle_0: this is a sweep of checks"):
+        ml.sweep("pendulum", {"angle_0": [0.1, 0.2]}, "B3", duration=1.0)
+
+
+def test_trusted_is_a_quantity_where_the_first_run_fails_too() -> None:
+    found = ml.sweep("n_fourbar", {"rocker_0_rate_0": [-1.0, -2.0]}, ["trusted"], scene="fall", duration=0.05)
+    assert found["trusted"][0] == 1.0 and found.outcome.tolist() == [0, 4]

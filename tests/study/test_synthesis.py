@@ -2,12 +2,15 @@
 
 import json
 import math
+from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from mechlab import api
 from mechlab.cli import main
 from mechlab.errors import MechlabError
+from mechlab.values import Range
 
 
 def document(capsys: pytest.CaptureFixture[str], code: int, *command: str) -> dict:
@@ -105,3 +108,45 @@ def test_refusals(task: str, values: dict, message: str) -> None:
 def test_text_is_cut_and_says_so() -> None:
     text = api.synthesize("planetary", {"ratio": 6}).text()
     assert "11425 solutions" in text and "the first 20 of 100" in text and len(text.splitlines()) == 24
+
+
+def stages(share: str, planets: int, teeth: list[int]) -> set[tuple[int, int, int]]:
+    """Sun, planet, ring by trying all of them: evenly placed planets whose tips do not meet."""
+    return {
+        (s, p, r) for s in teeth for p in teeth for r in teeth
+        if r == s + 2 * p and Fraction(s, s + r) == Fraction(share) and (s + r) % planets == 0
+        and (s + p) * math.sin(math.pi / planets) >= p + 2
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("word", "teeth"),
+    [("18,27,54,72", [18, 27, 54, 72]), ("18:72:7", list(range(18, 73, 9))), ("18:72", list(range(18, 73)))],
+)
+def test_a_list_of_teeth_is_a_list_and_a_count_is_kept(
+    capsys: pytest.CaptureFixture[str], word: str, teeth: list[int]
+) -> None:
+    """i36 = a / b = 4/5 and i14 = (1 - a) / (1 - b) = 16/15 where a = 1/5 and b = 1/4."""
+    ratios = ("ratio_36_braked=4/5", "ratio_14_braked=16/15")
+    first, second = stages("1/5", 3, teeth), stages("1/4", 3, teeth)
+    expected = {(*a, *b) for a in first for b in second}
+    assert expected
+    known = document(capsys, 0, "closed_differential", *ratios, f"teeth={word}", "limit=100000")
+    assert {tuple(s[f"z{k}"] for k in range(1, 7)) for s in known["solutions"]} == expected
+
+
+def test_the_count_of_a_range_of_teeth_is_obeyed_or_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    fixed = ("planetary", "ratio=6", "planets=3", "z2=18:60", "z3=18:60", "limit=1000000")
+    every = document(capsys, 0, *fixed, "z1=18:24")
+    some = document(capsys, 0, *fixed, "z1=18:24:3")
+    wanted = [s for s in every["solutions"] if s["z1"] in (18, 21, 24)]
+    assert some["solutions"] == wanted and len(wanted) < every["count"]
+    assert "whole numbers of teeth" in document(capsys, 1, *fixed, "z1=18:20:4")["error"]["message"]
+
+
+def test_tuple_list_and_range_of_teeth_mean_the_same() -> None:
+    found = [
+        api.synthesize("planetary", {"ratio": 6, "z1": z1, "z2": 36, "z3": 18}).to_dict()
+        for z1 in ((18, 19, 20), [18, 19, 20], range(18, 21), np.arange(18, 21), Range(18, 20), Range(18, 20, 3))
+    ]
+    assert all(x == found[0] for x in found) and found[0]["count"]

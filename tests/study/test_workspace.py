@@ -254,3 +254,43 @@ def test_grids():
         grid_of(dict.fromkeys("xyz", Range(0.0, 1.0, 10**5)))
     with pytest.raises(MechlabError, match="one to three axes"):
         Grid({})
+
+
+def test_the_bend_limit_acts_where_a_pose_is_asked_too(capsys):
+    """acos(h / L) of the rods by hand, with h from the positions of the guides; sliders in their range."""
+    limit, nodes = np.radians(45.0), [np.linspace(*ends) for ends in ((-0.06, 0.06, 5), (-0.06, 0.06, 5), (-0.3, 0.3, 9))]
+    p = api.load("delta6").parameters
+    inside = 0
+    for x, y, z in np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, 3):
+        good = True
+        for psi in p.leg_azimuths:
+            r, t = np.array([np.cos(psi), np.sin(psi)]), np.array([-np.sin(psi), np.cos(psi)])
+            g = np.array([x - p.head_offset, y]) - p.radial_offset * r + p.tangential_offset * t
+            size = np.hypot(*g)
+            rise = np.sqrt(p.rod_length**2 - size**2)
+            slider = z + p.platform_height + p.slider_height + rise
+            good &= size <= p.rod_length * np.sin(limit) and p.slider_min <= slider <= p.slider_max
+        inside += bool(good)
+    axes = ("x=-.06:.06:5", "y=-.06:.06:5", "z=-.3:.3:9")
+    code, found = said(capsys, "delta6", *axes, "alpha=0", "beta=0", "gamma=0", "bend_limit=45deg")
+    assert code == 0 and found["voxels"] == inside
+    assert inside < said(capsys, "delta6", *axes, "alpha=0", "beta=0", "gamma=0")[1]["voxels"]
+
+
+def test_a_pose_beyond_the_bend_limit_is_out_of_reach_for_every_witness():
+    pose = {"x": 0.02, "y": 0.01, "z": -0.1, "alpha": 0.1, "beta": 0.2, "gamma": 0.3}
+    free = api.solve("delta6", **pose)
+    p = api.load("delta6").parameters
+    axis = np.cos(0.2) * np.array([np.cos(0.3), np.sin(0.3)])  # of the output link, seen from above
+    o = np.array([pose["x"], pose["y"]]) - p.head_offset * axis
+    spans = [
+        np.hypot(*(o - p.radial_offset * np.array([np.cos(a), np.sin(a)]) + p.tangential_offset * np.array([-np.sin(a), np.cos(a)])))
+        for a in p.leg_azimuths
+    ]  # fmt: skip
+    bend = float(np.arcsin(max(spans) / p.rod_length))
+    drives = {f"{k}": float(v) for k, v in free["analytic"].items()}
+    for given in (pose, drives):
+        within, beyond = (api.solve("delta6", **given, bend_limit=bend + d) for d in (1e-6, -1e-6))
+        assert within.exit_code == 0 and within.max_difference < 1e-8
+        assert beyond.exit_code == 4 and not any(a.values for a in beyond.answers.values())
+        assert all("more than bend_limit" in a.notes[0] for a in beyond.answers.values())

@@ -43,20 +43,30 @@ def _unreachable(what: str, measure: Array, unit: str) -> Answer:
     return Answer(status=Status.OUT_OF_REACH, notes=(f"{what} {worst:.6g} {unit}",), details={"margin": worst})
 
 
-def limit_notes(p: Delta6Parameters, sliders: Array, centre: Array) -> tuple[str, ...]:
-    """Warnings where sliders or cardan bends pass their limits; a pose stays an answer."""
+def slider_notes(p: Delta6Parameters, sliders: Array) -> tuple[str, ...]:
+    """Warnings where sliders leave their range; a pose stays an answer."""
     notes = []
     for k in range(3):
         q = sliders[..., k]
         if np.any(q < p.slider_min) or np.any(q > p.slider_max):
             notes.append(f"q{k + 1} leaves its range {p.slider_min:g} to {p.slider_max:g} m")
-    if p.bend_limit is not None:
-        bend = closed_form.cardan_bend(p.geometry, centre)
-        if np.any(bend > p.bend_limit):
-            notes.append(
-                f"a cardan bends {np.degrees(np.max(bend)):.4g} deg, more than its limit {np.degrees(p.bend_limit):.4g} deg"
-            )
     return tuple(notes)
+
+
+def _beyond_bend(p: Delta6Parameters, sliders: Array, height: ArrayLike) -> Answer | None:
+    """Out of reach where a cardan bends more than bend_limit; None within it, or without a limit.
+
+    sliders (..., 3) and the height (...,) of the head centre O [m]: a rod rises h = q - z - platform_height - slider_height,
+    its cardan bends acos(h / L).
+    """
+    if p.bend_limit is None:
+        return None
+    rise = np.asarray(sliders) - np.asarray(height)[..., None] - p.platform_height - p.slider_height
+    bend = float(np.max(np.arccos(np.clip(rise / p.rod_length, -1.0, 1.0))))
+    if bend <= p.bend_limit:
+        return None
+    text = f"a cardan bends {np.degrees(bend):.6g} deg, more than bend_limit, {np.degrees(p.bend_limit):.6g} deg"
+    return Answer(status=Status.OUT_OF_REACH, notes=(text,), details={"bend": bend})
 
 
 def _singular_status(singular: ArrayLike, h2: Array, length: float) -> tuple[Status, tuple[str, ...]]:
@@ -78,6 +88,8 @@ def _inverse_analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
     found = closed_form.inverse(p.geometry, tool, given["alpha"], given["beta"], given["gamma"])
     if not np.all(found.reachable):
         return _unreachable("smallest L^2 - |G|^2 is", found.translation.h2, "m2")
+    if (beyond := _beyond_bend(p, found.drives[..., :3], found.head_centre[..., 2])) is not None:
+        return beyond
     status, notes = _singular_status(found.singular, found.translation.h2, p.rod_length)
     values = {name: found.drives[..., k] for k, name in enumerate(DRIVES)}
     if any(k in given for k in TWIST):
@@ -87,7 +99,7 @@ def _inverse_analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
         except NoSolution as cause:
             return Answer(values, Status.BOUNDARY, (*notes, str(cause)))
         values |= {name: rates[..., k] for k, name in enumerate(DRIVE_RATES)}
-    return Answer(values, status, notes + limit_notes(p, found.drives[..., :3], found.head_centre))
+    return Answer(values, status, notes + slider_notes(p, found.drives[..., :3]))
 
 
 def _start(p: Delta6Parameters, centre: Array, angles: Array) -> Array | None:
@@ -122,6 +134,10 @@ def _inverse_engine(engine: str, p: Delta6Parameters, given: Mapping[str, Any]) 
     answer = engine_answer(
         engine, build(p, "full"), asked, wanted, start=start, steps=1 if start is not None else 10, output="D"
     )
+    if answer.values:
+        beyond = _beyond_bend(p, np.array([answer.values[d] for d in DRIVES[:3]]), centre[2])
+        if beyond is not None:
+            return beyond
     return _reach(answer)
 
 
@@ -146,6 +162,8 @@ def _forward_analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
         return _unreachable("smallest L^2 - circumradius^2 is", found.translation.discriminant, "m2")
     if not np.all(found.translation.on_branch):
         return Answer(status=Status.OUT_OF_REACH, notes=("it assembles only with a rod that points upwards",))
+    if (beyond := _beyond_bend(p, sliders, found.translation.position[..., 2])) is not None:
+        return beyond
     values = {name: found.tool[..., k] for k, name in enumerate(POSE[:3])}
     values |= {name: found.angles[..., k] for k, name in enumerate(POSE[3:])}
     status, notes = _singular_status(found.singular, np.min(found.translation.heights**2, axis=-1), p.rod_length)
@@ -154,7 +172,7 @@ def _forward_analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
         al, be, ga = (found.angles[..., k] for k in range(3))
         twist = closed_form.output_twist(p.geometry, found.tool, al, be, ga, rates)
         values |= {name: twist[..., k] for k, name in enumerate(TWIST)}
-    return Answer(values, status, notes + limit_notes(p, sliders, found.translation.position))
+    return Answer(values, status, notes + slider_notes(p, sliders))
 
 
 def _forward_engine(engine: str, p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
@@ -177,6 +195,11 @@ def _forward_engine(engine: str, p: Delta6Parameters, given: Mapping[str, Any]) 
     )
     back = {_TO_FRAME.get(k, k): k for k in names}
     renamed = {back[k]: v for k, v in answer.values.items()}
+    if renamed:
+        axis = closed_form.output_axis(np.array([renamed[k] for k in POSE[3:]]))
+        beyond = _beyond_bend(p, sliders, renamed["z"] - p.head_offset * axis[2])
+        if beyond is not None:
+            return beyond
     return _reach(Answer(renamed, answer.status, answer.notes, cannot=answer.cannot, details=answer.details))
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mechlab.cli.arguments import one_name, refuse_values
 from mechlab.cli.output import Result
+from mechlab.errors import UsageError
 from mechlab.values import Value
 
 POSITIONALS = "[NAME] [key=value ...] -o DIR"
@@ -25,6 +26,8 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     """MJCF, scene, URDF, JSON and geometry, each reloaded by its consumer."""
     if options.catalog:
         refuse_values(values, "generate --catalog")
+        if options.fidelity is not None:
+            raise UsageError("--catalog writes the richest fidelity of each mechanism: leave out --fidelity.")
         from mechlab import api
 
         return api.generate_catalog(Path(options.out), names)

@@ -15,6 +15,7 @@ from mechlab.errors import UsageError
 from mechlab.values import Range, Value
 
 POSITIONALS = "NAME|run.npz [key=value ...]"
+LOCAL = "127.0.0.1"
 FILES = ("html", "png", "glb", "mp4", "csv")
 
 
@@ -32,7 +33,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="with --explore: a slider for this parameter too (twice for two); none: --vary none")  # fmt: skip
     add("--studio", action="store_true", help="MuJoCo's own web viewer, whose port is open to the whole network")
     add("--catalog", action="store_true", help="with --html DIR: a gallery of all mechanisms, for any static host")
-    add("--host", metavar="H", default="127.0.0.1", help="address of the live page (default: this machine only)")
+    add("--host", metavar="H", help="address of the live page (default: this machine only)")
 
 
 def execute(names: list[str], values: dict[str, Value], options: argparse.Namespace) -> Result:
@@ -41,6 +42,7 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
         if options.html is None:
             raise UsageError("--catalog needs --html DIR, the folder for the gallery.")
         refuse_values(values, "view --catalog")
+        _refuse(options, "--catalog", kept=("html",))
         from mechlab import api
 
         return api.gallery(Path(options.html), names, progress=stage_printer(options.json))
@@ -55,16 +57,27 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
         if not options.explore:
             raise UsageError("--vary needs --explore: it adds a slider to the page of the drives.")
         more["vary"] = {} if options.vary == ["none"] else ranges(options.vary)
+    if options.host is not None and files:
+        raise UsageError("--host is for a live page, and a file is asked for: leave out one of them.")
     from mechlab import api
 
     if options.studio:
+        _refuse(options, "--studio")
         return api.studio(target, values)
     if options.explore and "html" not in files:
         raise UsageError("--explore needs --html F, the page to write.")
     with film_bar("mp4" in files) as progress:
         if "mp4" in files:
             more["progress"] = progress
-        return api.view(target, values, html=files.get("html"), png=files.get("png"), host=options.host, **more)
+        return api.view(target, values, html=files.get("html"), png=files.get("png"), host=options.host or LOCAL, **more)
+
+
+def _refuse(options: argparse.Namespace, chosen: str, kept: tuple[str, ...] = ()) -> None:
+    """Raise UsageError for options that the chosen one makes idle."""
+    others = (*FILES, "against", "explore", "vary", "studio", "catalog", "host")
+    idle = [f"--{k}" for k in others if getattr(options, k) and k not in kept and f"--{k}" != chosen]
+    if idle:
+        raise UsageError(f"{chosen} does not go with {', '.join(idle)}.")
 
 
 def ranges(tokens: list[str]) -> dict[str, Range | tuple[float, ...]]:

@@ -18,6 +18,10 @@ from mechlab.study.workspace.result import product
 from mechlab.values import Range
 
 
+FEW = 4
+"""Positions or steps that tell what columns there are."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """All quantities of a problem: what computes them, and their units."""
@@ -76,6 +80,7 @@ def measured(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> 
             own = {k: _plain(k, v) for k, v in given.items() if k not in taken}
             taken |= set(own)
             made.append((sources.Cycle if kind == "cycle" else sources.Run)(tuple(groups[kind]), own))
+            _exist(design, kind, groups[kind], own)
             units |= {n: _engine_unit(design, n) for n in groups[kind]}
     strange = [k for k in given if k not in taken]
     if strange:
@@ -94,6 +99,31 @@ def _kind(design: Design, name: str) -> str:
     if any(i.name == name and i.kind in ("number", "integer", "ratio") for i in describe(design.entry.parameters)):
         return "parameter"
     return "workspace" if name in workspace_names(design) else "answer"
+
+
+def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, float]) -> None:
+    """Raises MechlabError, listing what exists, for a column, a channel, a finding or a key that this design does not have. A
+    design that has no cycle or no run at all tells nothing about the others."""
+    try:
+        if kind == "cycle":
+            from mechlab.study.cycle import run_cycle
+
+            found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
+            columns, findings = {*found.columns, *found.zero}, set[str]()
+        else:
+            from mechlab.study.run import run_scene
+
+            step = design.for_scene(None).scene(None).settings.timestep
+            recording = run_scene(design, None, duration=FEW * step, extra=dict(own))
+            columns, findings = set(recording.channels), {f.name for f in recording.health.findings}
+    except MechlabError as cause:
+        if cause.exit_code > 2:
+            return
+        raise
+    for name in names:
+        _, how, what = name.split(".", 2)
+        if what not in (known := findings if how == "health" else columns):
+            raise unknown(f"{design.name}: {kind}: {'finding' if how == 'health' else 'column'}", what, known)
 
 
 def workspace_names(design: Design) -> tuple[str, ...]:

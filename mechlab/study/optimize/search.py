@@ -16,6 +16,13 @@ from mechlab.study.optimize.problem import MET, Constraint, Goal, Problem, Trial
 
 MEMBERS = 12
 """Members of the population for each variable, at least 20."""
+
+
+def fewest(variables: int) -> int:
+    """Designs of the shortest global search: a population and one generation after it."""
+    return 2 * max(20, MEMBERS * variables)
+
+
 POLISH = 60
 """Most evaluations of the local search for each variable and one more."""
 ROUNDS, SETTLED = 5, 1e-7

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -15,10 +15,15 @@ from mechlab.study.ask import ask, generic_question
 from mechlab.study.design import Design
 from mechlab.study.optimize.reach import RAYS, least_within, plane_of, reach
 
+if TYPE_CHECKING:
+    from mechlab.study.cycle import CycleResult
+
 REDUCE = ("least", "largest", "peak", "mean", "span", "final")
 DEXTERITY = "inverse_condition"
 COUNTED = ("voxels", "volume", "columns", "margin")
 STATISTICS = ("smallest", "median", "largest")
+POLE = 1e3
+"""A column of a cycle that gets so many times larger between its positions than at any of them has a pole there."""
 
 
 class Source(Protocol):
@@ -141,7 +146,7 @@ class Workspace:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Numbers of the columns of a cycle: cycle.REDUCE.COLUMN."""
+    """Numbers of the columns of a cycle: cycle.REDUCE.COLUMN; least, largest, peak, span between the positions too."""
 
     names: tuple[str, ...]
     motion: Mapping[str, float]
@@ -152,12 +157,31 @@ class Cycle:
         from mechlab.study.cycle import run_cycle
 
         found = run_cycle(design.mechanism(None), design.name, self.motion, points=self.points)
-        return {n: reduced(n.split(".")[1], found[n.split(".", 2)[2]]) for n in self.names}
+        return {n: _of_cycle(found, n.split(".")[1], n.split(".", 2)[2]) for n in self.names}
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
         """With three times as many positions."""
         finer = replace(self, points=3 * self.points)
         return {n: {"finer": v} for n, v in finer.numbers(design).items()}
+
+
+def _of_cycle(found: CycleResult, how: str, column: str) -> float:
+    """`reduced` of a column, with extrema of the curve. Raises NoSolution where it grows without bound."""
+    values = found[column]
+    if how in ("mean", "final"):
+        return reduced(how, values, found[found.drive])
+    low, high = found.extremum(column, -1), found.extremum(column, 1)
+    if low is None or high is None:
+        raise MechlabError(f"{found.name}: {column}: no finite value in the column.")
+    for end in (low, high):
+        if abs(end.value) > POLE * float(np.nanmax(np.abs(values))):
+            raise NoSolution(
+                f"{found.name}: {column} has no least and largest value: it grows without bound at {found.drive} = {end.at:.6g}."
+            )
+    return {
+        "least": low.value, "largest": high.value, "peak": max(abs(low.value), abs(high.value)),
+        "span": high.value - low.value,
+    }[how]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -184,7 +208,7 @@ class Run:
                     raise unknown(f"{design.name}: finding", what, findings)
                 out[n] = float(findings[what].value)
             else:
-                out[n] = reduced(how, r.channel(what))
+                out[n] = reduced(how, r.channel(what), r.t)
         return out
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
@@ -192,15 +216,16 @@ class Run:
         return {}
 
 
-def reduced(how: str, values: Array) -> float:
-    """One number of many: least, largest, peak (largest size), mean, span (largest less least), final."""
+def reduced(how: str, values: Array, at: Array) -> float:
+    """One number of samples (n,) at times or positions (n,): least, largest, peak (largest size), mean (trapezoidal rule), span
+    (largest less least), final."""
     x = np.asarray(values, dtype=float)
-    fine = x[np.isfinite(x)]
-    if not fine.size:
+    fine = np.isfinite(x)
+    if not fine.any():
         raise MechlabError("no finite value in the column.")
+    x, t = x[fine], np.asarray(at, dtype=float)[fine]
+    if how == "mean":
+        return float(np.trapezoid(x, t) / np.ptp(t)) if np.ptp(t) > 0.0 else float(x.mean())
     return float(
-        {
-            "least": fine.min(), "largest": fine.max(), "peak": np.abs(fine).max(), "mean": fine.mean(),
-            "span": np.ptp(fine), "final": fine[-1],
-        }[how]
-    )  # fmt: skip
+        {"least": x.min(), "largest": x.max(), "peak": np.abs(x).max(), "span": np.ptp(x), "final": x[-1]}[how]
+    )

@@ -29,7 +29,7 @@ from mechlab.study.optimize.problem import (
 )
 from mechlab.study.optimize.quantity import measured, workspace_names
 from mechlab.study.optimize.result import Optimum
-from mechlab.study.optimize.search import MEMBERS, search
+from mechlab.study.optimize.search import MEMBERS, fewest, search
 from mechlab.study.optimize.tasks import TASKS
 
 EACH = 250
@@ -64,7 +64,7 @@ def optimize(
         _, own, others = given_ranges(base, task.given)
         fixed = {k: v for k, v in own.items() if k not in ranges} | fixed
         rest = others | rest
-        evaluations = evaluations or task.evaluations
+        evaluations = task.evaluations if evaluations is None else evaluations
     if goal is None:
         named = ", ".join(TASKS)
         raise UsageError(
@@ -87,9 +87,12 @@ def optimize(
     measure = measured(start_design, [tell(n) for n in wanted], rest)
     spelled = [f"{tell(n)}{'>=' if s > 0 else '<='}{b}" for n, s, b in wishes]
     variables = variables_of(start_design, ranges)
-    count = evaluations or EACH * len(variables)
-    if count < 1:
-        raise MechlabError(f"evaluations: expected a number of at least 1, got {count}.")
+    count = EACH * len(variables) if evaluations is None else evaluations
+    if count < fewest(len(variables)):
+        raise MechlabError(
+            f"evaluations: a search over {len(variables)} variable{'s' if len(variables) > 1 else ''} tries at least "
+            f"{fewest(len(variables))} designs before it refines the best; expected so many or more, got {count}."
+        )
     problem = Problem(
         start_design, variables, goal, read_constraints(spelled, measure.units) if spelled else (), measure
     )

@@ -10,10 +10,17 @@ import numpy as np
 
 from mechlab.experiment.question import Answers
 from mechlab.study.results import SolveResult
+from mechlab.study.sensitivity.corners import ALL, NAMED, Corners
 from mechlab.tables import number, table
 
 APART = 1e-3
 """Witnesses whose derivatives differ by more, as a share of the change that all inputs make together, are not to be trusted."""
+
+
+LINEAR = 0.1
+"""A worst case to first order that is off by more, as a share of the true one at the corners, is not to be trusted."""
+SMALLEST = 1e-9
+"""Changes of an answer below this, as a share of 1 or of its size, are rounding, and are not compared."""
 
 
 @dataclass(frozen=True)
@@ -36,16 +43,24 @@ class Cell:
 @dataclass(frozen=True)
 class Spread:
     """Tolerance of an answer to first order: worst_case = sum |dA/dp| t, root_sum_square = sqrt(sum (dA/dp t)^2);
-    shares: what each input adds to the worst case."""
+    shares: what each input adds to the worst case. at_corners: the largest change among true solutions at the ends and corners."""
 
     worst_case: Any
     root_sum_square: Any
     shares: Mapping[str, Any]
+    at_corners: Any
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the worst case to first order is the true one at the corners within `LINEAR`."""
+        first, true = np.asarray(self.worst_case, dtype=float), np.asarray(self.at_corners, dtype=float)
+        return bool(np.all(np.abs(first - true) <= LINEAR * true + SMALLEST))
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {
             "worst_case": self.worst_case, "root_sum_square": self.root_sum_square, "contributions": dict(self.shares),
+            "at_corners": self.at_corners, "linear": self.is_linear,
         }  # fmt: skip
 
 
@@ -62,15 +77,36 @@ class Sensitivity:
     skipped: Mapping[str, str] = field(default_factory=dict)
     max_difference: float | None = None
     notes: tuple[str, ...] = ()
+    box: Corners | None = None
 
     def __getitem__(self, answer: str) -> Mapping[str, Cell]:
         return self.cells[answer]
 
     @property
     def exit_code(self) -> int:
-        """That of the answers; 3 when witnesses disagree on a derivative."""
-        apart = self.max_difference is not None and self.max_difference > APART
-        return max(self.answers.exit_code, 3 if apart else 0)
+        """That of the answers; 3 when witnesses disagree on a derivative, and where tolerances are not what they are to first
+        order."""
+        return max(self.answers.exit_code, 3 if self._apart or self.bent else 0)
+
+    @property
+    def _apart(self) -> bool:
+        return self.max_difference is not None and self.max_difference > APART
+
+    @property
+    def bent(self) -> str:
+        """Where the linear tolerances fail, in a sentence; empty where they hold."""
+        if self.box is not None and self.box.missing:
+            more = f" and {len(self.box.missing) - NAMED} more" if len(self.box.missing) > NAMED else ""
+            return f"within the tolerances there is no answer at {'; '.join(self.box.missing[:NAMED])}{more}"
+        off = {a: s for a, s in self.spreads.items() if not s.is_linear}
+        if not off:
+            return ""
+        name = max(off, key=lambda a: _size(off[a].at_corners))
+        spread = off[name]
+        return (
+            f"tolerances to first order fail by more than {100 * LINEAR:g} % for {', '.join(off)}: {name} changes by up to "
+            f"{_size(spread.at_corners):.6g} at the corners, to first order by {_size(spread.worst_case):.6g}"
+        )
 
     @property
     def message(self) -> str:
@@ -82,6 +118,8 @@ class Sensitivity:
         used = [p for p in self.units if any(np.any(c[p].derivative != 0) for c in self.cells.values() if p in c)]
         if not used:
             return f"the answers depend on none of {', '.join(self.units)}"
+        if self.bent:
+            return f"{self.bent}: do not trust them"
         if self.exit_code:
             return f"the derivatives of the witnesses differ by {self.max_difference:.3g} of the whole change: do not trust them"
         return f"{len(self.cells)} answers depend on {len(used)} of {len(self.units)} inputs: {', '.join(used)}"
@@ -92,6 +130,7 @@ class Sensitivity:
         return SolveResult(self.answers).to_dict() | {
             "sensitivity": table_, "sensitivity_difference": self.max_difference,
             "tolerance": {a: s.to_dict() for a, s in self.spreads.items()}, "input_tolerances": dict(self.widths),
+            "corners": None if self.box is None else {"solved": self.box.solved, "all": self.box.whole, "missing": list(self.box.missing)},
             "skipped": dict(self.skipped), "notes": list(self.notes), "message": self.message,
         }  # fmt: skip
 
@@ -122,12 +161,15 @@ class Sensitivity:
         if self.spreads:
             given = ", ".join(f"{p} +-{t:.4g}" for p, t in self.widths.items() if p not in idle)
             cells = [
-                (a, self.answers.units.get(a, ""), number(s.worst_case, 6), number(s.root_sum_square, 6), _largest(s))
+                (a, self.answers.units.get(a, ""), number(s.worst_case, 6), number(s.at_corners, 6), number(s.root_sum_square, 6), _largest(s))
                 for a, s in self.spreads.items()
-                if np.any(s.worst_case != 0)
+                if np.any(s.worst_case != 0) or np.any(np.asarray(s.at_corners) > SMALLEST)
             ]
             lines += ["", f"tolerances: {given}"]
-            lines.append(table(("answer", "unit", "worst case +-", "root sum square +-", "most of it from"), cells))
+            lines.append(table(("answer", "unit", "worst case, linear +-", "at corners +-", "root sum square +-", "most of it from"), cells))
+        if self.box is not None:
+            kind = "all ends and corners" if self.box.whole else f"all ends, and the steepest corners (more than {ALL} inputs matter)"
+            lines.append(f"true solutions at {self.box.solved} points of the tolerances: {kind}")
         if self.skipped:
             lines.append(f"not varied: {_reasons(self.skipped)}")
         return "\n".join([*lines, *(f"note: {n}" for n in self.notes)])

@@ -12,6 +12,7 @@ from mechlab.experiment.question import Answers
 from mechlab.mechanism.geometry import Array
 from mechlab.study.ask import ask, in_si, numeric
 from mechlab.study.design import Design
+from mechlab.study.sensitivity.corners import Corners, corners
 from mechlab.study.sensitivity.differences import Slope, slope
 from mechlab.study.sensitivity.inputs import Input, inputs_of
 from mechlab.study.sensitivity.result import Cell, Sensitivity, Spread
@@ -32,7 +33,8 @@ def sensitivity(
 
     asked: what `mechlab.study.ask.ask` takes. A given quantity that has a tolerance is an input too. Angles are compared
     modulo 2 pi. only: inputs by name, default all. progress(done, total) in inputs. Raises as `ask`; a design or an answer
-    that does not exist beside an input makes its derivative one-sided, or, on both sides, leaves it out with a note.
+    that does not exist beside an input makes its derivative one-sided, or, on both sides, leaves it out with a note. With
+    tolerances the ends and corners of their box are solved too (`mechlab.study.sensitivity.corners`).
     """
     chosen = tolerance or Tolerances()
     given = {k: numeric(k, v) for k, v in in_si(base, asked).items()}
@@ -54,9 +56,10 @@ def sensitivity(
         progress(k + 1, len(inputs))
     notes = _notes(slopes)
     cells = {a: _row(a, layout, answers, inputs, slopes) for a in layout.names}
-    spreads = {a: _spread(row, widths) for a, row in cells.items()} if widths else {}
+    box = _box(base, given, inputs, layout, cells, widths) if widths else None
+    spreads = {a: _spread(row, widths, box.worst[a]) for a, row in cells.items()} if box is not None else {}
     apart = _apart(cells, {i.name: i.size for i in inputs})
-    return Sensitivity(answers, cells, spreads, widths, {i.name: i.unit for i in inputs}, skipped, apart, notes)
+    return Sensitivity(answers, cells, spreads, widths, {i.name: i.unit for i in inputs}, skipped, apart, notes, box)
 
 
 class _Layout:
@@ -139,14 +142,39 @@ def _row(
     return out
 
 
-def _spread(row: Mapping[str, Cell], widths: Mapping[str, float]) -> Spread:
+def _box(
+    base: Design,
+    given: Mapping[str, Any],
+    inputs: Sequence[Input],
+    layout: _Layout,
+    cells: Mapping[str, Mapping[str, Cell]],
+    widths: Mapping[str, float],
+) -> Corners:
+    """The corners of the tolerances, each answer by the first witness that has it."""
+    by_name = {i.name: i for i in inputs}
+    first = {key: place for (_, key), place in reversed(layout.slots.items())}
+
+    def change(steps: Mapping[str, float]) -> dict[str, Array]:
+        moved, asked = base, dict(given)
+        try:
+            for name, step in steps.items():
+                moved, asked = by_name[name].moved(moved, asked, step)
+            flat = layout.change(ask(moved, asked))
+        except MechlabError:
+            flat = np.full(len(layout.reference), np.nan)
+        return {key: flat[where].reshape(shape) for key, (where, shape) in first.items()}
+
+    return corners(widths, {a: {p: c.derivative for p, c in row.items()} for a, row in cells.items()}, change)
+
+
+def _spread(row: Mapping[str, Cell], widths: Mapping[str, float], corner: Array) -> Spread:
     shares = {p: np.abs(row[p].derivative) * t for p, t in widths.items() if p in row}
     values = list(shares.values())
     worst = sum(values, np.float64(0.0))
     square = np.sqrt(sum((v**2 for v in values), np.float64(0.0)))
     if np.ndim(worst) == 0:
-        return Spread(float(worst), float(square), {p: float(v) for p, v in shares.items()})
-    return Spread(worst, square, shares)
+        return Spread(float(worst), float(square), {p: float(v) for p, v in shares.items()}, float(corner))
+    return Spread(worst, square, shares, corner)
 
 
 def _apart(cells: Mapping[str, Mapping[str, Cell]], sizes: Mapping[str, float]) -> float | None:

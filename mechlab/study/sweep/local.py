@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import connection, get_context, parent_process
+from threading import Thread
 
 from mechlab.errors import MechlabError
 from mechlab.study.sweep.block import Block
@@ -68,9 +69,16 @@ def _travels(request: Request) -> bool:
     return True
 
 
-def _quiet() -> None:
-    """A worker leaves Ctrl-C to its parent, which cancels the rest."""
+def _begin() -> None:
+    """A worker leaves Ctrl-C to its parent, which cancels the rest, and ends when the parent is gone, however that ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if (parent := parent_process()) is not None:
+        Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    connection.wait([sentinel])
+    os._exit(1)
 
 
 @contextmanager
@@ -88,7 +96,7 @@ def _undisturbed() -> Iterator[None]:
 
 def _pool(request: Request, blocks: Sequence[int], workers: int) -> Iterator[tuple[int, Block]]:
     waiting = list(blocks)
-    pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=get_context("spawn"), initializer=_quiet)
+    pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=get_context("spawn"), initializer=_begin)
     try:
         running: dict[Future[Block], int] = {}
         while waiting or running:

@@ -83,7 +83,9 @@ def plan(
         raise unknown(f"{base.name}: quantity", min(set(rest) - mechanism_keys), mechanism_keys | set(infos))
     question = None if role == "initial" else _question(chosen, axes, rest, given)
     draft = replace(draft, axes=tuple(_with_unit(a, question, chosen, axes) for a in axes))
-    request = _asked(draft, chosen, question, quantities, witness, bool(rest) and role == "given")
+    starts = [f"{k}_0 instead of {k}" for k in sorted(rest) if f"{k}_0" in mechanism_keys]
+    request = _asked(draft, chosen, question, quantities, witness, bool(rest) and role == "given", starts)
+    _refuse_idle(request, sorted(rest), starts)
     if count * len(request.quantities) > MOST_NUMBERS:
         raise _too_many(base.name, count, len(request.quantities))
     return replace(request, block=block_size(request.method, count))
@@ -115,7 +117,7 @@ def _points(key: str, value: Any) -> tuple[Any, ...] | None:
         return tuple(Written(float(x), unit) for x in points) if unit else tuple(float(x) for x in points)
     if isinstance(value, np.ndarray) and value.ndim == 1:
         value = tuple(value.tolist())
-    if isinstance(value, tuple | list):
+    if isinstance(value, tuple | list | range):
         if not value:
             raise MechlabError(f"{key}: the list is empty.")
         return tuple(value)
@@ -188,6 +190,7 @@ def _asked(
     quantities: Sequence[str],
     witness: str | None,
     answers_only: bool,
+    starts: Sequence[str],
 ) -> Request:
     """The request with its quantities, and with how it is computed."""
     words = [w.strip() for q in quantities for w in split_words(str(q)) if w.strip()]
@@ -201,7 +204,9 @@ def _asked(
             for loose in (x for x in left_open if word in x.quantities):
                 raise MechlabError(f"{chosen.name}: {word} is open: {loose.sentence}.")
             if word not in said:
-                raise unknown(f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*said, DIFFERENCE})
+                strange = unknown(f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*said, DIFFERENCE})
+                runs = f" Channels, findings and trusted are of runs: give {', '.join(starts)}." if starts else ""
+                raise MechlabError(f"{strange}{runs}")
         asked = tuple(Quantity(w, "answer", w, unit=said[w]) for w in dict.fromkeys(words or said))
         if not asked:
             raise MechlabError(
@@ -219,6 +224,26 @@ def _asked(
             continue
         return request if reason else replace(request, method=ROLLOUT)
     return request
+
+
+OF_RUNS = ("scene", "engine", "fidelity", "duration", "timestep")
+"""Options that only a simulation looks at."""
+
+
+def _refuse_idle(request: Request, rest: Sequence[str], starts: Sequence[str]) -> None:
+    """Raises MechlabError, naming them, for options of runs in a sweep that runs nothing. starts: keys that would start runs."""
+    asks = request.method in (ANSWERS, CLOSED_FORM)
+    if not asks and not all(q.of_check for q in request.quantities):
+        return
+    idle = [f"--{k}" for k in OF_RUNS if getattr(request, k) is not None] + ([] if asks else [*rest])
+    if not idle:
+        return
+    kind = "answers to a question" if asks else "checks"
+    how = f"give {', '.join(starts)}" if asks and starts else "ask for a channel, or give X_0, X_rate_0"
+    raise MechlabError(
+        f"{request.name}: {', '.join(idle)}: this is a sweep of {kind}, and only runs look at {'it' if len(idle) == 1 else 'them'}. "
+        f"For runs {how}; else leave {', '.join(idle)} out."
+    )
 
 
 def _words(draft: Request) -> str:

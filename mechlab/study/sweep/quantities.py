@@ -54,13 +54,13 @@ def quantities_of_runs(draft: Request, chosen: Design, words: Sequence[str]) -> 
                 raise unknown(f"quantity {word!r}: function", how, (*REDUCTIONS, *OF_CHECK, "health"))
         else:
             how, name = "final", word
-        if probe is None or name in channels:
+        if call is None and name == "trusted" and name not in channels:
+            out.append(Quantity(word, "trusted", name))
+        elif probe is None or name in channels:
             if name in checks and call is None and name not in channels:
                 out.append(Quantity(word, "difference", name))
             else:
                 out.append(Quantity(word, "channel", name, how, channels.get(name, "")))
-        elif call is None and name == "trusted":
-            out.append(Quantity(word, "trusted", name))
         elif call is None and name in checks:
             out.append(Quantity(word, "difference", name))
         elif call is None and name in findings:
