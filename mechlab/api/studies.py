@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab.api.finding import Source, load
+from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import describe
 from mechlab.files import whole_folder, write
 from mechlab.study.ask import parameters_and_rest

@@ -84,7 +84,14 @@ def health(
         hit = np.maximum.reduceat(stopped.any(axis=0), some[:-1]) if len(stopped) else None
         out.append(
             energy_finding(
-                mechanism, t[some], q[some], v[some], power[some], done[some], in_rows=samples.slip[2], stopped=hit,
+                mechanism,
+                t[some],
+                q[some],
+                v[some],
+                power[some],
+                done[some],
+                in_rows=samples.slip[2],
+                stopped=hit,
                 laws=scene.laws,
             )  # fmt: skip
         )
