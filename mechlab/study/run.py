@@ -218,7 +218,7 @@ def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error
     """Halves the timestep until the joints change by less than `max_error` at 101 times."""
     import numpy as np
 
-    from mechlab.study.error_control import Controlled
+    from mechlab.study.error_control import Controlled, other_softness
 
     if not max_error > 0:
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
@@ -241,4 +241,8 @@ def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error
         "max_error", estimate, max_error, "rad or m", "change of the joints between the last two timesteps"
     )
     # of first order the change is the error; with rows or kinks no more is relied on
-    return Controlled(replace(coarse, health=coarse.health + Health((finding,))), ((before, 1.0),))
+    others = [(before, 1.0)]
+    other = other_softness(coarse.mechanism, settings)
+    if other is not None:
+        others.append((once(other), 1.0))
+    return Controlled(replace(coarse, health=coarse.health + Health((finding,))), tuple(others))
