@@ -1,12 +1,12 @@
 """What acts on a mechanism in a scene: gravity, springs, the laws of the scene, and the declared drives.
 
-A drive whose joint or shaft has no law holds its target, which is 0, the reference pose:
+A drive whose joint or shaft has no law holds its target, the reference pose where none is given:
 
-    force = -stiffness (value - zero) - damping rate        limited to +-limit
+    force = -stiffness (value - target) - damping rate      limited to +-limit
     force = constant (0 - constant rate) / resistance       of a drive with a winding, at no voltage
 
-A drive with damping alone has the target rate 0, and no limit; one with neither gives no force. So an exported MJCF file
-moves with all controls at 0. A law on a driven joint or shaft takes the place of its drive, and a scene may release them all.
+A drive with damping alone has the target rate 0; one with neither gives no force. So an exported MJCF file moves with all
+controls at 0. A law on a driven joint or shaft takes the place of its drive, and a scene may release them all.
 """
 
 from __future__ import annotations
@@ -32,10 +32,9 @@ def drive_law(mechanism: Mechanism, drive: Drive) -> Law | None:
         return DcMotor(drive.on, 0.0, w.constant, w.resistance, w.inductance, drive=drive.name)
     if not (drive.stiffness or drive.damping):
         return None
-    limit = math.inf if drive.limit is None or not drive.stiffness else drive.limit
-    return Servo(
-        drive.on, Hold(mechanism.zero(drive.on)), drive.stiffness, drive.damping, limit=limit, drive=drive.name
-    )
+    limit = math.inf if drive.limit is None else drive.limit
+    target = mechanism.zero(drive.on) if drive.target is None else drive.target
+    return Servo(drive.on, Hold(target), drive.stiffness, drive.damping, limit=limit, drive=drive.name)
 
 
 def acting(mechanism: Mechanism, scene: Scene) -> Scene:

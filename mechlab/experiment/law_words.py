@@ -57,14 +57,17 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
 def _servo(law: Any, on: str, length: str, unit: str, many: str) -> str:
     damping = f"{law.damping:g} {unit} s/{length}"
     if law.drive and not law.stiffness:
-        return f"drive{many} {on} {damping}, target rate 0"
+        return f"drive{many} {on} {damping}, target rate 0{_limit(law, unit)}"
     gains = ", ".join([f"{law.stiffness:g} {unit}/{length}", *([damping] if law.damping else [])])
     target = f"held at {law.motion.value:g}" if isinstance(law.motion, Hold) else "on its motion"
     if isinstance(law.motion, Hold) and law.motion.value:
         target += f" {length}"
     more = f", {law.feedforward:g} {unit} besides" if law.feedforward else ""
-    limit = f", at most {law.limit:g} {unit}" if math.isfinite(law.limit) else ""
-    return f"servo{many} {on} {gains}, {target}{more}{limit}"
+    return f"servo{many} {on} {gains}, {target}{more}{_limit(law, unit)}"
+
+
+def _limit(law: Any, unit: str) -> str:
+    return f", at most {law.limit:g} {unit}" if math.isfinite(law.limit) else ""
 
 
 __all__ = ["law_text", "rounded"]

@@ -61,6 +61,9 @@ def from_json(text: str) -> Mechanism:
 def _encode(value: Any) -> Any:
     if is_dataclass(value):
         items = {f.name: getattr(value, f.name) for f in fields(value)}
+        items = {
+            f.name: items[f.name] for f in fields(value) if not f.metadata.get("brief") or items[f.name] != f.default
+        }
         return {n: {k: _encode(x) for k, x in v} if n in _PAIRS else _encode(v) for n, v in items.items()}
     if isinstance(value, Fraction):
         return str(value)

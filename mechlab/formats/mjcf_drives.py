@@ -67,8 +67,9 @@ def _ends(element: ET.Element, name: str) -> None:
 def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, float]:
     """The <actuator> section; returns for each drive the control that holds the reference pose as well as it can.
 
-    A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate; one without is a motor,
-    force = ctrl, whose damping acts beside it. Ranges of the controls are for the sliders of a viewer: clamping is off.
+    A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate, or with a target of its own
+    kp (target + ctrl - coordinate) - kv rate; one without is a motor, force = ctrl, whose damping acts beside it, within the
+    limit if there is one. Ranges of the controls are for the sliders of a viewer: clamping is off.
     """
     controls: dict[str, float] = {}
     if not m.drives:
@@ -84,13 +85,18 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
         target = {"joint" if drive.on in joints else "tendon": drive.on}
         limits = None if drive.limit is None else (-drive.limit, drive.limit)
         force = forces[drive.name]
-        value = float(f"{force / drive.stiffness if drive.stiffness else force:.12g}")
+        offset = 0.0 if drive.target is None else drive.target - m.zero(drive.on)
+        value = float(f"{force / drive.stiffness - offset if drive.stiffness else force:.12g}")
         controls[drive.name] = value
         if drive.winding is not None:
             controls[drive.name] = _dc_motor(section, drive, target, force, limits)
             continue
         common: dict[str, object] = {"ctrlrange": _slider(m, drive, value, size), "forcerange": limits}
-        if drive.stiffness:
+        if offset or (drive.damping and drive.limit is not None and not drive.stiffness):
+            bias = (drive.stiffness * offset, -drive.stiffness, -drive.damping)
+            affine = {"gainprm": drive.stiffness or 1.0, "biastype": "affine", "biasprm": bias}
+            add(section, "general", name=drive.name, **target, **affine, **common)
+        elif drive.stiffness:
             servo = {"kp": drive.stiffness, "kv": drive.damping or None}
             add(section, "position", name=drive.name, **target, **servo, **common)
         else:

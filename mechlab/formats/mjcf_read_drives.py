@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -94,13 +95,16 @@ def _spatial(tree: Tree, e: ET.Element, child: ET.Element, name: str, out: Tendo
 
 
 def read_drives(source: Source, tree: Tree, tendons: Tendons) -> tuple[Drive, ...]:
-    """Motors, position and velocity servos on joints and fixed tendons."""
+    """Motors, position and velocity servos, and general actuators that are one of them, on joints and fixed tendons.
+
+    A servo holds what it holds in MuJoCo at the control 0. Raises MechlabError for what a Drive has no place for.
+    """
     clamped = not any(f.get("clampctrl") == "disable" for o in source.section("option") for f in o.findall("flag"))
     names = Names("actuator")
     out = []
     for child in source.items("actuator"):
         e = source.attributes(child)
-        if e.tag not in ("motor", "position", "velocity", "dcmotor"):
+        if e.tag not in ("motor", "position", "velocity", "dcmotor", "general"):
             raise fail(e, "only motors, DC motors, position and velocity servos are read.")
         refuse(e, "armature", "dampratio", "timeconst", "delay")
         on = _target(tree, tendons, e)
@@ -108,19 +112,68 @@ def read_drives(source: Source, tree: Tree, tendons: Tendons) -> tuple[Drive, ..
         if np.any(gear[1:]) or gear[0] <= 0.0:
             raise fail(e, "only a positive scalar gear is read.")
         g = float(gear[0])
-        stiffness = one(e, "kp", 1.0) * g * g if e.tag == "position" else 0.0
-        speed = one(e, "kv", 1.0 if e.tag == "velocity" else 0.0) * g * g
         limits = floats(e, "forcerange", 2)
         if limits is None and clamped and e.tag == "motor":
             limits = floats(e, "ctrlrange", 2)
         if limits is not None and limits[0] != -limits[1]:
             raise fail(e, f"the force range {limits} is not symmetric, which a Drive has no place for.")
         limit = None if limits is None else limits[1] * g
+        name = names.add(child.get("name"), on)
         if e.tag == "dcmotor":
-            out.append(Drive(names.add(child.get("name"), on), on, limit=limit, winding=_winding(e, g)))
+            out.append(Drive(name, on, limit=limit, winding=_winding(e, g)))
             continue
-        out.append(Drive(names.add(child.get("name"), on), on, stiffness, speed + one(e, "damping") * g * g, limit))
+        push, stiffness, damping = _line(e, _control(source, tree, e, clamped))
+        target = None
+        if stiffness:
+            start, zero = _reference(tree, tendons, e)
+            aim = push / stiffness / g
+            target = None if aim == start else aim - start + zero
+        elif push:
+            raise fail(
+                e, "it pushes, or wants a rate, at the control 0 as its ctrlrange clamps it: a Drive rests then."
+            )
+        out.append(Drive(name, on, stiffness * g * g, (damping + one(e, "damping")) * g * g, limit, target=target))
     return tuple(out)
+
+
+def _line(e: ET.Element, control: float) -> tuple[float, float, float]:
+    """The force of an actuator at a control: push - stiffness x length - damping x rate, all before the gear."""
+    if e.tag == "position":
+        kp = one(e, "kp", 1.0)
+        return kp * control, kp, one(e, "kv")
+    if e.tag == "velocity":
+        kv = one(e, "kv", 1.0)
+        return kv * control, 0.0, kv
+    if e.tag == "motor":
+        return control, 0.0, 0.0
+    refuse(e, "actdim", "dynprm", "actrange", "actearly")
+    kinds = (e.get("dyntype", "none"), e.get("gaintype", "fixed"), e.get("biastype", "none"))
+    bias = (*(floats(e, "biasprm") or ()), 0.0, 0.0, 0.0)[:3] if kinds[2] == "affine" else (0.0, 0.0, 0.0)
+    if kinds[:2] != ("none", "fixed") or kinds[2] not in ("none", "affine") or bias[1] > 0.0 or bias[2] > 0.0:
+        raise fail(e, f"a general actuator of dyntype, gaintype, biastype {kinds} and bias {bias} is no Drive.")
+    gain = (floats(e, "gainprm") or (1.0,))[0]
+    return gain * control + bias[0], -bias[1] or 0.0, -bias[2] or 0.0
+
+
+def _control(source: Source, tree: Tree, e: ET.Element, clamped: bool) -> float:
+    """The control 0 as MuJoCo takes it: the nearest end of a ctrlrange (of its own, or that of the joint) without it."""
+    bounds: Sequence[float] | None = floats(e, "ctrlrange", 2)
+    limited, share = e.get("ctrllimited", "auto"), one(e, "inheritrange")
+    if share and e.tag == "position" and e.get("joint") is not None:
+        low, high = tree.range.get(tree.joint_names.find(e.get("joint"), e), (0.0, 0.0))
+        bounds = (0.5 * (low + high) - 0.5 * share * (high - low), 0.5 * (low + high) + 0.5 * share * (high - low))
+    if bounds is None or not clamped or limited == "false" or (limited == "auto" and not source.autolimits):
+        return 0.0
+    return float(np.clip(0.0, *bounds))
+
+
+def _reference(tree: Tree, tendons: Tendons, e: ET.Element) -> tuple[float, float]:
+    """Length of a joint or tendon in the reference pose, in the coordinates of the file, and its physical value there."""
+    if e.get("joint") is not None:
+        name = tree.joint_names.find(e.get("joint"), e)
+        return tree.ref[name], tree.zero[name]
+    start = sum(c * tree.ref[j] for j, c in tendons.terms(e.get("tendon"), e))
+    return start, tendons.shafts[e.get("tendon", "")].zero
 
 
 def _winding(e: ET.Element, gear: float) -> Winding:

@@ -32,6 +32,8 @@ class Tree:
     connectors: dict[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)
     ref: dict[str, float] = field(default_factory=dict)
     spring_at: dict[str, float] = field(default_factory=dict)
+    zero: dict[str, float] = field(default_factory=dict)
+    range: dict[str, tuple[float, float]] = field(default_factory=dict)
     body_names: Names = field(default_factory=lambda: Names("body"))
     joint_names: Names = field(default_factory=lambda: Names("joint"))
     frame_of: dict[str, Placement] = field(default_factory=dict)
@@ -184,7 +186,9 @@ def _joint(source: Source, tree: Tree, e: ET.Element) -> _Joint:
     if limits is not None and kind == "ball":
         raise fail(e, "the range of a ball joint is not read.")
     shift = zero - ref
-    tree.ref[name], tree.spring_at[name] = ref, spring_at
+    tree.ref[name], tree.spring_at[name], tree.zero[name] = ref, spring_at, zero
+    if limits is not None:
+        tree.range[name] = (limits[0] * angle, limits[1] * angle)
     joint = Joint(
         name, KINDS[kind], (0.0, 0.0, 1.0) if kind == "ball" else unit(axis, f"joint {name!r}: axis"), zero,
         None if limits is None else (limits[0] * angle + shift, limits[1] * angle + shift),

@@ -182,9 +182,10 @@ class Builder:
         limit: float | None = None,
         name: str | None = None,
         winding: Winding | None = None,
+        target: float | None = None,
     ) -> Builder:
-        """An actuator on a joint or shaft; its name defaults to that of the joint."""
-        self.drives.append(Drive(name or on, on, stiffness, damping, limit, winding))
+        """An actuator on a joint or shaft; its name defaults to that of the joint. `target`: see `Drive`."""
+        self.drives.append(Drive(name or on, on, stiffness, damping, limit, winding, target))
         return self
 
     def ground(self, *shapes: Shape) -> Builder:

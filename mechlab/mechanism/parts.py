@@ -5,7 +5,7 @@ Everything is immutable and plain: tuples of floats, exact fractions, names.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
@@ -158,7 +158,8 @@ class Winding:
 @dataclass(frozen=True)
 class Drive:
     """An actuator on a joint or shaft: a position servo of the given `stiffness` and `damping`, force limited by `limit`;
-    with a `winding` a DC motor whose input is the voltage."""
+    with a `winding` a DC motor whose input is the voltage. `target`: the physical value that a servo holds while nothing
+    is asked of it; None is that of the reference pose."""
 
     name: str
     on: str
@@ -166,3 +167,4 @@ class Drive:
     damping: float = 0.0
     limit: float | None = None
     winding: Winding | None = None
+    target: float | None = field(default=None, metadata={"brief": True})

@@ -165,6 +165,10 @@ def _attachments(m: Mechanism) -> None:
             _finite(getattr(drive, key), f"{m.name}: drive {drive.name!r}: {key}", 0.0)
         if drive.limit is not None:
             _finite(drive.limit, f"{m.name}: drive {drive.name!r}: limit", 0.0)
+        if drive.target is not None:
+            _finite(drive.target, f"{m.name}: drive {drive.name!r}: target")
+            if not drive.stiffness or drive.winding is not None:
+                raise MechlabError(f"{m.name}: drive {drive.name!r}: only a servo, with a stiffness, has a target.")
         _winding(m, drive)
 
 

@@ -158,8 +158,10 @@ def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:
     for law in engaged(laws):
         k = map_.actuators[law.drive]
         model.actuator_group[k] = 0
-        if isinstance(law, Servo) and law.stiffness:
-            model.actuator_gainprm[k, 0] = law.stiffness
-            model.actuator_biasprm[k, 1:3] = -law.stiffness, -law.damping
+        if isinstance(law, Servo) and (law.stiffness or math.isfinite(law.limit)):
+            offset = law.motion.at(0.0)[0] - map_.mechanism.zero(law.on)
+            if law.stiffness:
+                model.actuator_gainprm[k, 0] = law.stiffness
+            model.actuator_biasprm[k, :3] = law.stiffness * offset, -law.stiffness, -law.damping
         elif isinstance(law, Servo):
             model.actuator_damping[k] = law.damping

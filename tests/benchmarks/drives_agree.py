@@ -3,12 +3,12 @@
     python -m tests.benchmarks.drives_agree [cases] [first seed]
 
 A case draws a tree, or a mechanism with loops, gears and a shaft, one to four drives (position servos soft and stiff, with
-and without a limit, dampers, plain motors, DC motors), a scene (`hold` or `free-motion`), loads on joints and, for trees,
-initial values. The lab runs it; the file, read from disk, is stepped by mj_step with all controls at 0, with the timestep,
-integrator and softness of the run, loads in qfrc_applied by the names of the joints, and for `free-motion` without its
-actuators. Largest difference of any joint value, relative to how far the joints move: up to EXACT it agrees. The current of
-a motor with inductance is integrated by the engine in first order and by the lab in fourth: there the difference must
-fall with the timestep (at least 3 times, from h to h / 4), or be below SMALL. Prints counts and the worst cases.
+and without a limit or a target of their own, dampers, plain motors, DC motors), a scene (`hold` or `free-motion`), loads on
+joints and, for trees, initial values. The lab runs it; the file, read from disk, is stepped by mj_step with all controls at 0,
+with the timestep, integrator and softness of the run, loads in qfrc_applied by the names of the joints, and for `free-motion`
+without its actuators. Largest difference of any joint value, relative to how far the joints move: up to EXACT it agrees. The
+current of a motor with inductance is integrated by the engine in first order and by the lab in fourth: there the difference
+must fall with the timestep (at least 3 times, from h to h / 4), or be below SMALL. Prints counts and the worst cases.
 """
 
 from __future__ import annotations
@@ -37,7 +37,10 @@ EXACT = 1e-8
 """The same steps by the same engine: rounding alone, grown by the motion."""
 SMALL = 1e-4
 DURATION = 0.25
-KINDS = ("servo", "servo", "stiff servo", "limited servo", "damper", "motor", "dc motor", "dc motor with inductance")
+KINDS = (
+    "servo", "servo with target", "stiff servo", "limited servo", "damper", "limited damper", "motor", "dc motor",
+    "dc motor with inductance",
+)  # fmt: skip
 INTEGRATORS = {
     "RK4": mujoco.mjtIntegrator.mjINT_RK4, "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
@@ -60,6 +63,7 @@ class Case:
         drives = ", ".join(
             f"{d.on} {d.stiffness:.3g}/{d.damping:.3g}"
             + (f" limit {d.limit:.3g}" if d.limit else "")
+            + (f" target {d.target:.3g}" if d.target is not None else "")
             + (f" winding L={d.winding.inductance:.2g}" if d.winding else "")
             for d in m.drives
         )
@@ -115,14 +119,16 @@ def add_drive(b: Builder, rng: np.random.Generator, on: str) -> None:
     k, c = 10.0 ** rng.uniform(0.5, 3.0), 10.0 ** rng.uniform(-1.5, 1.0)
     if kind == "stiff servo":
         b.drive(on, 1e3 * k, 10.0 * c * float(rng.choice([0.0, 1.0, 1.0])))
-    elif kind.endswith("servo"):
-        b.drive(on, k, c, limit=float(10.0 ** rng.uniform(0, 1.5)) if kind.startswith("limited") else None)
+    elif "servo" in kind:
+        limit = float(10.0 ** rng.uniform(0, 1.5)) if kind.startswith("limited") else None
+        b.drive(on, k, c, limit, target=float(rng.normal() * 0.3) if kind.endswith("target") else None)
     elif kind.startswith("dc"):
         resistance = float(10.0 ** rng.uniform(-1, 1))
         lag = 10.0 ** rng.uniform(-2.0, -1.0) if "inductance" in kind else 0.0
         b.drive(on, winding=Winding(float(10.0 ** rng.uniform(-2, 0)), resistance, lag * resistance))
     else:
-        b.drive(on, damping=c if kind == "damper" else 0.0)
+        limit = float(10.0 ** rng.uniform(-0.5, 1.0)) if kind.startswith("limited") else None
+        b.drive(on, damping=c if kind.endswith("damper") else 0.0, limit=limit)
 
 
 def holding(m: Mechanism) -> bool:

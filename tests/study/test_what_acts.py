@@ -21,6 +21,7 @@ from mechlab.experiment.acting import acting, held_drives, what_acts
 from mechlab.experiment.laws import Constant, Servo
 from mechlab.experiment.motion import Hold, Sine
 from mechlab.experiment.scene import Scene
+from mechlab.formats import from_json, from_mjcf, to_json, to_mjcf
 from mechlab.mechanism import Builder, Inertia, prismatic
 from mechlab.mechanism.parts import Winding
 from mechlab.study.chart import Budget, chart
@@ -131,6 +132,59 @@ def test_no_scene_of_the_catalog_has_a_drive_that_holds():
             words = what_acts(d.for_scene(scene).mechanism(made.fidelity), made)
             assert ("released" in words) == (made.drives == "free")
             assert made.drives == "hold" or "free" in scene
+
+
+STRANGE = """<mujoco model="strange">
+  <worldbody>
+    <body><joint name="q" axis="0 1 0" ref="20"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>
+    <body pos="0 1 0"><joint name="r" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>
+    <body pos="0 2 0"><joint name="s" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>
+    <body pos="0 3 0"><joint name="u" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>
+    <body pos="0 4 0"><joint name="w" axis="0 1 0" range="20 90"/>
+      <geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>
+  </worldbody>
+  <actuator>
+    <position joint="q" kp="200" kv="5"/> <position joint="r" kp="200" kv="5" ctrlrange=".2 1"/>
+    <velocity joint="s" kv="9" forcerange="-1 1"/>
+    <general joint="u" gear="2" gainprm="50" biastype="affine" biasprm="5 -50 -2"/>
+    <position joint="w" kp="300" kv="9" inheritrange="1" forcerange="-30 30"/>
+  </actuator>
+</mujoco>"""
+
+
+def test_actuators_of_strangers_do_what_they_do_in_their_own_file(tmp_path):
+    """A ref, a ctrlrange without 0, a bounded velocity servo, a general actuator with gear and offset, an inherited range: the
+    file as it came and mechlab's run of it, at 1 ms by RK4, to rounding; the joint w leaves the stop of its range at once,
+    whose softness mechlab writes with a time constant of its own."""
+    (tmp_path / "strange.xml").write_text(STRANGE)
+    model = mujoco.MjModel.from_xml_string(STRANGE)
+    model.opt.timestep, model.opt.integrator = 1e-3, mujoco.mjtIntegrator.mjINT_RK4
+    model.jnt_solref[:] = 2e-3, 1.0
+    model.jnt_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=250)
+    run = ml.simulate(tmp_path / "strange.xml", duration=0.25, timestep=1e-3)
+    ours = [run.final()[n] for n in "qrsu"]
+    assert ours == pytest.approx(data.qpos[:4].tolist(), abs=1e-10)
+    assert [
+        law.motion.at(0.0)[0] for law in held_drives(ml.load(tmp_path / "strange.xml").scene().laws)
+    ] == pytest.approx([0.0, 0.2, 0.0, 0.05, math.radians(20.0)])
+    for drive in run.mechanism.drives:  # written and read again
+        assert drive in from_json(to_json(run.mechanism)).drives
+        again = from_mjcf(to_mjcf(run.mechanism)).drives
+        (same,) = [d for d in again if d.name == drive.name]
+        assert (same.stiffness, same.damping, same.limit) == (drive.stiffness, drive.damping, drive.limit)
+        assert (
+            same.target == pytest.approx(drive.target, abs=1e-15) if drive.target is not None else same.target is None
+        )
+
+
+def test_a_target_is_for_servos_alone():
+    with pytest.raises(MechlabError, match="only a servo"):
+        Builder("x").bar("arm", driven.revolute("q", "y"), 0.4).drive("q", damping=1.0, target=0.1).build()
+    pushing = STRANGE.replace('<velocity joint="s" kv="9" forcerange="-1 1"/>', '<velocity joint="s" ctrlrange="1 2"/>')
+    with pytest.raises(MechlabError, match="at the control 0"):
+        from_mjcf(pushing)
 
 
 # -- by hand -----------------------------------------------------------------------------------------------------------
