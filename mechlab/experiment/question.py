@@ -209,3 +209,18 @@ def choose(questions: Sequence[Question], keys: set[str], owner: str) -> Questio
     raise MechlabError(
         f"{owner}: these quantities make no question: {', '.join(sorted(keys)) or 'none given'}. One can give: {listing}."
     )
+
+
+def one_spelling(questions: Sequence[Question], values: Mapping[str, Any], owner: str) -> dict[str, Any]:
+    """The values under the names of the questions: X_angle_rate is X_rate (X_accel likewise) where a question about X_angle takes
+    that. Raises MechlabError where both are given."""
+    known = {k for q in questions if set(q.given) <= set(values) for k in q.optional}
+    out: dict[str, Any] = {}
+    for key, value in values.items():
+        stem, _, what = key.rpartition("_")
+        short = f"{stem.removesuffix('_angle')}_{what}"
+        name = short if stem.endswith("_angle") and what in ("rate", "accel") and short in known and key not in known else key
+        if name in out or (name != key and name in values):
+            raise MechlabError(f"{owner}: {name} and {key} are one quantity: give it once.")
+        out[name] = value
+    return out

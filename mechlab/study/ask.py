@@ -11,7 +11,7 @@ import numpy as np
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.key_units import checked, entry_units
 from mechlab.experiment.parameters import describe
-from mechlab.experiment.question import Answer, Answers, Question, choose
+from mechlab.experiment.question import Answer, Answers, Question, choose, one_spelling
 from mechlab.mechanism import Mechanism, Status
 from mechlab.study.design import Design
 from mechlab.study.lag_question import asks_lag, lag_question
@@ -36,8 +36,9 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
     """
     values = {k: numeric(k, v) for k, v in in_si(design, given).items()}
-    keys = set(values)
     entry = design.entry
+    values = one_spelling(entry.questions, values, design.name)
+    keys = set(values)
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     if special:
         question = choose(entry.questions, keys, design.name)
