@@ -21,7 +21,18 @@ from mechlab.cli import VERBS, main
 from mechlab.errors import MechlabError
 from mechlab.values import Range
 
-IGNORED = {"parameters", "names", "versions", "files", "cost", "command", "fingerprint", "message", "wall_time", "evaluations"}
+IGNORED = {
+    "parameters",
+    "names",
+    "versions",
+    "files",
+    "cost",
+    "command",
+    "fingerprint",
+    "message",
+    "wall_time",
+    "evaluations",
+}
 """What a document says about the question or the machine, and not about the answer."""
 
 
