@@ -80,6 +80,8 @@ def simulate_values(
     if order_check:
         from mechlab.study.order_check import with_order
 
+        if recording.settings.engine == "analytic":
+            raise MechlabError(f"{base.name}: order_check: the engine analytic takes no steps; leave it out.")
         lived = chosen.for_scene(scene)
         recording = with_order(recording, lived.scene(scene, recording.fidelity or fidelity, duration, numbers))
     return SimulateResult(recording, tuple(at or ()), chosen.warnings)

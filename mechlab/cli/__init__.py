@@ -148,7 +148,7 @@ class _Call:
         except SystemExit:  # --help has printed
             return 0
         for key, value in vars(options).items():
-            if key != "tokens" and value == []:  # argparse makes this of `--key=--`
+            if key != "tokens" and value == [] != parser.get_default(key):  # argparse makes this of `--key=--`
                 raise UsageError(f"--{key.replace('_', '-')} needs a value.")
         self.names, self.values = split_tokens(options.tokens)
         if not self.as_json:
