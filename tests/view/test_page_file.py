@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mechlab.files import CannotWrite
 from mechlab.view import Part, Story, from_poses, html_page, story_to_html, write_page
 
 
@@ -94,7 +95,7 @@ def test_the_file_is_written_whole_or_not_at_all(story: Story, tmp_path: Path, m
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(CannotWrite, match="lab.html: disk full"):
         write_page(from_poses("other", {}, ()), path)
     assert [entry.name for entry in path.parent.iterdir()] == ["lab.html"]
     assert "Two " in path.read_text(encoding="utf-8")
