@@ -80,6 +80,17 @@ def rough(mechanism: Mechanism) -> tuple[str, ...]:
     return (*joints, *(s.name for s in mechanism.shafts if s.friction))
 
 
+def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
+    """Settings of MuJoCo whose rows are soft in another way: what that changes in accelerations and reactions does not go with
+    the step. None for other engines, and where there are no rows."""
+    if settings.engine != "mujoco" or not (mechanism.loops or mechanism.relations):
+        return None
+    hard = PRESETS["accurate"]
+    if settings.timeconst is None:
+        return replace(settings, timeconst=hard.timeconst, impedance=hard.impedance)
+    return replace(settings, timeconst=2.0 * settings.timeconst)
+
+
 def lag(law: Law) -> float:
     """Time constant [s] of a motor that a run has to follow; 0 for other laws and for a motor without."""
     return law.inductance / law.resistance if isinstance(law, DcMotor) else 0.0

@@ -19,7 +19,7 @@ from mechlab.experiment.settings import ENGINES, PRESETS, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.study.by_engine import run_by_engine
 from mechlab.study.design import AUTO, Design
-from mechlab.study.nature import FASTEST, by_nature, drive_step, motor_findings, with_static_motors
+from mechlab.study.nature import FASTEST, by_nature, drive_step, motor_findings, other_softness, with_static_motors
 from mechlab.study.step_error import with_step_error
 
 if TYPE_CHECKING:
@@ -218,7 +218,7 @@ def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error
     """Halves the timestep until the joints change by less than `max_error` at 101 times."""
     import numpy as np
 
-    from mechlab.study.error_control import Controlled, other_softness
+    from mechlab.study.error_control import Controlled
 
     if not max_error > 0:
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")

@@ -5,7 +5,9 @@
 Where the run at 2 h does not come through, or leaves the positions with more than the tolerance of the scene, h / 2 decides:
 an error that is large because 2 h is unstable is none of the run. With kinks in the motion (impacts, dry friction, limits)
 two runs may agree by accident, and 2 h / 3 is asked as well. Every run is as long as the scene, so that an estimate costs .75
-of the run, at most 4.25. Engines that control their steps are repeated at LOOSER times their tolerance.
+of the run, at most 4.25. What MuJoCo's rows do to accelerations and forces by being soft does not go with the step: with loops
+or gears a run of another softness is added, once more the cost of the run. Engines that control their steps are repeated at
+LOOSER times their tolerance.
 """
 
 from __future__ import annotations
@@ -22,11 +24,12 @@ from mechlab.experiment.channel_errors import differences, largest_difference, s
 from mechlab.experiment.health import Finding, Health
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.order import error_from_coarser, error_from_finer, expected_order, step_error_finding
-from mechlab.experiment.recording import Recording
+from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.study.by_engine import run_by_engine
+from mechlab.study.nature import other_softness
 from mechlab.study.order_check import fixed_steps, suspects
 
 Again = Callable[[Scene, Settings, Array], Recording]
@@ -49,6 +52,7 @@ def with_step_error(recording: Recording, scene: Scene, again: Again | None = No
     estimate = _Estimate(recording, scene, again or partial(run_by_engine, recording.mechanism))
     if fixed_steps(recording.settings):
         errors, finding = estimate.by_steps()
+        errors = estimate.with_softness(errors)
         if estimate.kinks:
             errors = {n: max(x, jump(recording.channels[n])) for n, x in errors.items()}
     else:
@@ -98,6 +102,18 @@ class _Estimate:
             return errors, step_error_finding(value, tolerance, _text((2.0 * h, twice)))
         text = "the run comes through neither at twice the timestep nor at half of it: its error cannot be estimated"
         return {}, Finding("step_error", math.inf, tolerance, "rad or m", "error", text)
+
+    def with_softness(self, errors: dict[str, float]) -> dict[str, float]:
+        """The errors with what another softness of MuJoCo's rows changes in accelerations and forces. Positions and rates
+        have it in theirs: the softness goes with the step."""
+        other = other_softness(self.recording.mechanism, self.settings)
+        if other is None or not errors:
+            return errors
+        found = self.run(other, self.scene, self.recording.t)
+        m = self.recording.mechanism
+        states = basic_channels(m, self.recording.q[:1], self.recording.v[:1])[0]
+        more = {n: math.inf if found is None else found.channels[n] for n in errors if n not in states}
+        return {n: e + more.get(n, 0.0) for n, e in errors.items()}
 
     def by_tolerance(self) -> tuple[dict[str, float], Finding]:
         """Errors and finding of a run that controls its steps."""

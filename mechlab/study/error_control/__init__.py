@@ -4,8 +4,8 @@
 `control` makes a Recording of it.
 """
 
-from mechlab.study.error_control.control import Controlled, control, other_softness
+from mechlab.study.error_control.control import Controlled, control
 from mechlab.study.error_control.result import Result
 from mechlab.study.error_control.solve import solve_to
 
-__all__ = ["Controlled", "Result", "control", "other_softness", "solve_to"]
+__all__ = ["Controlled", "Result", "control", "solve_to"]

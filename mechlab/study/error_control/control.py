@@ -20,13 +20,13 @@ from mechlab.study.error_control.record import motion_of, recording_of, with_est
 from mechlab.study.error_control.result import Neighbour, Result
 from mechlab.study.error_control.solve import solve_to
 from mechlab.study.methods import Problem
+from mechlab.study.nature import other_softness
 from mechlab.study.witness import room
 
 OUTPUTS = 400
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
 
-HARD = Settings()
 BETWEEN = 0.125
 """Share of the change with twice the distance of the states that interpolation between them leaves, at most: it is of fifth degree
 in positions, whose second derivative falls with the fourth power."""
@@ -63,16 +63,6 @@ def control(design: Design, scene: Scene, max_error: float, at: Sequence[float] 
     if others and other is not None:
         others += ((_run(design, scene, other, times), 1.0),)
     return Controlled(with_estimate(made, result, difference), others)
-
-
-def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
-    """Settings of MuJoCo whose rows are soft in another way: what that changes in accelerations and reactions does not go with
-    the step. None for other engines, and where there are no rows."""
-    if settings.engine != "mujoco" or not (mechanism.loops or mechanism.relations):
-        return None
-    if settings.timeconst is None:
-        return replace(settings, timeconst=HARD.timeconst, impedance=HARD.impedance)
-    return replace(settings, timeconst=2.0 * settings.timeconst)
 
 
 def _of_states(m: Mechanism, scene: Scene, result: Result, at: Sequence[float]) -> Compared:
