@@ -119,7 +119,7 @@ def hybrid(p: Parameters, given: Mapping[str, Any]) -> Answer:
 QUESTIONS = (
     Question(
         "mean speed at constant input speed", ("input_speed",), ANSWERS, {"analytic": analytic, "hybrid": hybrid},
-        units={"mean_speed": "rad/s", "forward_time": "s", "return_time": "s", "mean_motor_torque": "N m"},
+        units={"input_speed": "rad/s", "mean_speed": "rad/s", "forward_time": "s", "return_time": "s", "mean_motor_torque": "N m"},
         text="one-way rotation under load and dry friction: mean output speed, times forward and back, mean motor torque",
     ),
 )  # fmt: skip
