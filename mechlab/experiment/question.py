@@ -128,7 +128,11 @@ def one_spelling(questions: Sequence[Question], values: Mapping[str, Any], owner
     for key, value in values.items():
         stem, _, what = key.rpartition("_")
         short = f"{stem.removesuffix('_angle')}_{what}"
-        name = short if stem.endswith("_angle") and what in ("rate", "accel") and short in known and key not in known else key
+        name = (
+            short
+            if stem.endswith("_angle") and what in ("rate", "accel") and short in known and key not in known
+            else key
+        )
         if name in out or (name != key and name in values):
             raise MechlabError(f"{owner}: {name} and {key} are one quantity: give it once.")
         out[name] = value

@@ -182,8 +182,9 @@ def run_cycle(
     """A cycle of a mechanism with one freedom, from its reference pose, at `points` equal steps of the drive.
 
     motion: X_rate (default 1) and X_accel (0) of the drive X (crank_rate means crank_angle_rate where there is no crank),
-    X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first that turns fully. output: the joint whose load the transmission
-    angle is about. span: from and to [rad or m], default a full turn, or what lies between the limit positions.
+    X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first that turns
+    fully. output: the joint whose load the transmission angle is about. span: from and to [rad or m], default a full turn,
+    or what lies between the limit positions.
 
     Columns: X, X_rate, X_accel of joints and shafts; DRIVE_force; of every loop and joint _fx _fy _fz _mx _my _mz (on
     the body from its parent, about the joint, world axes; loops: on body b) and _reaction, the size of the force;

@@ -95,9 +95,13 @@ def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error:
     """Raises MechlabError for a timestep or an error that a run would not look at. free: engine and settings are chosen."""
     if engine == "analytic" and (timestep is not None or max_error is not None):
         what = "timestep" if timestep is not None else "max_error"
-        raise MechlabError(f"{design.name}: {what}: the engine analytic takes no steps and chooses no error; leave it out.")
+        raise MechlabError(
+            f"{design.name}: {what}: the engine analytic takes no steps and chooses no error; leave it out."
+        )
     if timestep is not None and max_error is not None and free:
-        raise MechlabError(f"{design.name}: timestep: max_error chooses the steps; give one of them, or an engine with both.")
+        raise MechlabError(
+            f"{design.name}: timestep: max_error chooses the steps; give one of them, or an engine with both."
+        )
 
 
 def _settings(

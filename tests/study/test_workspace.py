@@ -258,7 +258,10 @@ def test_grids():
 
 def test_the_bend_limit_acts_where_a_pose_is_asked_too(capsys):
     """acos(h / L) of the rods by hand, with h from the positions of the guides; sliders in their range."""
-    limit, nodes = np.radians(45.0), [np.linspace(*ends) for ends in ((-0.06, 0.06, 5), (-0.06, 0.06, 5), (-0.3, 0.3, 9))]
+    limit, nodes = (
+        np.radians(45.0),
+        [np.linspace(*ends) for ends in ((-0.06, 0.06, 5), (-0.06, 0.06, 5), (-0.3, 0.3, 9))],
+    )
     p = api.load("delta6").parameters
     inside = 0
     for x, y, z in np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, 3):

@@ -21,7 +21,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--minimize", metavar="Q", help="a quantity")
     add("--subject", metavar="Q>=v,Q<=v", help="constraints; quote them for the shell")
     add("--front", metavar="Q2", help="the front against a second goal: Q2, max:Q2 or min:Q2")
-    add("--evaluations", metavar="N", help="designs of the global search, at least 40 and 24 a variable; the refinement of the best adds to them")
+    add(
+        "--evaluations",
+        metavar="N",
+        help="designs of the global search, at least 40 and 24 a variable; the refinement of the best adds to them",
+    )
     add("--seed", metavar="N", default="0", help="another seed, another search; the same seed, the same answer")
     add("-o", dest="out", metavar="DIR", help="folder for optimum.json, and front.csv, front.png, front.svg")
 

@@ -69,7 +69,9 @@ def execute(names: list[str], values: dict[str, Value], options: argparse.Namesp
     with film_bar("mp4" in files) as progress:
         if "mp4" in files:
             more["progress"] = progress
-        return api.view(target, values, html=files.get("html"), png=files.get("png"), host=options.host or LOCAL, **more)
+        return api.view(
+            target, values, html=files.get("html"), png=files.get("png"), host=options.host or LOCAL, **more
+        )
 
 
 def _refuse(options: argparse.Namespace, chosen: str, kept: tuple[str, ...] = ()) -> None:

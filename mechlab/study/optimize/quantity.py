@@ -17,7 +17,6 @@ from mechlab.study.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTIC
 from mechlab.study.workspace.result import product
 from mechlab.values import Range
 
-
 FEW = 4
 """Positions or steps that tell what columns there are."""
 

@@ -161,14 +161,37 @@ class Sensitivity:
         if self.spreads:
             given = ", ".join(f"{p} +-{t:.4g}" for p, t in self.widths.items() if p not in idle)
             cells = [
-                (a, self.answers.units.get(a, ""), number(s.worst_case, 6), number(s.at_corners, 6), number(s.root_sum_square, 6), _largest(s))
+                (
+                    a,
+                    self.answers.units.get(a, ""),
+                    number(s.worst_case, 6),
+                    number(s.at_corners, 6),
+                    number(s.root_sum_square, 6),
+                    _largest(s),
+                )
                 for a, s in self.spreads.items()
                 if np.any(s.worst_case != 0) or np.any(np.asarray(s.at_corners) > SMALLEST)
             ]
             lines += ["", f"tolerances: {given}"]
-            lines.append(table(("answer", "unit", "worst case, linear +-", "at corners +-", "root sum square +-", "most of it from"), cells))
+            lines.append(
+                table(
+                    (
+                        "answer",
+                        "unit",
+                        "worst case, linear +-",
+                        "at corners +-",
+                        "root sum square +-",
+                        "most of it from",
+                    ),
+                    cells,
+                )
+            )
         if self.box is not None:
-            kind = "all ends and corners" if self.box.whole else f"all ends, and the steepest corners (more than {ALL} inputs matter)"
+            kind = (
+                "all ends and corners"
+                if self.box.whole
+                else f"all ends, and the steepest corners (more than {ALL} inputs matter)"
+            )
             lines.append(f"true solutions at {self.box.solved} points of the tolerances: {kind}")
         if self.skipped:
             lines.append(f"not varied: {_reasons(self.skipped)}")

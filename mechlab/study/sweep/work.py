@@ -42,7 +42,9 @@ def sweep(
     if resume and out is None:
         raise MechlabError("--resume needs the file that the interrupted sweep was for: -o FILE.nc.")
     if scheduler is not None and workers is not None:
-        raise MechlabError("--workers counts processes on this machine, and --scheduler computes on a cluster: leave out one.")
+        raise MechlabError(
+            "--workers counts processes on this machine, and --scheduler computes on a cluster: leave out one."
+        )
     if plot is not None:
         from mechlab.study.sweep.plot import refuse
 
