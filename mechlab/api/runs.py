@@ -77,6 +77,10 @@ def simulate_values(
         chosen, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
         settings=settings, at=tuple(at or ()), extra=numbers,
     )  # fmt: skip
+    if order_check and recording.settings.engine == "analytic":
+        raise MechlabError(
+            f"{chosen.name}: order_check: the engine analytic takes no steps, so that its error has no order."
+        )
     if order_check:
         from mechlab.study.order_check import with_order
 

@@ -160,7 +160,7 @@ def test_from_the_command_line(capsys, tmp_path):
     assert document["columns"]["crank_angle_rate"][3] == pytest.approx(2 * np.pi)
     assert main(["cycle", "delta6"]) == 1
     assert "exactly 1" in capsys.readouterr().err
-    assert main(["cycle", "fourbar", "crank_rate=1"]) == 1
+    assert main(["cycle", "fourbar", "cranc_rate=1"]) == 1
     assert "does not exist" in capsys.readouterr().err
 
 
