@@ -25,7 +25,7 @@ def mechanism_units(m: Mechanism) -> Units:
     out: Units = {}
     shafts = {s.name: {n for n, _ in s.coefficients} for s in m.shafts}
     for name in m.scalar_names:
-        bases = ("m",) if name in slides else ("rad",)
+        bases: tuple[str, ...] = ("m",) if name in slides else ("rad",)
         if shafts.get(name, set()) & slides:
             bases = ("rad", "m")
         out |= dict.fromkeys((name, f"{name}_0"), bases)

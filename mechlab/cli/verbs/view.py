@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +75,7 @@ def ranges(tokens: list[str]) -> dict[str, Range | tuple[float, ...]]:
         if isinstance(value, Range):
             found[key] = value
         elif isinstance(value, tuple) and not any(isinstance(x, str) for x in value):
-            found[key] = value
+            found[key] = tuple(float(x) if isinstance(x, Fraction) else x for x in value if not isinstance(x, str))
         else:
             raise UsageError(f"--vary {key}: expected a range such as {key}=80mm:120mm:9, or a list of values.")
     if len(found) < len(tokens):
