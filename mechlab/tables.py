@@ -33,6 +33,11 @@ def number(value: Any, digits: int = 3) -> str:
     return f"{float(value) + 0.0:.{digits}g}"  # a zero has no sign
 
 
+def up_to(values: Any) -> str:
+    """The words before the largest of several values; none before a single one."""
+    return "up to " if np.ndim(values) else ""
+
+
 def counted(count: int, one: str, many: str = "") -> str:
     """ "1 body", "2 bodies"; `many` is `one` with an s where it is not given."""
     return f"{count} {one if count == 1 else many or one + 's'}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.assembly import Status
@@ -42,7 +43,8 @@ class Answer:
     """What one witness says: values by name, or modes (a list, each with a "label"), or `cannot` with a sentence.
 
     open: quantities that what is given does not determine; idle: those that hang on local freedoms alone (the spin of a rod
-    between two ball joints); neither has a value. assumed: what was taken for a key that was not given.
+    between two ball joints); neither has a value. assumed: what was taken for a key that was not given. solved (points,): of
+    a question about many points, the ones that have an answer, where the status is not that of all.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -54,6 +56,7 @@ class Answer:
     open: tuple[Open, ...] = ()
     idle: tuple[str, ...] = ()
     assumed: Mapping[str, float] = field(default_factory=dict)
+    solved: NDArray[np.bool_] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form: the values flat, then status, notes and what else there is."""

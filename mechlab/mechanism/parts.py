@@ -15,7 +15,7 @@ from mechlab.mechanism.shape import Shape
 GROUND = "ground"
 """Name of the fixed body; every Mechanism has it without listing it."""
 
-MOST_BODIES = 500
+MOST_BODIES = 300
 """Of one mechanism: its dense matrices grow with the square of the coordinates, the work with the cube."""
 
 JOINT_KINDS = ("revolute", "prismatic", "spherical")

@@ -24,6 +24,7 @@ from mechlab.study import mass_check
 from mechlab.study.planar_build import Style, coordinates, mechanism_of
 from mechlab.study.planar_mass import compare_planar
 from mechlab.study.witness import engine_answer
+from mechlab.tables import up_to
 
 START_OFFSET = 1e-3
 """The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
@@ -118,8 +119,10 @@ class Planar:
         for name, dyad in motion.dyads.items():
             if not np.all(dyad.assembles):
                 gap = float(np.max(np.where(dyad.assembles, 0.0, dyad.gap)))
-                text = f"group {name} ({dyad.kind}) is {gap:.6g} m short of meeting"
-                return Answer(status=Status.NO_ASSEMBLY, notes=(text,), details={"gap": gap}, modes=listed)
+                text = f"group {name} ({dyad.kind}) is {up_to(dyad.gap)}{gap:.6g} m short of meeting"
+                return Answer(
+                    status=Status.NO_ASSEMBLY, notes=(text,), details={"gap": gap}, modes=listed, solved=dyad.assembles
+                )
         dead = [n for n, d in motion.dyads.items() if not np.all(d.regular)]
         if dead:
             text = f"group {', '.join(dead)} stands at a dead centre, where two modes meet: rates do not exist"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mechlab.analytic import delta6 as closed_form
 from mechlab.catalog.delta6.build import build
@@ -17,6 +17,7 @@ from mechlab.experiment.question import Answer, Question
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.study.witness import engine_answer
+from mechlab.tables import up_to
 
 POSE = ("x", "y", "z", "alpha", "beta", "gamma")
 TWIST = ("x_rate", "y_rate", "z_rate", "wx", "wy", "wz")
@@ -38,9 +39,10 @@ def _stack(given: Mapping[str, Any], names: tuple[str, ...]) -> Array:
     return np.stack(np.broadcast_arrays(*(np.asarray(given[n], dtype=float) for n in names)), axis=-1)
 
 
-def _unreachable(what: str, measure: Array, unit: str) -> Answer:
+def _unreachable(what: str, measure: Array, unit: str, solved: NDArray[np.bool_] | None = None) -> Answer:
     worst = float(np.min(measure))
-    return Answer(status=Status.OUT_OF_REACH, notes=(f"{what} {worst:.6g} {unit}",), details={"margin": worst})
+    text = f"{what} {worst:.6g} {unit}"
+    return Answer(status=Status.OUT_OF_REACH, notes=(text,), details={"margin": worst}, solved=solved)
 
 
 def slider_notes(p: Delta6Parameters, sliders: Array) -> tuple[str, ...]:
@@ -62,11 +64,12 @@ def _beyond_bend(p: Delta6Parameters, sliders: Array, height: ArrayLike) -> Answ
     if p.bend_limit is None:
         return None
     rise = np.asarray(sliders) - np.asarray(height)[..., None] - p.platform_height - p.slider_height
-    bend = float(np.max(np.arccos(np.clip(rise / p.rod_length, -1.0, 1.0))))
+    bends = np.max(np.arccos(np.clip(rise / p.rod_length, -1.0, 1.0)), axis=-1)
+    bend = float(np.max(bends))
     if bend <= p.bend_limit:
         return None
-    text = f"a cardan bends {np.degrees(bend):.6g} deg, more than bend_limit, {np.degrees(p.bend_limit):.6g} deg"
-    return Answer(status=Status.OUT_OF_REACH, notes=(text,), details={"bend": bend})
+    text = f"a cardan bends {up_to(bends)}{np.degrees(bend):.6g} deg, more than bend_limit, {np.degrees(p.bend_limit):.6g} deg"
+    return Answer(status=Status.OUT_OF_REACH, notes=(text,), details={"bend": bend}, solved=bends <= p.bend_limit)
 
 
 def _singular_status(singular: ArrayLike, h2: Array, length: float) -> tuple[Status, tuple[str, ...]]:
@@ -87,7 +90,7 @@ def _inverse_analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
     tool = _stack(given, POSE[:3])
     found = closed_form.inverse(p.geometry, tool, given["alpha"], given["beta"], given["gamma"])
     if not np.all(found.reachable):
-        return _unreachable("smallest L^2 - |G|^2 is", found.translation.h2, "m2")
+        return _unreachable("smallest L^2 - |G|^2 is", found.translation.h2, "m2", found.reachable)
     if (beyond := _beyond_bend(p, found.drives[..., :3], found.head_centre[..., 2])) is not None:
         return beyond
     status, notes = _singular_status(found.singular, found.translation.h2, p.rod_length)

@@ -13,6 +13,7 @@ from mechlab.catalog.fourbar.parameters import Parameters
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.mechanism import Status
 from mechlab.study.witness import engine_answer
+from mechlab.tables import up_to
 
 ANGLES = ("coupler_angle", "rocker_angle")
 
@@ -27,9 +28,8 @@ def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
     found = closed_form.solve(*p.lengths, given["crank_angle"], given["crank_rate"], given["crank_accel"], mode=p.mode)
     if not np.all(found.assembles):
         gap = float(np.max(np.where(found.assembles, 0.0, found.gap)))
-        return Answer(
-            status=Status.NO_ASSEMBLY, notes=(f"the bars are {gap:.6g} m short of meeting",), details={"gap": gap}
-        )
+        text = f"the bars are {up_to(found.gap)}{gap:.6g} m short of meeting"
+        return Answer(status=Status.NO_ASSEMBLY, notes=(text,), details={"gap": gap}, solved=found.assembles)
     values: dict[str, Any] = {}
     for bar in ("coupler", "rocker"):
         values[f"{bar}_angle"] = getattr(found, f"{bar}_angle")

@@ -16,7 +16,8 @@ from mechlab.study.sweep.block import NO_SOLUTION, Block
 from mechlab.study.sweep.request import Request
 
 PARTS = 4
-"""Where one of many points has no answer they are asked again in so many parts, down to single points."""
+"""Where one of many points has no answer, and the closed form does not say which, they are asked again in so many parts, down
+to single points."""
 DIFFERENCE = "max_difference"
 """As a quantity: the largest difference between any two witnesses."""
 
@@ -35,28 +36,33 @@ def closed_form(request: Request, design: Design, where: np.ndarray, rest: Mappi
     arrays = {k: v for k, v in rest.items() if np.ndim(v)}
     fixed |= {k: v for k, v in rest.items() if not np.ndim(v)}
 
-    def part(i: int, j: int) -> None:
-        single = j - i == 1
-        nodes = {k: float(v[i]) if single else v[i:j] for k, v in arrays.items()}
+    def part(points: np.ndarray) -> None:
+        single = len(points) == 1
+        nodes = {k: float(v[points[0]]) if single else v[points] for k, v in arrays.items()}
         try:
             said = witness(design.parameters, fixed | nodes)
             whole = all(q.name in said.values for q in request.quantities)
             if said.status.exit_code == 0 and not said.cannot and (whole or single):
-                _take(request, said, where[i:j], out)
+                _take(request, said, where[points], out)
                 return
         except (MechlabError, ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError) as cause:
             if single or isinstance(cause, EngineMissing):
-                out.failed(where[i:j], cause)
+                out.failed(where[points], cause)
                 return
         else:
             if single:
-                _refused(said, where[i:j], out)
+                _refused(said, where[points], out)
                 return
-        size = -(-(j - i) // PARTS)
-        for k in range(i, j, size):
-            part(k, min(k + size, j))
+            if said.status.exit_code and said.solved is not None and not np.all(said.solved):
+                solved = np.broadcast_to(said.solved, points.shape)
+                _refused(said, where[points[~solved]], out)
+                if np.any(solved):
+                    part(points[solved])
+                return
+        for some in np.array_split(points, min(PARTS, len(points))):
+            part(some)
 
-    part(0, len(where))
+    part(np.arange(len(where)))
 
 
 def one_by_one(request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block) -> None:
