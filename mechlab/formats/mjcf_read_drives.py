@@ -164,7 +164,7 @@ def _control(source: Source, tree: Tree, e: ET.Element, clamped: bool) -> float:
         bounds = (0.5 * (low + high) - 0.5 * share * (high - low), 0.5 * (low + high) + 0.5 * share * (high - low))
     if bounds is None or not clamped or limited == "false" or (limited == "auto" and not source.autolimits):
         return 0.0
-    return float(np.clip(0.0, *bounds))
+    return min(max(0.0, bounds[0]), bounds[1])
 
 
 def _reference(tree: Tree, tendons: Tendons, e: ET.Element) -> tuple[float, float]:
