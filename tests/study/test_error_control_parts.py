@@ -162,7 +162,7 @@ def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
         Spring("k", "ground", "bob", (1.0, 0.3, 0.2), (0.0, 0.1, 0.0), stiffness=800.0, damping=30.0, rest_length=0.4)
     )
     m, scene = b.build(), Scene("s", "full", 1.0, (law("constant", on="a", value=2.0),))
-    model, data, map_ = trace._passive(m, Settings(integrator="LSODA", tolerance=1e-6))
+    model, data, map_ = trace._undriven(m, Settings(integrator="LSODA", tolerance=1e-6), ())
     trace._start(m, scene, data, map_)
     trace._driven(m, scene, model, data, map_, sampling=True)
 
