@@ -17,6 +17,7 @@ from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Builder, Mechanism, revolute
 from mechlab.mechanism.geometry import Array
 from mechlab.study import mass_check
@@ -82,7 +83,11 @@ CHANNELS = parts.tracked("B0")
 
 def _fall(p: Parameters, fidelity: str) -> Scene:
     rates = {f"rocker_{k}": -p.start_speed / p.rocker_length for k in range(p.N + 1)}
-    return Scene("fall", fidelity, p.duration, initial_rates=rates, channels=tuple(CHANNELS), tolerance=1e-3)
+    # the passes through the singular position, where all bars lie in one line, want a finer step than the swing between
+    return Scene(
+        "fall", fidelity, p.duration, initial_rates=rates, channels=tuple(CHANNELS), tolerance=1e-3,
+        settings=Settings(timestep=5e-4),
+    )  # fmt: skip
 
 
 def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: float = 1e-13) -> Recording:

@@ -85,18 +85,16 @@ def order_finding(order: Order, timestep: float, why: Iterable[str] = ()) -> Fin
     return Finding("order", order.measured, order.expected - SLACK, "", "warning", text)
 
 
-def error_from_coarser(twice: float, fourfold: float | None, order: int, kinks: bool = False) -> float:
+def error_from_coarser(twice: float, fourfold: float | None, order: int) -> float:
     """Error of x(h) from its changes against x(2h) and x(4h) (None: that run did not come through), of a method whose order is
     `order` at best: the order is the observed one, p = log2(fourfold / twice - 1), between 1 and `order`.
 
-    With kinks (impacts, dry friction, limits) two runs may agree by accident: then the larger change counts, whatever order
-    that is. Without, an observed order beyond the possible says that 4h is too coarse to tell, and orders above 2 are not relied on.
+    Where more than `order` is observed, h and 2h agree by accident (a kink, or terms of the error that cancel): the larger change
+    counts. Without 4h, orders above 2 are not relied on.
     """
     if fourfold is None:
         return SAFETY * twice / (2.0 ** min(order, 2) - 1.0)
     seen = math.log2(fourfold / twice - 1.0) if 0.0 < twice < 0.5 * fourfold else 0.0 if twice > 0.0 else math.inf
-    if seen > order + 1.0 and not kinks:
-        return SAFETY * twice / (2.0 ** min(order, 2) - 1.0)
     p = min(max(seen, 1.0), order)
     return SAFETY * max(twice / (2.0**p - 1.0), fourfold / (4.0**p - 1.0))
 

@@ -157,7 +157,7 @@ class _Estimate:
         """Errors of the channels, and the largest of the coordinates, from coarser runs."""
 
         def error(a: float, b: float | None) -> float:
-            return error_from_coarser(a, b, self.order, self.kinks)
+            return error_from_coarser(a, b, self.order)
 
         more = None if fourfold is None else fourfold.channels
         errors = {n: error(x, None if more is None else more[n]) for n, x in twice.channels.items()}

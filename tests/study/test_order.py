@@ -49,9 +49,8 @@ def test_observed_order_is_that_of_the_error(order: int) -> None:
     twice, fourfold = ((k**order - 1.0) * error for k in (2.0, 4.0))
     assert error_from_coarser(twice, fourfold, 4) == pytest.approx(SAFETY * error)
     assert error_from_finer(error * (1.0 - 0.5**order), 0.5) == pytest.approx(SAFETY * error * (1.0 - 0.5**order) / 0.5)
-    # A luckily small change counts only where nothing can be lucky; with kinks the larger one counts.
-    assert error_from_coarser(1e-9, fourfold, order) < 1e-8
-    assert error_from_coarser(1e-9, fourfold, order, kinks=True) > error
+    # Where h and 2 h agree by accident, the change against 4 h counts.
+    assert error_from_coarser(1e-9, fourfold, order) >= SAFETY * error * (1.0 - 1e-9)
 
 
 def test_what_cannot_be_told_is_said() -> None:

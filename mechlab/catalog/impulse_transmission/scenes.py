@@ -21,6 +21,8 @@ from mechlab.experiment.settings import Settings, preset
 from mechlab.integrate import integrate_hybrid
 from mechlab.mechanism.geometry import Array
 
+SMOOTH_STEP = 2.5e-4
+"""Timestep [s] without dry friction: 1e-3 leaves 4e-5 rad in figure 7."""
 HYBRID = Settings(engine="hybrid", integrator="DOP853", tolerance=1e-11, preset="hybrid")
 
 
@@ -37,7 +39,7 @@ def settings(p: Parameters) -> Settings:
     """By nature: hybrid for dry friction; else RK4, whose step resolves the motor (it is unstable above 2.8 tau)."""
     if p.M1 > 0:
         return HYBRID
-    return preset("accurate") if p.static_motor else preset("accurate", timestep=min(1e-3, p.tau))
+    return preset("accurate", timestep=SMOOTH_STEP if p.static_motor else min(SMOOTH_STEP, p.tau))
 
 
 def _scene(p: Parameters, fidelity: str, duration: float, text: str) -> Scene:
