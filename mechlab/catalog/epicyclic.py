@@ -40,7 +40,8 @@ def on_circle(radius: float, angle: float, height: float = 0.0) -> tuple[float, 
 def constant_torques(fidelity: str, torques: Mapping[str, float]) -> Scene:
     """Half a second from rest under constant torques [N m] on joints or shafts."""
     laws = tuple(Constant(name, torque) for name, torque in torques.items())
-    return Scene("constant-torques", fidelity, 0.5, laws, needs=("poses", "drive_forces"), tolerance=1e-6)
+    tolerance = 1e-6 if fidelity == "minimal" else 1e-4  # with a row for each mesh, MuJoCo's soft rows slip
+    return Scene("constant-torques", fidelity, 0.5, laws, needs=("poses", "drive_forces"), tolerance=tolerance)
 
 
 def steady_recording(m: Mechanism, accelerations: Mapping[str, float], scene: Scene) -> Recording:
