@@ -25,6 +25,8 @@ CONVERGENT = 0.4
 """An observed order below this is no convergence."""
 SAFETY = 2.0
 """A stated error is Richardson's estimate times this, so that it bounds the true one."""
+SAFETY_SEEN = 1.5
+"""The same where a finer and a coarser run show the order."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,13 @@ def error_from_coarser(twice: float, fourfold: float | None, order: int) -> floa
 def error_from_finer(change: float, share: float) -> float:
     """Error of x(h) from its change against x(share h), share < 1, whatever its order, if it is at least 1."""
     return SAFETY * change / (1.0 - share)
+
+
+def error_between(half: float, twice: float, order: int) -> float:
+    """Error of x(h) from its changes against x(h/2) and x(2h): the order is p = log2(twice / half), between 1 and the smaller of
+    `order` and 2; less is left to safety than without seeing the order."""
+    p = min(max(math.log2(twice / half), 1.0), order, 2.0) if half > 0.0 and twice > 0.0 else 1.0
+    return SAFETY_SEEN * half / (1.0 - 0.5**p)
 
 
 def step_error_finding(value: float, tolerance: float, text: str) -> Finding:

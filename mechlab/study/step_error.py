@@ -23,7 +23,13 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.channel_errors import differences, largest_difference, shared_times
 from mechlab.experiment.health import Finding, Health
 from mechlab.experiment.held_rates import captured
-from mechlab.experiment.order import error_from_coarser, error_from_finer, expected_order, step_error_finding
+from mechlab.experiment.order import (
+    error_between,
+    error_from_coarser,
+    error_from_finer,
+    expected_order,
+    step_error_finding,
+)
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
@@ -95,7 +101,7 @@ class _Estimate:
         half = self.at(0.5)
         if half is not None:
             third = self.at(2.0 / 3.0) if self.lucky(twice, half) else None
-            errors, value = self.refined(half, third)
+            errors, value = self.refined(half, third, None if self.kinks else twice)
             return errors, step_error_finding(value, tolerance, _text((0.5 * h, half), (2.0 * h / 3.0, third)))
         if twice is not None:
             errors, value = self.combined(twice, None)
@@ -164,10 +170,14 @@ class _Estimate:
         far = [None] * len(twice.coordinates) if fourfold is None else fourfold.coordinates.tolist()
         return errors, max((error(a, b) for a, b in zip(twice.coordinates.tolist(), far, strict=True)), default=0.0)
 
-    def refined(self, half: _Changes, third: _Changes | None) -> tuple[dict[str, float], float]:
-        """Errors of the channels, and the largest of the coordinates, from finer runs."""
-        errors = {n: error_from_finer(x, 0.5) for n, x in half.channels.items()}
-        value = error_from_finer(half.largest, 0.5)
+    def refined(self, half: _Changes, third: _Changes | None, twice: _Changes | None) -> tuple[dict[str, float], float]:
+        """Errors of the channels, and the largest of the coordinates, from finer runs; `twice` where its order counts."""
+        if twice is None:
+            errors = {n: error_from_finer(x, 0.5) for n, x in half.channels.items()}
+            value = error_from_finer(half.largest, 0.5)
+        else:
+            errors = {n: error_between(x, twice.channels[n], self.order) for n, x in half.channels.items()}
+            value = error_between(half.largest, twice.largest, self.order)
         if third is not None:
             errors = {n: max(x, error_from_finer(third.channels[n], 2.0 / 3.0)) for n, x in errors.items()}
             value = max(value, error_from_finer(third.largest, 2.0 / 3.0))

@@ -13,6 +13,8 @@ from mechlab.experiment.health import Finding
 from mechlab.experiment.laws import Constant, Harmonic, Plant, register
 from mechlab.experiment.order import (
     SAFETY,
+    SAFETY_SEEN,
+    error_between,
     error_from_coarser,
     error_from_finer,
     expected_order,
@@ -182,8 +184,8 @@ def test_the_step_error_is_the_error() -> None:
     rough = with_step_error(run(b.build(), scene, Settings(integrator="implicitfast")), scene).health.finding(
         "step_error"
     )
-    # beyond the tolerance half the step decides, whose order need not be known: for the first it gives SAFETY x the error
-    assert rough.severity == "error" and rough.value == pytest.approx(SAFETY * 0.5 * 6.0 * 2.0 * 1e-3, rel=1e-6)
+    # beyond the tolerance half the step decides, and twice the step shows that the order is the first
+    assert rough.severity == "error" and rough.value == pytest.approx(SAFETY_SEEN * 0.5 * 6.0 * 2.0 * 1e-3, rel=1e-6)
     exact = with_step_error(run(b.build(), scene, Settings()), scene).health.finding("step_error")
     assert exact.severity == "ok" and exact.value < 1e-12
 
@@ -214,3 +216,11 @@ def test_every_run_carries_the_estimate_and_an_order_on_demand() -> None:
     done = ml.simulate("pendulum", duration=0.5, timestep=0.02, order_check=True)
     assert done.health.finding("order").value == pytest.approx(4.0, abs=0.3)
     assert done.health.finding("step_error").severity in ("ok", "warning")
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_finer_and_a_coarser_run_show_the_order(order: int) -> None:
+    """x(h) = x + C h^p: changes C h^p (1 - 2^-p) and C h^p (2^p - 1)."""
+    error = 3e-5
+    half, twice = error * (1.0 - 0.5**order), error * (2.0**order - 1.0)
+    assert error_between(half, twice, 4) == pytest.approx(SAFETY_SEEN * error)
