@@ -168,7 +168,7 @@ def test_run_makes_everything(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         ("solve delta6 x=abc", "x"),
         ("show delta6 rodlength=1", "rod_length"),
         ("show delta7", "delta6"),
-        ("show delta6 rod_length=37deg", "rad"),
+        ("show delta6 rod_length=37deg", "expected a number [m], got 37deg"),
         ("simulate delta6 --scene nope", "pose-sweep"),
         ("simulate delta6 --engine bullet", "mujoco"),
         ("generate delta6 --fidelity kinematic -o X", "minimal"),
