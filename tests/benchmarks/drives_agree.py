@@ -16,6 +16,7 @@ from __future__ import annotations
 import itertools
 import sys
 import tempfile
+import warnings
 from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
@@ -30,6 +31,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism import Builder, Joint, Mechanism, TreeKinematics
 from mechlab.mechanism.parts import GROUND, Body, LinearRelation, Winding
+from mechlab.study.design import Design
 from mechlab.study.run import run_scene
 from tests.solve.random_mechanisms import add_loop, direction, inertia, path_joints, placement
 
@@ -166,13 +168,20 @@ def by_file(folder: Path, case: Case, settings: Settings) -> np.ndarray:
     return np.array([data.qpos[model.joint(j.name).qposadr[0]] for j in m.joints if j.nv == 1])
 
 
+def save(design: Design, folder: str | Path, fidelity: str | None = None) -> None:
+    """The files of a design; a warning that they say another timestep is none here: they run at that of the lab."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "[^:]*: the file says", UserWarning)
+        design.save(folder, fidelity)
+
+
 def difference(case: Case, timestep: float | None = None) -> tuple[float, Recording]:
     """Largest difference of a joint, relative to the largest motion of one (at least .01 rad or m); and the run."""
     run = by_lab(case, timestep)
     if run.t[-1] < DURATION * (1 - 1e-9):
         return float("nan"), run
     with tempfile.TemporaryDirectory() as folder:
-        ml.load(case.mechanism).save(folder)
+        save(ml.load(case.mechanism), folder)
         at = by_file(Path(folder), case, run.settings)
     joints = [j for j in case.mechanism.joints if j.nv == 1]
     ours = np.array([run.channel(j.name)[-1] - j.zero for j in joints])

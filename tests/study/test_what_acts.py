@@ -30,7 +30,7 @@ from mechlab.study.methods import Problem, method
 from mechlab.study.nature import drive_step
 from mechlab.study.run import run_scene
 from mechlab.study.stability.study import study
-from tests.benchmarks.drives_agree import EXACT, INTEGRATORS, Case, compare, difference
+from tests.benchmarks.drives_agree import EXACT, INTEGRATORS, Case, compare, difference, save
 from tests.study import driven
 
 INERTIA, STIFFNESS = 0.08, 500.0
@@ -86,7 +86,7 @@ def test_the_default_scene_of_the_catalog_moves_as_the_written_file(name, tmp_pa
     duration = 50 * step
     run = run_scene(d, engine="mujoco", timestep=step, duration=duration, estimate=False)
     m, s = run.mechanism, run.settings
-    d.save(tmp_path, run.fidelity)
+    save(d, tmp_path, run.fidelity)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / f"{m.name}.xml"))
     model.opt.integrator, model.opt.timestep = INTEGRATORS[s.integrator], s.timestep
     model.opt.disableactuator, model.actuator_damping[:] = 1, 0.0
