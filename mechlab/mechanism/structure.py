@@ -287,6 +287,18 @@ def singularity(
     return tuple(kinds)
 
 
+def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]:
+    """Of poses q (n, nq) the one nearest to a singular position of the constraints, and how near: the smallest singular value
+    of the constraint Jacobian there (rows in their usual size, rank as usual) over the median of all poses; 1 without rows."""
+    best, constraints, tree = structure(mechanism), ConstraintSet(mechanism), TreeKinematics(mechanism)
+    if not best.rank:
+        return 0, 1.0
+    usual = np.linalg.norm(generic(mechanism)[1], axis=1)
+    smallest = np.array([_scaled_values(constraints.jacobian(tree.set(q)), usual)[best.rank - 1] for q in poses])
+    k = int(np.argmin(smallest))
+    return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
+
+
 def _scaled_values(matrix: Array, sizes: Array) -> Array:
     """Singular values of the matrix, its rows divided by their usual sizes."""
     if matrix.size == 0:

@@ -34,6 +34,7 @@ from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.settings import Settings
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.structure import nearest_to_singular
 from mechlab.study.by_engine import run_by_engine
 from mechlab.study.nature import other_softness
 from mechlab.study.order_check import fixed_steps, suspects
@@ -46,6 +47,8 @@ ACCIDENT = 8.0
 """2 h off by so many times more than h / 2: with kinks in the motion that may be luck, and a third run is asked."""
 JUMP = 4.0
 """A step between samples so many times its neighbours is a jump."""
+PASS, LOOKED_AT = 0.05, 250
+"""A run that comes nearer to a singular position than this share of its usual distance passes it; so many samples are looked at."""
 LOOSER = 10.0
 """An error falls almost as the tolerance, so that the change is close to ten times the error."""
 
@@ -58,7 +61,8 @@ def with_step_error(recording: Recording, scene: Scene, again: Again | None = No
     estimate = _Estimate(recording, scene, again or partial(run_by_engine, recording.mechanism))
     if fixed_steps(recording.settings):
         errors, finding = estimate.by_steps()
-        errors = estimate.with_softness(errors)
+        errors, passed = estimate.past_singular(estimate.with_softness(errors))
+        recording = recording if passed is None else replace(recording, health=recording.health + Health((passed,)))
         if estimate.kinks:
             errors = {n: max(x, jump(recording.channels[n])) for n, x in errors.items()}
     else:
@@ -120,6 +124,23 @@ class _Estimate:
         states = basic_channels(m, self.recording.q[:1], self.recording.v[:1])[0]
         more = {n: math.inf if found is None else found.channels[n] for n in errors if n not in states}
         return {n: e + more.get(n, 0.0) for n, e in errors.items()}
+
+    def past_singular(self, errors: dict[str, float]) -> tuple[dict[str, float], Finding | None]:
+        """The errors with none told of accelerations and forces where the run passes a singular position of the constraints,
+        and the finding that says so: there they hang on how rows are softened or regularised, and smaller steps change them
+        more than larger ones do."""
+        r, m = self.recording, self.recording.mechanism
+        some = np.unique(np.linspace(0, len(r.t) - 1, min(len(r.t), LOOKED_AT)).round().astype(int))
+        k, near = nearest_to_singular(m, r.q[some])
+        if near > PASS or not errors:
+            return errors, None
+        states = basic_channels(m, r.q[:1], r.v[:1])[0]
+        text = (
+            f"near t = {r.t[some[k]]:.3g} s the run passes a singular position of the constraints: no error is told of "
+            "accelerations and forces"
+        )
+        told = {n: e if n in states else math.inf for n, e in errors.items()}
+        return told, Finding("singular_pass", near, PASS, "of the usual distance", "warning", text)
 
     def by_tolerance(self) -> tuple[dict[str, float], Finding]:
         """Errors and finding of a run that controls its steps."""
