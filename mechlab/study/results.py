@@ -217,7 +217,7 @@ class RunResult(Told):
         parts = [
             self.checks.text(),
             "",
-            f"run of scene {self.simulation.recording.scene}:",
+            f"run of scene {self.simulation.recording.scene}; what acts: {self.simulation.recording.acts}",
             *health,
             "",
             table(["what", "where"], rows),

@@ -134,3 +134,15 @@ def test_a_sample_of_the_campaign(first: int) -> None:
     ratios = [x.positions for x in found if not math.isnan(x.positions)]
     assert ratios and min(ratios) > 1.0 / 3.0, [x.line for x in found]
     assert sum(r > TOO_LARGE for r in ratios) <= 2, counted(ratios, "positions")
+
+
+def test_a_pass_of_a_singular_position_tells_no_error_of_accelerations() -> None:
+    """All bars of n_fourbar lie in one line where a rocker stands at a multiple of pi: there the constraints lose rank."""
+    run = ml.simulate("n_fourbar", duration=3.5)
+    found = run.health.finding("singular_pass")
+    when = float(found.sentence.split("t = ")[1].split(" s")[0])
+    assert abs(np.sin(run.at("rocker_0", when))) < 0.05
+    assert np.isinf(run.errors["rocker_0_accel"]) and np.isfinite(run.errors["rocker_0"])
+    plain = ml.simulate("fourbar", duration=1.0)
+    assert not any(f.name == "singular_pass" for f in plain.health.findings)
+    assert all(np.isfinite(e) for e in plain.errors.values())
