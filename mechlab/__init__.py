@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     )
     from mechlab.errors import MechlabError
     from mechlab.experiment.parameters import parameter
-    from mechlab.experiment.settings import Settings
+    from mechlab.experiment.scene import Settings
     from mechlab.formats import save_recording
     from mechlab.mechanism import (
         Builder,
@@ -65,7 +65,7 @@ _HOMES = {
     ),
     "mechlab.errors": ("MechlabError",),
     "mechlab.experiment.parameters": ("parameter",),
-    "mechlab.experiment.settings": ("Settings",),
+    "mechlab.experiment.scene": ("Settings",),
     "mechlab.formats": ("save_recording",),
     "mechlab.mechanism": (
         "Builder", "Inertia", "Mechanism", "Placement", "prismatic", "revolute", "shape", "spherical", "universal",
@@ -89,7 +89,7 @@ def __getattr__(name: str) -> Any:
 
 
 class _Package(ModuleType):
-    """Verbs and rooms share names (solve, simulate, view): `mechlab.solve` is the verb, rooms are imported from."""
+    """Verbs and rooms share names (solve, simulate, view): `mechlab.engines.pinocchio` is the verb, rooms are imported from."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not (name in _HOME and isinstance(value, ModuleType)):

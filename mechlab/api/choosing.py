@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from mechlab.api.finding import Source, load
 from mechlab.errors import MechlabError, UsageError
-from mechlab.study.ask import parameters_and_rest
+from mechlab.lab.ask import parameters_and_rest
 
 if TYPE_CHECKING:
-    from mechlab.study.optimize import Optimum
-    from mechlab.study.sensitivity import Sensitivity
+    from mechlab.studies.optimize import Optimum
+    from mechlab.studies.sensitivity import Sensitivity
 
 
 def optimize(
@@ -32,14 +32,14 @@ def optimize(
 
     values (and keyword arguments): parameters as ranges, `mechlab.values.Range` or (low, high): the variables; fixed
     parameters; what the quantities need beside them (keys of a question, limits and axes of a workspace, X_rate). maximize,
-    minimize: a quantity, see `mechlab.study.optimize.quantity.measured`. subject: "Q>=value,Q<=value". front: a second goal,
+    minimize: a quantity, see `mechlab.studies.optimize.quantity.measured`. subject: "Q>=value,Q<=value". front: a second goal,
     Q, max:Q or min:Q. What is not said comes from the mechanism's task, where it has one (delta6, gear_linkage, fourbar).
     evaluations: designs of the global search, at least 40 and 24 a variable; the refinement of the best adds to them. out: a
     folder for optimum.json and the front. The same seed gives the same answer. That no design meets the constraints is an
     answer with exit code 4.
     """
-    from mechlab.study.optimize import Goal
-    from mechlab.study.optimize import optimize as work
+    from mechlab.studies.optimize import Goal
+    from mechlab.studies.optimize import optimize as work
 
     if maximize is not None and minimize is not None:
         raise UsageError("give one goal, maximize or minimize; a second one is the front.")
@@ -62,8 +62,8 @@ def sensitivity(
     values (and keyword arguments): as `solve`. tolerance: half widths by name, in SI (a given quantity with one is an input
     too), or one number: the share of every parameter. only: inputs by name, default all.
     """
-    from mechlab.study.sensitivity import Tolerances
-    from mechlab.study.sensitivity import sensitivity as work
+    from mechlab.studies.sensitivity import Tolerances
+    from mechlab.studies.sensitivity import sensitivity as work
 
     if source == "toolpath":
         raise MechlabError("toolpath: a curve of a file has no parameters to vary; sensitivity is for mechanisms.")

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from mechlab.api.finding import Source, load
 from mechlab.errors import MechlabError
-from mechlab.study.ask import parameters_and_rest
+from mechlab.lab.ask import parameters_and_rest
 
 if TYPE_CHECKING:
-    from mechlab.study.workspace import Plan, Surface, WorkspaceResult
+    from mechlab.studies.workspace import Plan, Surface, WorkspaceResult
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 
@@ -36,8 +36,8 @@ def workspace(
     stl, glb: the surface; html: a page with the mechanism and the surface; maps: the maps as arrays (.npz).
     Raises EngineMissing where a surface is wanted and scikit-image is not installed, NoSolution where it would be empty.
     """
-    from mechlab.study.workspace import compared, with_surfaces
-    from mechlab.study.workspace import workspace as work
+    from mechlab.studies.workspace import compared, with_surfaces
+    from mechlab.studies.workspace import workspace as work
 
     given = dict(values or {}) | more
     base = load(source)
@@ -60,10 +60,10 @@ def workspace(
 def _page(result: WorkspaceResult, border: Surface, second: Plan | None, path: Path) -> Path:
     """The mechanism in its reference pose inside its workspace."""
     from mechlab.mechanism import GROUND
-    from mechlab.study.workspace import surface, survey
-    from mechlab.view import write_page
-    from mechlab.view.from_recording import mechanism_story
-    from mechlab.view.story import Part
+    from mechlab.studies.workspace import surface, survey
+    from mechlab.viewer import write_page
+    from mechlab.viewer.from_recording import mechanism_story
+    from mechlab.viewer.story import Part
 
     design = result.plan.design
     if set(result.survey.grid.names) != set("xyz"):

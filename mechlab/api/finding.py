@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from mechlab import catalog
 from mechlab.errors import USER_MODULE, MechlabError, described, unknown
 from mechlab.experiment.entry import Entry
+from mechlab.lab.design import Design, design, entry_of, entry_of_function
 from mechlab.mechanism import Mechanism
-from mechlab.study.design import Design, design, entry_of, entry_of_function
 
 if TYPE_CHECKING:
     pass

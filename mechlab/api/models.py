@@ -13,17 +13,16 @@ from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view, write_run_page
 from mechlab.experiment.entry import Entry
 from mechlab.files import whole_folder, write
+from mechlab.lab.design import Design
+from mechlab.lab.results import FilesResult, RunResult, TableResult
 from mechlab.mechanism import Mechanism
-from mechlab.study.check import CheckReport, run_checks
-from mechlab.study.claims import ClaimReport, judge
-from mechlab.study.design import Design
-from mechlab.study.figure import write_figure
-from mechlab.study.results import FilesResult, RunResult, TableResult
-from mechlab.study.sheet import Description, describe_design
+from mechlab.studies.check.check import CheckReport, run_checks, write_figure
+from mechlab.studies.check.claims import ClaimReport, judge
+from mechlab.studies.sheet import Description, describe_design
 
 if TYPE_CHECKING:
-    from mechlab.study.doctor import Diagnosis
-    from mechlab.study.synthesis import SynthesisResult
+    from mechlab.studies.doctor import Diagnosis
+    from mechlab.studies.synthesis import SynthesisResult
 
 
 def list_entries() -> TableResult:
@@ -48,8 +47,8 @@ def list_entries() -> TableResult:
 def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None) -> Description:
     """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question."""
     if source == "toolpath" and not values and fidelity is None:
-        from mechlab.study.sheet import describe_question
-        from mechlab.study.toolpath.question import QUESTION
+        from mechlab.studies.sheet import describe_question
+        from mechlab.studies.toolpath import QUESTION
 
         return describe_question("toolpath", QUESTION)
     return describe_design(load(source, **dict(values or {})), fidelity)
@@ -62,7 +61,7 @@ def generate(
     another integrator where it needs one. Exit code 3 where none was found: the warning says what to do."""
     d = load(source, **dict(values or {}))
     m = d.mechanism(fidelity)
-    from mechlab.study.files import write_verified
+    from mechlab.lab.generate import write_verified
 
     made = write_verified(m, out, d.file_settings)
     warnings = (*d.warnings, *made.trial.warnings)
@@ -74,8 +73,8 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
 
     pictures: also picture.png, the plots of the default scene (motion.svg), and gallery.png, which shows every picture in `out`.
     """
-    from mechlab.study.files import write_verified
-    from mechlab.study.sheet import model_sheet
+    from mechlab.lab.generate import write_verified
+    from mechlab.studies.sheet import model_sheet
 
     files: dict[str, Path] = {}
     warnings: list[str] = []
@@ -90,7 +89,7 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
             sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
             write(stage / "README.md", sheet)
             if pictures:
-                from mechlab.view.motion_picture import write_motion_svg
+                from mechlab.viewer.film import write_motion_svg
 
                 view(name, png=stage / "picture.png")
                 write_motion_svg(story(simulate(name)), stage / "motion.svg")
@@ -103,7 +102,7 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
 
 def _remove_unnamed_meshes(folder: Path) -> None:
     """Meshes that an earlier run wrote there and the model does not name any more."""
-    from mechlab.shapes.files import HEADER
+    from mechlab.shapes.build import HEADER
 
     text = (folder / f"{folder.name}.xml").read_text("utf-8")
     for mesh in (folder / "meshes").glob("*.obj"):
@@ -113,7 +112,7 @@ def _remove_unnamed_meshes(folder: Path) -> None:
 
 def _gallery_picture(folder: Path) -> Path:
     """gallery.png: the pictures of all mechanisms that have a folder there, in the order of the catalog."""
-    from mechlab.view.gallery import contact_sheet
+    from mechlab.viewer.gallery import contact_sheet
 
     kept = [(catalog.entry(n).title, folder / n / "picture.png") for n in catalog.NAMES]
     made = contact_sheet([(title, p.read_bytes()) for title, p in kept if p.is_file()])
@@ -149,11 +148,11 @@ def doctor(source: Source) -> Diagnosis:
 
     An .xml or .urdf is taken as MuJoCo takes it, whatever it holds. Raises MechlabError for a file that cannot be read.
     """
-    from mechlab.study.witness import room
+    from mechlab.kit.witness import room
 
     room("mujoco")
-    from mechlab.study.doctor.case import ROOTS, case_of, read_case
-    from mechlab.study.doctor.diagnose import diagnose
+    from mechlab.studies.doctor.case import ROOTS, case_of, read_case
+    from mechlab.studies.doctor.diagnose import diagnose
 
     if isinstance(source, str | Path) and Path(source).suffix.lower() in ROOTS:
         return diagnose(read_case(Path(source)))
@@ -162,8 +161,8 @@ def doctor(source: Source) -> Diagnosis:
 
 
 def synthesize(task: str, values: Mapping[str, Any] | None = None, **more: Any) -> SynthesisResult:
-    """Dimensions from wanted properties; tasks: planetary, gear_linkage, closed_differential. See `mechlab.study.synthesis`."""
-    from mechlab.study.synthesis import synthesize as work
+    """Dimensions from wanted properties; tasks: planetary, gear_linkage, closed_differential. See `mechlab.studies.synthesis`."""
+    from mechlab.studies.synthesis import synthesize as work
 
     return work(task, dict(values or {}) | more)
 
@@ -175,6 +174,6 @@ def run(
     progress: Callable[[str], None] = lambda line: None,
 ) -> RunResult:
     """The whole pipeline: files, checks, a run of the default scene, the page."""
-    from mechlab.study.pipeline import pipeline
+    from mechlab.studies.pipeline import pipeline
 
     return pipeline(load(source, **dict(values or {})), Path(out), write_run_page, progress)

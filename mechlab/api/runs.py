@@ -10,15 +10,15 @@ from mechlab.api.finding import Source, load
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Answers
 from mechlab.experiment.recording import Recording
-from mechlab.study.ask import ask, parameters_and_rest
-from mechlab.study.design import without_effect
-from mechlab.study.results import SimulateResult, SolveResult
+from mechlab.lab.ask import ask, parameters_and_rest
+from mechlab.lab.design import without_effect
+from mechlab.lab.results import SimulateResult, SolveResult
 from mechlab.values import one_number
 
 if TYPE_CHECKING:
-    from mechlab.study.chart_data import Chart
-    from mechlab.study.cycle import CycleResult
-    from mechlab.study.portrait import PortraitResult
+    from mechlab.kit.portrait import PortraitResult
+    from mechlab.studies.chart.data import Chart
+    from mechlab.studies.cycle.cycle import CycleResult
 
 
 def solve(source: Source, **values: Any) -> Answers:
@@ -29,7 +29,7 @@ def solve(source: Source, **values: Any) -> Answers:
 def solve_values(source: Source, values: Mapping[str, Any]) -> SolveResult:
     """As `solve`, from a mapping. The source "toolpath" is no mechanism: it asks about the curve of a file."""
     if source == "toolpath":
-        from mechlab.study.toolpath import solve_toolpath
+        from mechlab.studies.toolpath import solve_toolpath
 
         return SolveResult(solve_toolpath(values))
     base = load(source)
@@ -67,7 +67,7 @@ def simulate_values(
     values: parameters, X_0, X_rate_0 (initial), X_force (constant loads). settings: a Settings or the name of a preset.
     order_check: measure the order of the error in the timestep; the finding "order" names it and the expected one.
     """
-    from mechlab.study.run import run_scene
+    from mechlab.lab.run import run_scene
 
     base = load(source)
     parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}))
@@ -82,7 +82,7 @@ def simulate_values(
             f"{chosen.name}: order_check: the engine analytic takes no steps, so that its error has no order."
         )
     if order_check:
-        from mechlab.study.order_check import with_order
+        from mechlab.lab.order_check import with_order
 
         if recording.settings.engine == "analytic":
             raise MechlabError(f"{base.name}: order_check: the engine analytic takes no steps; leave it out.")
@@ -96,8 +96,8 @@ def portrait(
 ) -> PortraitResult:
     """A portrait of a mechanism (see its `portraits`); values: parameters (numbers), and what the portrait takes, numbers
     or ranges. Arrays and a figure go to the folder `out`. Raises MechlabError for an unknown kind, listing them."""
-    from mechlab.study.ask import in_si, numeric
-    from mechlab.study.portrait import write
+    from mechlab.kit.portrait import write
+    from mechlab.lab.ask import in_si, numeric
 
     base = load(source)
     if kind not in base.entry.portraits:
@@ -117,8 +117,8 @@ def cycle(
     source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None, **more: Any
 ) -> CycleResult:
     """One turn of the drive of a mechanism with one freedom. Values (a mapping or keywords): parameters, X_rate and X_accel of
-    the drive X, X_force (constant loads). Options: drive, output, points, span; see `mechlab.study.cycle.run_cycle`."""
-    from mechlab.study.cycle import run_cycle
+    the drive X, X_force (constant loads). Options: drive, output, points, span; see `mechlab.studies.cycle.cycle.run_cycle`."""
+    from mechlab.studies.cycle.cycle import run_cycle
 
     options = {k: x for k in ("drive", "output", "points", "span") if (x := more.pop(k, None)) is not None}
     base = load(source)
@@ -147,12 +147,12 @@ def chart(
 ) -> Chart:
     """Speed against accuracy of every method on a scene: points, Pareto front, recommended setting.
 
-    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.study.chart_file`.
+    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.studies.chart.of_file`.
     target [m or rad]: the error to meet, by default that of the scene. peers: also other people's engines, as far as they
     are installed, and what `max_error` costs against the fastest of them.
     """
     if isinstance(source, str | Path) and Path(source).suffix.lower() == ".xml":
-        from mechlab.study.chart_file import chart_file
+        from mechlab.studies.chart.of_file import chart_file
 
         for name, given in {"scene": scene, "fidelity": fidelity, **dict(values or {}), **parameters}.items():
             if given is not None:
@@ -162,7 +162,7 @@ def chart(
                 f"chart {source}: peers are given a mechanism of the catalog or a Python file, not an MJCF file."
             )
         return chart_file(Path(source), duration, target)
-    from mechlab.study.chart import chart as work
+    from mechlab.studies.chart.chart import chart as work
 
     d = load(source, **(dict(values or {}) | parameters))
     return work(d, scene, fidelity=fidelity, duration=duration, target=target, peers=peers)

@@ -11,16 +11,16 @@ from mechlab.api.finding import Source, load
 from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import describe
 from mechlab.files import whole_folder, write
-from mechlab.study.ask import parameters_and_rest
+from mechlab.lab.ask import parameters_and_rest
 from mechlab.values import one_number
 
 if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
-    from mechlab.study.design import Design
-    from mechlab.study.fidelity import Fidelities
-    from mechlab.study.modes import ModesResult
-    from mechlab.study.stability import Stability
-    from mechlab.view.story import Story
+    from mechlab.lab.design import Design
+    from mechlab.lab.fidelity import Fidelities
+    from mechlab.studies.modes import ModesResult
+    from mechlab.studies.stability import Stability
+    from mechlab.viewer.story import Story
 
 
 def modes(
@@ -39,9 +39,9 @@ def modes(
     values (or keywords): parameters, X_0 (where the search for the equilibrium starts), X_force (constant loads). Without a
     scene the drives hold their targets from the reference pose; with one what acts in it; free: neither. html: a page that
     swings through the modes (`only`: their numbers); out: a folder for modes.json, modes.npz and modes.html. See
-    `mechlab.study.modes`.
+    `mechlab.studies.modes`.
     """
-    from mechlab.study.modes import find_modes, mode_motion
+    from mechlab.studies.modes import find_modes, mode_motion
 
     if only and html is None and out is None:
         raise MechlabError("only: it chooses the modes that the page shows: give html or out, or leave it out.")
@@ -52,7 +52,7 @@ def modes(
     import json
 
     from mechlab.formats import save_recording
-    from mechlab.view import write_page
+    from mechlab.viewer import write_page
 
     lived = d if scene is None else d.for_scene(scene)
     motion = mode_motion(result, only)
@@ -79,8 +79,8 @@ def fidelities(
     **more: Any,
 ) -> Fidelities:
     """The fidelities of a mechanism side by side on a scene: what each answers, its error against the richest, its cost, and
-    which one `fidelity="auto"` takes. needs: what must be answered (default: the scene's). See `mechlab.study.fidelity`."""
-    from mechlab.study.fidelity import compare
+    which one `fidelity="auto"` takes. needs: what must be answered (default: the scene's). See `mechlab.lab.fidelity`."""
+    from mechlab.lab.fidelity import compare
 
     d, extra = _split(source, dict(values or {}) | more)
     return compare(d, scene, duration, extra, needs)
@@ -95,7 +95,7 @@ def _split(source: Source, values: Mapping[str, Any]) -> tuple[Design, dict[str,
 
 def _modes_story(d: Design, result: ModesResult, motion: Recording) -> Story:
     """The Story of the swinging modes, drawn in the richest fidelity where the entry can expand."""
-    from mechlab.view.from_recording import recording_story
+    from mechlab.viewer.from_recording import recording_story
 
     drawn = d.entry.expand(d.parameters, motion) if d.entry.expand is not None else None
     facts = {"about": result.scene, "fidelity": result.fidelity}
@@ -127,7 +127,7 @@ def stability(
     work [s], about seconds of CPU. out: a folder for the JSON and a picture of each map.
     Raises MechlabError for unknown names and for a map that does not fit the mechanism, saying why.
     """
-    from mechlab.study.stability import BUDGET, study
+    from mechlab.studies.stability import BUDGET, study
     from mechlab.values import Range
 
     given = dict(values or {}) | more

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from mechlab.api.finding import Source, find, load
 from mechlab.formats import to_json
+from mechlab.lab.design import Design
 from mechlab.mechanism import Mechanism
-from mechlab.study.design import Design
 from mechlab.values import Range
 
 if TYPE_CHECKING:
-    from mechlab.study.sweep import SweepResult
+    from mechlab.studies.sweep import SweepResult
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ def sweep(
 
     A point without a number is a gap, with its reason. Raises MechlabError for unknown keys and quantities.
     """
-    from mechlab.study.sweep import plan
-    from mechlab.study.sweep import sweep as work
+    from mechlab.studies.sweep import plan
+    from mechlab.studies.sweep import sweep as work
 
     given = dict(values or {}) | more
     asked = [quantities] if isinstance(quantities, str) else list(quantities)

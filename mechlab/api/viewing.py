@@ -15,14 +15,14 @@ from mechlab.api.runs import simulate_values
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.files import whole_folder
-from mechlab.study.design import Design, design
-from mechlab.study.results import FilesResult, SimulateResult
-from mechlab.study.sheet import describe_design
+from mechlab.lab.design import Design, design
+from mechlab.lab.results import FilesResult, SimulateResult
+from mechlab.studies.sheet import describe_design
 from mechlab.values import Range
 
 if TYPE_CHECKING:
-    from mechlab.view.explore import Surface
-    from mechlab.view.story import Story
+    from mechlab.viewer.explore import Surface
+    from mechlab.viewer.story import Story
 
 
 LOCAL = "127.0.0.1"
@@ -33,8 +33,8 @@ def story(
     source: Source | Recording, values: Mapping[str, Any] | None = None, against: Source | Recording | None = None
 ) -> Story:
     """The Story of a Recording (or of its .npz), or the still one of a mechanism. `against`: a second run, drawn as ghost."""
-    from mechlab.view.comparison import against as compare
-    from mechlab.view.comparison import differences
+    from mechlab.viewer.comparison import against as compare
+    from mechlab.viewer.comparison import differences
 
     recording = _recording(source)
     if recording is None:
@@ -62,7 +62,7 @@ def _refuse_values(values: Mapping[str, Any] | None) -> None:
 
 
 def _still(d: Design) -> Story:
-    from mechlab.view.from_recording import mechanism_story
+    from mechlab.viewer.from_recording import mechanism_story
 
     return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
 
@@ -75,7 +75,7 @@ def explore(
     vary: up to two parameters that can be changed in the page too, key -> range or values; by default those that the entry
     names, by 20 % either way.
     """
-    from mechlab.view.variants import variations
+    from mechlab.viewer.html_page import variations
 
     d = load(source, **dict(values or {}))
     told = _explored(d)
@@ -84,7 +84,7 @@ def explore(
 
 
 def _explored(d: Design) -> Story:
-    from mechlab.view.from_recording import exploration_story
+    from mechlab.viewer.from_recording import exploration_story
 
     rates = d.scene().initial_rates
     return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
@@ -92,7 +92,7 @@ def _explored(d: Design) -> Story:
 
 def _reach(d: Design) -> Surface | None:
     """The border of the region that an entry states in x, y, z."""
-    from mechlab.view.explore import border
+    from mechlab.viewer.explore import border
 
     recipe = d.entry.workspace
     if recipe is None or set(recipe.grid) != set("xyz"):
@@ -150,23 +150,23 @@ def view(
     notes = ["; ".join(bad)] if bad else []
     files: dict[str, Path] = {}
     if html is not None:
-        from mechlab.view import write_page
+        from mechlab.viewer import write_page
 
         files["page"] = write_page(told, Path(html))
     if png is not None:
-        from mechlab.view.picture import write_png
+        from mechlab.viewer.picture import write_png
 
         files["picture"] = write_png(told, Path(png))
     if glb is not None:
-        from mechlab.view.glb import write_glb
+        from mechlab.viewer.glb import write_glb
 
         files["GLB"] = write_glb(told, Path(glb))
     if csv is not None and recording is not None:
-        from mechlab.view.table import write_csv
+        from mechlab.viewer.from_recording import write_csv
 
         files["table"] = write_csv(recording, Path(csv))
     if mp4 is not None:
-        from mechlab.view.film import film_sentence, write_mp4
+        from mechlab.viewer.film import film_sentence, write_mp4
 
         files["film"] = write_mp4(told, Path(mp4), progress=progress)
         notes.append(film_sentence(told))
@@ -178,7 +178,7 @@ def studio(source: Source, values: Mapping[str, Any] | None = None) -> FilesResu
     """MuJoCo's own web viewer with a mechanism, until it is interrupted. Warns on stderr: its port is open to the network."""
     import tempfile
 
-    from mechlab.view.studio import open_studio
+    from mechlab.viewer.picture import open_studio
 
     d = load(source, **dict(values or {}))
     with tempfile.TemporaryDirectory() as folder:
@@ -198,10 +198,10 @@ def gallery(
     Each has a picture (from MODELS/NAME/picture.png where that exists), one sentence, the page of its default run, the
     page to explore where it has drives, and its sheet.
     """
-    from mechlab.view import write_page
-    from mechlab.view.gallery import Exhibit, write_gallery
-    from mechlab.view.motion_picture import motion_svg
-    from mechlab.view.picture import write_png
+    from mechlab.viewer import write_page
+    from mechlab.viewer.film import motion_svg
+    from mechlab.viewer.gallery import Exhibit, write_gallery
+    from mechlab.viewer.picture import write_png
 
     exhibits = []
     with whole_folder(out) as folder:
@@ -244,11 +244,11 @@ def _live(
 ) -> FilesResult:
     """A live page; a mechanism is simulated while one looks, and the page of the run follows. Its parameters can be
     changed there."""
-    from mechlab.view.live import serve
+    from mechlab.viewer.live import serve
 
     with serve(told, host=host, port=port) as server:
         if wait and _recording(source) is None:
-            from mechlab.view.rebuild import Rebuilder
+            from mechlab.viewer.rebuild import Rebuilder
 
             d = load(source, **dict(values or {}))  # type: ignore[arg-type]
             Rebuilder(server, d, _still, _recorded)
@@ -258,13 +258,13 @@ def _live(
 
 
 def _facts(d: Design) -> dict[str, str]:
-    from mechlab.study.sheet import parameter_rows
+    from mechlab.studies.sheet import parameter_rows
 
     return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
 
 
 def _recorded(recording: Recording) -> Story:
-    from mechlab.view.from_recording import recording_story
+    from mechlab.viewer.from_recording import recording_story
 
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
     s = recording.settings
@@ -289,6 +289,6 @@ def _recorded(recording: Recording) -> Story:
 
 def write_run_page(d: Design, simulation: SimulateResult, path: Path) -> Path:
     """Write the page of a run: the last step of the pipeline."""
-    from mechlab.view import write_page
+    from mechlab.viewer import write_page
 
     return write_page(_recorded(simulation.recording), path)

@@ -10,18 +10,16 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.benchmarks import Pendulum
-from mechlab.catalog import benchmark_parts as parts
-from mechlab.catalog import palette
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.kit import benchmark_parts as parts
+from mechlab.kit import mass_check, palette
+from mechlab.kit.own_equations import record_own
 from mechlab.mechanism import IDENTITY, Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia
-from mechlab.study import mass_check
-from mechlab.study.own_equations import record_own
 
 SOURCE = "IFToMM benchmark library, A01"
 POINT = 1e-12

@@ -11,18 +11,15 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import SliderCrank
 from mechlab.analytic.benchmarks.planar import Jet
-from mechlab.catalog import benchmark_parts as parts
-from mechlab.catalog import palette
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit import benchmark_parts as parts
+from mechlab.kit import mass_check, palette
+from mechlab.kit.own_equations import record_own
 from mechlab.mechanism import Builder, Mechanism, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array
-from mechlab.study import mass_check
-from mechlab.study.own_equations import record_own
 
 
 @dataclass(frozen=True)

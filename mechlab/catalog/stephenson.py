@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from mechlab.analytic.linkage import Linkage
 from mechlab.experiment.entry import Entry
 from mechlab.experiment.parameters import parameter
-from mechlab.study.planar_build import Style
-from mechlab.study.planar_entry import Planar
+from mechlab.kit.planar_build import Style
+from mechlab.kit.planar_entry import Planar
 
 
 @dataclass(frozen=True)

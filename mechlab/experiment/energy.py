@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.experiment.acting import held_drives
-from mechlab.experiment.health import Finding, measured
 from mechlab.experiment.laws import Law, Servo
+from mechlab.experiment.recording import Finding, measured
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.health import Finding
 from mechlab.experiment.laws import Law, Plant, register
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.recording import Finding
+from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

@@ -14,11 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.health import Finding
-from mechlab.experiment.initial import initial_state
 from mechlab.experiment.memory import Memory
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.recording import Finding
+from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.health import Finding, measured
 from mechlab.experiment.laws import Law
+from mechlab.experiment.recording import Finding, measured
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics

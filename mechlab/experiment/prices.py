@@ -42,9 +42,9 @@ class Price:
 MUJOCO = Price(2.3e-6, rates=2e-7, rows=3.5e-7, crossed=4e-9)
 """One stage of mj_step; RK4 has four."""
 CONSTRAINED = Price(5e-6, rates=3e-7, crossed=3.5e-8, springs=1e-5)
-"""Pinocchio's proximal dynamics, called from Python (`mechlab.solve.trace`)."""
+"""Pinocchio's proximal dynamics, called from Python (`mechlab.engines.pinocchio.trace`)."""
 EQUATIONS = Price(3.5e-5, rates=2e-6, rows=3e-6, crossed=3e-8, springs=1.5e-5, rowed=9e-5)
-"""Pinocchio with factored constraint rows (`mechlab.solve.equations`)."""
+"""Pinocchio with factored constraint rows (`mechlab.engines.pinocchio.equations`)."""
 ONE_FREEDOM = Price(1.4e-5)
 """The equation of one freedom on its table."""
 CLOSED_POSE = Price(3e-4, rates=2.5e-4)

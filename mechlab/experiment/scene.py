@@ -1,12 +1,94 @@
-"""A scene: what happens to a mechanism, for how long, and what one wants to know of it."""
+"""How a scene is computed: engine, integrator, timestep, hardness of the constraints. Presets are data.
+
+A scene: what happens to a mechanism, for how long, and what one wants to know of it.
+
+The state a scene starts from: given values and rates, and everything else from closure.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
-from mechlab.errors import unknown
+import numpy as np
+
+from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.laws import Law
-from mechlab.experiment.settings import Settings
+from mechlab.mechanism.assembly import Assembly, close
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism
+
+ENGINES = ("mujoco", "pinocchio", "analytic", "hybrid", "one_freedom")
+PEER_ENGINES = ("exudyn", "drake", "opensim")
+"""Other people's engines, which charts compare with; scenes are not run by them."""
+MUJOCO_INTEGRATORS = ("RK4", "implicitfast", "implicit", "Euler", "discrete")
+PINOCCHIO_INTEGRATORS = ("RK4", "DOP853", "semi_implicit_Euler")
+TRACE_INTEGRATORS = ("LSODA",)
+"""On the equations of either engine, for the traces that charts and error control make; its runner does not have them."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a run. `timestep` [s]; `timeconst` is the constraint time constant in timesteps (solref = timeconst * h, 1);
+    `impedance` the constraint impedance d (solimp d d .001 .5 2); None for both: the engine's own default softness.
+    `tolerance`: of engines with step control."""
+
+    engine: str = "mujoco"
+    integrator: str = "RK4"
+    timestep: float = 1e-3
+    timeconst: float | None = 2.0
+    impedance: float | None = 0.9999
+    tolerance: float = 1e-9
+    preset: str = "accurate"
+
+    def __post_init__(self) -> None:
+        if self.engine not in ENGINES + PEER_ENGINES:
+            raise unknown("engine", self.engine, ENGINES)
+        allowed = {"mujoco": MUJOCO_INTEGRATORS, "pinocchio": PINOCCHIO_INTEGRATORS}.get(self.engine)
+        if allowed and self.integrator not in allowed + TRACE_INTEGRATORS:
+            raise unknown(f"integrator of {self.engine}", self.integrator, allowed)
+        if not math.isfinite(self.timestep) or self.timestep <= 0:
+            raise MechlabError(f"timestep: expected a number > 0 s, got {self.timestep!r}.")
+
+    @property
+    def solref(self) -> tuple[float, float] | None:
+        """MuJoCo's solref (time constant [s], damping ratio), or None for the engine's default."""
+        return None if self.timeconst is None else (self.timeconst * self.timestep, 1.0)
+
+    @property
+    def solimp(self) -> tuple[float, float, float, float, float] | None:
+        """MuJoCo's solimp, or None for the engine's default."""
+        return None if self.impedance is None else (self.impedance, self.impedance, 0.001, 0.5, 2.0)
+
+    @property
+    def warning(self) -> str | None:
+        """What the user must know of a preset that is not accurate."""
+        if self.preset == "draft":
+            return "draft: first-order integration; energy and phase may be wrong by several per cent, only the look is meant"
+        if self.timeconst is None:
+            return "the engine's default softness does not converge at any timestep"
+        return None
+
+
+PRESETS: dict[str, Settings] = {
+    "accurate": Settings(),
+    "stiff": Settings(integrator="discrete", timestep=2.5e-4, preset="stiff"),
+    "draft": Settings(integrator="implicitfast", timestep=2e-3, preset="draft"),
+    "defaults": Settings(integrator="Euler", timestep=2e-3, timeconst=None, impedance=None, preset="defaults"),
+}
+"""`accurate`: rigid loops and gears. `stiff`: springs, friction, servos. `draft`: a quick look. `defaults`: for charts only."""
+
+
+def preset(name: str, **changes: object) -> Settings:
+    """Settings of a preset, with changes; raises MechlabError that lists the presets."""
+    if name not in PRESETS:
+        raise unknown("preset", name, PRESETS)
+    return replace(PRESETS[name], **changes)  # type: ignore[arg-type]
+
 
 NEEDS = ("poses", "drive_forces", "tooth_loads", "reactions")
 DRIVES = ("hold", "free")
@@ -42,3 +124,80 @@ class Scene:
     def __post_init__(self) -> None:
         if self.drives not in DRIVES:
             raise unknown(f"scene {self.name}: drives", self.drives, DRIVES)
+
+
+PATH_STEPS = 10
+
+
+def initial_state(mechanism: Mechanism, scene: Scene) -> tuple[Array, Array]:
+    """Coordinates q (nq,) and rates v (nv,) at t = 0, on all constraints.
+
+    `scene.initial` (physical values of joints or shafts) is approached from the reference pose by path continuation, so
+    the assembly mode of the reference is kept. `scene.initial_rates` are met exactly, the other rates are the smallest
+    ones that the constraints allow. Raises MechlabError for an unknown name, NoSolution when the pose does not close or
+    the rates contradict the constraints, naming what stays open.
+    """
+    what = f"{mechanism.name}, scene {scene.name!r}"
+    q = initial_pose(mechanism, scene.initial, what)
+    return q, initial_rates(mechanism, q, scene.initial_rates, what)
+
+
+def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -> Array:
+    """(nq,) closed coordinates that give the joints or shafts in `values` their physical values."""
+    q = mechanism.reference()
+    _finite(values, what, "initial value")
+    if all(float(mechanism.value(name, q)) == x for name, x in values.items()):
+        return q
+    found = _closed(mechanism, tuple(values.items()))
+    if found.closed:
+        return found.q.copy()
+    tree, constraints = TreeKinematics(mechanism, found.q), ConstraintSet(mechanism)
+    open_ends = [
+        f"{n} = {float(mechanism.value(n, found.q)):.6g} instead of {x:.6g}"
+        for n, x in values.items()
+        if abs(float(mechanism.value(n, found.q)) - x) > 1e-9
+    ]
+    residual = np.abs(constraints.residual(tree))
+    if len(residual) and residual.max() > 1e-9:
+        k = int(np.argmax(residual))
+        open_ends.append(f"{constraints.rows[k]} open by {residual[k]:.3g}")
+    raise NoSolution(
+        f"{what}: the initial pose does not close ({found.status.value}): "
+        f"{', '.join(open_ends) or 'another assembly mode'}. "
+        "Give fewer initial values, or values nearer the reference pose."
+    )
+
+
+@lru_cache(maxsize=32)
+def _closed(mechanism: Mechanism, values: tuple[tuple[str, float], ...]) -> Assembly:
+    """The pose with these values; the last ones are kept, for studies that run one scene many times."""
+    return close(mechanism, None, dict(values), steps=PATH_STEPS)
+
+
+def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], what: str) -> Array:
+    """(nv,) smallest rates with J v = 0 and the given rates of joints or shafts."""
+    _finite(rates, what, "initial rate")
+    names = list(rates)
+    rows = np.array([mechanism.row(n) for n in names]).reshape(len(names), mechanism.nv)
+    if not any(rates.values()):
+        return np.zeros(mechanism.nv)
+    constraints = ConstraintSet(mechanism)
+    jacobian = constraints.jacobian(TreeKinematics(mechanism, q))
+    matrix = np.vstack([jacobian, rows])
+    wanted = np.concatenate([np.zeros(len(jacobian)), [float(rates[n]) for n in names]])
+    v = np.linalg.lstsq(matrix, wanted, rcond=1e-11)[0]
+    gap = np.abs(matrix @ v - wanted)
+    if gap.max() > 1e-9 * max(1.0, float(np.abs(wanted).max())):
+        k = int(np.argmax(gap))
+        culprit = (list(constraints.rows) + names)[k]
+        raise NoSolution(
+            f"{what}: the initial rates {', '.join(names)} contradict the constraints "
+            f"({culprit} is missed by {gap[k]:.3g}). Give as many rates as there are degrees of freedom."
+        )
+    return np.asarray(v)
+
+
+def _finite(values: Mapping[str, float], what: str, kind: str) -> None:
+    for name, x in values.items():
+        if not np.isfinite(x):
+            raise MechlabError(f"{what}: {kind} of {name!r}: expected a finite number, got {x!r}.")

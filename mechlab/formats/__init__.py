@@ -1,10 +1,9 @@
 """Mechanisms as files and back: JSON (exact), MJCF, URDF with a sidecar, recordings as .npz. No engine is imported."""
 
 from mechlab.formats.mechanism_json import from_json, to_json
-from mechlab.formats.mjcf import to_mjcf
+from mechlab.formats.mjcf import scene_mjcf, to_mjcf
 from mechlab.formats.mjcf_loops import Connector, connectors
 from mechlab.formats.mjcf_read import from_mjcf
-from mechlab.formats.mjcf_scene import scene_mjcf
 from mechlab.formats.recording_npz import load_recording, save_recording
 from mechlab.formats.statics import Hold, hold
 from mechlab.formats.urdf import to_urdf, urdf_map

@@ -1,12 +1,29 @@
-"""JSON text for people to read, the same byte for byte: short lists on one line, duplicates and NaN refused."""
+"""Ratios that were written as decimals, exact again.
+
+JSON text for people to read, the same byte for byte: short lists on one line, duplicates and NaN refused.
+"""
 
 from __future__ import annotations
 
 import json
 import re
+from fractions import Fraction
 from typing import Any
 
 from mechlab.errors import MechlabError
+
+
+def exact(value: float) -> Fraction:
+    """The simplest fraction whose float is exactly `value`: 0.35714285714285715 is 5/14 again."""
+    whole = Fraction(value)
+    bound = 1
+    while bound < 10**9:
+        bound *= 10
+        found = whole.limit_denominator(bound)
+        if float(found) == value:
+            return found
+    return Fraction(str(value))
+
 
 WIDTH = 120
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]|[\ud800-\udfff]")

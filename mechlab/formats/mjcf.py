@@ -1,4 +1,6 @@
-"""A Mechanism as MJCF for MuJoCo: our own writer, 17 significant digits, the same byte for byte every time.
+"""The scene file around an MJCF model: light, floor, sky and a camera, so that MuJoCo's viewer shows it at once.
+
+A Mechanism as MJCF for MuJoCo: our own writer, 17 significant digits, the same byte for byte every time.
 
 qpos of every joint is the coordinate of the Mechanism: 0 in the reference pose; the physical value is user[0] + qpos.
 Parts of the file: `mjcf_tree` bodies, `mjcf_loops` equalities and connector bodies, `mjcf_drives` tendons, actuators,
@@ -7,14 +9,83 @@ sensors and the keyframe.
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 
-from mechlab.experiment.settings import MUJOCO_INTEGRATORS, Settings
+import numpy as np
+
+from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats import mjcf_drives as drives
 from mechlab.formats import mjcf_loops as loops
+from mechlab.formats.mjcf_loops import spread
 from mechlab.formats.mjcf_tree import MeshFiles, write_tree
 from mechlab.formats.xml_text import add, text
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+
+
+def scene_mjcf(m: Mechanism) -> str:
+    """MJCF text of scene.xml, which includes NAME.xml beside it.
+
+    The floor lies below the mechanism; where gravity does not act along -z, a planar mechanism is seen from above and
+    the floor is its drawing board.
+    """
+    size = spread(m)
+    low, centre = _extent(m)
+    upright = m.gravity[2] < 0.0
+    floor = min(0.0, low) - (0.35 if upright else 0.15) * size
+    root = ET.Element("mujoco", {"model": f"{m.name} scene"})
+    add(root, "include", file=f"{m.name}.xml")
+    add(root, "statistic", center=_rounded(centre), extent=float(f"{2.2 * size:.3g}"))
+    visual = add(root, "visual")
+    azimuth, elevation = (130.0, -20.0) if upright else (90.0, -70.0)
+    add(visual, "global", azimuth=azimuth, elevation=elevation, offwidth=1920, offheight=1080)
+    add(visual, "headlight", ambient=(0.3, 0.3, 0.3), diffuse=(0.3, 0.3, 0.3), specular=(0.1, 0.1, 0.1))
+    add(visual, "rgba", haze=(0.93, 0.95, 0.97, 1.0))
+    assets = add(root, "asset")
+    sky, far = (0.93, 0.95, 0.97), (0.72, 0.8, 0.88)
+    add(assets, "texture", type="skybox", builtin="gradient", rgb1=sky, rgb2=far, width=256, height=1536)
+    one, two = (0.86, 0.88, 0.9), (0.82, 0.84, 0.87)
+    add(
+        assets, "texture", type="2d", name="scene:grid", builtin="checker", rgb1=one, rgb2=two, mark="edge",
+        markrgb=(0.75, 0.78, 0.82), width=300, height=300,
+    )  # fmt: skip
+    repeat = _tiles(size)
+    add(assets, "material", name="scene:grid", texture="scene:grid", texuniform="true", texrepeat=(repeat, repeat),
+        reflectance=0.05)  # fmt: skip
+    world = add(root, "worldbody")
+    # nearly upright and near the model: MuJoCo's shadow map is coarse elsewhere
+    down = np.array([0.1, 0.15, -1.0])
+    add(world, "light", name="scene:sun", pos=_rounded(centre - 6.0 * size * down), dir=down.tolist(),
+        type="directional", diffuse=(0.45, 0.45, 0.45))  # fmt: skip
+    add(world, "geom", name="scene:floor", type="plane", size=(0.0, 0.0, 0.05), pos=(0.0, 0.0, float(f"{floor:.3g}")),
+        material="scene:grid", contype=0, conaffinity=0)  # fmt: skip
+    return text(root)
+
+
+def _extent(m: Mechanism) -> tuple[float, Array]:
+    """Lowest z and the middle of bodies, centres of mass and shapes in the reference pose."""
+    tree = TreeKinematics(m)
+    points = []
+    for body in m.bodies:
+        r, p = tree.pose(body.name)
+        points += [p, p + r @ np.array(body.inertia.com)]
+        points += [p + r @ s.placement.translation for s in body.shapes]
+    points += [s.placement.translation for s in m.ground_shapes]
+    cloud = np.array(points)
+    return float(cloud[:, 2].min()), (cloud.min(axis=0) + cloud.max(axis=0)) / 2.0
+
+
+def _rounded(point: Array) -> tuple[float, ...]:
+    return tuple(float(f"{x:.3g}") for x in point)
+
+
+def _tiles(size: float) -> float:
+    """Tiles per metre, a power of ten times 1, 2 or 5: about four along the mechanism."""
+    wanted = 2.0 / size
+    power = 10.0 ** math.floor(math.log10(wanted))
+    return max(k * power for k in (1, 2, 5) if k * power <= wanted)
 
 
 def to_mjcf(

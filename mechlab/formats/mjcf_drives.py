@@ -6,14 +6,13 @@ import math
 import xml.etree.ElementTree as ET
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.settings import Settings
-from mechlab.formats import mjcf_names as names
+from mechlab.experiment.scene import Settings
+from mechlab.formats import mjcf_loops as names
 from mechlab.formats.mjcf_loops import Connector
 from mechlab.formats.statics import hold
 from mechlab.formats.xml_text import add
-from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Drive, Shaft
+from mechlab.mechanism.parts import Coefficients, Drive, Shaft
 
 
 def write_tendons(root: ET.Element, m: Mechanism, s: Settings, size: float) -> None:

@@ -1,4 +1,6 @@
-"""Loops in MJCF: which equality stands for which kind, and where a loop needs a connector body.
+"""Names in an MJCF file. What mechlab adds carries a ':', which no name of a Mechanism may have: nothing collides.
+
+Loops in MJCF: which equality stands for which kind, and where a loop needs a connector body.
 
     spherical    connect of two sites                                             3 rows
     fixed        weld of two sites                                                6 rows
@@ -28,14 +30,59 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.settings import Settings
-from mechlab.formats import mjcf_names as names
+from mechlab.experiment.scene import Settings
 from mechlab.formats.xml_text import add
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Loop
+
+BASE = "base"
+"""The one fixed body around everything (some readers of MJCF keep only the first child of the world)."""
+
+
+def body_name(name: str) -> str:
+    """MJCF name of a body: its own, but `base` for the ground; bodies called base or world get a suffix."""
+    if name == GROUND:
+        return BASE
+    return f"{name}:body" if name in (BASE, "world") else name
+
+
+def site_names(loop: str) -> tuple[str, str]:
+    """Sites at the ends a and b of a loop or spring."""
+    return f"{loop}:a", f"{loop}:b"
+
+
+def axis_site_names(loop: str) -> tuple[str, str]:
+    """Second pair of sites of a revolute loop, along its axis."""
+    return f"{loop}:axis_a", f"{loop}:axis_b"
+
+
+def axis_name(loop: str) -> str:
+    """Second connect of a revolute loop."""
+    return f"{loop}:axis"
+
+
+def connector_name(loop: str) -> str:
+    """Connector body of a universal, cylindrical or prismatic loop; its joints are NAME:1, NAME:2."""
+    return f"{loop}:connector"
+
+
+def connector_joint(loop: str, number: int) -> str:
+    """Joint 1 or 2 of a connector body."""
+    return f"{loop}:{number}"
+
+
+def tendon_name(mechanism: Mechanism, name: str) -> str:
+    """Tendon of a relation, spring or distance loop: its name, with a suffix when a shaft is called the same."""
+    return f"{name}:tendon" if any(s.name == name for s in mechanism.shafts) else name
+
+
+def stage_name(body: str, number: int) -> str:
+    """Body that carries the first joints of another one, where MuJoCo does not allow all of them in one body."""
+    return f"{body}:stage{number}"
+
 
 Z: Vector = (0.0, 0.0, 1.0)
 TORQUESCALE = 20.0
@@ -135,20 +182,20 @@ def loop_ends(m: Mechanism, plan: tuple[Connector, ...], distance: float) -> dic
     cut = {c.loop.name: c for c in plan}
     along = Placement((0.0, 0.0, distance))
     for loop in m.loops:
-        end_a, end_b = names.site_names(loop.name)
-        a, b = names.body_name(loop.body_a), names.body_name(loop.body_b)
+        end_a, end_b = site_names(loop.name)
+        a, b = body_name(loop.body_a), body_name(loop.body_b)
         out.setdefault(a, []).append((end_a, loop.placement_a))
         out.setdefault(b, []).append((end_b, loop.placement_b))
         if loop.name in cut:
-            out.setdefault(names.connector_name(loop.name), []).append((names.connector_name(loop.name), IDENTITY))
+            out.setdefault(connector_name(loop.name), []).append((connector_name(loop.name), IDENTITY))
         if loop.kind == "revolute":
-            axis_a, axis_b = names.axis_site_names(loop.name)
+            axis_a, axis_b = axis_site_names(loop.name)
             out[a].append((axis_a, loop.placement_a @ along))
             out[b].append((axis_b, loop.placement_b @ along))
     for spring in m.springs:
-        end_a, end_b = names.site_names(spring.name)
-        out.setdefault(names.body_name(spring.body_a), []).append((end_a, Placement(spring.point_a)))
-        out.setdefault(names.body_name(spring.body_b), []).append((end_b, Placement(spring.point_b)))
+        end_a, end_b = site_names(spring.name)
+        out.setdefault(body_name(spring.body_a), []).append((end_a, Placement(spring.point_a)))
+        out.setdefault(body_name(spring.body_b), []).append((end_b, Placement(spring.point_b)))
     return out
 
 
@@ -163,19 +210,19 @@ def write_equalities(root: ET.Element, m: Mechanism, plan: tuple[Connector, ...]
     soft: dict[str, object] = {"solref": s.solref, "solimp": s.solimp}
     scale = None if s.impedance is None else TORQUESCALE
     for loop in m.loops:
-        a, b = names.site_names(loop.name)
+        a, b = site_names(loop.name)
         if loop.kind == "distance":
-            add(section, "tendon", name=loop.name, tendon1=names.tendon_name(m, loop.name), **soft)
+            add(section, "tendon", name=loop.name, tendon1=tendon_name(m, loop.name), **soft)
         elif loop.kind == "fixed":
             add(section, "weld", name=loop.name, site1=a, site2=b, torquescale=scale, **soft)
         elif loop.name in cut:
             own = b if cut[loop.name].guest == loop.body_b else a
-            connector = names.connector_name(loop.name)
+            connector = connector_name(loop.name)
             add(section, "weld", name=loop.name, site1=connector, site2=own, torquescale=scale, **soft)
         else:
             add(section, "connect", name=loop.name, site1=a, site2=b, **soft)
         if loop.kind == "revolute":
-            a, b = names.axis_site_names(loop.name)
-            add(section, "connect", name=names.axis_name(loop.name), site1=a, site2=b, **soft)
+            a, b = axis_site_names(loop.name)
+            add(section, "connect", name=axis_name(loop.name), site1=a, site2=b, **soft)
     for relation in m.relations:
-        add(section, "tendon", name=relation.name, tendon1=names.tendon_name(m, relation.name), **soft)
+        add(section, "tendon", name=relation.name, tendon1=tendon_name(m, relation.name), **soft)

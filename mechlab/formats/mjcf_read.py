@@ -14,17 +14,16 @@ from collections import Counter
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.formats.fractions_of_floats import exact
+from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf_read_drives import Tendons, Terms, read_drives, read_tendons
 from mechlab.formats.mjcf_read_tree import Tree, read_tree
 from mechlab.formats.mjcf_source import Names, Source, fail, refuse
 from mechlab.formats.xml_text import floats, label
-from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.naming import colliding_frame
-from mechlab.mechanism.parts import Body, Frame, LinearRelation, Loop, Spring
+from mechlab.mechanism.parts import Body, Coefficients, Frame, LinearRelation, Loop, Spring
 
 CONNECTOR_KINDS = {
     ("revolute", "revolute"): "universal",

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mechlab.errors import unknown
-from mechlab.formats.fractions_of_floats import exact
+from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf_read_tree import Tree
 from mechlab.formats.mjcf_source import Names, Source, fail, one, refuse
 from mechlab.formats.xml_text import floats, label

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mechlab.experiment.settings import Settings
-from mechlab.formats import mjcf_names as names
+from mechlab.experiment.scene import Settings
+from mechlab.formats import mjcf_loops as names
 from mechlab.formats.mjcf_loops import Connector, own_share
 from mechlab.formats.solids import primitive
 from mechlab.formats.xml_text import add, pose

@@ -10,6 +10,8 @@ Loops, gears between three joints, shafts and gravity stay in the JSON beside it
 * Joints without limits are `revolute` with wide limits: Pinocchio gives `continuous` two coordinates.
 * A relation between two joints becomes a <mimic>, always of an independent joint. MuJoCo and yourdfpy honour it;
   Pinocchio does only when asked (buildModelFromUrdf(..., mimic=True)).
+
+Relations between two joints as mimics. Every follower names an independent leader: no chain can contradict.
 """
 
 from __future__ import annotations
@@ -18,17 +20,59 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 from mechlab.errors import MechlabError
 from mechlab.formats.mjcf_tree import safe_tensor
 from mechlab.formats.solids import SIZES, primitive
-from mechlab.formats.urdf_mimic import Follow, mimics
 from mechlab.formats.xml_text import add, text
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body, Joint
 from mechlab.mechanism.shape import Shape
+
+
+@dataclass(frozen=True)
+class Follow:
+    """follower = ratio x leader."""
+
+    leader: str
+    ratio: Fraction
+
+
+def mimics(m: Mechanism) -> dict[str, Follow]:
+    """Follower joint -> its leader and ratio, for the relations between exactly two joints.
+
+    Chains are resolved to one leader: a driven joint if there is one, else the first in the order of coordinates.
+    """
+    order = {j.name: k for k, j in enumerate(m.joints)}
+    driven = {d.on for d in m.drives}
+    groups: dict[str, dict[str, Fraction]] = {}
+    root: dict[str, str] = {}
+    for relation in m.relations:
+        if len(relation.coefficients) != 2:
+            continue
+        (a, ca), (b, cb) = relation.coefficients
+        for name in (a, b):
+            root.setdefault(name, name)
+            groups.setdefault(root[name], {name: Fraction(1)})
+        if root[a] == root[b]:
+            continue
+        # b in units of the root of a, from ca a + cb b = 0
+        scale = -ca / cb * groups[root[a]][a] / groups[root[b]][b]
+        moved = {name: ratio * scale for name, ratio in groups.pop(root[b]).items()}
+        groups[root[a]] |= moved
+        for name in moved:
+            root[name] = root[a]
+    out: dict[str, Follow] = {}
+    for members in groups.values():
+        leader = min(members, key=lambda n: (n not in driven, order[n]))
+        for name, ratio in members.items():
+            if name != leader:
+                out[name] = Follow(leader, ratio / members[leader])
+    return {n: out[n] for n in sorted(out, key=order.__getitem__)}
+
 
 ROOT = "base"
 MASSLESS = 2e-14

@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.formats.fractions_of_floats import exact
+from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf_source import clean, fail
 from mechlab.formats.urdf import MASSLESS
 from mechlab.formats.xml_text import floats, parse

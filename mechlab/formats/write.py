@@ -12,11 +12,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Settings
 from mechlab.files import whole_folder, write
 from mechlab.formats.mechanism_json import from_json, to_json
-from mechlab.formats.mjcf import to_mjcf
-from mechlab.formats.mjcf_scene import scene_mjcf
+from mechlab.formats.mjcf import scene_mjcf, to_mjcf
 from mechlab.formats.solids import primitive
 from mechlab.formats.urdf import to_urdf, urdf_map
 from mechlab.mechanism.model import Mechanism

@@ -1,10 +1,9 @@
 """Methods as data: Butcher tableaux, one loop that runs them all; step-size control. Functions of (t, state) only."""
 
 from mechlab.integrate.adaptive import ADAPTIVE, Outcome, Trajectory, integrate_adaptive
-from mechlab.integrate.fixed import Stopped, integrate_fixed, step
+from mechlab.integrate.fixed import EULER, HEUN, RK4, RK38, TABLEAUX, Stopped, Tableau, integrate_fixed, step
 from mechlab.integrate.hybrid import Ending, Event, HybridTrajectory, Modes, RoughProblem, integrate_hybrid, modes_at
 from mechlab.integrate.lsoda import Table, integrate_lsoda
-from mechlab.integrate.tableau import EULER, HEUN, RK4, RK38, TABLEAUX, Tableau
 from mechlab.integrate.work import OutOfWork, count_work, work_done, work_limit
 
 __all__ = [

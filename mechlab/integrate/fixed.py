@@ -1,16 +1,109 @@
-"""One loop for every explicit Runge-Kutta tableau, at a fixed step, for one state or many at once."""
+"""Explicit Runge-Kutta methods as data: a Butcher tableau, checked against its order conditions when it is made.
+
+One loop for every explicit Runge-Kutta tableau, at a fixed step, for one state or many at once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError
-from mechlab.integrate.tableau import Tableau
 from mechlab.integrate.work import FIXED_STAGE, count_work
+
+Exact = tuple[Fraction, ...]
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """An explicit Runge-Kutta method: stages k_i = f(t + c_i h, y + h sum_j a_ij k_j), then y + h sum_i b_i k_i.
+
+    a: the strictly lower rows, a[i] has i entries; b: weights; c_i = sum_j a_ij follows. All exact fractions. Raises
+    MechlabError when the shapes do not fit or the order conditions (Hairer, Norsett & Wanner 1993, II.2) up to the
+    stated `order` (at most 4) do not hold exactly; the message names the first condition that fails.
+    """
+
+    name: str
+    order: int
+    a: tuple[Exact, ...]
+    b: Exact
+
+    def __post_init__(self) -> None:
+        stages = len(self.b)
+        if [len(row) for row in self.a] != list(range(stages)):
+            raise MechlabError(
+                f"tableau {self.name!r}: {stages} weights need rows of {', '.join(map(str, range(stages)))} "
+                f"coefficients, got {', '.join(str(len(row)) for row in self.a)}."
+            )
+        if not 1 <= self.order <= 4:
+            raise MechlabError(f"tableau {self.name!r}: the order must be 1 to 4 to be checked, got {self.order}.")
+        for order, text, left, right in self._conditions():
+            if order <= self.order and left != right:
+                raise MechlabError(
+                    f"tableau {self.name!r}: it is not of order {self.order}: {text} = {left}, must be {right}."
+                )
+
+    @property
+    def c(self) -> Exact:
+        """Times of the stages, in steps."""
+        return tuple(sum(row, Fraction(0)) for row in self.a)
+
+    def _conditions(self) -> Iterator[tuple[int, str, Fraction, Fraction]]:
+        """(order, text, left side, right side) of the eight conditions up to order 4."""
+        b, c = self.b, self.c
+        n = range(len(b))
+        full = [list(row) + [Fraction(0)] * (len(b) - len(row)) for row in self.a]
+        ac = [sum((full[i][j] * c[j] for j in n), Fraction(0)) for i in n]
+        ac2 = [sum((full[i][j] * c[j] ** 2 for j in n), Fraction(0)) for i in n]
+        aac = [sum((full[i][j] * ac[j] for j in n), Fraction(0)) for i in n]
+        table: list[tuple[int, str, list[Fraction], int]] = [
+            (1, "sum b", [Fraction(1) for _ in n], 1),
+            (2, "sum b c", list(c), 2),
+            (3, "sum b c^2", [x**2 for x in c], 3),
+            (3, "sum b a c", ac, 6),
+            (4, "sum b c^3", [x**3 for x in c], 4),
+            (4, "sum b c a c", [c[i] * ac[i] for i in n], 8),
+            (4, "sum b a c^2", ac2, 12),
+            (4, "sum b a a c", aac, 24),
+        ]
+        for order, text, values, denominator in table:
+            yield (
+                order,
+                text,
+                sum((w * x for w, x in zip(b, values, strict=True)), Fraction(0)),
+                Fraction(1, denominator),
+            )
+
+    @cached_property
+    def floats(self) -> tuple[tuple[NDArray[np.float64], ...], NDArray[np.float64], tuple[float, ...]]:
+        """(rows of a, b, c) as floats."""
+        rows = tuple(np.array([float(x) for x in row]) for row in self.a)
+        return rows, np.array([float(x) for x in self.b]), tuple(float(x) for x in self.c)
+
+
+def _exact(*values: str) -> Exact:
+    return tuple(Fraction(x) for x in values)
+
+
+EULER = Tableau("Euler", 1, ((),), _exact("1"))
+HEUN = Tableau("Heun", 2, ((), _exact("1")), _exact("1/2", "1/2"))
+RK4 = Tableau(
+    "RK4", 4, ((), _exact("1/2"), _exact("0", "1/2"), _exact("0", "0", "1")), _exact("1/6", "1/3", "1/3", "1/6")
+)
+RK38 = Tableau(
+    "RK38",
+    4,
+    ((), _exact("1/3"), _exact("-1/3", "1"), _exact("1", "-1", "1")),
+    _exact("1/8", "3/8", "3/8", "1/8"),
+)
+
+TABLEAUX: dict[str, Tableau] = {x.name: x for x in (EULER, HEUN, RK4, RK38)}
+"""The methods by name: Euler, Heun, the classical RK4 and the 3/8 rule (Kutta 1901)."""
 
 Array = NDArray[np.float64]
 RightSide = Callable[[float, Array], Array]

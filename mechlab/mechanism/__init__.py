@@ -3,7 +3,6 @@
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
 from mechlab.mechanism.assembly import Assembly, Status, close, follow, mode_sign, newton, same_mode
 from mechlab.mechanism.builder import Builder
-from mechlab.mechanism.coefficients import as_fraction
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.depth_first import depth_first
 from mechlab.mechanism.gears import GearMesh, belt, mimic, relation, screw
@@ -12,7 +11,19 @@ from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.joints import floating, prismatic, revolute, spherical, universal
 from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, body_poses, integrate
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Body, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring, Winding
+from mechlab.mechanism.parts import (
+    GROUND,
+    Body,
+    Drive,
+    Frame,
+    Joint,
+    LinearRelation,
+    Loop,
+    Shaft,
+    Spring,
+    Winding,
+    as_fraction,
+)
 from mechlab.mechanism.reduction import Reduction, reduce
 from mechlab.mechanism.shape import Shape, shape
 from mechlab.mechanism.structure import Structure, singularity, structure

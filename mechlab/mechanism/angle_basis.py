@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Coefficients
 
 ZERO = Fraction(0)
 Row = tuple[Fraction, ...]

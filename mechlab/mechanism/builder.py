@@ -9,7 +9,6 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.bar import uniform_bar
-from mechlab.mechanism.coefficients import as_fraction
 from mechlab.mechanism.depth_first import depth_first, too_many_bodies
 from mechlab.mechanism.gears import GearMesh, relation
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, vector
@@ -28,6 +27,7 @@ from mechlab.mechanism.parts import (
     Shaft,
     Spring,
     Winding,
+    as_fraction,
 )
 from mechlab.mechanism.reference_pose import assembled_pose, rebased
 from mechlab.mechanism.shape import Color, Shape

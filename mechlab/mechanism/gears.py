@@ -18,11 +18,10 @@ from fractions import Fraction
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.coefficients import Coefficients, as_fraction
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Joint, LinearRelation
+from mechlab.mechanism.parts import Coefficients, Joint, LinearRelation, as_fraction
 
 MESH_KINDS = ("external", "internal", "bevel", "rack")
 

@@ -12,9 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from mechlab.errors import unknown
-from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.geometry import Array, Vector
-from mechlab.mechanism.parts import Body, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring
+from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring
 from mechlab.mechanism.shape import Shape
 
 

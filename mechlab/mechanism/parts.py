@@ -1,4 +1,6 @@
-"""The parts of a mechanism: bodies and their joints, what closes them, what couples them, what drives them.
+"""Exact coefficients of joints: what a shaft, a relation or a gear ratio is made of.
+
+The parts of a mechanism: bodies and their joints, what closes them, what couples them, what drives them.
 
 Everything is immutable and plain: tuples of floats, exact fractions, names.
 """
@@ -6,11 +8,25 @@ Everything is immutable and plain: tuples of floats, exact fractions, names.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fractions import Fraction
 
-from mechlab.mechanism.coefficients import Coefficients
+from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.shape import Shape
+
+Coefficients = tuple[tuple[str, Fraction], ...]
+
+
+def as_fraction(value: object, what: str) -> Fraction:
+    """An exact ratio: of tooth counts, or of the decimal as written. Raises MechlabError that names `what`."""
+    try:
+        if isinstance(value, Fraction | int | str):
+            return Fraction(value)
+        return Fraction(str(float(value)))  # type: ignore[arg-type]
+    except (TypeError, ValueError, ZeroDivisionError):
+        raise MechlabError(f"{what}: expected a number or a ratio such as '17/22', got {value!r}.") from None
+
 
 GROUND = "ground"
 """Name of the fixed body; every Mechanism has it without listing it."""

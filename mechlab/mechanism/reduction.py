@@ -18,9 +18,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body, Shaft
-from mechlab.mechanism.reduced_chain import Chain, chains, coaxial
-from mechlab.mechanism.reduced_parts import chain_bodies, part_shafts
-from mechlab.mechanism.welds import without_welds
+from mechlab.mechanism.reduced_bodies import Chain, chain_bodies, chains, coaxial, part_shafts, without_welds
 
 MASS_TOLERANCE = 1e-12
 

@@ -15,13 +15,12 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.mechanism.coefficients import Coefficients
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Body, Joint
+from mechlab.mechanism.parts import Body, Coefficients, Joint
 
 SMALLEST, LARGEST = 1e-9, 1e12
 """Sizes [m] within which mechlab works: rounding and the squares and cubes of lengths stay far from the ends of doubles."""

@@ -7,11 +7,18 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.shapes import bevel, gears, helical, joints, links, platforms, rack, simple, slides
-from mechlab.shapes.files import obj_text, stl_bytes, write_obj, write_stl
-from mechlab.shapes.kind import Kind, Parameter, Times
-from mechlab.shapes.meshing import bevel_phase, external_phase, internal_phase, pitch_angles, rack_phase
-from mechlab.shapes.shading import Crisp, crisp, edges
+from mechlab.shapes import bevel, gears, joints, links, simple
+from mechlab.shapes.build import Kind, Parameter, Times, obj_text, stl_bytes, write_obj, write_stl
+from mechlab.shapes.shading import (
+    Crisp,
+    bevel_phase,
+    crisp,
+    edges,
+    external_phase,
+    internal_phase,
+    pitch_angles,
+    rack_phase,
+)
 from mechlab.shapes.solid import Mesh, area, bounds, is_watertight, merge, moved, volume
 
 __all__ = [
@@ -41,14 +48,8 @@ __all__ = [
     "write_stl",
 ]
 
-KINDS: Mapping[str, Kind] = MappingProxyType(
-    {
-        kind.name: kind
-        for module in (simple, helical, links, platforms, joints, slides, gears, rack, bevel)
-        for kind in module.KINDS
-    }
-)
-
+_MODULES = (simple, links, joints, gears, bevel)
+KINDS: Mapping[str, Kind] = MappingProxyType({kind.name: kind for module in _MODULES for kind in module.KINDS})
 
 MOST_COUNT = 2000
 """Of teeth, holes, spokes and the like in one solid."""

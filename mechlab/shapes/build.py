@@ -1,16 +1,117 @@
-"""The three ways a solid is made here: extruding outlines, turning a profile, sweeping a section along a helix."""
+"""What a kind of solid is: its parameters with units and defaults, and the function that builds it.
+
+The three ways a solid is made here: extruding outlines, turning a profile, sweeping a section along a helix.
+
+Meshes as files, the same bytes every time: binary STL, and OBJ with normals.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, unknown
+from mechlab.files import write
 from mechlab.shapes.polygon import circle
+from mechlab.shapes.shading import crisp
 from mechlab.shapes.solid import Mesh, Shell
+
+
+@dataclass(frozen=True)
+class Times:
+    """A default that is a multiple of another parameter."""
+
+    factor: float
+    of: str
+
+    def __str__(self) -> str:
+        return self.of if self.factor == 1.0 else f"{self.factor:g} {self.of}"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One size of a kind: `unit` is "m", "rad", "count" (a whole number), "module" or "pitch" (multiples of these).
+
+    `default` None means that it must be given; `low` is the smallest value allowed, itself included when `closed`.
+    """
+
+    name: str
+    unit: str
+    text: str
+    default: float | Times | None = None
+    low: float = -math.inf
+    closed: bool = True
+
+    def checked(self, kind: str, value: float) -> float | int:
+        """The value as int (counts) or float; raises MechlabError when it is not allowed."""
+        if not math.isfinite(value):
+            raise MechlabError(f"{kind}: {self.name} must be finite, got {value!r}.")
+        if value < self.low or (value == self.low and not self.closed):
+            unit = "" if self.unit == "count" else f" {self.unit}"
+            sign = "at least" if self.closed else "greater than"
+            raise MechlabError(f"{kind}: {self.name} must be {sign} {self.low:g}{unit}, got {value:g}.")
+        if self.unit != "count":
+            return value
+        if value != round(value):
+            raise MechlabError(f"{kind}: {self.name} must be a whole number, got {value:g}.")
+        return round(value)
+
+
+def length(name: str, text: str, default: float | Times | None = None) -> Parameter:
+    """A length greater than zero."""
+    return Parameter(name, "m", text, default, 0.0, closed=False)
+
+
+def gap(name: str, text: str, default: float | Times | None = 0.0) -> Parameter:
+    """A length that may be zero: nothing is cut or added then."""
+    return Parameter(name, "m", text, default, 0.0)
+
+
+def angle(name: str, text: str, default: float | None = 0.0) -> Parameter:
+    """An angle [rad]."""
+    return Parameter(name, "rad", text, default)
+
+
+def count(name: str, text: str, default: float | None = None, low: int = 0) -> Parameter:
+    """A whole number."""
+    return Parameter(name, "count", text, default, low)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of solid. `solid` is True when the mesh is one body; otherwise several closed bodies overlap."""
+
+    name: str
+    text: str
+    build: Callable[..., Mesh]
+    parameters: tuple[Parameter, ...]
+    solid: bool = True
+
+    def sizes(self, given: Mapping[str, float]) -> dict[str, float | int]:
+        """All parameters in their order: the given ones checked, the others by default.
+
+        Raises MechlabError that names an unknown, missing or impossible parameter.
+        """
+        names = [p.name for p in self.parameters]
+        for name in given:
+            if name not in names:
+                raise unknown(f"{self.name}: parameter", name, names)
+        missing = [p.name for p in self.parameters if p.default is None and p.name not in given]
+        if missing:
+            raise MechlabError(f"{self.name}: missing {', '.join(missing)}. Parameters: {', '.join(names)}.")
+        values: dict[str, float | int] = {}
+        for p in sorted(self.parameters, key=lambda p: p.name not in given and isinstance(p.default, Times)):
+            raw = given.get(p.name, p.default)
+            raw = raw.factor * values[raw.of] if isinstance(raw, Times) else raw
+            assert raw is not None  # missing parameters were refused above
+            values[p.name] = p.checked(self.name, float(raw))
+        return {name: values[name] for name in names}
+
 
 SEGMENTS = 48  # of a circle the eye rests on
 SMALL = 24  # of a bore, a bolt hole, a thin rod
@@ -101,3 +202,40 @@ def helix(section: ArrayLike, radius: float, low: float, pitch: float, turns: fl
     shell.faces(rings[0][fan])
     shell.faces(rings[-1][fan][:, ::-1])
     return shell.mesh()
+
+
+HEADER = "# mechlab mesh, metres"
+"""First line of an OBJ."""
+
+
+def stl_bytes(mesh: Mesh) -> bytes:
+    """Binary STL: 80 bytes of header, the count, then 50 bytes a triangle (float32: good enough for the eye)."""
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    data = np.zeros(len(mesh.faces), dtype=record)
+    data["normal"] = mesh.normals.astype("<f4") + 0.0
+    data["corners"] = mesh.corners.astype("<f4") + 0.0
+    return b"mechlab mesh, metres".ljust(80, b" ") + np.uint32(len(mesh.faces)).astype("<u4").tobytes() + data.tobytes()
+
+
+def obj_text(mesh: Mesh) -> str:
+    """Wavefront OBJ with split vertices and their normals, so that viewers keep the sharp edges sharp."""
+    split = crisp(mesh)
+    lines = [HEADER]
+    lines += ["v " + _numbers(p) for p in split.vertices]
+    lines += ["vn " + _numbers(n) for n in np.round(split.normals, 6) + 0.0]
+    lines += ["f " + " ".join(f"{i}//{i}" for i in face) for face in (split.faces + 1).tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(f"{x:.9g}" for x in values.tolist())
+
+
+def write_stl(mesh: Mesh, path: str | Path) -> None:
+    """Writes the mesh as binary STL [m]."""
+    write(path, stl_bytes(mesh))
+
+
+def write_obj(mesh: Mesh, path: str | Path) -> None:
+    """Writes the mesh as OBJ [m] with normals, line ends `\\n` on every system."""
+    write(path, obj_text(mesh))

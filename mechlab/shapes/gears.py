@@ -1,4 +1,7 @@
-"""Spur gears and internal gears: extruded involute outlines."""
+"""Spur gears and internal gears: extruded involute outlines.
+
+The toothed bar that a spur gear rolls on.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.shapes.build import SMALL, require
-from mechlab.shapes.kind import Kind, Parameter, Times, angle, count, gap, length
-from mechlab.shapes.outlines import feet, internal_outline, spur_outline, teeth_of, tooth_faces
+from mechlab.shapes.build import SMALL, Kind, Parameter, Times, angle, count, extrude, gap, length, require
+from mechlab.shapes.involute import feet, internal_outline, rack_outline, spur_outline, teeth_of, tooth_faces
 from mechlab.shapes.polygon import circle
 from mechlab.shapes.solid import Mesh, Shell
 
@@ -130,6 +132,15 @@ TOOTHED = (
 SHIFT = Parameter("profile_shift", "module", "profile shift", 0.0)
 PHASE = angle("phase", "angle from +x to the centre of a tooth")
 
+
+def rack(
+    teeth: int, module: float, width: float, height: float, pressure_angle: float, backlash: float, phase: float
+) -> Mesh:
+    """A toothed bar along x with its teeth towards +y, centred in z."""
+    outline = rack_outline(teeth, module, height, pressure_angle, backlash, phase)
+    return extrude(outline, (), -0.5 * width, 0.5 * width)
+
+
 KINDS = (
     Kind(
         "spur_gear",
@@ -161,6 +172,19 @@ KINDS = (
             *TOOTHED,
             SHIFT,
             PHASE,
+        ),
+    ),
+    Kind(
+        "rack",
+        "toothed bar along x, teeth to +y, pitch line y = 0, centred in z",
+        rack,
+        (
+            count("teeth", "number of teeth", low=1),
+            length("module", "pitch over pi"),
+            length("width", "width along z"),
+            length("height", "bar below the tooth roots", Times(2.0, "module")),
+            *TOOTHED,
+            Parameter("phase", "pitch", "x of a tooth centre; with 0 an odd number of teeth is centred", 0.0),
         ),
     ),
 )

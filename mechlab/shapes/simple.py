@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from mechlab.shapes.build import SMALL, arc, extrude, hollow, require, revolve, turned
-from mechlab.shapes.kind import Kind, Times, count, gap, length
+from mechlab.shapes.build import SMALL, Kind, Times, arc, count, extrude, gap, hollow, length, require, revolve, turned
 from mechlab.shapes.polygon import circle, rounded_rectangle
 from mechlab.shapes.solid import Mesh
 

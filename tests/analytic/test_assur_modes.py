@@ -10,7 +10,7 @@ import pytest
 from mechlab.analytic import assur
 from mechlab.catalog.class4_linkage.checks import random_groups
 from mechlab.errors import MechlabError
-from mechlab.study.mode_scan import scan_modes
+from mechlab.kit.mode_scan import scan_modes
 
 TABLE = np.genfromtxt(Path(__file__).parent / "class4_72_positions.csv", delimiter=",", names=True)
 

@@ -5,10 +5,10 @@ import pytest
 
 from mechlab.analytic import fourbar
 from mechlab.catalog import fourbar as catalog
+from mechlab.engines.mujoco.inverse import InverseDynamics
+from mechlab.engines.own.closed_path import ClosedPath
+from mechlab.engines.pinocchio import inverse_dynamics
 from mechlab.errors import NoSolution
-from mechlab.simulate.inverse import InverseDynamics
-from mechlab.solve import inverse_dynamics
-from mechlab.study.closed_path import ClosedPath
 
 LINKS = (
     fourbar.LinkMass(0.4, 0.03, 2e-4),

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from mechlab.analytic import wolfrom
-from mechlab.analytic.power_circulation import circulating_power
-from mechlab.analytic.power_flow import TrainMesh, efficiency, flow
+from mechlab.analytic.power_flow import TrainMesh, circulating_power, efficiency, flow
 from mechlab.errors import MechlabError, NoSolution
 
 SUN, CARRIER, PLANET, RING = np.eye(4)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from mechlab.analytic import transition_matrices as tm
+from mechlab.engines.pinocchio import PinPlant
 from mechlab.errors import MechlabError
 from mechlab.mechanism import Builder, Inertia, Placement, prismatic, revolute
 from mechlab.mechanism.geometry import axis_rotation
-from mechlab.solve import PinPlant
 
 RNG = np.random.default_rng(11)
 STEP = 1e-6

@@ -13,9 +13,9 @@ from importlib import metadata
 import numpy as np
 
 from mechlab import api
-from mechlab.study.chart_score import reference_of, tracked
-from mechlab.study.error_control import solve_to
-from mechlab.study.methods import Problem
+from mechlab.lab.accuracy import solve_to
+from mechlab.lab.methods import Problem
+from mechlab.studies.chart.score import reference_of, tracked
 
 PROBLEMS: tuple[tuple[str, dict[str, object]], ...] = (
     ("pendulum", {}),

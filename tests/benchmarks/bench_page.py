@@ -15,7 +15,7 @@ from typing import Any
 
 from mechlab import api, catalog
 from mechlab.errors import MechlabError
-from mechlab.view import write_page
+from mechlab.viewer import write_page
 
 ARGUMENTS = "--no-sandbox --disable-quic --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --ignore-gpu-blocklist"
 REPEATS = 5

@@ -88,10 +88,10 @@ def scaling() -> dict[str, list[tuple[int, float, float]]]:
 def overhead() -> None:
     """Sweeps against the same numbers computed by calling the engine or the closed form directly; best of some repeats."""
     import mechlab as ml
-    from mechlab.experiment.initial import initial_state
-    from mechlab.simulate.batch import roll
-    from mechlab.simulate.stepping import grid
-    from mechlab.study.run import run_scene
+    from mechlab.engines.mujoco.batch import roll
+    from mechlab.engines.mujoco.stepping import grid
+    from mechlab.experiment.scene import initial_state
+    from mechlab.lab.run import run_scene
     from mechlab.values import Range
 
     side, many = 1000, 4096

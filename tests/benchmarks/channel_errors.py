@@ -16,9 +16,9 @@ import numpy as np
 
 import mechlab as ml
 from mechlab.errors import MechlabError
-from mechlab.experiment.channel_errors import largest_difference, shared_times
+from mechlab.experiment.errors import largest_difference, shared_times
 from mechlab.experiment.recording import Recording
-from mechlab.study.design import Design
+from mechlab.lab.design import Design
 
 SHARP = 1e-9
 UNDERSTATED = 3.0

@@ -28,12 +28,12 @@ import numpy as np
 import mechlab as ml
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Settings
+from mechlab.lab.design import Design
+from mechlab.lab.run import run_scene
 from mechlab.mechanism import Builder, Joint, Mechanism, TreeKinematics
 from mechlab.mechanism.parts import GROUND, Body, LinearRelation, Winding
-from mechlab.study.design import Design
-from mechlab.study.run import run_scene
-from tests.solve.random_mechanisms import add_loop, direction, inertia, path_joints, placement
+from tests.engines.pinocchio.random_mechanisms import add_loop, direction, inertia, path_joints, placement
 
 EXACT = 1e-8
 """The same steps by the same engine: rounding alone, grown by the motion."""

@@ -4,7 +4,7 @@
 
 A closed form that no check calls is not drawn; those are listed, too. 2026-11-21, MuJoCo 4.0.0, Pinocchio 4.1.0: all of the
 seeds 0 to 199 and 20000 to 20199 are caught. What that does not say: most faults of builders are caught by the checks of moving
-states (`mechlab.study.mass_check`), whose closed forms say where every particle is and how fast; a mistake that these share
+states (`mechlab.kit.mass_check`), whose closed forms say where every particle is and how fast; a mistake that these share
 with the builder, such as a wrong value of a parameter, is not drawn.
 
 A process for each mechanism, two at a time. Prints a table by family and kind, and every escape.
@@ -26,8 +26,8 @@ Row = tuple[int, str, str, str, str, str, float]
 
 def work(job: tuple[str, list[int]]) -> list[Row]:
     """The verdicts on the faults of one mechanism: (seed, mechanism, family, kind, text, by, seconds)."""
-    from mechlab.study.check import checks_of
-    from mechlab.study.design import design
+    from mechlab.lab.design import design
+    from mechlab.studies.check.check import checks_of
     from tests.faults.formulas import functions_of
     from tests.faults.hunt import called_formulas, draw, hunt
 

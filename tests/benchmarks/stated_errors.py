@@ -22,9 +22,9 @@ import mechlab as ml
 from mechlab import catalog
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Entry
-from mechlab.study.chart_score import reference_of, tracked
-from mechlab.study.error_control import solve_to
-from mechlab.study.methods import Problem
+from mechlab.lab.accuracy import solve_to
+from mechlab.lab.methods import Problem
+from mechlab.studies.chart.score import reference_of, tracked
 
 TARGETS, SHARES, LONGEST = (1e-3, 1e-5, 1e-7, 1e-9), (0.2, 0.5, 1.0), 3.0
 RESOLVED = 1e-10

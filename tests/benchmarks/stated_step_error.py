@@ -23,17 +23,16 @@ import numpy as np
 import mechlab as ml
 from mechlab import catalog
 from mechlab.errors import MechlabError
-from mechlab.experiment.channel_errors import largest_difference, shared_times
+from mechlab.experiment.errors import largest_difference, shared_times
 from mechlab.experiment.held_rates import HeldRates, RateHold, captured
 from mechlab.experiment.laws import ConstantPower, DcMotor, Harmonic, Law, Motor, OneSidedStop, Servo, Viscous
 from mechlab.experiment.motion import Sine
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings, preset
+from mechlab.experiment.scene import Scene, Settings, preset
+from mechlab.lab.by_engine import run_by_engine
+from mechlab.lab.nature import by_nature, with_static_motors
+from mechlab.lab.step_error import with_step_error
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
-from mechlab.study.by_engine import run_by_engine
-from mechlab.study.nature import by_nature, with_static_motors
-from mechlab.study.step_error import with_step_error
 from tests.benchmarks.stated_errors import drawn
 
 FLOOR = 1e-12

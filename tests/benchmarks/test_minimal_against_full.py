@@ -8,10 +8,10 @@ import time
 import mujoco
 import pytest
 
-from mechlab.experiment.settings import Settings
+from mechlab.engines.mujoco import to_mujoco
+from mechlab.experiment.scene import Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.reduction import reduce
-from mechlab.simulate import to_mujoco
 from tests.mechanism.trains import closed_differential
 
 STEPS, REPEATS = 10_000, 6

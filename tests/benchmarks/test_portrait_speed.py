@@ -8,7 +8,7 @@ import pytest
 from mechlab.analytic.impulse import slope
 from mechlab.catalog.impulse_transmission.runs import of_scene
 from mechlab.integrate import integrate_adaptive
-from mechlab.study.portrait import flow
+from mechlab.kit.portrait import flow
 
 
 @pytest.mark.slow

@@ -15,14 +15,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import null_space
 
+from mechlab.engines.pinocchio import PinConstraints, PinKinematics, Quantities, assemble, frame_motion
 from mechlab.errors import MechlabError
+from mechlab.kit.determined import level
+from mechlab.lab.ask import ask
+from mechlab.lab.design import design, entry_of
 from mechlab.mechanism import Mechanism, integrate
 from mechlab.mechanism.structure import sample_poses, structure
-from mechlab.solve import PinConstraints, PinKinematics, Quantities, assemble, frame_motion
-from mechlab.study.ask import ask
-from mechlab.study.design import design, entry_of
-from mechlab.study.quantity_names import level
-from tests.solve.random_mechanisms import random_mechanism
+from tests.engines.pinocchio.random_mechanisms import random_mechanism
 
 NEAR = 0.05
 """Other poses are sought from so far away [rad or m]."""
@@ -177,7 +177,7 @@ def examine(seed: int) -> Verdict | None:
 
 
 def _wanted(m, given):
-    from mechlab.study.ask import _wanted as wanted
+    from mechlab.lab.ask import _wanted as wanted
 
     return wanted(m, given)
 

@@ -13,7 +13,7 @@ from mechlab.catalog.closed_differential.parameters import Parameters
 from mechlab.catalog.closed_differential.probes import run
 from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.study.check import checks_of
+from mechlab.studies.check.check import checks_of
 
 NAMES = ("w_H1", "w_H2", "w1", "w3")
 USED = {"w_H2": 50, "w1": 200, "w3": 100 / 3, "w2": -300, "w5": 12.5, "M21": 40, "M23": 60, "M54": 20, "M56": 180,

@@ -20,8 +20,8 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.probes import SOURCE, reach, without_stops
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.errors import MechlabError
-from mechlab.experiment.check import Measured
-from mechlab.experiment.settings import PRESETS
+from mechlab.experiment.entry import Measured
+from mechlab.experiment.scene import PRESETS
 from mechlab.mechanism import Builder, Inertia
 
 BY_ID = {c.id: c for c in CHECKS}

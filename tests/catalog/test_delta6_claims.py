@@ -14,8 +14,8 @@ import pytest
 from mechlab.catalog.delta6.claims import CLAIMS
 from mechlab.catalog.delta6.claims_velocity import shows
 from mechlab.catalog.delta6.probes import SOURCE
-from mechlab.experiment.check import Finding, Verdict
-from mechlab.study.claims import ClaimReport
+from mechlab.experiment.entry import Finding, Verdict
+from mechlab.studies.check.claims import ClaimReport
 
 BY_ID = {c.id: c for c in CLAIMS}
 HOLDS, ONLY_IF, MISPRINT, FAILS, CANNOT = (

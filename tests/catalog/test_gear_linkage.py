@@ -18,13 +18,13 @@ from mechlab.catalog.gear_linkage.looks import tooth_counts
 from mechlab.catalog.gear_linkage.parameters import PRESETS, Parameters
 from mechlab.catalog.gear_linkage.scenes import coordinates, free_spin, near_change_point, reference
 from mechlab.cli import main
+from mechlab.engines.mujoco import run
+from mechlab.engines.pinocchio import run as run_pinocchio
 from mechlab.errors import NoSolution
-from mechlab.experiment.check import Verdict
+from mechlab.experiment.entry import Verdict
 from mechlab.experiment.observe import ModeWatch
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Settings
 from mechlab.mechanism import TreeKinematics, structure
-from mechlab.simulate import run
-from mechlab.solve import run as run_pinocchio
 
 L2 = {"crank": 0.52, "coupler": 1.0, "rocker": 0.8, "idler_radius": 0.4}
 

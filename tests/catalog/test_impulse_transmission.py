@@ -15,10 +15,10 @@ from mechlab.catalog.impulse_transmission.problems import WithMotor
 from mechlab.catalog.impulse_transmission.scenes import SCENES, simulate
 from mechlab.cli import main
 from mechlab.errors import MechlabError
-from mechlab.experiment.check import Verdict
+from mechlab.experiment.entry import Verdict
 from mechlab.formats import from_json, from_mjcf, to_json, to_mjcf
 from mechlab.integrate import integrate_hybrid
-from mechlab.study.methods import METHODS, Problem, method
+from mechlab.lab.methods import METHODS, Problem, method
 
 
 def told(words: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, dict]:

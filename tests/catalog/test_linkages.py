@@ -11,11 +11,11 @@ import pytest
 from mechlab.catalog import entry
 from mechlab.catalog.class4_linkage.claims import CLAIMS
 from mechlab.cli import main
-from mechlab.experiment.check import Verdict
-from mechlab.study.ask import ask
-from mechlab.study.check import run_checks
-from mechlab.study.design import design
-from mechlab.study.run import run_scene
+from mechlab.experiment.entry import Verdict
+from mechlab.lab.ask import ask
+from mechlab.lab.design import design
+from mechlab.lab.run import run_scene
+from mechlab.studies.check.check import run_checks
 
 TABLE = np.genfromtxt(Path(__file__).parents[1] / "analytic" / "class4_72_positions.csv", delimiter=",", names=True)
 TIMES = np.radians(5.0) * np.arange(72)

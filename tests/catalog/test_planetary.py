@@ -11,7 +11,7 @@ from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.catalog.planetary import CHECKS, Parameters, build, phases
 from mechlab.catalog.planetary.claims import CLAIMS
 from mechlab.errors import MechlabError
-from mechlab.experiment.check import Verdict
+from mechlab.experiment.entry import Verdict
 from mechlab.mechanism import structure
 
 

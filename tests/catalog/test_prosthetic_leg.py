@@ -12,7 +12,7 @@ from mechlab.catalog.prosthetic_leg.dynamics import engine_terms, own_terms, ran
 from mechlab.catalog.prosthetic_leg.parameters import Parameters, Segment, body
 from mechlab.cli import main
 from mechlab.errors import MechlabError
-from mechlab.experiment.check import Verdict
+from mechlab.experiment.entry import Verdict
 
 # Specification of the leg, swing scene: pin 4.1.0 and an own RK4 at 2e-4 s agree in these digits.
 END = dict(zip(LEG, [-1.225233471e-03, 1.082018120e-01, 1.044022850e-04, 8.684396522e-01, 1.177057726e-04,

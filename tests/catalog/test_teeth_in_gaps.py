@@ -11,8 +11,7 @@ from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
 from mechlab.mechanism.angle_basis import dependent_angles
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.shape import Shape
-from mechlab.shapes.involute import Teeth
-from mechlab.shapes.outlines import internal_outline, spur_outline
+from mechlab.shapes.involute import Teeth, internal_outline, spur_outline
 from tests.shapes.test_gears import dense, depth
 
 ALPHA = math.radians(20.0)

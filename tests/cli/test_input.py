@@ -10,7 +10,7 @@ import mechlab as ml
 from mechlab import catalog
 from mechlab.cli import VERBS, main
 from mechlab.errors import MechlabError
-from mechlab.experiment.key_units import question_units
+from mechlab.experiment.parameters import question_units
 
 WRONG = [
     ("solve fourbar crank_angle=5mm", "crank_angle: expected an angle (rad, mrad, deg, ...), got 5mm"),

@@ -14,7 +14,7 @@ import pytest
 
 import mechlab
 from mechlab.formats import from_json, load_recording
-from mechlab.view.film import find_ffmpeg
+from mechlab.viewer.film import find_ffmpeg
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 COMMANDS = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechlab import api
-from mechlab.experiment.channel_errors import differences, with_errors
+from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.recording import Recording
 
 MECHANISM = api.load("pendulum").mechanism()

@@ -9,8 +9,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.held_rates import HeldRates, RateHold
 from mechlab.experiment.laws import Constant, Harmonic
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
 
 DISC = Inertia.axial(1.0, 0.5, 0.25)
@@ -25,8 +24,8 @@ def two_discs(joined: bool = False) -> Mechanism:
 
 
 def run(m: Mechanism, law: HeldRates, engine: str, rates: dict[str, float], duration: float = 1.0) -> Recording:
-    from mechlab.simulate import run as mujoco
-    from mechlab.solve import run as pinocchio
+    from mechlab.engines.mujoco import run as mujoco
+    from mechlab.engines.pinocchio import run as pinocchio
 
     scene = Scene("held", "full", duration, (law,), initial_rates=rates)
     return (mujoco if engine == "mujoco" else pinocchio)(m, scene, Settings(engine=engine, integrator="RK4"))

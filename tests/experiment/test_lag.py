@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
+from mechlab.engines.mujoco import run
 from mechlab.experiment.lag import lag_findings, predicted_lags, softness
 from mechlab.experiment.laws import Constant, Harmonic
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import PRESETS, Settings, preset
+from mechlab.experiment.scene import PRESETS, Scene, Settings, preset
 from mechlab.mechanism import Builder, Mechanism, revolute
 from mechlab.mechanism.reduction import reduce
-from mechlab.simulate import run
 from tests.mechanism.trains import closed_differential, disc
 
 

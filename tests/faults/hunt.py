@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from mechlab import catalog
+from mechlab.engines.pinocchio import model as pin_models
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.experiment.check import Check
+from mechlab.experiment.entry import Check
 from mechlab.formats.mjcf import to_mjcf
-from mechlab.solve import model as pin_models
-from mechlab.study import planar_entry
-from mechlab.study.check import checks_of
-from mechlab.study.design import Design, design
+from mechlab.kit import planar_entry
+from mechlab.lab.design import Design, design
+from mechlab.studies.check.check import checks_of
 from tests.faults import builders, formulas, writers
 from tests.faults.marks import marks
 from tests.faults.patch import replaced

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import _lru_cache_wrapper
 from typing import Any
 
-from mechlab.solve import model as pin_models
+from mechlab.engines.pinocchio import model as pin_models
 
 
 def clear_caches() -> None:

@@ -9,11 +9,11 @@ import mechlab.catalog.fourbar as fourbar
 from mechlab import catalog
 from mechlab.analytic.fourbar import kinematics
 from mechlab.catalog.fourbar import checks, questions, scenes
-from mechlab.experiment.check import Check
+from mechlab.engines.mujoco import model as simulate_model
+from mechlab.experiment.entry import Check
 from mechlab.formats.mjcf import to_mjcf
-from mechlab.simulate import model as simulate_model
-from mechlab.study.check import checks_of
-from mechlab.study.design import design
+from mechlab.lab.design import design
+from mechlab.studies.check.check import checks_of
 from tests.faults import builders, formulas
 from tests.faults.hunt import draw, hunt
 from tests.faults.marks import marks

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from mechlab.engines.mujoco.control import engine
+from mechlab.engines.pinocchio.model import PinModel
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.simulate.control import engine
-from mechlab.solve.model import PinModel
 from tests.faults.builders import Rng, one
 
 TextAlter = Callable[[str], str]

@@ -9,7 +9,7 @@ from mechanism_zoo import ALL, arm, state, tree
 
 from mechlab.errors import MechlabError
 from mechlab.formats import from_mjcf, to_mjcf
-from mechlab.formats.fractions_of_floats import exact
+from mechlab.formats.json_text import exact
 from mechlab.mechanism import ConstraintSet, Inertia, Shape, TreeKinematics
 
 

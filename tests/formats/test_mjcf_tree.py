@@ -9,7 +9,7 @@ import pytest
 from mechanism_zoo import ALL, arm, fourbar, state, tree
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.settings import Settings, preset
+from mechlab.experiment.scene import Settings, preset
 from mechlab.formats import to_mjcf
 from mechlab.formats.statics import hold
 from mechlab.mechanism import Builder, Inertia, TreeKinematics, prismatic, revolute, spherical

@@ -12,8 +12,7 @@ import pytest
 from mechanism_zoo import fourbar
 
 from mechlab.errors import MechlabError
-from mechlab.experiment.health import Finding, Health
-from mechlab.experiment.recording import Recording
+from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.formats import load_recording, save_recording
 
 N = 5

@@ -11,8 +11,7 @@ from mechanism_zoo import ALL, arm, fourbar, planetary, state, tree
 
 from mechlab.errors import MechlabError
 from mechlab.formats import from_urdf, to_urdf, urdf_map
-from mechlab.formats.urdf import roll_pitch_yaw
-from mechlab.formats.urdf_mimic import mimics
+from mechlab.formats.urdf import mimics, roll_pitch_yaw
 from mechlab.mechanism import Builder, Inertia, Placement, TreeKinematics, mimic, revolute
 from mechlab.mechanism.geometry import axis_rotation, matrix_to_quaternion
 

@@ -12,8 +12,7 @@ import pytest
 from mechlab import shapes
 from mechlab.errors import MechlabError
 from mechlab.shapes.bevel import back_cone_outline
-from mechlab.shapes.involute import Teeth, ring_tooth, tooth
-from mechlab.shapes.outlines import internal_outline, rack_outline, spur_outline
+from mechlab.shapes.involute import Teeth, internal_outline, rack_outline, ring_tooth, spur_outline, tooth
 
 ALPHA = math.radians(20.0)
 EXTERNAL = [(6, 80), (8, 8), (12, 12), (12, 36), (18, 36), (20, 20), (17, 101)]

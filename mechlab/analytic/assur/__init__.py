@@ -4,16 +4,11 @@ Points are complex numbers x + iy with velocity and acceleration; all functions 
 """
 
 from mechlab.analytic.assur.all_modes import all_modes
-from mechlab.analytic.assur.arclength import ClosedCurve, closed_curve
-from mechlab.analytic.assur.cycle import Branch, follow
-from mechlab.analytic.assur.dyads import ChangePoint, Dyad
+from mechlab.analytic.assur.continuation import ClosedCurve, closed_curve, march
+from mechlab.analytic.assur.cycle import Branch, GroupMotion, follow, mode_rates
+from mechlab.analytic.assur.dyads import ChangePoint, Dyad, prp, rpp, rpr, rrp, rrr
 from mechlab.analytic.assur.folds import Family, Fold, empty_arcs, folds, solve_fold
-from mechlab.analytic.assur.guides import prp, rpp
-from mechlab.analytic.assur.march import march
-from mechlab.analytic.assur.mode_rates import GroupMotion, mode_rates
 from mechlab.analytic.assur.plane import Guide, Point, Scalar, driver, fixed, fixed_guide, rigid, scalar
-from mechlab.analytic.assur.rrr import rrr
-from mechlab.analytic.assur.sliders import rpr, rrp
 from mechlab.analytic.assur.two_loops import Modes, TwoLoops, class_four, class_three, two_loops
 
 __all__ = [

@@ -4,9 +4,6 @@ engine and of joint-coordinate trees. Problems: A01 to A05 of the IFToMM library
 from mechlab.analytic.benchmarks.andrews import Squeezer
 from mechlab.analytic.benchmarks.bricard import Bricard
 from mechlab.analytic.benchmarks.flyball import Governor
-from mechlab.analytic.benchmarks.four_bar import FourbarCrank
-from mechlab.analytic.benchmarks.parallelogram import ParallelogramChain
-from mechlab.analytic.benchmarks.pendulum import Pendulum
-from mechlab.analytic.benchmarks.slider_crank import SliderCrank
+from mechlab.analytic.benchmarks.planar import FourbarCrank, ParallelogramChain, Pendulum, SliderCrank
 
 __all__ = ["Bricard", "FourbarCrank", "Governor", "ParallelogramChain", "Pendulum", "SliderCrank", "Squeezer"]

@@ -2,6 +2,16 @@
 
 A `Jet` is a value with its first two derivatives by the drive angle; a point of the plane is x + i y. The equation of the
 one freedom (Eksergian 1930): J w' + J'/2 w^2 = Q, J = sum m |z'|^2 + I theta'^2, J'/2 = sum m Re(conj z' z'') + I theta' theta''.
+
+The crank of a four-bar of uniform slender bars as a scalar equation, for integration at sharp tolerances.
+
+`mechlab.analytic.fourbar` gives the same for arrays; this evaluates one state in plain floats, thirty times faster.
+
+A02: a chain of N parallelograms, N + 1 equal rockers and N couplers, in a vertical plane. One freedom.
+
+A01: a point mass on a massless rod, in a vertical plane.
+
+A centric slider-crank of slender bars, one freedom: the equation of its crank.
 """
 
 from __future__ import annotations
@@ -10,6 +20,10 @@ import cmath
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.analytic.physical_pendulum import PhysicalPendulum
 from mechlab.errors import NoSolution
 
 
@@ -86,3 +100,152 @@ class Balance:
     def acceleration(self, speed: float, torque: float = 0.0) -> float:
         """Angular acceleration of the drive under its torque [N m]."""
         return (torque + self.force - self.half_derivative * speed * speed) / self.inertia
+
+
+@dataclass(frozen=True)
+class FourbarCrank:
+    """Lengths [m]; mode +1: the joint lies left of the vector from crank pin to rocker pivot; gravity [m/s2] along -y.
+
+    moments: of crank, coupler, rocker about their centres [kg m2]; None: slender rods, m L^2 / 12.
+    """
+
+    crank: float
+    coupler: float
+    rocker: float
+    ground: float
+    mode: int
+    mass_per_length: float
+    gravity: float
+    moments: tuple[float, float, float] | None = None
+
+    def acceleration(self, phi: float, rate: float, torque: float) -> float:
+        """Crank acceleration [rad/s2] under a torque [N m]. Raises NoSolution where the loop does not close."""
+        drive, pivot = Jet(phi, 1.0), Jet(complex(self.ground))
+        pin = arm(drive, self.crank)
+        coupler, rocker = dyad(pin, pivot, self.coupler, self.rocker, self.mode, "fourbar: coupler and rocker")
+        sums = Balance()
+        g = complex(0.0, -self.gravity)
+        lengths = (self.crank, self.coupler, self.rocker)
+        moments = self.moments or tuple(self.mass_per_length * x**3 / 12.0 for x in lengths)
+        bars = zip((Jet(0.0), pin, pivot), (drive, coupler, rocker), lengths, moments, strict=True)
+        for start, angle, length, moment in bars:
+            sums.body(self.mass_per_length * length, moment, start + arm(angle, 0.5 * length), angle, g)
+        return sums.acceleration(rate, torque)
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ParallelogramChain:
+    """The couplers translate, so that every one of them moves like a point mass at a rocker's tip. With theta clockwise
+    from upright (uniform slender rockers):
+
+        theta'' = (g / L) sin(theta) [(N + 1) m_r / 2 + N m_c] / [(N + 1) m_r / 3 + N m_c]
+
+    The tip of the first rocker stands at L (sin theta, cos theta). SI units.
+    """
+
+    count: int
+    rocker_length: float
+    rocker_mass: float
+    coupler_mass: float
+    gravity: float
+
+    @property
+    def stiffness(self) -> float:
+        """theta'' / sin(theta) [1/s2]."""
+        rockers, couplers = (self.count + 1) * self.rocker_mass, self.count * self.coupler_mass
+        return self.gravity / self.rocker_length * (rockers / 2.0 + couplers) / (rockers / 3.0 + couplers)
+
+    def slope(self, t: float, y: Array) -> Array:
+        """Rate (2,) of y = (theta, theta')."""
+        return np.array([y[1], self.stiffness * math.sin(y[0])])
+
+
+@dataclass(frozen=True)
+class Pendulum:
+    """phi'' = -(g / L) cos phi, phi from the horizontal +x; the mass stands at L (cos phi, sin phi). SI units."""
+
+    length: float
+    gravity: float
+
+    def slope(self, t: float, y: Array) -> Array:
+        """Rate (2,) of y = (phi, phi')."""
+        return np.array([y[1], -self.gravity / self.length * math.cos(y[0])])
+
+    def in_closed_form(self, start: float, rate: float, t: Array) -> Array:
+        """(n,) phi at times t [s] from `start` [rad] at `rate` [rad/s], by elliptic functions (exact to rounding).
+
+        Raises NoSolution as `PhysicalPendulum.motion`, of which this is the angle and that of the lowest position.
+        """
+        if self.gravity == 0.0:
+            return start + rate * np.asarray(t)
+        lowest = -math.copysign(0.5 * math.pi, self.gravity)
+        motion = PhysicalPendulum(math.sqrt(abs(self.gravity) / self.length), start - lowest, rate)
+        return motion.motion(t)[0] + lowest
+
+
+@dataclass(frozen=True)
+class SliderCrank:
+    """Crank r turns about the origin, rod l, slider on the x axis at r cos(phi) + l cos(psi), l sin(psi) = -r sin(phi).
+
+    Masses in kg, gravity along -y, SI units. Bars are uniform and slender.
+    """
+
+    crank: float
+    rod: float
+    crank_mass: float
+    rod_mass: float
+    slider_mass: float
+    gravity: float
+
+    def rod_angle(self, phi: Jet) -> Jet:
+        """Angle of the rod from +x, with derivatives; raises NoSolution when the rod is too short."""
+        pin = arm(phi, self.crank)
+        sine = -pin.value.imag / self.rod
+        if abs(sine) >= 1.0:
+            raise NoSolution(f"slider-crank: the rod of {self.rod:g} m cannot follow a crank of {self.crank:g} m.")
+        cosine = math.sqrt(1.0 - sine * sine)
+        first = -pin.first.imag / (self.rod * cosine)
+        second = (-pin.second.imag / self.rod + sine * first * first) / cosine
+        return Jet(math.asin(sine), first, second)
+
+    def pose(self, angle: float) -> tuple[Jet, Jet, Jet]:
+        """Crank pin, rod angle and slider position (a point) at a crank angle, with derivatives by it."""
+        phi = Jet(angle, 1.0, 0.0)
+        pin, psi = arm(phi, self.crank), self.rod_angle(phi)
+        return pin, psi, pin + arm(psi, self.rod)
+
+    def slope(self, t: float, y: Array) -> Array:
+        """Rate (2,) of y = (phi, phi'): J w' + J'/2 w^2 = Q in plain floats, the points of `pose` written out."""
+        phi, speed = float(y[0]), float(y[1])
+        r, rod, half = self.crank, self.rod, 0.5 * self.rod
+        s, c = math.sin(phi), math.cos(phi)
+        sine = -r * s / rod
+        if abs(sine) >= 1.0:
+            raise NoSolution(f"slider-crank: the rod of {rod:g} m cannot follow a crank of {r:g} m.")
+        cosine = math.sqrt(1.0 - sine * sine)
+        turn = -r * c / (rod * cosine)
+        bend = (r * s / rod + sine * turn * turn) / cosine
+        # derivatives by phi of e^(i psi), then of the middle of the rod and of the slider
+        along, across = -turn * sine, turn * cosine
+        along2, across2 = -bend * sine - turn * turn * cosine, bend * cosine - turn * turn * sine
+        x, z = -r * s + half * along, r * c + half * across
+        x2, z2 = -r * c + half * along2, -r * s + half * across2
+        out, out2 = -r * s + rod * along, -r * c + rod * along2
+        spin = self.rod_mass * rod * rod / 12.0
+        inertia = self.crank_mass * r * r / 3.0 + self.rod_mass * (x * x + z * z) + spin * turn * turn
+        inertia += self.slider_mass * out * out
+        half_slope = self.rod_mass * (x * x2 + z * z2) + spin * turn * bend + self.slider_mass * out * out2
+        force = -self.gravity * (0.5 * self.crank_mass * r * c + self.rod_mass * z)
+        return np.array([speed, (force - half_slope * speed * speed) / inertia])
+
+    def states(self, y: Array) -> tuple[Array, Array]:
+        """(n, 3) crank angle, rod angle, slider [m], and their rates, along states y (n, 2)."""
+        values, rates = [], []
+        for angle, speed in y:
+            _, psi, slider = self.pose(float(angle))
+            values.append([angle, psi.value.real, slider.value.real])
+            rates.append([speed, psi.first.real * speed, slider.first.real * speed])
+        return np.array(values), np.array(rates)

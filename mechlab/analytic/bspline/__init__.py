@@ -11,8 +11,7 @@ from mechlab.analytic.bspline.length import (
     simpson_spans,
     smooth_pieces,
 )
-from mechlab.analytic.bspline.ramp import Ramp
-from mechlab.analytic.bspline.travel import Braking, Travel, braking, braking_distance
+from mechlab.analytic.bspline.travel import Braking, Ramp, Travel, braking, braking_distance
 
 __all__ = [
     "BSpline",

@@ -5,11 +5,17 @@ Gosselin & Angeles 1990 for the implicit Jacobians; the rest is derived in the d
 
 from mechlab.analytic.delta6.cardan import (
     CardanAngles,
+    artobolevsky,
     cardan_angles,
     cardan_bend,
+    chebyshev,
     home_axes,
+    misphase_amplitude,
+    misphase_error,
+    misphase_output,
     rod_speed_ratio,
     rod_speed_ratios,
+    somov_malyshev,
 )
 from mechlab.analytic.delta6.control import (
     SOURCE_POSITION_GAIN,
@@ -24,23 +30,21 @@ from mechlab.analytic.delta6.control import (
     source_targets,
 )
 from mechlab.analytic.delta6.drives import (
-    angles_from_drives,
-    drive_matrix,
-    drive_rate_gain,
-    drives_from_angles,
-    printed_drive_matrix,
-    single_drive_rate_gain,
-)
-from mechlab.analytic.delta6.friction import (
     PRESSURE_ANGLE,
     SOURCE_STAGE_RATIOS,
     SOURCE_TABLE_FRICTION,
     SOURCE_TABLE_FRICTIONLESS,
     MeshSliding,
     TorqueChain,
+    angles_from_drives,
     approach_loss,
     contact_point,
+    drive_matrix,
+    drive_rate_gain,
+    drives_from_angles,
+    printed_drive_matrix,
     recess_loss,
+    single_drive_rate_gain,
     sliding_velocity,
     tip_distance,
     torque_chain,
@@ -56,62 +60,63 @@ from mechlab.analytic.delta6.head import (
     mass_matrix,
     mass_matrix_slope,
 )
-from mechlab.analytic.delta6.misphase import misphase_amplitude, misphase_error, misphase_output
-from mechlab.analytic.delta6.mobility import artobolevsky, chebyshev, somov_malyshev
-from mechlab.analytic.delta6.pose import OutputPose, PoseDrives, forward, inverse, inverse_from_axes, output_axis
-from mechlab.analytic.delta6.pose_rates import (
+from mechlab.analytic.delta6.pose import (
+    OutputPose,
+    PoseDrives,
     drive_accelerations,
     drive_rates,
+    forward,
+    inverse,
+    inverse_from_axes,
     jacobian,
     output_acceleration,
+    output_axis,
     output_twist,
 )
 from mechlab.analytic.delta6.rotation import (
     SINGULAR_COSINE,
     Angles,
-    extract_angles,
-    other_angles,
-    printed_turn_back,
-    rotation_from_axes,
-    rotation_matrix,
-    wrap,
-)
-from mechlab.analytic.delta6.rotation_rates import (
     angle_accelerations,
     angle_rates,
     angular_acceleration,
     angular_velocity,
+    extract_angles,
     inverse_rate_matrix,
     orientation_determinant,
+    other_angles,
+    printed_turn_back,
     rate_matrix,
+    rotation_from_axes,
+    rotation_matrix,
+    wrap,
 )
 from mechlab.analytic.delta6.translation import (
     ForwardPosition,
     InversePosition,
     forward_position,
-    inverse_position,
-    leg_vectors,
-    squared_heights,
-)
-from mechlab.analytic.delta6.translation_rates import (
     implicit_matrices,
+    inverse_position,
     leg_heights,
+    leg_vectors,
     platform_acceleration,
     platform_velocity,
     slider_accelerations,
     slider_rates,
+    squared_heights,
     translation_jacobian,
 )
 from mechlab.analytic.delta6.workspace import (
     PoseMargins,
     WorkspaceCounts,
+    WorkspaceLimits,
+    clearance,
     condition,
     inverse_condition,
     pose_margins,
     reach_margin,
     workspace_counts,
+    workspace_region,
 )
-from mechlab.analytic.delta6.workspace_region import WorkspaceLimits, clearance, workspace_region
 
 __all__ = [
     "PRESSURE_ANGLE",

@@ -5,6 +5,17 @@ by `cross` about the common axis b: rod orientation Rz(phi) R_a(fork) R_b(cross)
 phi = 0) has both angles zero, u0 = w0 / L, b = unit(z x u0), a = z x b. The lower end mirrors the upper one:
 the lower cross turns by -cross about b against the rod, and the lower stub by phi about Z with the lower fork at
 +fork about a against it. Both forks being in phase, the lower stub repeats phi exactly.
+
+Double cardan joint with equal bends whose two forks on the rod are out of phase.
+
+theta_1 is the upper pin's angle from the normal to both shafts' plane, theta_2 the rod's, theta_3 the output's:
+tan(theta_2) = c tan(theta_1), tan(theta_3) = tan(theta_2 + delta) / c, c = cos(bend). As a map of directions this is
+diag(1, 1/c) R(delta) diag(1, c): a rotation, a stretch and a rotation, which gives the amplitude in closed form.
+
+Counting formulas for the freedoms of a chain.
+
+n: moving links; p5, p4, p3: pairs with one, two, three freedoms. The formulas know nothing of dimensions: idle spins
+are counted as freedoms, redundant constraints as if they acted.
 """
 
 from __future__ import annotations
@@ -14,10 +25,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.delta6._inputs import FloatArray, finite, vectors
-from mechlab.analytic.delta6.geometry import Delta6
-from mechlab.analytic.delta6.translation import leg_vectors
-from mechlab.analytic.delta6.translation_rates import leg_heights
+from mechlab.analytic.delta6.geometry import Delta6, FloatArray, finite, vectors
+from mechlab.analytic.delta6.translation import leg_heights, leg_vectors
+from mechlab.errors import MechlabError
 
 
 @dataclass(frozen=True)
@@ -108,3 +118,69 @@ def _rods(geom: Delta6, position: ArrayLike) -> FloatArray:
 
 def _wrap(angle: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))
+
+
+SMALLEST_COSINE = 1e-12
+"""cos(bend) at and below which a joint counts as bent by 90 deg; the cosine of pi/2 itself is 6e-17 in floats."""
+
+
+def misphase_output(pin_angle: ArrayLike, bend: ArrayLike, misphase: ArrayLike) -> FloatArray:
+    """theta_3 for theta_1 = pin_angle, continuous over any number of turns. Arrays broadcast, radians.
+
+    With misphase 0 it is theta_1 itself. Raises MechlabError unless |bend| < 90 deg.
+    """
+    theta, c, delta = finite("pin_angle", pin_angle), _cosine(bend), finite("misphase", misphase)
+    rod = theta + _lag(theta, c)
+    return np.asarray(rod + delta + _lag(rod + delta, 1.0 / c))
+
+
+def misphase_error(pin_angle: ArrayLike, bend: ArrayLike, misphase: ArrayLike) -> FloatArray:
+    """Output minus input minus misphase, radians: zero for all angles only with the forks in phase."""
+    theta, delta = finite("pin_angle", pin_angle), finite("misphase", misphase)
+    return np.asarray(misphase_output(theta, bend, delta) - theta - delta)
+
+
+def misphase_amplitude(bend: ArrayLike, misphase: ArrayLike) -> FloatArray:
+    """Half the swing of `misphase_error` over a turn, arctan(|sin(misphase)| (1/c - c) / 2), c = cos(bend).
+
+    At misphase 90 deg this is asin((1 - k) / (1 + k)) with k = c^2, and the error swings symmetrically about zero.
+    """
+    c = _cosine(bend)
+    return np.asarray(np.arctan(np.abs(np.sin(finite("misphase", misphase))) * (1.0 / c - c) / 2.0))
+
+
+def _lag(theta: FloatArray, factor: FloatArray) -> FloatArray:
+    """arctan(factor tan(theta)) - theta without the jumps of the tangent."""
+    s, c = np.sin(theta), np.cos(theta)
+    return np.asarray(np.arctan2((factor - 1.0) * s * c, c * c + factor * s * s))
+
+
+def _cosine(bend: ArrayLike) -> FloatArray:
+    c = np.asarray(np.cos(finite("bend", bend)))
+    if np.any(c <= SMALLEST_COSINE):
+        raise MechlabError("bend reaches 90 deg; expected |bend| < pi/2, where a cardan joint still transmits rotation")
+    return c
+
+
+def somov_malyshev(n: int, p5: int, p4: int = 0, p3: int = 0, p2: int = 0, p1: int = 0) -> int:
+    """Spatial chain, W = 6 n - 5 p5 - 4 p4 - 3 p3 - 2 p2 - p1."""
+    _counts(n=n, p5=p5, p4=p4, p3=p3, p2=p2, p1=p1)
+    return 6 * n - 5 * p5 - 4 * p4 - 3 * p3 - 2 * p2 - p1
+
+
+def chebyshev(n: int, p5: int, p4: int = 0) -> int:
+    """Planar chain, W = 3 n - 2 p5 - p4; p4 counts higher pairs such as gear meshes."""
+    _counts(n=n, p5=p5, p4=p4)
+    return 3 * n - 2 * p5 - p4
+
+
+def artobolevsky(n: int, p5: int, p4: int = 0) -> int:
+    """Spherical chain, all axes through one point, W = 3 n - 2 p5 - p4; p4 counts bevel meshes."""
+    _counts(n=n, p5=p5, p4=p4)
+    return 3 * n - 2 * p5 - p4
+
+
+def _counts(**counts: int) -> None:
+    for name, value in counts.items():
+        if value != int(value) or value < 0:
+            raise MechlabError(f"{name} = {value!r}; expected a count, zero or more")

@@ -4,16 +4,24 @@ phi_1 = k_spur gamma + k_transfer (k_bevel alpha - beta), phi_2 = k_spur gamma +
 phi_3 = gamma. Turning the T-shaped carrier by beta with the output gear locked on it turns the double bevels by
 beta itself, so k_bevel multiplies alpha only. Unwrap angles along a path first: a jump of gamma by 2 pi is a jump
 of 2 pi k_spur in drives 1 and 2.
+
+Sliding and friction in one gear mesh, and the torque chain of the source's table.
+
+The pitch point P is the origin, gear centres lie at A = (-r_a, 0) and C = (r_c, 0), the contact B at distance x along
+the line of action: (x sin(pressure angle), x cos(pressure angle)).
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.delta6._inputs import FloatArray, apply, finite, vectors
-from mechlab.analytic.delta6.geometry import Delta6
-from mechlab.analytic.delta6.rotation_rates import inverse_rate_matrix
+from mechlab.analytic.delta6.geometry import Delta6, FloatArray, apply, finite, freeze, number, vectors
+from mechlab.analytic.delta6.rotation import inverse_rate_matrix
+from mechlab.errors import MechlabError
 
 
 def drive_matrix(geom: Delta6) -> FloatArray:
@@ -65,3 +73,116 @@ def _omega_to_drives(geom: Delta6, beta: ArrayLike) -> FloatArray:
 def _signed(geom: Delta6, k_alpha: float, k_beta: float) -> FloatArray:
     rows = np.array([[k_alpha, -k_beta, geom.k_spur], [k_alpha, k_beta, geom.k_spur], [0.0, 0.0, 1.0]])
     return np.asarray(rows * np.asarray(geom.rotary_signs, dtype=np.float64)[:, None])
+
+
+PRESSURE_ANGLE = math.radians(20.0)
+
+SOURCE_STAGE_RATIOS = freeze([11.0 / 17.0, 1.0, 31.0 / 30.0, 6.0 / 5.0])
+"""Torque ratios of the four stages from the output link (50 N m) to the drive in the source's table 1."""
+
+SOURCE_TABLE_FRICTIONLESS = freeze([50.0, 32.35, 32.35, 33.43, 40.12])
+"""Table 1, N m, f = 0: output link, meshes 1 to 3, drive."""
+
+SOURCE_TABLE_FRICTION = freeze([50.0, 33.97, 37.05, 41.19, 49.49])
+"""Table 1, N m, f = 0.16."""
+
+
+@dataclass(frozen=True)
+class MeshSliding:
+    """Rates (...) of the model's third pair at B and of gear C in rad/s; velocity (..., 2) in m/s."""
+
+    contact_rate: FloatArray
+    driven_rate: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True)
+class TorqueChain:
+    """Torques (N m) after each stage, without and with losses, and the growth by friction so far; (stages + 1,)."""
+
+    frictionless: FloatArray
+    loaded: FloatArray
+    cumulative_loss: FloatArray
+
+
+def sliding_velocity(
+    contact: ArrayLike, radius_a: ArrayLike, radius_c: ArrayLike, rate_a: ArrayLike = 1.0
+) -> MeshSliding:
+    """Relative velocity of the teeth at B = contact (..., 2) for gear A turning with rate_a.
+
+    Solves w_a + w_b + w_c = 0, sum of p x w + V = 0 at the points A, B, C, and V . B = 0: w_c = w_a r_a / r_c,
+    w_b = -(w_a + w_c), V = w_b z x B. In this model w_c is minus the turning rate of gear C.
+    """
+    b, wa = finite("contact", contact), finite("rate_a", rate_a)
+    ra, rc = finite("radius_a", radius_a), finite("radius_c", radius_c)
+    if b.shape[-1:] != (2,):
+        raise MechlabError(f"contact has shape {b.shape}; expected (..., 2)")
+    if np.any(ra <= 0.0) or np.any(rc <= 0.0):
+        raise MechlabError("radius_a and radius_c must be positive")
+    wc = wa * ra / rc
+    wb = -(wa + wc)
+    velocity = np.stack(np.broadcast_arrays(-b[..., 1] * wb, b[..., 0] * wb), axis=-1)
+    return MeshSliding(np.asarray(wb), np.asarray(wc), velocity)
+
+
+def tip_distance(teeth: float, module: float = 1.0, pressure_angle: float = PRESSURE_ANGLE) -> float:
+    """Distance x from the pitch point to where the tip circle (r + module) cuts the line of action.
+
+    x = sqrt((r + m)^2 - r_b^2) - r sin(pressure angle), r = m teeth / 2, r_b = r cos(pressure angle).
+    """
+    r = 0.5 * number("module", module, above=0.0) * number("teeth", teeth, above=0.0)
+    return math.sqrt((r + module) ** 2 - (r * math.cos(pressure_angle)) ** 2) - r * math.sin(pressure_angle)
+
+
+def contact_point(distance: ArrayLike, pressure_angle: float = PRESSURE_ANGLE) -> FloatArray:
+    """(x sin(pressure angle), x cos(pressure angle)). (...) -> (..., 2)."""
+    x = finite("distance", distance)
+    return np.stack([x * math.sin(pressure_angle), x * math.cos(pressure_angle)], axis=-1)
+
+
+def approach_loss(
+    driver_teeth: float, driven_teeth: float, friction: float, pressure_angle: float = PRESSURE_ANGLE
+) -> float:
+    """Driver torque over its frictionless value with contact at the tip of the driven gear.
+
+    [1 - f (tan a - x/r_b1)] / [1 - f (tan a + x/r_b2)], x = tip distance of the driven gear; 1 is the driver.
+    Raises MechlabError if the mesh locks (denominator <= 0).
+    """
+    x = tip_distance(driven_teeth, 1.0, pressure_angle)
+    tangent, base = math.tan(pressure_angle), 0.5 * math.cos(pressure_angle)
+    f = number("friction", friction)
+    return _loss(1.0 - f * (tangent - x / (driver_teeth * base)), 1.0 - f * (tangent + x / (driven_teeth * base)))
+
+
+def recess_loss(
+    driver_teeth: float, driven_teeth: float, friction: float, pressure_angle: float = PRESSURE_ANGLE
+) -> float:
+    """Driver torque over its frictionless value with contact at the tip of the driver.
+
+    [1 + f (tan a + x/r_b1)] / [1 + f (tan a - x/r_b2)], x = tip distance of the driver; 1 is the driver.
+    """
+    x = tip_distance(driver_teeth, 1.0, pressure_angle)
+    tangent, base = math.tan(pressure_angle), 0.5 * math.cos(pressure_angle)
+    f = number("friction", friction)
+    return _loss(1.0 + f * (tangent + x / (driver_teeth * base)), 1.0 + f * (tangent - x / (driven_teeth * base)))
+
+
+def torque_chain(output: float, ratios: ArrayLike = SOURCE_STAGE_RATIOS, losses: ArrayLike = 1.0) -> TorqueChain:
+    """Torques from the output link to the drive; each stage multiplies by ratio * loss.
+
+    output in N m, ratios (n,), losses (n,) or one number; the default losses of 1 mean no friction.
+    """
+    ratio, loss = np.broadcast_arrays(finite("ratios", ratios), finite("losses", losses))
+    start = [number("output", output)]
+    frictionless = np.concatenate([start, output * np.cumprod(ratio)])
+    growth = np.concatenate([[1.0], np.cumprod(loss)])
+    return TorqueChain(frictionless, frictionless * growth, growth - 1.0)
+
+
+def _loss(numerator: float, denominator: float) -> float:
+    if denominator <= 0.0:
+        raise MechlabError(
+            f"the mesh locks: the loss denominator is {denominator:.3g}; expected a positive value. "
+            "Use a smaller friction coefficient"
+        )
+    return numerator / denominator

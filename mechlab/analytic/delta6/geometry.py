@@ -3,6 +3,10 @@
 Frames. Base frame: Z up, parallel to the three slider guides. The platform only translates; O is the point
 of the platform where the three head axes meet. D = O + head_offset * e1 is the centre of the output link,
 e1 and e2 its unit X' and Y' axes. Leg i has azimuth psi_i, r_i = (cos psi, sin psi), t_i = (-sin psi, cos psi).
+
+Distances between straight segments, vectorised (C. Ericson, Real-Time Collision Detection, 2005, 5.1.9).
+
+Input checks shared by the delta6 closed forms.
 """
 
 from __future__ import annotations
@@ -10,11 +14,70 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from mechlab.analytic.delta6._inputs import FloatArray, freeze, number
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, NoSolution
+
+FloatArray: TypeAlias = NDArray[np.float64]
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+
+def vectors(name: str, value: ArrayLike, length: int = 3) -> FloatArray:
+    """Finite float array of shape (..., length)."""
+    array = finite(name, value)
+    if array.ndim == 0 or array.shape[-1] != length:
+        raise MechlabError(f"{name} has shape {array.shape}; expected (..., {length})")
+    return array
+
+
+def finite(name: str, value: ArrayLike) -> FloatArray:
+    """Float array without NaN or infinity."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MechlabError(f"{name} is not an array of numbers: {error}") from error
+    if not np.all(np.isfinite(array)):
+        raise MechlabError(
+            f"{name} holds {np.count_nonzero(~np.isfinite(array))} values that are not finite; "
+            "expected finite numbers. Mask them out first"
+        )
+    return array
+
+
+def number(name: str, value: float, *, above: float = -math.inf) -> float:
+    """Finite scalar greater than `above`."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError) as error:
+        raise MechlabError(f"{name} = {value!r} is not a number") from error
+    if not math.isfinite(result) or not result > above:
+        wanted = "a finite number" if above == -math.inf else f"a finite number greater than {above:g}"
+        raise MechlabError(f"{name} = {value!r}; expected {wanted}")
+    return result
+
+
+def demand(good: BoolArray, sentence: str, advice: str) -> None:
+    """Raise NoSolution unless every element is good; name how many are not and the first of them."""
+    if np.all(good):
+        return
+    bad = np.argwhere(~good)
+    where = f" (first at index {tuple(int(i) for i in bad[0])})" if good.ndim else ""
+    raise NoSolution(f"{len(bad)} of {good.size} poses{where}: {sentence}. {advice}")
+
+
+def apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    """Matrix times vector over leading axes: (..., m, n), (..., n) -> (..., m)."""
+    return np.asarray((matrix @ vector[..., None])[..., 0])
+
+
+def freeze(rows: ArrayLike) -> FloatArray:
+    """Read-only float array, for constants that are handed out."""
+    array = np.array(rows, dtype=np.float64)
+    array.flags.writeable = False
+    return array
 
 
 @dataclass(frozen=True)
@@ -123,3 +186,35 @@ class Delta6:
     def k_product(self) -> float:
         """k_transfer * k_bevel: turns of drives 1 and 2 per turn of alpha."""
         return self.k_transfer * self.k_bevel
+
+
+def point_segment_distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Distance of a point from the segment start..end; (..., n) each, broadcast -> (...)."""
+    along = end - start
+    share = _dot(point - start, along) / np.maximum(_dot(along, along), np.finfo(float).tiny)
+    nearest = start + np.clip(share, 0.0, 1.0)[..., None] * along
+    return np.asarray(np.linalg.norm(point - nearest, axis=-1))
+
+
+def segment_distance(start: FloatArray, end: FloatArray, other_start: FloatArray, other_end: FloatArray) -> FloatArray:
+    """Smallest distance of two segments; (..., n) each, broadcast -> (...).
+
+    The nearest pair is that of the two lines when it lies inside both segments, else one end belongs to it.
+    """
+    ends = np.minimum.reduce([
+        point_segment_distance(start, other_start, other_end), point_segment_distance(end, other_start, other_end),
+        point_segment_distance(other_start, start, end), point_segment_distance(other_end, start, end),
+    ])  # fmt: skip
+    u, v, w = end - start, other_end - other_start, start - other_start
+    a, b, c, d, e = _dot(u, u), _dot(u, v), _dot(v, v), _dot(u, w), _dot(v, w)
+    det = a * c - b * b
+    crossing = det > 1e-14 * a * c
+    safe = np.where(crossing, det, 1.0)
+    s, t = (b * e - c * d) / safe, (a * e - b * d) / safe
+    between = crossing & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0)
+    line = np.linalg.norm(w + s[..., None] * u - t[..., None] * v, axis=-1)
+    return np.where(between, np.minimum(line, ends), ends)
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(np.sum(a * b, axis=-1))

@@ -1,26 +1,26 @@
 """The closed gear differential ("gear CVT"): speeds, moments, mass matrix, steady states, exact motions."""
 
-from mechlab.analytic.differential.inertia import Inertias, carrier_mass_matrix, mass_matrix, momentum_row
-from mechlab.analytic.differential.motion import Contact, Motion, motion
-from mechlab.analytic.differential.softness import predicted_lag, reactions
+from mechlab.analytic.differential.motion import Contact, Motion, motion, predicted_lag, reactions
 from mechlab.analytic.differential.statics import (
+    Inertias,
     MeshMoments,
+    SteadyState,
+    backstop,
     block_torques,
+    carrier_mass_matrix,
+    drag_ratio,
+    drag_stall,
     held_output_moment,
+    housing_drag,
     internal_moment,
+    mass_matrix,
     mesh_moments,
+    mobility,
+    momentum_row,
     power_rate,
     printed_z4,
     start_moment,
     start_ratio,
-)
-from mechlab.analytic.differential.steady import (
-    SteadyState,
-    backstop,
-    drag_ratio,
-    drag_stall,
-    housing_drag,
-    mobility,
 )
 from mechlab.analytic.differential.train import (
     Speeds,

@@ -11,15 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.fourbar.dynamics import (
-    NO_GRAVITY,
-    LinkMass,
-    MovingFourbar,
-    _gravity,
-    _links,
-    _motion,
-    _offset,
-)
+from mechlab.analytic.fourbar.dynamics import NO_GRAVITY, LinkMass, MovingFourbar, _gravity, _links, _motion, _offset
 from mechlab.analytic.fourbar.kinematics import FloatArray, _finite
 
 

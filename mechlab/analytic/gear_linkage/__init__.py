@@ -1,16 +1,25 @@
 """Closed forms of the three-gear four-bar: motion, regimes and dwell, synthesis, reduced inertia."""
 
-from mechlab.analytic.gear_linkage.dynamics import LinkageMasses, acceleration, reduced_inertia
 from mechlab.analytic.gear_linkage.linkage import (
     GearLinkage,
     LinkageMotion,
     angles,
     longest_crank,
     motion,
+    rolling_rates,
     transfer,
 )
-from mechlab.analytic.gear_linkage.regime import Regime, RegimeReport, rate, regime, slowest, with_play
-from mechlab.analytic.gear_linkage.rolling import rolling_rates
+from mechlab.analytic.gear_linkage.regime import (
+    LinkageMasses,
+    Regime,
+    RegimeReport,
+    acceleration,
+    rate,
+    reduced_inertia,
+    regime,
+    slowest,
+    with_play,
+)
 from mechlab.analytic.gear_linkage.synthesis import TARGETS, CrankFound, crank_for, momentary_crank
 
 __all__ = [

@@ -12,17 +12,24 @@ from mechlab.analytic.impulse.equations import (
     coefficients,
     constant_speed_acceleration,
     constant_speed_torque,
+    harmonic_amplitudes,
+    harmonic_motion,
     load,
     motor_rate,
     motor_torque_at,
+    resonances,
     slope,
 )
-from mechlab.analytic.impulse.harmonics import harmonic_amplitudes, harmonic_motion, resonances
-from mechlab.analytic.impulse.integral import first_integral, slip_speed
 from mechlab.analytic.impulse.limits import Limits, limits
-from mechlab.analytic.impulse.model import Impulse, Shape, shape
-from mechlab.analytic.impulse.periodic import Orbit, periodic_orbit, section_points
-from mechlab.analytic.impulse.regime import Regime, frictionless_mean_speed, unidirectional
+from mechlab.analytic.impulse.model import Impulse, Shape, first_integral, shape, slip_speed
+from mechlab.analytic.impulse.regime import (
+    Orbit,
+    Regime,
+    frictionless_mean_speed,
+    periodic_orbit,
+    section_points,
+    unidirectional,
+)
 
 __all__ = [
     "Impulse", "Limits", "Orbit", "Regime", "Shape", "accelerations", "angles", "coefficients", "constant_speed_acceleration",

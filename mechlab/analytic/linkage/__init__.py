@@ -12,8 +12,7 @@
 Links are named; a link's direction runs from its first pin to its last. Modes are chosen group by group.
 """
 
-from mechlab.analytic.linkage.description import Step
+from mechlab.analytic.linkage.description import Motion, Step
 from mechlab.analytic.linkage.linkage import BLOCK, Input, Linkage
-from mechlab.analytic.linkage.motion import Motion
 
 __all__ = ["BLOCK", "Input", "Linkage", "Motion", "Step"]

@@ -9,11 +9,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.assur.march import lowest
+from mechlab.analytic.assur.continuation import lowest
 from mechlab.analytic.assur.plane import Real, scalar
-from mechlab.analytic.linkage.actions import ACTIONS
-from mechlab.analytic.linkage.description import Description
-from mechlab.analytic.linkage.motion import Motion
+from mechlab.analytic.linkage.description import ACTIONS, Description, Motion
 from mechlab.errors import MechlabError, unknown
 
 BLOCK = 4096

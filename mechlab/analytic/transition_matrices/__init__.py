@@ -6,14 +6,6 @@ One text for planar (3 x 3) and spatial (4 x 4) homogeneous matrices. A referenc
 equations from matrix products alone, without recursions over velocities, and costs a thousand times more than they do.
 """
 
-from mechlab.analytic.transition_matrices.generators import (
-    joint_motion,
-    placement,
-    planar_inertia,
-    prismatic,
-    revolute,
-    spatial_inertia,
-)
 from mechlab.analytic.transition_matrices.lagrange import (
     accelerations,
     bias_force,
@@ -22,7 +14,19 @@ from mechlab.analytic.transition_matrices.lagrange import (
     gravity_force,
     mass_matrix,
 )
-from mechlab.analytic.transition_matrices.tree import Link, Tree, first_derivative, second_derivative, transitions
+from mechlab.analytic.transition_matrices.tree import (
+    Link,
+    Tree,
+    first_derivative,
+    joint_motion,
+    placement,
+    planar_inertia,
+    prismatic,
+    revolute,
+    second_derivative,
+    spatial_inertia,
+    transitions,
+)
 
 __all__ = [
     "Link",

@@ -16,8 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.transition_matrices.generators import FloatArray
-from mechlab.analytic.transition_matrices.tree import Tree, transitions
+from mechlab.analytic.transition_matrices.tree import FloatArray, Tree, transitions
 from mechlab.errors import MechlabError
 
 

@@ -6,18 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechlab.catalog import benchmark_parts as parts
 from mechlab.catalog.andrews.build import build
 from mechlab.catalog.andrews.moving import MOVING
 from mechlab.catalog.andrews.parameters import JOINTS, SOURCE, Parameters, own
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit import benchmark_parts as parts
+from mechlab.kit.own_equations import record_own
 from mechlab.mechanism.geometry import Array
-from mechlab.study.own_equations import record_own
 
 CHANNELS = parts.tracked("F", "xy", "F_")
 

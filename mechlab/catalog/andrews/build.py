@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.catalog import benchmark_parts as parts
-from mechlab.catalog import palette
 from mechlab.catalog.andrews.parameters import JOINTS, Parameters, own
+from mechlab.kit import benchmark_parts as parts
+from mechlab.kit import palette
 from mechlab.mechanism import Builder, Mechanism, Placement, Spring, revolute, shape
 from mechlab.mechanism.geometry import axis_rotation
 

@@ -6,11 +6,11 @@ import cmath
 
 import numpy as np
 
-from mechlab.catalog import benchmark_parts as parts
 from mechlab.catalog.andrews.build import build
 from mechlab.catalog.andrews.parameters import JOINTS, Parameters, own
-from mechlab.experiment.check import Check, Measured
-from mechlab.study import mass_check
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit import benchmark_parts as parts
+from mechlab.kit import mass_check
 
 
 def moving(p: Parameters, angle: float, speed: float) -> mass_check.State:

@@ -8,9 +8,9 @@ import numpy as np
 
 from mechlab.catalog.class4_linkage.geometry import at, motion_at, start_angle
 from mechlab.catalog.class4_linkage.parameters import Class4Parameters
+from mechlab.kit.planar_build import Style, mechanism_of
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.study.planar_build import Style, mechanism_of
 
 NAMES = {f"link{k}": f"theta{k}" for k in (2, 3, 4, 5)}
 START_OFFSET = 1e-3

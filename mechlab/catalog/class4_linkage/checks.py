@@ -15,12 +15,12 @@ from mechlab.catalog.class4_linkage.parameters import Class4Parameters
 from mechlab.catalog.class4_linkage.questions import ANSWERS, QUESTION
 from mechlab.catalog.class4_linkage.scenes import fold, free
 from mechlab.catalog.class4_linkage.table import rows
-from mechlab.experiment.check import Check, Measured
 from mechlab.experiment.energy import kinetic_energy
-from mechlab.experiment.settings import Settings
-from mechlab.study import mass_check
-from mechlab.study.mode_scan import scan_modes, try_modes
-from mechlab.study.planar_mass import planar_state
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.scene import Settings
+from mechlab.kit import mass_check
+from mechlab.kit.mode_scan import scan_modes, try_modes
+from mechlab.kit.planar_mass import planar_state
 
 PRINTED = Class4Parameters()
 DEGREES = np.radians(np.arange(-180.0, 180.0))
@@ -108,7 +108,7 @@ def _witnesses(p: Class4Parameters) -> Measured:
 
 
 def _free_run(p: Class4Parameters) -> Measured:
-    from mechlab.simulate import run
+    from mechlab.engines.mujoco import run
 
     m = build(PRINTED, "minimal")
     scene = replace(free(PRINTED, "minimal"), duration=5.0)
@@ -134,7 +134,7 @@ def _free_run(p: Class4Parameters) -> Measured:
 
 
 def _torn(p: Class4Parameters) -> Measured:
-    from mechlab.simulate import run
+    from mechlab.engines.mujoco import run
 
     short = replace(PRINTED, BC=0.27)
     scene = fold(short, "minimal")

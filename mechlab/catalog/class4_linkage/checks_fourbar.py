@@ -12,12 +12,11 @@ from mechlab.analytic import assur
 from mechlab.analytic.benchmarks import FourbarCrank
 from mechlab.analytic.fourbar import solve as fourbar_motion
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.witness import room
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, revolute
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 LENGTHS = (0.1, 0.3, 0.25, 0.3)
 SPEED = 2.0 * math.pi

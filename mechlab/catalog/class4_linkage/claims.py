@@ -11,7 +11,7 @@ from mechlab.analytic import assur
 from mechlab.catalog.class4_linkage.build import build
 from mechlab.catalog.class4_linkage.geometry import at, solve_all
 from mechlab.catalog.class4_linkage.parameters import Class4Parameters
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import structure
 

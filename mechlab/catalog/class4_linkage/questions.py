@@ -13,8 +13,8 @@ from mechlab.catalog.class4_linkage.geometry import THETAS, Mode, arcs, at, desc
 from mechlab.catalog.class4_linkage.parameters import Class4Parameters
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question, with_rates
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
-from mechlab.study.witness import engine_answer
 
 ANSWERS = tuple(f"{n}{s}" for n in THETAS for s in ("", "_rate", "_accel"))
 MERGING = 1e-9

@@ -12,8 +12,7 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque, Servo
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.recording import Recording, basic_channels
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
 
 DRIVEN = Settings(timeconst=4.0)
 """Of driven cranks: softer rows follow an acceleration that a law commands with less ringing."""

@@ -14,7 +14,7 @@ from mechlab.catalog.closed_differential.probes import answers, machines, run
 from mechlab.catalog.closed_differential.questions import ANSWERS
 from mechlab.catalog.closed_differential.scenes import SCENES
 from mechlab.catalog.closed_differential.witnesses import ENGINES
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array
 

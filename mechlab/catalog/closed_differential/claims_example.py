@@ -13,8 +13,8 @@ from mechlab.catalog.closed_differential.build import build
 from mechlab.catalog.closed_differential.looks import planet_name
 from mechlab.catalog.closed_differential.parameters import SOURCE, STATED_TEETH, USED_TEETH
 from mechlab.catalog.closed_differential.probes import EXAMPLE, answers, rounded
-from mechlab.experiment.check import Claim, Finding, Verdict
-from mechlab.study.witness import room
+from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.kit.witness import room
 
 PRINTED_SPEEDS = (50.0, 33.33, 200.0)
 PRINTED_MOMENTS = (40.0, 60.0, 20.0, 180.0)

@@ -12,7 +12,7 @@ from mechlab.catalog.closed_differential.parameters import SOURCE, Parameters
 from mechlab.catalog.closed_differential.probes import EXAMPLE, LAB, answers, machines, rounded
 from mechlab.catalog.closed_differential.witnesses import ENGINES, machine, mesh_sums
 from mechlab.errors import MechlabError
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 
 SMALL = 1e-9
 """Limit of relative differences that only rounding makes."""

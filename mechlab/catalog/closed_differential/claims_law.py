@@ -21,7 +21,7 @@ from mechlab.catalog.closed_differential.probes import (
     speeds,
 )
 from mechlab.catalog.closed_differential.witnesses import ENGINES
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.structure import rank
 
 NOTICED = 1e-3

@@ -7,7 +7,7 @@ import numpy as np
 from mechlab.analytic import differential as closed
 from mechlab.catalog.closed_differential.parameters import Parameters
 from mechlab.catalog.closed_differential.witnesses import numpy_machine
-from mechlab.experiment.settings import PRESETS, Settings
+from mechlab.experiment.scene import PRESETS, Settings
 
 LAG_LIMIT = 1e-3
 """Lag [rad] above which a warning is given."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from mechlab.catalog.closed_differential.parameters import Parameters
-from mechlab.catalog.palette import BLUE, BRASS, GREEN, RED, STEEL
+from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
 from mechlab.mechanism.shape import Color, Shape

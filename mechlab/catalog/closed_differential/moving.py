@@ -10,9 +10,9 @@ from mechlab.analytic import differential as closed
 from mechlab.catalog.closed_differential.build import build
 from mechlab.catalog.closed_differential.looks import GAP, WIDTH
 from mechlab.catalog.closed_differential.parameters import Parameters
-from mechlab.catalog.epicyclic_moving import TURN, mesh_check, moving_check, wheel
+from mechlab.kit.epicyclic import TURN, mesh_check, moving_check, wheel
+from mechlab.kit.mass_check import NOTHING, State
 from mechlab.mechanism.geometry import Array
-from mechlab.study.mass_check import NOTHING, State
 
 SPEEDS = (1.3, -0.6)
 """Speeds of both carriers [rad/s]; those of the blocks where both carriers turn as one."""

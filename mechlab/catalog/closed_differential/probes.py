@@ -14,8 +14,8 @@ from mechlab.catalog.closed_differential.parameters import STATED_TEETH, USED_TE
 from mechlab.catalog.closed_differential.witnesses import ENGINES, Machine, machine, numpy_machine
 from mechlab.experiment.question import Answer
 from mechlab.experiment.recording import Recording
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 LAB = Parameters()
 EXAMPLE = {"used teeth": replace(LAB, teeth=USED_TEETH), "stated teeth": replace(LAB, teeth=STATED_TEETH)}

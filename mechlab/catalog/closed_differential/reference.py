@@ -12,8 +12,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.held_rates import HeldRates, ViscousBetween
 from mechlab.experiment.laws import Constant, ConstantPower, Law, Motor, Viscous
 from mechlab.experiment.recording import Recording, basic_channels
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 

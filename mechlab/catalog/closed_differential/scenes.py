@@ -11,8 +11,7 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
 from mechlab.experiment.laws import Constant, ConstantPower, Law, Motor, Viscous
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 
 STEP, DRY_STEP = 1e-3, 5e-4

@@ -11,10 +11,10 @@ import numpy as np
 from mechlab.catalog.closed_differential.build import MESHES, build
 from mechlab.catalog.closed_differential.parameters import Parameters
 from mechlab.errors import NoSolution
+from mechlab.kit.witness import room
 from mechlab.mechanism import ConstraintSet, Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space
-from mechlab.study.witness import room
 
 ENGINES = ("pinocchio", "mujoco")
 SPEEDS = {

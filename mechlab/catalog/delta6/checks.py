@@ -13,7 +13,7 @@ from mechlab.catalog.delta6 import (
     checks_train,
     moving,
 )
-from mechlab.experiment.check import Check
+from mechlab.experiment.entry import Check
 
 _PARTS = (
     checks_source,

@@ -17,10 +17,10 @@ from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.scenes import head_tracking
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.errors import EngineMissing
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.scene import Settings
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 SIX = (*CENTRE, *ANGLES)
 PRINTED_MASS = np.array([[2.613915, 0.0, 4.515541], [0.0, 3.048915, 0.0], [4.515541, 0.0, 11.056019]]) * 1e-3

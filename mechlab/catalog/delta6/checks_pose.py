@@ -12,7 +12,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, probe_motion, random_poses
 from mechlab.catalog.delta6.responses import accelerations, response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array
 
 ROUND_TRIPS = 100_000

@@ -9,17 +9,10 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.graded import Quantity, graded
 from mechlab.catalog.delta6.parameters import Delta6Parameters, legs
 from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import (
-    ANGLES,
-    CENTRE,
-    SLIDERS,
-    random_poses,
-    reach,
-    refuses,
-)
+from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, random_poses, reach, refuses
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism import integrate, newton
 from mechlab.mechanism.geometry import Array
 

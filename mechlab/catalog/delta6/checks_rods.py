@@ -10,7 +10,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, ROTARY, SLIDERS, random_poses
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array
 
 LEGS = (1, 2, 3)

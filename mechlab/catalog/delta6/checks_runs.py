@@ -14,14 +14,13 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE, probe_motion, reach, without_stops
 from mechlab.catalog.delta6.responses import forces, response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.motion import Sine
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import preset
+from mechlab.experiment.scene import Scene, preset
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import holding_forces
-from mechlab.study.witness import room
 
 SIX = (*CENTRE, *ANGLES)
 TIMESTEP = 0.97e-3

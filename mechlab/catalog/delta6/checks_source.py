@@ -15,7 +15,7 @@ from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURC
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.tooth_statics import loss, sliding
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array
 
 SOURCE_3_1 = "thesis abstract, chapter 4, velocity example of the translation"

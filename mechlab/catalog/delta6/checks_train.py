@@ -14,7 +14,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import SOURCE, random_poses
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank, structure
 

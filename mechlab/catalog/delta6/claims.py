@@ -15,7 +15,7 @@ from mechlab.catalog.delta6 import (
     claims_toolpath,
     claims_velocity,
 )
-from mechlab.experiment.check import Claim
+from mechlab.experiment.entry import Claim
 
 _PARTS = (
     claims_freedoms, claims_decoupling, claims_positions, claims_drives, claims_velocity, claims_dynamics, claims_control,

@@ -9,7 +9,7 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.probes import SOURCE
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 
 GAINS = {"velocity 240, position 480": (240.0, 480.0), "velocity 480, position 240": (480.0, 240.0)}

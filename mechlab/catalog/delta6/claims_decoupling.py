@@ -15,7 +15,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
 from mechlab.catalog.delta6.responses import forces, response
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
 

@@ -17,7 +17,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 
 

@@ -13,7 +13,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import NumpyWitness, Witness, witnesses
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism import Inertia, Mechanism
 from mechlab.mechanism.geometry import Array
 

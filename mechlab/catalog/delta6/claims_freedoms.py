@@ -10,7 +10,7 @@ from mechlab.catalog.delta6.parameters import drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.structure import null_space, rank
 
 THESIS = "thesis abstract on a 6-DOF parallel mechanism with decoupled motions"

@@ -13,7 +13,7 @@ from mechlab.catalog.delta6.parameters import legs
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import SOURCE, random_poses
 from mechlab.catalog.delta6.witnesses import witnesses
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 
 

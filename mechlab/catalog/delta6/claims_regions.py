@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechlab.analytic.regions import EXACT, SMOOTH, Algebra, indicator
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 
 SOURCE = "Boolean algebras on the basis of continuous and continuously differentiable functions"

@@ -10,7 +10,7 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.claims_velocity import shows
 from mechlab.catalog.delta6.tooth_statics import loss
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 
 FREE, ROUGH, FRICTION = closed.SOURCE_TABLE_FRICTIONLESS, closed.SOURCE_TABLE_FRICTION, 0.16

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mechlab.analytic import bspline
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 
 SOURCE = "Calculation of the length of a B-spline curve"
 CLAMPED = (0.0, 0.0, 0.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0)

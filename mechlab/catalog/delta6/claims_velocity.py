@@ -14,7 +14,7 @@ from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, SOURCE
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import witnesses
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 
 PRINTED_A = np.array([[-0.39, 0.233, -0.58], [-6.63e-3, -0.456, -0.58], [0.398, 0.222, -0.58]])
 PRINTED_B = 0.58 * np.eye(3)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.experiment.check import Measured
+from mechlab.experiment.entry import Measured
 
 
 @dataclass(frozen=True)

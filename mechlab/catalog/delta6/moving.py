@@ -13,10 +13,10 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.moving_parts import BEVEL, CENTRAL, PLANET, SPUR, STUB, Moment
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.probes import random_poses
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit import mass_check
+from mechlab.kit.mass_check import Particles, State
 from mechlab.mechanism.geometry import Array
-from mechlab.study import mass_check
-from mechlab.study.mass_check import Particles, State
 
 FREEDOMS = {"minimal": 6, "parts": 6, "full": 9}
 VELOCITY, TURNING = np.array([0.11, -0.07, 0.09]), np.array([0.9, -0.6, 0.7])

@@ -9,8 +9,8 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import joint_values
+from mechlab.kit.mass_check import NOTHING, Particles, solid, spread_of
 from mechlab.mechanism.geometry import Array, axis_rotation
-from mechlab.study.mass_check import NOTHING, Particles, solid, spread_of
 
 X, Y, Z = np.eye(3)
 STUB, SPUR = (0.02, (4e-6, 4e-6, 2e-6)), (0.06, (2.2e-5, 2.2e-5, 4e-5))

@@ -14,9 +14,9 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import engine_answer
 from mechlab.tables import up_to
 
 POSE = ("x", "y", "z", "alpha", "beta", "gamma")

@@ -21,9 +21,9 @@ from mechlab.catalog.delta6.scenes import head_tracking
 from mechlab.catalog.delta6.witnesses import MujocoWitness, PinocchioWitness, Witness
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.question import Answer, Question
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Settings
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 # -- the error of the control ------------------------------------------------------------------------------------------
 

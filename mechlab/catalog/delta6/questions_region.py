@@ -17,8 +17,8 @@ from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS
 from mechlab.catalog.delta6.questions import START_OFFSET
 from mechlab.catalog.delta6.workspace import limits_of, region
 from mechlab.experiment.question import Answer, Question
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import engine_answer
 
 LIMITS = ("least_condition", "least_clearance")
 CLAUSES = ("reach", "slider_min", "slider_max", "bend", "condition", "clearance")

@@ -6,13 +6,7 @@ import math
 
 import numpy as np
 
-from mechlab.analytic.delta6 import (
-    SOURCE_START_ANGLES,
-    SOURCE_START_RATES,
-    error_response,
-    output_axis,
-    source_targets,
-)
+from mechlab.analytic.delta6 import SOURCE_START_ANGLES, SOURCE_START_RATES, error_response, output_axis, source_targets
 from mechlab.catalog.delta6.build import SERVO_LINEAR, SERVO_ROTARY, build
 from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names, legs
 from mechlab.catalog.delta6.poses import coordinates
@@ -21,8 +15,7 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque, Servo
 from mechlab.experiment.motion import Hold, Motion, Sine, Table
 from mechlab.experiment.recording import Recording, basic_channels
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import holding_forces
 

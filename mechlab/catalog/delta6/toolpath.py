@@ -20,8 +20,8 @@ from mechlab.analytic import delta6 as closed
 from mechlab.analytic.bspline import BSpline, Ramp, Travel, arc_length
 from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.kit.curve_file import read_curve
 from mechlab.mechanism.geometry import Array
-from mechlab.study.toolpath import read_curve
 
 HEAD = 0.05
 """Metres that a radian of the head counts in the length of a path."""

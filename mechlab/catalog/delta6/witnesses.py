@@ -129,12 +129,12 @@ class _OverPlant:
 
 
 class PinocchioWitness(_OverPlant):
-    """Pinocchio's data, with the constraint rows of `mechlab.solve`."""
+    """Pinocchio's data, with the constraint rows of `mechlab.engines.pinocchio`."""
 
     name = "pinocchio"
 
     def __init__(self, mechanism: Mechanism) -> None:
-        from mechlab.solve.dynamics import PinPlant
+        from mechlab.engines.pinocchio.dynamics import PinPlant
 
         super().__init__(mechanism)
         self.plant = PinPlant(mechanism)
@@ -168,7 +168,7 @@ class MujocoWitness(_OverPlant):
     name = "mujoco"
 
     def __init__(self, mechanism: Mechanism) -> None:
-        from mechlab.simulate import MujocoMap, MujocoPlant, to_mujoco
+        from mechlab.engines.mujoco import MujocoMap, MujocoPlant, to_mujoco
 
         super().__init__(mechanism)
         self.model, self.data = to_mujoco(mechanism)
@@ -189,7 +189,7 @@ class MujocoWitness(_OverPlant):
         """Residual and gradient of the engine's equality rows (efc_pos, efc_J)."""
         import mujoco
 
-        from mechlab.simulate.model import equality_jacobian
+        from mechlab.engines.mujoco.model import equality_jacobian
 
         rows = self.data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         return np.array(self.data.efc_pos[rows]), equality_jacobian(self.model, self.data)[:, self.map.dof]

@@ -20,7 +20,7 @@ def limits_of(p: Delta6Parameters, limits: Mapping[str, float]) -> closed.Worksp
 
 
 def region(p: Delta6Parameters, limits: Mapping[str, float]) -> Region:
-    """See `mechlab.analytic.delta6.workspace_region`."""
+    """See `mechlab.analytic.delta6.workspace`."""
     return closed.workspace_region(p.geometry, limits_of(p, limits), p.rod_spacing)
 
 

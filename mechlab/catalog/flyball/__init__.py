@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.analytic.benchmarks import Governor
-from mechlab.catalog import benchmark_parts as parts
 from mechlab.catalog.flyball.build import build
 from mechlab.catalog.flyball.moving import MOVING
 from mechlab.catalog.flyball.parameters import Parameters
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit import benchmark_parts as parts
+from mechlab.kit.own_equations import record_own
 from mechlab.mechanism.geometry import Array
-from mechlab.study.own_equations import record_own
 
 CHANNELS: dict[str, parts.Channel] = {"s": ("m", lambda p, recording: recording.channel("slider_height"))}
 

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.catalog import palette
 from mechlab.catalog.flyball.parameters import Parameters
+from mechlab.kit import palette
 from mechlab.mechanism import Builder, Mechanism, Placement, Spring, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.inertia import Inertia

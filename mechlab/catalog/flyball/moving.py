@@ -8,9 +8,9 @@ import numpy as np
 
 from mechlab.catalog.flyball.build import build
 from mechlab.catalog.flyball.parameters import Parameters
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit import mass_check
 from mechlab.mechanism.geometry import axis_rotation
-from mechlab.study import mass_check
 
 STATES = ((0.4, 0.62, 0.5, 0.8), (1.3, -0.4, 0.9, -0.7)), ((-1.1, 0.31, 0.95, 0.2), (0.6, 0.5, -1.2, 0.3))
 """Shaft angle, slider height, right and left arm angle, then their rates: both arms are free to differ."""

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from mechlab.analytic import fourbar as closed_form
 from mechlab.catalog.fourbar.parameters import Parameters
-from mechlab.catalog.palette import BLUE, ORANGE, SLATE, TEAL
+from mechlab.kit.palette import BLUE, ORANGE, SLATE, TEAL
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import axis_rotation
 

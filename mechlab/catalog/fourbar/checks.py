@@ -13,9 +13,9 @@ from mechlab.catalog.fourbar.build import build, start_angle, width
 from mechlab.catalog.fourbar.parameters import Parameters
 from mechlab.catalog.fourbar.questions import QUESTION
 from mechlab.catalog.fourbar.scenes import free, reference
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.settings import Settings
-from mechlab.study import mass_check
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.scene import Settings
+from mechlab.kit import mass_check
 
 
 def _check_pose(p: Parameters) -> Measured:
@@ -35,8 +35,8 @@ def _check_pose(p: Parameters) -> Measured:
 
 
 def _check_energy(p: Parameters) -> Measured:
-    from mechlab.simulate import run as run_mujoco
-    from mechlab.solve import run as run_pinocchio
+    from mechlab.engines.mujoco import run as run_mujoco
+    from mechlab.engines.pinocchio import run as run_pinocchio
 
     scene = free(p, "minimal")
     expected = reference(p, scene).channel("crank_angle_rate")[-1]

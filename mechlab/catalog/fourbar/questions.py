@@ -11,8 +11,8 @@ from mechlab.analytic import fourbar as closed_form
 from mechlab.catalog.fourbar.build import build
 from mechlab.catalog.fourbar.parameters import Parameters
 from mechlab.experiment.question import Answer, Question, with_rates
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
-from mechlab.study.witness import engine_answer
 from mechlab.tables import up_to
 
 ANGLES = ("coupler_angle", "rocker_angle")

@@ -12,10 +12,9 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import Constant, Law, Servo
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.own_equations import one_freedom_slope, record_own
 from mechlab.mechanism.geometry import Array
-from mechlab.study.own_equations import one_freedom_slope, record_own
 
 
 def _scene(name: str, p: Parameters, fidelity: str) -> Scene:

@@ -16,8 +16,8 @@ from mechlab.catalog.gear_linkage.parameters import NEAR_CHANGE_POINT, Parameter
 from mechlab.catalog.gear_linkage.questions import MOTION
 from mechlab.catalog.gear_linkage.scenes import constant_crank, coordinates, free_spin, near_change_point, reference
 from mechlab.errors import MechlabError
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.scene import Settings
 
 GRID = (0.35, 1.4, 2.2, 3.6, 4.9, 5.8)
 
@@ -89,7 +89,7 @@ def _mass(p: Parameters) -> Measured:
 
 
 def _driven(p: Parameters) -> Measured:
-    from mechlab.simulate import run
+    from mechlab.engines.mujoco import run
 
     said = {}
     for name, settings in (
@@ -104,8 +104,8 @@ def _driven(p: Parameters) -> Measured:
 
 
 def _free(p: Parameters) -> Measured:
-    from mechlab.simulate import run as run_mujoco
-    from mechlab.solve import run as run_pinocchio
+    from mechlab.engines.mujoco import run as run_mujoco
+    from mechlab.engines.pinocchio import run as run_pinocchio
 
     p = replace(p, speed=1.0)
     scene = free_spin(p, "minimal")
@@ -122,7 +122,7 @@ def _free(p: Parameters) -> Measured:
 
 
 def _mode(p: Parameters) -> Measured:
-    from mechlab.simulate import run
+    from mechlab.engines.mujoco import run
 
     near = Parameters(**NEAR_CHANGE_POINT, mode=p.mode)
     scene = near_change_point(near, "minimal")

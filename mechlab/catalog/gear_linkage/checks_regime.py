@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.parameters import Parameters
 from mechlab.errors import MechlabError
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array
 
 SAMPLES = 40_001

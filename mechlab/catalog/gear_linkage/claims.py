@@ -11,7 +11,7 @@ from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.build import build
 from mechlab.catalog.gear_linkage.parameters import PRESETS, SOURCE, Parameters
 from mechlab.catalog.gear_linkage.questions import MOTION
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 
 EXAMPLES = {"L1": (1.0, 1.0, 0.5), "L2": (1.0, 0.8, 0.4), "L3": (0.9, 0.9, 0.3), "L4": (0.8, 1.0, 0.4)}
 """Coupler, rocker, idler radius in units of the frame: examples of ours, the source prints none."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mechlab.analytic.gear_linkage import GearLinkage
-from mechlab.catalog.palette import BLUE, BRASS, DARK, ORANGE, RED, SLATE, STEEL, TEAL
+from mechlab.kit.palette import BLUE, BRASS, DARK, ORANGE, RED, SLATE, STEEL, TEAL
 from mechlab.mechanism import Placement, Shape, shape
 from mechlab.mechanism.shape import Color
 

@@ -8,13 +8,13 @@ import math
 import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
-from mechlab.catalog.benchmark_parts import in_plane
 from mechlab.catalog.gear_linkage.build import build
 from mechlab.catalog.gear_linkage.parameters import Parameters
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit import mass_check
+from mechlab.kit.benchmark_parts import in_plane
+from mechlab.kit.mass_check import Particles, State, rod, solid
 from mechlab.mechanism.geometry import axis_rotation
-from mechlab.study import mass_check
-from mechlab.study.mass_check import Particles, State, rod, solid
 
 STATES = ((0.6, 1.3), (2.5, -0.8))
 """Crank angle [rad] and rate [rad/s]: one behind the reference pose, one ahead."""

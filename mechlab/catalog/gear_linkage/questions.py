@@ -13,8 +13,8 @@ from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.build import build
 from mechlab.catalog.gear_linkage.parameters import Parameters
 from mechlab.experiment.question import Answer, Question
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
-from mechlab.study.witness import engine_answer
 
 PARTS = ("output", "idler", "coupler", "rocker")
 ANSWERS = tuple(f"{part}_{what}" for part in PARTS for what in ("angle", "rate", "accel"))

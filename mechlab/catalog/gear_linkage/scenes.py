@@ -14,11 +14,10 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.own_equations import one_freedom_slope, record_own
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.study.own_equations import one_freedom_slope, record_own
 
 STIFFNESS = 30.0
 """Frequency of the crank servo in units of the crank speed."""

@@ -16,7 +16,7 @@ from mechlab.analytic.impulse import (
     periodic_orbit,
     unidirectional,
 )
-from mechlab.analytic.impulse.periodic import motion
+from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.impulse_transmission.build import build, full_coordinates, minimal_coordinates
 from mechlab.catalog.impulse_transmission.checks_runs import PORTRAIT_CHECK, RUN_CHECKS
 from mechlab.catalog.impulse_transmission.checks_sticking import STICKING_CHECKS
@@ -25,10 +25,10 @@ from mechlab.catalog.impulse_transmission.moving import MOVING
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
 from mechlab.errors import NoSolution
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.integrate import integrate_adaptive
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 SPEED = 150.0
 TABLE = {

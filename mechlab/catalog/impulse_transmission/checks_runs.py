@@ -10,11 +10,11 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.runs import end, hybrid_run, mujoco_run, of_scene
 from mechlab.catalog.impulse_transmission.scenes import simulate
 from mechlab.errors import NoSolution
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.integrate import integrate_adaptive
+from mechlab.kit.portrait import flow
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.portrait import flow
-from mechlab.study.witness import room
 
 ENDS = {
     ("fig2", 0.08): (0.844255524, 26.0880111, 152.2493379, 130.481103),

@@ -9,7 +9,7 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.runs import end, hybrid_run, of_scene
 from mechlab.catalog.impulse_transmission.scenes import simulate
 from mechlab.errors import NoSolution
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.integrate import integrate_adaptive
 from mechlab.mechanism.geometry import Array
 

@@ -16,9 +16,9 @@ from mechlab.analytic.impulse import (
     slope,
     unidirectional,
 )
-from mechlab.analytic.impulse.periodic import motion
+from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
 from mechlab.integrate import integrate_adaptive
 from mechlab.mechanism.geometry import Array
 

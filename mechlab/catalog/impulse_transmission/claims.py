@@ -14,7 +14,7 @@ from mechlab.catalog.impulse_transmission.claims_harmonics import HARMONIC_CLAIM
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
 from mechlab.catalog.impulse_transmission.runs import of_scene
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.structure import structure
 
 PAPER = "paper on the dynamics of an inertial-impulse transmission (source 002)"

@@ -11,7 +11,7 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.problems import ConstantSpeed
 from mechlab.catalog.impulse_transmission.runs import of_scene
 from mechlab.catalog.impulse_transmission.scenes import simulate
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.integrate import integrate_hybrid
 from mechlab.mechanism.geometry import Array
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.analytic.impulse import Impulse, harmonic_amplitudes, harmonic_motion, periodic_orbit
-from mechlab.analytic.impulse.periodic import motion
+from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.impulse_transmission.checks import SPEED
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 
 PAPER = "paper on the dynamics of an inertial-impulse transmission (source 002)"
 FIGURE_7 = Impulse(M0=0.0, M1=0.0, c=500.0)

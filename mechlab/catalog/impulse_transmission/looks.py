@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.catalog.palette import BLUE, BRASS, DARK, RED, STEEL
+from mechlab.kit.palette import BLUE, BRASS, DARK, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation
 from mechlab.mechanism.shape import Shape

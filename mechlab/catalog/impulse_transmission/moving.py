@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 
-from mechlab.catalog.benchmark_parts import in_plane
 from mechlab.catalog.impulse_transmission.build import build
 from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit import mass_check
+from mechlab.kit.benchmark_parts import in_plane
+from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
 from mechlab.mechanism.geometry import axis_rotation
-from mechlab.study import mass_check
-from mechlab.study.mass_check import NOTHING, Particles, State, solid, spread_of
 
 ANGLES, RATES = (0.9, 0.35), (1.7, -0.6)
 """Angles [rad] and rates [rad/s] of input and output."""

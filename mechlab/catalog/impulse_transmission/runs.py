@@ -11,9 +11,9 @@ from mechlab.catalog.impulse_transmission.build import build
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.scenes import SCENES
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.settings import Settings, preset
+from mechlab.experiment.scene import Settings, preset
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 
 def of_scene(name: str, **changes: float) -> Parameters:
@@ -27,7 +27,7 @@ def hybrid_run(
 ) -> Recording:
     """A scene by the engine hybrid; equations from Pinocchio."""
     room("pinocchio")
-    from mechlab.solve.hybrid import run
+    from mechlab.engines.own.hybrid import run
 
     made = replace(SCENES[scene].make(p, fidelity), duration=duration)
     return run(build(p, fidelity), made, Settings(engine="hybrid", integrator="DOP853", tolerance=tolerance))

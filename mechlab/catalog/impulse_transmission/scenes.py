@@ -13,11 +13,9 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.problems import WithMotor
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.entry import SceneRecipe
-from mechlab.experiment.health import Finding, Health
 from mechlab.experiment.laws import Constant, DcMotor, Law
-from mechlab.experiment.recording import Cost, Recording, basic_channels
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings, preset
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels
+from mechlab.experiment.scene import Scene, Settings, preset
 from mechlab.integrate import integrate_hybrid
 from mechlab.mechanism.geometry import Array
 

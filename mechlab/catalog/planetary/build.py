@@ -5,11 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import lru_cache
 
-from mechlab.catalog.epicyclic import azimuth, disc, on_circle
-from mechlab.catalog.palette import BRASS, STEEL, TEAL
 from mechlab.catalog.planetary.looks import carrier_shapes, fixed_gear, gear, phases
 from mechlab.catalog.planetary.parameters import Parameters
 from mechlab.errors import unknown
+from mechlab.kit.epicyclic import azimuth, disc, on_circle
+from mechlab.kit.palette import BRASS, STEEL, TEAL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute
 
 

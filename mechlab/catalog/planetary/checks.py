@@ -7,14 +7,14 @@ import math
 import numpy as np
 
 from mechlab.analytic.planetary_synthesis import neighbour_gaps
-from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 from mechlab.catalog.planetary.build import build
 from mechlab.catalog.planetary.looks import phases
 from mechlab.catalog.planetary.moving import MOVING
 from mechlab.catalog.planetary.parameters import Parameters
 from mechlab.catalog.planetary.questions import QUESTIONS
 from mechlab.catalog.planetary.scenes import acceleration, scene
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 
 
 def _speeds(p: Parameters) -> Measured:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mechlab.analytic import planetary_synthesis as closed_form
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, Finding, Verdict
 
 SOURCE = "Synthesis of the planetary mechanism 2A-AA with regard to pressure angles"
 CASES = 200_000

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from mechlab.analytic import planetary_synthesis as closed_form
-from mechlab.catalog.epicyclic import azimuth, on_circle
-from mechlab.catalog.palette import BLUE, RED
 from mechlab.catalog.planetary.parameters import Parameters
+from mechlab.kit.epicyclic import azimuth, on_circle
+from mechlab.kit.palette import BLUE, RED
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation
 from mechlab.mechanism.shape import Shape

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.epicyclic_moving import RATE, disc, mesh_check, moving_check, seats, train_state, wheel
 from mechlab.catalog.planetary.build import build
 from mechlab.catalog.planetary.parameters import Parameters
-from mechlab.study.mass_check import NOTHING, State
+from mechlab.kit.epicyclic import RATE, mesh_check, moving_check, moving_disc, seats, train_state, wheel
+from mechlab.kit.mass_check import NOTHING, State
 
 
 def state(p: Parameters, fidelity: str) -> State:
@@ -16,11 +16,11 @@ def state(p: Parameters, fidelity: str) -> State:
     radii = dict(zip((2, 3), p.radii, strict=True))
     masses, moments = {2: p.mass_2, 3: p.mass_3}, {2: p.J_planet_2, 3: p.J_planet_3}
     riding = (p.planets - rays) * sum(masses[n] * radii[n] ** 2 for n in (2, 3))
-    parts = disc(p.J_carrier + riding, radii[3], RATE)
+    parts = moving_disc(p.J_carrier + riding, radii[3], RATE)
     turns = {"carrier": 1.0, "sun": per_turn["sun"]}
     rotors = 0.0
     if rays:
-        parts = parts + disc(p.J_sun, 0.5 * p.module * p.teeth[0], per_turn["sun"] * RATE)
+        parts = parts + moving_disc(p.J_sun, 0.5 * p.module * p.teeth[0], per_turn["sun"] * RATE)
     else:
         rotors = p.J_sun * per_turn["sun"] ** 2
     for n in (2, 3):

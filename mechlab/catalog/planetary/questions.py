@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mechlab.catalog.epicyclic import engine_speeds, speed_question
 from mechlab.catalog.planetary.build import build
 from mechlab.catalog.planetary.parameters import Parameters
 from mechlab.experiment.question import Answer
+from mechlab.kit.epicyclic import engine_speeds, speed_question
 
 SPEEDS = ("sun_rate", "carrier_rate", "planet_2_rate", "planet_3_rate")
 

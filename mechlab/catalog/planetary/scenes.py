@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechlab.catalog.epicyclic import constant_torques, steady_recording
 from mechlab.catalog.planetary.build import build
 from mechlab.catalog.planetary.parameters import Parameters
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.kit.epicyclic import constant_torques, steady_recording
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 

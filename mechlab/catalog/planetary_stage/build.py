@@ -5,10 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import lru_cache
 
-from mechlab.catalog.epicyclic import azimuth, disc, on_circle
 from mechlab.catalog.planetary_stage.looks import carrier_shapes, planet_shapes, ring_shapes, sun_shapes
 from mechlab.catalog.planetary_stage.parameters import Parameters
 from mechlab.errors import unknown
+from mechlab.kit.epicyclic import azimuth, disc, on_circle
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.analytic import planetary_stage as closed_form
-from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 from mechlab.catalog.planetary_stage.build import build
 from mechlab.catalog.planetary_stage.moving import MOVING
 from mechlab.catalog.planetary_stage.parameters import Parameters
 from mechlab.catalog.planetary_stage.questions import QUESTIONS
 from mechlab.catalog.planetary_stage.scenes import accelerations, scene
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit.epicyclic import FIDELITIES, distance, final_rates, measured_speeds, reduced_masses
 
 
 def _speeds(p: Parameters) -> Measured:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.epicyclic import azimuth, on_circle
-from mechlab.catalog.palette import BLUE, BRASS, RED, STEEL
 from mechlab.catalog.planetary_stage.parameters import Parameters
+from mechlab.kit.epicyclic import azimuth, on_circle
+from mechlab.kit.palette import BLUE, BRASS, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation
 from mechlab.mechanism.shape import Shape

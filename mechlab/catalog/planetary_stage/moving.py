@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from mechlab.analytic import planetary_stage as closed_form
-from mechlab.catalog.epicyclic_moving import RATE, disc, mesh_check, moving_check, seats, train_state, wheel
 from mechlab.catalog.planetary_stage.build import build
 from mechlab.catalog.planetary_stage.parameters import Parameters
-from mechlab.study.mass_check import NOTHING, State
+from mechlab.kit.epicyclic import RATE, mesh_check, moving_check, moving_disc, seats, train_state, wheel
+from mechlab.kit.mass_check import NOTHING, State
 
 RING = 0.4
 """Speed of a free ring over that of the carrier."""
@@ -20,7 +20,7 @@ def state(p: Parameters, fidelity: str) -> State:
     sun, planet, ring = p.teeth
     found = closed_form.speeds(sun, ring, carrier=1.0, ring=RING if free else 0.0, planet_teeth=planet)
     w = {"carrier": 1.0, "sun": float(found.sun), "planet": float(found.planet), "ring": float(found.ring)}
-    parts = disc(p.J_carrier + (p.planets - rays) * p.planet_mass * p.orbit**2, p.orbit, RATE)
+    parts = moving_disc(p.J_carrier + (p.planets - rays) * p.planet_mass * p.orbit**2, p.orbit, RATE)
     moment = p.J_planet * (p.planets if rays == 1 else 1)
     places = seats(p.orbit, p.planets)[:rays]
     parts = sum((wheel(p.planet_mass, moment, w["planet"] * RATE, at, RATE) for at in places), NOTHING) + parts
@@ -28,11 +28,11 @@ def state(p: Parameters, fidelity: str) -> State:
     turns |= {f"planet_{k + 1}": w["planet"] - 1.0 for k in range(rays or p.planets)}
     rotors = 0.0
     if rays or free:  # in `minimal` a free sun is the second body
-        parts = parts + disc(p.J_sun, 0.5 * p.module * sun, w["sun"] * RATE)
+        parts = parts + moving_disc(p.J_sun, 0.5 * p.module * sun, w["sun"] * RATE)
     else:
         rotors += p.J_sun * w["sun"] ** 2
     if rays and free:
-        parts = parts + disc(p.J_ring, 0.5 * p.module * ring, w["ring"] * RATE)
+        parts = parts + moving_disc(p.J_ring, 0.5 * p.module * ring, w["ring"] * RATE)
     if not rays:
         rotors += p.planets * p.J_planet * w["planet"] ** 2 + (p.J_ring * w["ring"] ** 2 if free else 0.0)
         turns |= {f"planet_{k + 1}_spin": w["planet"] for k in range(p.planets)} | {"sun_on_carrier": w["sun"] - 1.0}

@@ -8,10 +8,10 @@ from itertools import combinations
 from typing import Any
 
 from mechlab.analytic import planetary_stage as closed_form
-from mechlab.catalog.epicyclic import engine_speeds, speed_question
 from mechlab.catalog.planetary_stage.build import build
 from mechlab.catalog.planetary_stage.parameters import Parameters
 from mechlab.experiment.question import Answer
+from mechlab.kit.epicyclic import engine_speeds, speed_question
 
 SPEEDS = ("sun_rate", "ring_rate", "carrier_rate")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.analytic import planetary_stage as closed_form
-from mechlab.catalog.epicyclic import constant_torques, steady_recording
 from mechlab.catalog.planetary_stage.build import build
 from mechlab.catalog.planetary_stage.parameters import Parameters
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.kit.epicyclic import constant_torques, steady_recording
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 

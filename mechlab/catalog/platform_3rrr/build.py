@@ -10,9 +10,9 @@ from mechlab.analytic import assur
 from mechlab.analytic.linkage import Linkage
 from mechlab.catalog.platform_3rrr.geometry import DRIVES, elbows, group, home, linkage, order
 from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
+from mechlab.kit.planar_build import Style, mechanism_of
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.study.planar_build import Style, mechanism_of
 
 
 def style(p: PlatformParameters) -> Style:

@@ -14,11 +14,11 @@ from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, elbows, group, 
 from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
 from mechlab.catalog.platform_3rrr.scenes import driven, reference
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.settings import Settings
-from mechlab.study import mass_check
-from mechlab.study.mode_scan import scan_modes, try_modes
-from mechlab.study.planar_mass import planar_state
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.scene import Settings
+from mechlab.kit import mass_check
+from mechlab.kit.mode_scan import scan_modes, try_modes
+from mechlab.kit.planar_mass import planar_state
 
 
 def _samples(p: PlatformParameters, count: int) -> np.ndarray:
@@ -92,7 +92,7 @@ def _count(p: PlatformParameters) -> Measured:
 
 
 def _run(p: PlatformParameters) -> Measured:
-    from mechlab.simulate import run
+    from mechlab.engines.mujoco import run
 
     scene = driven(p, "minimal")
     scene = replace(scene, duration=0.31 * scene.duration)

@@ -24,9 +24,9 @@ from mechlab.catalog.platform_3rrr.geometry import (
 from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question, with_rates
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import engine_answer
 
 ORDERS = ("", "_rate", "_accel")
 START_OFFSET = 1e-3

@@ -15,8 +15,7 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import Sine
 from mechlab.experiment.recording import Recording, basic_channels
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
 
 
 def _motions(p: PlatformParameters) -> tuple[Sine, ...]:

@@ -13,10 +13,10 @@ from mechlab.catalog.prosthetic_leg.moving import MOVING
 from mechlab.catalog.prosthetic_leg.parameters import Parameters
 from mechlab.catalog.prosthetic_leg.scenes import SCENES, SWING_RATES, SWING_START, SWING_TIME, swing_motion
 from mechlab.catalog.prosthetic_leg.sliders import answers
-from mechlab.experiment.check import Check, Measured
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.scene import Settings
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 STATES = 50
 DROP_TIMES = (0.08, 0.12, 0.2)

@@ -9,9 +9,9 @@ from mechlab.catalog.prosthetic_leg.build import LEG, mechanism, tree
 from mechlab.catalog.prosthetic_leg.parameters import Parameters
 from mechlab.catalog.prosthetic_leg.scenes import SWING_TIME
 from mechlab.catalog.prosthetic_leg.sliders import answers
-from mechlab.experiment.check import Claim, Finding, Verdict
+from mechlab.engines.pinocchio import PinPlant
+from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
-from mechlab.solve import PinPlant
 
 SOURCE = "Transition matrices of prismatic links of an above-knee prosthesis (2009)"
 STEP = 1e-6

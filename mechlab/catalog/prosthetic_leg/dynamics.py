@@ -11,9 +11,9 @@ from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.prosthetic_leg.build import LEG, build, tree
 from mechlab.catalog.prosthetic_leg.parameters import Parameters
 from mechlab.experiment.question import Answer, Question, with_rates
+from mechlab.kit.witness import room
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 Terms = tuple[Array, Array, Array]
 

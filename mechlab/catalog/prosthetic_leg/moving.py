@@ -10,10 +10,10 @@ import numpy as np
 
 from mechlab.catalog.prosthetic_leg.build import FREE, build
 from mechlab.catalog.prosthetic_leg.parameters import HEEL, Parameters, body
-from mechlab.experiment.check import Check, Measured
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit import mass_check
+from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
 from mechlab.mechanism.geometry import Array
-from mechlab.study import mass_check
-from mechlab.study.mass_check import NOTHING, Particles, State, solid, spread_of
 
 STATE = {
     "trunk_x": (0.3, 0.7), "trunk_z": (-0.1, 0.4), "trunk": (0.2, -0.5), "hitch": (-0.02, 0.3), "hip": (0.5, 1.1),

@@ -15,8 +15,7 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.recording import Recording, basic_channels
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
 from mechlab.integrate import integrate_adaptive
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array

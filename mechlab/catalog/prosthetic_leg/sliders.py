@@ -13,10 +13,9 @@ from mechlab.catalog.prosthetic_leg.build import LEG, mechanism, tree
 from mechlab.catalog.prosthetic_leg.parameters import Parameters, body
 from mechlab.catalog.prosthetic_leg.scenes import SWING_RATES, SWING_START, swing_motion
 from mechlab.experiment.question import Answer, Question
-from mechlab.experiment.scene import Scene
-from mechlab.experiment.settings import Settings
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
-from mechlab.study.witness import room
 
 LOCKED = {
     "lock_thigh_shin": ("thigh", "shin"),

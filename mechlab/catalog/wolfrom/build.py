@@ -5,10 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import lru_cache
 
-from mechlab.catalog.epicyclic import azimuth, disc, on_circle
 from mechlab.catalog.wolfrom.looks import carrier_shapes, held_ring, planet_shapes, ring_shapes, sun_shapes
 from mechlab.catalog.wolfrom.parameters import Parameters
 from mechlab.errors import unknown
+from mechlab.kit.epicyclic import azimuth, disc, on_circle
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
 from mechlab.mechanism.reduction import Reduction, reduce
 

@@ -6,13 +6,13 @@ import numpy as np
 
 from mechlab.analytic import wolfrom as closed_form
 from mechlab.analytic.planetary_stage import conditions
-from mechlab.catalog.epicyclic import FIDELITIES, distance, final_rates, reduced_masses
 from mechlab.catalog.wolfrom.build import build
 from mechlab.catalog.wolfrom.moving import MOVING
 from mechlab.catalog.wolfrom.parameters import Parameters
 from mechlab.catalog.wolfrom.scenes import carrier_acceleration, inertia_at_sun, scene
-from mechlab.experiment.check import Check, Measured
-from mechlab.study.witness import engine_answer
+from mechlab.experiment.entry import Check, Measured
+from mechlab.kit.epicyclic import FIDELITIES, distance, final_rates, reduced_masses
+from mechlab.kit.witness import engine_answer
 
 
 def _speeds(p: Parameters) -> Measured:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.epicyclic import azimuth, on_circle
-from mechlab.catalog.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.catalog.wolfrom.meshing import planet_turn
 from mechlab.catalog.wolfrom.parameters import Parameters
+from mechlab.kit.epicyclic import azimuth, on_circle
+from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation
 from mechlab.mechanism.shape import Shape

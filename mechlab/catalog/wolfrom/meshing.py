@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from mechlab.catalog.epicyclic import azimuth
 from mechlab.errors import MechlabError
+from mechlab.kit.epicyclic import azimuth
 from mechlab.shapes import external_phase, internal_phase
 
 Teeth = tuple[int, int, int, int, int]

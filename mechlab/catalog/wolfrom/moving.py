@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from mechlab.analytic import wolfrom as closed_form
-from mechlab.catalog.epicyclic_moving import RATE, disc, mesh_check, moving_check, seats, train_state, wheel
 from mechlab.catalog.wolfrom.build import build
 from mechlab.catalog.wolfrom.parameters import Parameters
-from mechlab.study.mass_check import State
+from mechlab.kit.epicyclic import RATE, mesh_check, moving_check, moving_disc, seats, train_state, wheel
+from mechlab.kit.mass_check import State
 
 
 def state(p: Parameters, fidelity: str) -> State:
@@ -24,9 +24,9 @@ def state(p: Parameters, fidelity: str) -> State:
         riding = p.planets * p.planet_mass
         carrier = wheel(2.0 * p.J_carrier / p.orbit**2 + riding, p.J_carrier + riding * p.orbit**2, RATE)
         return train_state(turns, carrier, rotors)
-    parts = disc(p.J_carrier + (p.planets - rays) * p.planet_mass * p.orbit**2, p.orbit, RATE)
-    parts = parts + disc(p.J_sun, 0.5 * p.module * sun, w["sun"] * RATE)
-    parts = parts + disc(p.J_ring, 0.5 * p.module * ring, w["ring"] * RATE)
+    parts = moving_disc(p.J_carrier + (p.planets - rays) * p.planet_mass * p.orbit**2, p.orbit, RATE)
+    parts = parts + moving_disc(p.J_sun, 0.5 * p.module * sun, w["sun"] * RATE)
+    parts = parts + moving_disc(p.J_ring, 0.5 * p.module * ring, w["ring"] * RATE)
     moment = p.J_planet * (p.planets if rays == 1 else 1)
     for at in seats(p.orbit, p.planets)[:rays]:
         parts = parts + wheel(p.planet_mass, moment, spin * RATE, at, RATE)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from mechlab.analytic import wolfrom as closed_form
-from mechlab.catalog.epicyclic import constant_torques, steady_recording
 from mechlab.catalog.wolfrom.build import build, reduction
 from mechlab.catalog.wolfrom.parameters import Parameters
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
+from mechlab.kit.epicyclic import constant_torques, steady_recording
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 

@@ -1,8 +1,15 @@
 """Force laws as data: what drives and loads a mechanism. A law is evaluated at every stage of a step, never held."""
 
-from mechlab.experiment.laws.applied import AppliedForce
 from mechlab.experiment.laws.control import ComputedTorque, Servo, drive_forces
-from mechlab.experiment.laws.loads import Constant, ConstantPower, Harmonic, OneSidedStop, TableLaw, Viscous
+from mechlab.experiment.laws.loads import (
+    AppliedForce,
+    Constant,
+    ConstantPower,
+    Harmonic,
+    OneSidedStop,
+    TableLaw,
+    Viscous,
+)
 from mechlab.experiment.laws.motors import DcMotor, Motor
 from mechlab.experiment.laws.protocol import LAWS, Law, Plant, applied_force, law, register
 

@@ -9,8 +9,6 @@ its mode and waits for the rate to take that sign, so that an event cannot trigg
 """
 
 from mechlab.integrate.hybrid.loop import integrate_hybrid
-from mechlab.integrate.hybrid.modes import modes_at
-from mechlab.integrate.hybrid.problem import Modes, RoughProblem
-from mechlab.integrate.hybrid.result import Ending, Event, HybridTrajectory
+from mechlab.integrate.hybrid.problem import Ending, Event, HybridTrajectory, Modes, RoughProblem, modes_at
 
 __all__ = ["Ending", "Event", "HybridTrajectory", "Modes", "RoughProblem", "integrate_hybrid", "modes_at"]

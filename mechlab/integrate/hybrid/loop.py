@@ -8,10 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError
-from mechlab.integrate.hybrid.events import EventFinder
-from mechlab.integrate.hybrid.modes import against, modes_at
-from mechlab.integrate.hybrid.problem import Array, Modes, RoughProblem
-from mechlab.integrate.hybrid.result import Ending, Event, HybridTrajectory
+from mechlab.integrate.hybrid.problem import (
+    Array,
+    Ending,
+    Event,
+    EventFinder,
+    HybridTrajectory,
+    Modes,
+    RoughProblem,
+    against,
+    modes_at,
+)
 from mechlab.integrate.work import ADAPTIVE_STAGE, count_work
 
 

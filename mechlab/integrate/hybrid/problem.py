@@ -1,11 +1,21 @@
-"""What is integrated: equations with dry friction, as functions of time, state and the modes of the friction elements."""
+"""What is integrated: equations with dry friction, as functions of time, state and the modes of the friction elements.
+
+Sticking or sliding: the modes in which a state goes on (Coulomb's law, set-valued at standstill).
+
+Event location on the dense output of a step: a sliding element comes to rest, a stuck one breaks loose.
+
+What a hybrid integration returns: samples, events, time stuck, cost, and how it ended.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Modes = tuple[int, ...]
@@ -31,3 +41,159 @@ class RoughProblem(Protocol):
     def settle(self, t: float, y: Array, modes: Modes) -> Array:
         """The state with the rates of stuck elements exactly zero."""
         ...
+
+
+FLOOR = 1e-12
+"""Rates below this share of the terms that they are summed from, or of 1, are standstill."""
+GRAZING = 1e-9
+"""A holding force is beyond its limit when it exceeds it by this share: rounding must not break an element loose."""
+
+
+def floor(problem: RoughProblem, y: Array) -> Array:
+    """(k,) rates that rounding cannot tell from zero."""
+    return np.asarray(FLOOR * (1.0 + np.abs(problem.rates) @ np.abs(y)))
+
+
+def modes_at(problem: RoughProblem, t: float, y: Array, modes: Modes | None = None, still: ArrayLike = ()) -> Modes:
+    """The modes in which a state goes on: signs of the rates; elements at standstill, and those in `still`, stick if
+    their limits allow it, else they slide against the holding force. Modes of moving elements are kept when given."""
+    rate = problem.rates @ y
+    resting = {int(k) for k in np.flatnonzero(np.abs(rate) <= floor(problem, y))} | {
+        int(k) for k in np.asarray(still, dtype=int)
+    }
+    out = [0 if k in resting else (modes[k] if modes and modes[k] else int(np.sign(x))) for k, x in enumerate(rate)]
+    for _ in range(len(out) + 1):
+        stuck = [k for k in range(len(out)) if out[k] == 0]
+        if not stuck:
+            break
+        force = problem.holding(t, y, tuple(out))
+        over = {k: abs(force[k]) / problem.limits[k] for k in stuck}
+        worst = max(stuck, key=lambda k: over[k])
+        if over[worst] <= 1.0 + GRAZING:
+            break
+        out[worst] = against(force[worst])
+    return tuple(out)
+
+
+def against(holding: float) -> int:
+    """The mode of an element that breaks loose from a holding force."""
+    return -1 if holding > 0 else 1
+
+
+LOOKS = 8
+"""Points of a step at which the sign of a rate is looked at."""
+Dense = Callable[[ArrayLike], Array]
+
+
+class EventFinder:
+    """Looks for the events of one segment: an integration in constant modes. `evaluations` counts holding forces.
+
+    risen: elements whose rate has had the sign of their mode since the segment began; only those can come to rest.
+    """
+
+    def __init__(self, problem: RoughProblem, y: Array, modes: Modes) -> None:
+        self.problem, self.modes = problem, modes
+        self.evaluations = 0
+        self.risen: list[bool] = list(np.array(modes) * (problem.rates @ y) > floor(problem, y))
+
+    def first(self, dense: Dense, t0: float, t1: float) -> tuple[float, int] | None:
+        """Time and element of the first event of a step, if there is one."""
+        best: tuple[float, int] | None = None
+        points = np.linspace(t0, t1, LOOKS + 1)
+        states = np.asarray(dense(points))
+        along = self.problem.rates @ states
+        least = floor(self.problem, states[:, -1])
+        for k, mode in enumerate(self.modes):
+            if mode:
+                found = self._stops(dense, points, mode * along[k], k, least[k])
+            else:
+                found = self._breaks(dense, t0, t1, k)
+            if found is not None and (best is None or found < best[0]):
+                best = (found, k)
+        return best
+
+    def _stops(self, dense: Dense, points: Array, rate: Array, k: int, least: float) -> float | None:
+        """When a sliding element comes to rest: the first change of sign after its rate has had the sign of its mode."""
+        from scipy.optimize import brentq
+
+        row = self.modes[k] * self.problem.rates[k]
+
+        def along(t: float) -> float:
+            return float(row @ dense(t))
+
+        last = 0
+        for i in range(len(points)):
+            if rate[i] > least:
+                self.risen[k], last = True, i
+            elif rate[i] < -least:
+                if not self.risen[k]:
+                    return float(points[0])  # it would slide the other way at once
+                if not along(points[last]) > 0.0:
+                    return float(points[last])
+                return float(brentq(along, points[last], points[i], xtol=1e-15, rtol=1e-15))
+        return None
+
+    def _breaks(self, dense: Dense, t0: float, t1: float, k: int) -> float | None:
+        """When the holding force of a stuck element reaches its limit."""
+        from scipy.optimize import brentq
+
+        def reserve(t: float) -> float:
+            self.evaluations += 1
+            force = self.problem.holding(t, np.asarray(dense(t)), self.modes)[k]
+            return float(self.problem.limits[k] * (1.0 + GRAZING) - abs(force))
+
+        points = np.linspace(t0, t1, 4)
+        values = [reserve(t) for t in points]
+        for i, value in enumerate(values):
+            if value < 0.0:
+                if i == 0:
+                    return t0
+                return float(brentq(reserve, points[i - 1], points[i], xtol=1e-15, rtol=1e-15))
+        return None
+
+
+class Ending(Enum):
+    """How a hybrid integration ended, as a sentence."""
+
+    COMPLETE = "complete"
+    STEP_TOO_SMALL = "the step size fell below rounding: a singularity or a stiff problem"
+    NOT_FINITE = "the state is not finite"
+    TOO_MANY = "the largest number of evaluations was reached; try a larger tolerance"
+    CHATTER = "events follow each other without time passing: the friction law has no consistent continuation here"
+
+
+@dataclass(frozen=True)
+class Event:
+    """An element changed its mode: time, state, index of the element, modes before and after."""
+
+    t: float
+    y: Array
+    element: int
+    before: int
+    after: int
+
+
+@dataclass(frozen=True)
+class HybridTrajectory:
+    """States y (m, n) and modes (m, k) at the sample times t (m,); events; time stuck (k,); evaluations; modes at the end.
+
+    An integration that could not go on has the samples up to there and says why in `ending`; `last_t`, `last_y` is
+    where it stopped.
+    """
+
+    t: Array
+    y: Array
+    modes: NDArray[np.int64]
+    events: tuple[Event, ...]
+    stuck_time: Array
+    evaluations: int
+    steps: int
+    ending: Ending
+    last_t: float
+    last_y: Array
+    last_modes: Modes
+
+    @property
+    def complete(self) -> bool:
+        """True when the end time was reached."""
+        return self.ending is Ending.COMPLETE

@@ -6,18 +6,10 @@ import math
 
 import numpy as np
 
-from mechlab.catalog.delta6.looks.sizes import (
-    PLANET_LEVEL,
-    SPUR_LEVEL,
-    Shapes,
-    at,
-    columns,
-    planet_sizes,
-    spur_sizes,
-)
+from mechlab.catalog.delta6.looks.sizes import PLANET_LEVEL, SPUR_LEVEL, Shapes, at, columns, planet_sizes, spur_sizes
 from mechlab.catalog.delta6.masses import vec
 from mechlab.catalog.delta6.parameters import Delta6Parameters, Leg, legs
-from mechlab.catalog.palette import BLUE, BRASS, DARK, STEEL
+from mechlab.kit.palette import BLUE, BRASS, DARK, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.shapes import external_phase
 

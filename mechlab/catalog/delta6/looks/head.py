@@ -6,18 +6,10 @@ import math
 
 import numpy as np
 
-from mechlab.catalog.delta6.looks.sizes import (
-    PLANET_LEVEL,
-    SPUR_LEVEL,
-    Shapes,
-    at,
-    planet_sizes,
-    spur_sizes,
-    teeth,
-)
+from mechlab.catalog.delta6.looks.sizes import PLANET_LEVEL, SPUR_LEVEL, Shapes, at, planet_sizes, spur_sizes, teeth
 from mechlab.catalog.delta6.masses import PLANET_OFFSET
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.palette import BRASS, DARK, RED, STEEL, TEAL
+from mechlab.kit.palette import BRASS, DARK, RED, STEEL, TEAL
 from mechlab.mechanism import Placement, Shape, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.shapes import external_phase

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechlab.catalog.delta6.looks.sizes import (
-    Shapes,
-    at,
-    columns,
-)
+from mechlab.catalog.delta6.looks.sizes import Shapes, at, columns
 from mechlab.catalog.delta6.masses import vec
 from mechlab.catalog.delta6.parameters import Delta6Parameters, Leg, legs
-from mechlab.catalog.palette import BLUE, DARK, ORANGE, PALE, STEEL, TEAL
+from mechlab.kit.palette import BLUE, DARK, ORANGE, PALE, STEEL, TEAL
 from mechlab.mechanism import shape
 from mechlab.mechanism.geometry import Array, frame_along
 

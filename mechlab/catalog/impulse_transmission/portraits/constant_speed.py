@@ -8,18 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.analytic.impulse import (
-    Impulse,
-    constant_speed_acceleration,
-    first_integral,
-    slip_speed,
-    unidirectional,
-)
+from mechlab.analytic.impulse import Impulse, constant_speed_acceleration, first_integral, slip_speed, unidirectional
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.portraits.common import UNITS, options, smoothing
 from mechlab.errors import MechlabError
+from mechlab.kit.portrait import Portrait, estimated_error, grid, section
 from mechlab.mechanism.geometry import Array
-from mechlab.study.portrait import Portrait, estimated_error, grid, section
 
 TURNS, TURN_STEPS = 100, 100
 

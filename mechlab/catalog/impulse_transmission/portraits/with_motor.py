@@ -13,8 +13,8 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.portraits.common import UNITS, options, smoothing
 from mechlab.catalog.impulse_transmission.scenes import simulate
 from mechlab.errors import MechlabError
+from mechlab.kit.portrait import Portrait, estimated_error, flow, grid
 from mechlab.mechanism.geometry import Array
-from mechlab.study.portrait import Portrait, estimated_error, flow, grid
 
 STATES = ("alpha", "beta", "alpha_rate", "beta_rate", "motor_torque")
 DURATION, TIMESTEP, ROUGH_TIMESTEP = 0.5, 5e-4, 2.5e-4

@@ -1,0 +1,1 @@
+"""Engines that run a mechanism: Pinocchio, MuJoCo, the lab's own, and other people's."""

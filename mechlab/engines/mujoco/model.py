@@ -1,0 +1,184 @@
+"""Mechanism to MuJoCo, through the same MJCF text that users get, and the map between the two by name."""
+
+from __future__ import annotations
+
+import copy
+from functools import cached_property, lru_cache
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.closure import Connector, find_connectors
+from mechlab.engines.mujoco.control import compiling, engine
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.scene import Settings
+from mechlab.formats.mjcf import to_mjcf
+from mechlab.formats.mjcf_loops import axis_name, body_name, tendon_name
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+Indices = np.ndarray
+
+
+@lru_cache(maxsize=32)
+def _compiled(mechanism: Mechanism, settings: Settings | None) -> mujoco.MjModel:
+    text = to_mjcf(mechanism, settings)
+    try:
+        with compiling():
+            return mujoco.MjModel.from_xml_string(text)
+    except ValueError as error:
+        raise MechlabError(f"{mechanism.name}: MuJoCo refuses the model: {error}") from None
+
+
+def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A fresh model and its data in the reference pose, evaluated (mj_forward).
+
+    The model is the caller's own: the compiled one is kept and copied. Raises MechlabError when MuJoCo refuses it.
+    """
+    model = copy.copy(_compiled(mechanism, settings))
+    data = mujoco.MjData(model)
+    with engine():
+        mujoco.mj_forward(model, data)
+    return model, data
+
+
+class MujocoMap:
+    """Where the names of a Mechanism stand in a MuJoCo model: addresses, and conversion of coordinates and rates.
+
+    `qpos` (nq,) and `dof` (nv,) are the engine's addresses in the order of the Mechanism; `other_dof` those of the
+    connectors that close loops of some kinds, which the Mechanism does not have.
+    """
+
+    def __init__(self, mechanism: Mechanism, model: mujoco.MjModel) -> None:
+        self.mechanism = mechanism
+        self.model = model
+        qpos: list[int] = []
+        dof: list[int] = []
+        for joint in mechanism.joints:
+            k = _id(model, mujoco.mjtObj.mjOBJ_JOINT, "joint", joint.name)
+            qpos += range(model.jnt_qposadr[k], model.jnt_qposadr[k] + joint.nq)
+            dof += range(model.jnt_dofadr[k], model.jnt_dofadr[k] + joint.nv)
+        self.qpos: Indices = np.array(qpos, dtype=int)
+        self.dof: Indices = np.array(dof, dtype=int)
+        self._square = np.ix_(self.dof, self.dof)
+        self.other_dof: Indices = np.setdiff1d(np.arange(model.nv), self.dof)
+        self._mass = np.zeros((model.nv, model.nv))
+        self._scratch: mujoco.MjData | None = None
+
+    @cached_property
+    def connectors(self) -> tuple[Connector, ...]:
+        """The bodies that stand between the two sides of a loop and belong to the engine's model alone."""
+        return find_connectors(self.model, set(self.dof.tolist()))
+
+    @cached_property
+    def equalities(self) -> dict[str, tuple[int, ...]]:
+        """Loop or relation -> the engine's equality constraints that stand for it."""
+        model = self.model
+        names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k) for k in range(model.neq)]
+        out: dict[str, tuple[int, ...]] = {}
+        for wanted in [x.name for x in self.mechanism.loops] + [x.name for x in self.mechanism.relations]:
+            found = [k for k, name in enumerate(names) if name in (wanted, axis_name(wanted))]
+            if not found:
+                raise unknown(f"{self.mechanism.name}: equality of the MuJoCo model", wanted, names)
+            out[wanted] = tuple(found)
+        return out
+
+    @cached_property
+    def tendons(self) -> dict[str, int]:
+        """Shaft or relation -> its fixed tendon."""
+        kind, m = mujoco.mjtObj.mjOBJ_TENDON, self.mechanism
+        names = {x.name: tendon_name(m, x.name) for x in m.relations} | {x.name: x.name for x in m.shafts}
+        return {name: _id(self.model, kind, "tendon", tendon) for name, tendon in names.items()}
+
+    @cached_property
+    def actuators(self) -> dict[str, int]:
+        """Drive -> its position actuator."""
+        kind = mujoco.mjtObj.mjOBJ_ACTUATOR
+        return {x.name: _id(self.model, kind, "actuator", x.name) for x in self.mechanism.drives}
+
+    def body(self, name: str) -> int:
+        """The engine's number of a body of the Mechanism, or of the ground."""
+        return _id(self.model, mujoco.mjtObj.mjOBJ_BODY, "body", body_name(name))
+
+    def site(self, name: str) -> int:
+        """The engine's number of a site: a Frame by its name, an end of a loop."""
+        return _id(self.model, mujoco.mjtObj.mjOBJ_SITE, "site", name)
+
+    def rows(self, data: mujoco.MjData, name: str) -> Indices:
+        """Rows of the constraint arrays (efc_*) of a loop or relation, as they stand in `data` now."""
+        is_equality = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+        return np.flatnonzero(is_equality & np.isin(data.efc_id, self.equalities[name]))
+
+    # -- coordinates and rates ---------------------------------------------------------------------------------------
+
+    def coordinates(self, qpos: Array) -> Array:
+        """(..., nq) of the Mechanism from the engine's qpos."""
+        return np.asarray(qpos)[..., self.qpos]
+
+    def rates(self, qvel: Array) -> Array:
+        """(..., nv) of the Mechanism from the engine's qvel."""
+        return np.asarray(qvel)[..., self.dof]
+
+    def engine_coordinates(self, q: Array) -> Array:
+        """The engine's qpos of a pose q (nq,): the coordinates of the connectors follow in closed form, so that an
+        assembled pose has equality residuals at rounding level."""
+        qpos = self.model.qpos0.copy()
+        qpos[self.qpos] = q
+        if self.connectors:
+            data = self._data()
+            data.qpos[:] = qpos
+            mujoco.mj_kinematics(self.model, data)
+            for connector in self.connectors:
+                connector.place(data, qpos)
+        return np.asarray(qpos)
+
+    def engine_rates(self, qpos: Array, v: Array) -> Array:
+        """The engine's qvel of rates v (nv,) at its qpos: connectors follow from the equality constraints."""
+        qvel = np.zeros(self.model.nv)
+        qvel[self.dof] = v
+        if len(self.other_dof):
+            data = self._data()
+            data.qpos[:] = qpos
+            mujoco.mj_fwdPosition(self.model, data)
+            jacobian = equality_jacobian(self.model, data)
+            other = jacobian[:, self.other_dof]
+            qvel[self.other_dof] = -np.linalg.lstsq(other, jacobian[:, self.dof] @ v, rcond=1e-11)[0]
+        return qvel
+
+    def mass_matrix(self, data: mujoco.MjData) -> Array:
+        """(nv, nv) of the Mechanism, armatures and shafts included, at the state that `data` was evaluated at."""
+        mujoco.mj_fullM(self.model, data, self._mass)
+        return np.asarray(self._mass[self._square])
+
+    def _data(self) -> mujoco.MjData:
+        if self._scratch is None:
+            self._scratch = mujoco.MjData(self.model)
+        return self._scratch
+
+
+def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(rows, engine nv) Jacobian of the equality rows of `data`, which must have been evaluated (mj_fwdPosition)."""
+    if mujoco.mj_isSparse(model):
+        raise MechlabError("the MuJoCo model has a sparse Jacobian; mechlab needs option jacobian='dense'.")
+    return constraint_jacobian(model, data)[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+
+
+def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(nefc, engine nv) Jacobian of all constraint rows of `data`, which must have been evaluated (mj_fwdPosition)."""
+    if mujoco.mj_isSparse(model):
+        rows = np.zeros((data.nefc, model.nv))
+        mujoco.mju_sparse2dense(rows, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+        return rows
+    # the engine drops rows that no motion can violate, and keeps their space
+    return np.asarray(data.efc_J[: data.nefc * model.nv].reshape(data.nefc, model.nv))
+
+
+def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, what: str, name: str) -> int:
+    found = mujoco.mj_name2id(model, kind, name)
+    if found < 0:
+        count = {"joint": model.njnt, "tendon": model.ntendon, "body": model.nbody, "site": model.nsite}.get(
+            what, model.nu
+        )
+        names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(count)]
+        raise unknown(f"the MuJoCo model: {what}", name, names)
+    return int(found)

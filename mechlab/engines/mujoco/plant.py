@@ -1,0 +1,169 @@
+"""The state of a MuJoCo run as laws see it: `mechlab.experiment.laws.Plant` over an MjData, fast and by name.
+
+Accelerations and reactions of hard constraints, from the engine's own terms: for models with distance loops.
+
+MuJoCo holds a distance by a tendon equality, whose dJ/dt v it ignores: its positions converge, its accelerations and
+forces do not. They are had from the same mass matrix, forces and Jacobians by
+
+    M a - J^T r = qfrc_smooth + forces of friction and limits,    J a = -dJ/dt v
+
+with the exact rows of `Closure`; redundant rows share their load in the least-squares sense.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.closure import Closure
+from mechlab.engines.mujoco.model import MujocoMap, constraint_jacobian
+from mechlab.errors import unknown
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism
+
+Terms = tuple[tuple[int, float], ...]
+
+
+class MujocoPlant:
+    """Plant over `data`, which the caller keeps evaluated: inside a control callback and after mj_forward it is.
+
+    `mass_matrix`, `bias`, `jacobian` and `constraint_bias` are the engine's own, in the order of the Mechanism's rates
+    (constraint rows span the same space as those of `mechlab.mechanism.ConstraintSet` but are other rows). Only where
+    connectors stand in loops, which split the mass of a body, they come from the numpy tree of the Mechanism.
+    """
+
+    def __init__(self, mechanism: Mechanism, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap) -> None:
+        self.mechanism = mechanism
+        self.model = model
+        self.data = data
+        self.map = map_
+        self._qpos, self._qvel = data.qpos, data.qvel
+        self._tree_state = self._rows_state = (b"", b"")
+        self.memory: dict[Any, Array] = {}
+        self._terms: dict[str, tuple[float, Terms, Terms]] = {}
+        for name in mechanism.scalar_names:
+            row = mechanism.row(name)
+            columns = [(int(k), float(row[k])) for k in np.flatnonzero(row)]
+            q_terms = tuple((int(map_.qpos[mechanism._q_columns[k]]), c) for k, c in columns)
+            self._terms[name] = (mechanism.zero(name), q_terms, tuple((int(map_.dof[k]), c) for k, c in columns))
+
+    @property
+    def t(self) -> float:
+        """Time [s]."""
+        return float(self.data.time)
+
+    @t.setter
+    def t(self, value: float) -> None:
+        self.data.time = value
+
+    def _find(self, name: str) -> tuple[float, Terms, Terms]:
+        try:
+            return self._terms[name]
+        except KeyError:
+            raise unknown(f"{self.mechanism.name}: joint or shaft", name, self._terms) from None
+
+    def value(self, name: str) -> float:
+        """Physical value of a joint or shaft [rad or m]: zero + coordinate."""
+        zero, terms, _ = self._find(name)
+        qpos, value = self._qpos, 0.0
+        for k, c in terms:
+            value += c * qpos.item(k)
+        return zero + value
+
+    def rate(self, name: str) -> float:
+        """Rate of a joint or shaft."""
+        qvel, rate = self._qvel, 0.0
+        for k, c in self._find(name)[2]:
+            rate += c * qvel.item(k)
+        return rate
+
+    def mass_matrix(self) -> Array:
+        """(nv, nv) mass matrix, armatures and shafts included."""
+        if self._split:
+            return self._tree().mass_matrix()
+        return self.map.mass_matrix(self.data)
+
+    def bias(self) -> Array:
+        """(nv,) h of M a + h = applied + J^T reactions: velocity, gravity and passive terms (springs, dampers).
+
+        Dry friction is not in it: MuJoCo has it as a constraint.
+        """
+        dof = self.map.dof
+        velocity_terms = self._tree().bias_force() if self._split else self.data.qfrc_bias[dof]
+        return np.asarray(velocity_terms - self.data.qfrc_passive[dof])
+
+    def jacobian(self) -> Array:
+        """(rows, nv) constraint Jacobian of loops and relations."""
+        return self._rows()[0]
+
+    def constraint_bias(self) -> Array:
+        """(rows,) dJ/dt v."""
+        return self._rows()[1]
+
+    # -- kept for one state ------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _split(self) -> bool:
+        """True when connectors share the mass of other bodies: then the engine's matrices are of another tree."""
+        return len(self.map.other_dof) > 0
+
+    @cached_property
+    def _closure(self) -> Closure:
+        return Closure(self.model)
+
+    @cached_property
+    def _numpy(self) -> tuple[TreeKinematics, ConstraintSet]:
+        return TreeKinematics(self.mechanism), ConstraintSet(self.mechanism)
+
+    def _state(self) -> tuple[bytes, bytes]:
+        return self._qpos.tobytes(), self._qvel.tobytes()
+
+    def _tree(self) -> TreeKinematics:
+        state = self._state()
+        if state != self._tree_state:
+            self._numpy[0].set(self.map.coordinates(self._qpos), self.map.rates(self._qvel))
+            self._tree_state = state
+        return self._numpy[0]
+
+    def _rows(self) -> tuple[Array, Array]:
+        state = self._state()
+        if state != self._rows_state:
+            if self._split:
+                tree, constraints = self._tree(), self._numpy[1]
+                self._kept = constraints.jacobian(tree), constraints.bias(tree)
+            else:
+                jacobian, bias = self._closure.rows(self.data)
+                self._kept = jacobian[:, self.map.dof], bias
+            self._rows_state = state
+        return self._kept
+
+
+class ExactDynamics:
+    """Solves the constrained equations at the state of a MjData after mj_forward."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.closure = Closure(model)
+        self._mass = np.zeros((model.nv, model.nv))
+
+    def solve(self, data: mujoco.MjData) -> tuple[Array, Array]:
+        """(engine nv,) accelerations and (rows,) reactions of the rows of `closure`."""
+        model = self.model
+        mujoco.mj_fullM(model, data, self._mass)
+        jacobian, bias = self.closure.rows(data)
+        other = data.efc_type != mujoco.mjtConstraint.mjCNSTR_EQUALITY
+        rows = constraint_jacobian(model, data)
+        force = data.qfrc_smooth + rows[other].T @ data.efc_force[other]
+        free = np.linalg.solve(self._mass, np.column_stack([force, jacobian.T]))
+        compliance = jacobian @ free[:, 1:]
+        # Scaled to a unit diagonal, so that rows in metres and in radians are cut off alike; void rows stay void.
+        diagonal = np.diag(compliance)
+        scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-14 * np.max(diagonal, initial=1e-300)))
+        scaled = compliance * scale[:, None] * scale
+        reaction = scale * np.linalg.lstsq(scaled, -scale * (bias + jacobian @ free[:, 0]), rcond=1e-11)[0]
+        return free[:, 0] + free[:, 1:] @ reaction, reaction

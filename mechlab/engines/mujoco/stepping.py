@@ -1,0 +1,157 @@
+"""Stepping a MuJoCo model over a grid of whole steps, sampling, and stopping at a blow-up."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.model import MujocoMap
+from mechlab.errors import MechlabError
+from mechlab.mechanism.geometry import Array
+
+MAX_SAMPLES = 1000
+RATE_LIMIT = 1e6
+"""A rate [rad/s or m/s] beyond this is no motion of a mechanism."""
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+
+
+@dataclass(frozen=True)
+class BlowUp:
+    """When and how a run failed."""
+
+    t: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Steps 0 .. count of length h, the last one shorter where h does not divide the duration; `samples`: steps."""
+
+    duration: float
+    timestep: float
+    count: int
+    samples: tuple[int, ...]
+
+    def t(self, step: int) -> float:
+        """Time of a step number."""
+        return self.duration if step == self.count else step * self.timestep
+
+
+def grid(duration: float, timestep: float, times: Sequence[float] | None = None) -> Grid:
+    """The steps of a run, and which of them are recorded: at most about MAX_SAMPLES, evenly, and those around `times`.
+
+    A time on a step is recorded there; around any other two steps on each side, so that a cubic through them
+    (`Recording.at`) is as good as the run. Raises MechlabError for a bad duration or a time outside it.
+    """
+    if not np.isfinite(duration) or duration <= 0:
+        raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
+    count = max(1, int(np.ceil(duration / timestep - 1e-9)))
+    samples = set(range(0, count, -(-count // MAX_SAMPLES))) | {count}
+    for t in () if times is None else times:
+        if not 0.0 <= t <= duration * (1.0 + 1e-12):
+            raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {t!r}.")
+        near = min(count, round(t / timestep))
+        if abs(t - near * timestep) <= 1e-9 * timestep or t >= duration:
+            samples.add(near if t < duration else count)
+        else:
+            k = int(t / timestep)
+            samples |= {i for i in range(k - 1, k + 3) if 0 <= i <= count}
+    return Grid(duration, timestep, count, tuple(sorted(samples)))
+
+
+def advance(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    map_: MujocoMap,
+    steps: Grid,
+    sample: Callable[[float], bool],
+) -> tuple[BlowUp | None, float, int]:
+    """Step through the grid and call `sample(t)` at every recorded step, the first included; end there when it
+    answers True.
+
+    `data` is at t = 0. Between samples the engine steps on its own. `sample` may evaluate `data` (mj_forward): what the
+    solver remembers is put back, so that sampling does not change the motion by a bit. Returns what went wrong, the
+    CPU seconds of stepping, and the number of steps.
+    """
+    cpu, done = 0.0, 0
+    state = np.empty(mujoco.mj_stateSize(model, _STATE))
+    for here in steps.samples:
+        if here > done:
+            mujoco.mj_getState(model, data, state, _STATE)
+            start = time.thread_time()
+            _step(model, data, steps, done, here)
+            cpu += time.thread_time() - start
+            if _fault(data) is not None:
+                return _locate(model, data, map_, steps, state, done, here), cpu, here
+            done = here
+        data.time = steps.t(here)
+        memory = data.qacc_warmstart.copy()
+        stop = sample(data.time)
+        if _fault(data) is not None:
+            return BlowUp(data.time, _reason(data, map_, data.qvel)), cpu, done
+        data.qacc_warmstart[:] = memory
+        if stop:
+            break
+    return None, cpu, done
+
+
+def _step(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
+    """From step number `start` to `end`; the last step of the grid may be shorter."""
+    short = end == steps.count and steps.duration - (end - 1) * steps.timestep < steps.timestep * (1.0 - 1e-9)
+    whole = end - start - (1 if short else 0)
+    if whole:
+        mujoco.mj_step(model, data, nstep=whole)
+    if short:
+        model.opt.timestep = steps.duration - (end - 1) * steps.timestep
+        try:
+            mujoco.mj_step(model, data)
+        finally:
+            model.opt.timestep = steps.timestep
+
+
+def _fault(data: mujoco.MjData) -> str | None:
+    if not (np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)) and np.all(np.isfinite(data.qacc))):
+        return "not finite"
+    if np.max(np.abs(data.qvel), initial=0.0) > RATE_LIMIT or any(data.warning[k].number for k in _BAD):
+        return "huge"
+    return None
+
+
+def _locate(
+    model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, steps: Grid, state: Array, start: int, end: int
+) -> BlowUp:
+    """Repeat the steps one by one from the last good state, to say when it happened."""
+    mujoco.mj_setState(model, data, state, _STATE)
+    for k in _BAD:
+        data.warning[k].number = 0
+    before = data.qvel.copy()
+    for k in range(start, end):
+        before[:] = data.qvel
+        _step(model, data, steps, k, k + 1)
+        if _fault(data) is not None:
+            return BlowUp(steps.t(k + 1), _reason(data, map_, before))
+    return BlowUp(steps.t(end), _reason(data, map_, before))
+
+
+def _reason(data: mujoco.MjData, map_: MujocoMap, before: Array) -> str:
+    """Which rate ran away, from the state after (or, where that is not finite, before) the failing step."""
+    names = map_.mechanism.rate_names
+    after = map_.rates(data.qvel)
+    if not len(names):
+        return "the state is not finite"
+    lost = np.flatnonzero(~np.isfinite(after))
+    last = map_.rates(before)
+    k = int(np.argmax(np.abs(last if len(lost) else after)))
+    slides = {j.name for j in map_.mechanism.joints if j.kind == "prismatic"}
+    unit = "m/s" if names[k] in slides else "rad/s"
+    if len(lost):
+        some = ", ".join(names[i] for i in lost[:3]) + (" ..." if len(lost) > 3 else "")
+        return f"the rate of {some} is not finite; a step before, the fastest was {names[k]} with {last[k]:.3g} {unit}"
+    if abs(after[k]) > RATE_LIMIT:
+        return f"the rate of {names[k]} reached {after[k]:.3g} {unit}"
+    return f"an acceleration is not finite or beyond 1e10; the fastest is {names[k]} with {after[k]:.3g} {unit}"

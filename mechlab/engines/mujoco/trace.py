@@ -1,0 +1,222 @@
+"""Timed runs of MuJoCo: nothing but stepping between output points is timed, and nothing but the state is kept."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.control import controlled, engine
+from mechlab.engines.mujoco.drive import Driver, engage, engaged
+from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
+from mechlab.engines.mujoco.plant import MujocoPlant
+from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.experiment.laws import Law
+from mechlab.experiment.motion import Trace
+from mechlab.experiment.prices import MUJOCO
+from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.integrate import count_work, integrate_lsoda
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+
+
+def step_through(
+    model: mujoco.MjModel, data: mujoco.MjData, outputs: int, each: int, price: float = 0.0
+) -> tuple[Array, Array, float, str]:
+    """qpos (n, nq), qvel (n, nv) at the start and after every `each` steps, CPU seconds of the stepping, and why it
+    stopped early ("" when it did not). price: counted work of a step [s]. The caller has switched `autoreset` off: a blow-up
+    ends the run."""
+    qpos, qvel = np.empty((outputs + 1, model.nq)), np.empty((outputs + 1, model.nv))
+    qpos[0], qvel[0] = data.qpos, data.qvel
+    step, clock, spent = mujoco.mj_step, time.thread_time, 0.0
+    for k in range(1, outputs + 1):
+        count_work(price * each)
+        began = clock()
+        step(model, data, nstep=each)
+        spent += clock() - began
+        qpos[k], qvel[k] = data.qpos, data.qvel
+        fastest = np.max(np.abs(qvel[k]), initial=0.0)
+        if not fastest < RATE_LIMIT or any(data.warning[w].number for w in _BAD):
+            return qpos[:k], qvel[:k], spent, f"diverged before t = {data.time:.4g} s"
+    return qpos, qvel, spent, ""
+
+
+class Steps:
+    """A timed run of a scene that goes on from where it stands; the timestep must divide `between`, the distance of outputs
+    [s].
+
+    Laws are evaluated at every stage, inside the timed steps. Under constant loads and drives that hold alone, runs of a
+    thread share one MjData for a mechanism and its settings, and each keeps its state. Raises MechlabError for bad input.
+    """
+
+    def __init__(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> None:
+        self.mechanism, self.scene = mechanism, scene
+        self.each = max(1, round(between / settings.timestep))
+        self.timestep = between / self.each
+        self.price = MUJOCO.of(mechanism) * (4.0 if settings.integrator == "RK4" else 1.0)
+        if _constant(scene):
+            self.model, self.data, self.map = _kept(mechanism, settings, engaged(scene.laws), threading.get_ident())
+            mujoco.mj_resetData(self.model, self.data)
+        else:
+            self.model, self.data, self.map = _undriven(mechanism, settings, engaged(scene.laws))
+        # nobody reads them, and a chart is to tell what stepping costs
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        _start(mechanism, scene, self.data, self.map)
+        self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
+        self._state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, self.data, self._state, _STATE)
+
+    def advance(self, outputs: int) -> Trace:
+        """The states as they stand and after each of `outputs` distances more."""
+        model, data = self.model, self.data
+        model.opt.timestep = self.timestep
+        mujoco.mj_setState(model, data, self._state, _STATE)
+        for w in _BAD:
+            data.warning[w].number = 0  # of another run
+        with self._laws():
+            qpos, qvel, spent, reason = step_through(model, data, outputs, self.each, self.price)
+        mujoco.mj_getState(model, data, self._state, _STATE)
+        done = (len(qpos) - 1) * self.each
+        return Trace(self.map.coordinates(qpos), self.map.rates(qvel), spent, done, reason)
+
+
+def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
+    """A scene at `outputs` + 1 even times; see `Steps`."""
+    return Steps(mechanism, scene, settings, scene.duration / outputs).advance(outputs)
+
+
+_Engine = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
+
+
+def _undriven(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...]) -> _Engine:
+    """A model without the automatic reset, and without actuators but those of the drives that hold."""
+    model, data = to_mujoco(mechanism, settings)
+    map_ = MujocoMap(mechanism, model)
+    engage(map_, held)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model, data, map_
+
+
+@lru_cache(maxsize=16)
+def _kept(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...], thread: int) -> _Engine:
+    """`_undriven`, made once for a thread."""
+    return _undriven(mechanism, settings, held)
+
+
+def _start(mechanism: Mechanism, scene: Scene, data: mujoco.MjData, map_: MujocoMap) -> None:
+    """Puts the start of a scene into the data."""
+    q, v = initial_state(mechanism, scene)
+    data.qpos[:] = map_.engine_coordinates(q)
+    data.qvel[:] = map_.engine_rates(data.qpos, v)
+    data.qacc_warmstart[:] = 0.0
+
+
+def _constant(scene: Scene) -> bool:
+    """Whether the engine does everything by itself."""
+    return all(law.kind == "constant" for law in _called(scene))
+
+
+def _called(scene: Scene) -> tuple[Law, ...]:
+    """The laws that the engine's actuators do not do."""
+    held = engaged(scene.laws)
+    return tuple(law for law in scene.laws if law not in held)
+
+
+def _driven(
+    mechanism: Mechanism, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, sampling: bool
+) -> Callable[[], AbstractContextManager[None]]:
+    """What makes the engine run under the laws of a scene; constant ones are put into it once, without a call back at every
+    stage."""
+    if _constant(scene):
+        for law in _called(scene):
+            data.qfrc_applied[map_.dof] += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
+        return engine
+    driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
+    driver.sampling = sampling
+    return lambda: controlled(data, driver)
+
+
+def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
+    """A scene of a tree of one-coordinate joints at `outputs` + 1 even times: MuJoCo's equations of motion (mj_forward, exact
+    without constraints) under LSODA, to the tolerance of the settings."""
+    model, data, map_ = _undriven(mechanism, settings, engaged(scene.laws))
+    _start(mechanism, scene, data, map_)
+    n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    qpos, qvel, qacc, forward = data.qpos, data.qvel, data.qacc, mujoco.mj_forwardSkip
+    price = MUJOCO.of(mechanism)
+    every, no_sensors, timed = mujoco.mjtStage.mjSTAGE_NONE, True, bool(scene.laws)
+    slope = np.empty(2 * n)
+    rates, accelerations = slope[:n], slope[n:]
+
+    def f(t: float, y: Array) -> Array:
+        count_work(price)
+        if timed:
+            data.time = t
+        qpos[:] = y[:n]
+        qvel[:] = rates[:] = y[n:]
+        forward(model, data, every, no_sensors)
+        accelerations[:] = qacc
+        return slope
+
+    jacobian = _Linearised(model, data, price) if _constant(scene) else None
+    # LSODA goes back and forth in time: nothing may be summed up over its evaluations
+    with _driven(mechanism, scene, model, data, map_, sampling=True)():
+        began = time.thread_time()
+        found = integrate_lsoda(f, np.concatenate([qpos, qvel]), times, settings.tolerance, jacobian)
+        spent = time.thread_time() - began
+    q, v = map_.coordinates(found.y[:, :n]), map_.rates(found.y[:, n:])
+    return Trace(q, v, spent, found.steps, found.reason, found.evaluations)
+
+
+class _Linearised:
+    """df/dy of the equations of motion y = (q, v) of a tree, by MuJoCo's differences of a step of symplectic Euler,
+    v+ = v + h a(q, v): compiled, and without kinematics anew where only a rate is moved."""
+
+    MOVED = 1e-7
+    """By so much a coordinate or rate is moved [rad or m, per second]."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, price: float = 0.0) -> None:
+        self._price = 2.0 * model.nv * price
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        # with the damping of joints taken implicitly, the step would not be v + h a
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+        self.model, self.data, n = model, data, model.nv
+        self._next, self._slope = np.empty((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
+        self._slope[:n, n:] = np.eye(n)
+        self._still = self._slope[:n].copy()
+
+    def __call__(self, t: float, y: Array) -> Array:
+        count_work(self._price)
+        n, data, h = self.model.nv, self.data, self.model.opt.timestep
+        data.qpos[:] = y[:n]
+        data.qvel[:] = y[n:]
+        mujoco.mjd_transitionFD(self.model, data, self.MOVED, False, self._next, None, None, None)
+        np.subtract(self._next[n:], self._still, out=self._slope[n:])
+        self._slope[n:] /= h
+        return self._slope
+
+
+def extrapolated(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
+    """The run at half the timestep of the settings, corrected by its difference from the run at the whole (Richardson):
+    2 x(h / 2) - x(h), of second order where the integrator is of first. It costs three runs at the whole timestep."""
+    coarse = trace(mechanism, scene, settings, outputs)
+    fine = trace(mechanism, scene, replace(settings, timestep=0.5 * settings.timestep), outputs)
+    spent, steps = coarse.cpu_s + fine.cpu_s, coarse.steps + fine.steps
+    if not (coarse.complete and fine.complete):
+        return replace(fine, cpu_s=spent, steps=steps, reason=fine.reason or coarse.reason)
+    q, v = 2.0 * fine.q - coarse.q, 2.0 * fine.v - coarse.v
+    for joint in mechanism.joints:
+        if joint.kind == "spherical":
+            s = mechanism.q_slice[joint.name]
+            q[:, s] /= np.linalg.norm(q[:, s], axis=1, keepdims=True)
+    return Trace(q, v, spent, steps)

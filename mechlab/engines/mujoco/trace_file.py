@@ -1,0 +1,128 @@
+"""Timed runs of any MuJoCo model, whatever it holds: two points of every body at even output times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.control import compiling, engine
+from mechlab.engines.mujoco.model import constraint_jacobian
+from mechlab.engines.mujoco.trace import step_through
+from mechlab.errors import MechlabError
+from mechlab.experiment.prices import MUJOCO
+from mechlab.mechanism.geometry import Array
+
+INTEGRATORS = {
+    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
+    "RK4": mujoco.mjtIntegrator.mjINT_RK4,
+    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
+}
+HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+
+
+@dataclass(frozen=True)
+class FileTrace:
+    """points (n, 2 x bodies, 3): centres of mass, and points a radius of gyration beside them, which see a turn;
+    energy (n,) [J]; gap: largest residual of an equality; cpu_s of stepping."""
+
+    points: Array
+    energy: Array
+    gap: float
+    cpu_s: float
+    steps: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class FileModel:
+    """A model as its file says; `driven`: with the controls of its first keyframe, else with actuators switched off;
+    `push` [rad/s or m/s]: the largest rate that it starts with, all joints forward as far as the equalities allow."""
+
+    model: mujoco.MjModel
+    driven: bool = True
+    push: float = 0.0
+
+    @property
+    def timestep(self) -> float:
+        """The timestep of the file [s]."""
+        return float(self.model.opt.timestep)
+
+    @property
+    def integrator(self) -> str:
+        """The integrator of the file."""
+        return next(n for n, k in INTEGRATORS.items() if k == self.model.opt.integrator)
+
+    @property
+    def extent(self) -> float:
+        """Size of the model [m]."""
+        return float(self.model.stat.extent)
+
+    @property
+    def has_equalities(self) -> bool:
+        """Whether there are loops, welds, gears to harden."""
+        return bool(self.model.neq)
+
+
+def read_model(path: Path) -> FileModel:
+    """The model of an MJCF file; raises MechlabError with MuJoCo's words when it refuses the file."""
+    if not path.is_file():
+        raise MechlabError(f"there is no file {path}.")
+    try:
+        with compiling():
+            return FileModel(mujoco.MjModel.from_xml_path(str(path)))
+    except ValueError as error:
+        raise MechlabError(f"{path}: MuJoCo refuses the model: {error}") from None
+
+
+def trace_file(source: FileModel, integrator: str, hard: bool, duration: float, outputs: int, each: int) -> FileTrace:
+    """A run from the first keyframe (or qpos0) in `outputs` x `each` steps. hard: all equalities with solref 2 h and
+    impedance .9999 instead of what the file says."""
+    import copy
+
+    model = copy.copy(source.model)
+    h = duration / outputs / each
+    model.opt.timestep, model.opt.integrator = h, INTEGRATORS[integrator]
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    if not source.driven:
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    if hard:
+        model.eq_solref[:] = (2.0 * h, 1.0)
+        model.eq_solimp[:] = HARD
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    with engine():
+        if source.push:
+            data.qvel[:] = _forward(model, data, source.push)
+        mujoco.mj_forward(model, data)
+        price = MUJOCO.at(model.nv, data.nefc) * (4.0 if integrator == "RK4" else 1.0)
+        qpos, qvel, spent, reason = step_through(model, data, outputs, each, price)
+        points, energy, gap = np.empty((len(qpos), 2 * model.nbody, 3)), np.empty(len(qpos)), 0.0
+        for k, (q, v) in enumerate(zip(qpos, qvel, strict=True)):
+            data.qpos[:], data.qvel[:] = q, v
+            mujoco.mj_forward(model, data)
+            points[k], energy[k] = np.vstack([data.xipos, data.xipos + _beside(model, data)]), data.energy.sum()
+            equality = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+            gap = max(gap, float(np.max(np.abs(data.efc_pos[equality]), initial=0.0)))
+    return FileTrace(points, energy, gap, spent, (len(qpos) - 1) * each, reason)
+
+
+def _forward(model: mujoco.MjModel, data: mujoco.MjData, push: float) -> Array:
+    """(nv,) rates: equal ones, less what the equalities forbid, the largest of them `push`."""
+    mujoco.mj_forward(model, data)
+    rows = constraint_jacobian(model, data)[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    rates = np.ones(model.nv) - np.linalg.pinv(rows, rcond=1e-9) @ rows.sum(axis=1)
+    return np.asarray(push * rates / max(float(np.abs(rates).max(initial=0.0)), 1e-12))
+
+
+def _beside(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(bodies, 3) from the centres of mass to points a radius of gyration away, along the diagonal of the principal axes."""
+    mass = np.maximum(model.body_mass, 1e-12)
+    radius = np.sqrt(0.5 * model.body_inertia.sum(axis=1) / mass / 3.0)
+    return np.asarray(data.ximat.reshape(-1, 3, 3).sum(axis=2) * radius[:, None])

@@ -1,0 +1,174 @@
+"""Messages between this process and that of a peer: 8 bytes of length and that many bytes of pickle.
+
+A peer in a process of its own: kept between runs, started again after a crash or a limit.
+
+Timed runs of a peer, in a process of its own: a crash is a reason, not an end.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import pickle
+import select
+import signal
+import subprocess
+import sys
+import time
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from mechlab.engines.peers.job import Job, job_of
+from mechlab.engines.peers.links import controlled, refusal
+from mechlab.errors import MechlabError
+from mechlab.experiment.motion import Trace
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.mechanism.model import Mechanism
+
+LENGTH = 8
+
+
+def write_message(stream: BinaryIO, content: Any) -> None:
+    """Send one message."""
+    data = pickle.dumps(content)
+    stream.write(len(data).to_bytes(LENGTH, "little") + data)
+    stream.flush()
+
+
+def read_message(stream: BinaryIO) -> Any:
+    """Receive one message; None at the end of the stream."""
+    head = stream.read(LENGTH)
+    if len(head) < LENGTH:
+        return None
+    data = stream.read(int.from_bytes(head, "little"))
+    return pickle.loads(data)
+
+
+WALL = 6.0
+"""A run may take this many times its CPU limit in wall time (other processes share the cores), and START besides."""
+START = 30.0
+
+
+class PeerStopped(MechlabError):
+    """The peer used up its time."""
+
+
+class PeerFailed(MechlabError):
+    """The peer raised an error, or its process died."""
+
+
+class Process:
+    """One peer's process."""
+
+    def __init__(self, peer: str) -> None:
+        self.peer = peer
+        self._popen: subprocess.Popen[bytes] | None = None
+
+    def ask(self, job: Job, limit: float) -> Any:
+        """The Trace of a job within `limit` seconds of CPU time, setting up included.
+
+        Raises PeerStopped past the limit, PeerFailed when the engine raises or its process dies.
+        """
+        running = self._started()
+        assert running.stdin is not None and running.stdout is not None
+        try:
+            write_message(running.stdin, (job, limit))  # type: ignore[arg-type]
+            answer = _read(running.stdout.fileno(), time.monotonic() + START + WALL * limit)
+        except (BrokenPipeError, EOFError):
+            raise self._died(limit) from None
+        except TimeoutError:
+            self.end()
+            raise PeerStopped(f"{self.peer} was stopped: no answer within {START + WALL * limit:.3g} s") from None
+        trace, why = answer
+        if trace is None:
+            raise PeerFailed(f"{self.peer}: {why}")
+        return trace
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        if self._popen is None or self._popen.poll() is not None:
+            self.end()
+            one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+            self._popen = subprocess.Popen(
+                [sys.executable, "-m", "mechlab.engines.peers.child", self.peer],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | one,
+            )  # fmt: skip
+        return self._popen
+
+    def _died(self, limit: float) -> MechlabError:
+        assert self._popen is not None
+        code = self._popen.wait()
+        self.end()
+        if code == -getattr(signal, "SIGPROF", 0) and code:
+            return PeerStopped(f"{self.peer} was stopped after {limit:.3g} s of CPU")
+        end = f"signal {-code}" if code < 0 else f"exit code {code}"
+        return PeerFailed(f"the process of {self.peer} died ({end})")
+
+    def end(self) -> None:
+        """End the process, if there is one."""
+        if self._popen is None:
+            return
+        for stream in (self._popen.stdin, self._popen.stdout):
+            if stream is not None:
+                try:
+                    stream.close()
+                except BrokenPipeError:
+                    pass
+        if self._popen.poll() is None:
+            self._popen.kill()
+        self._popen.wait()
+        self._popen = None
+
+
+def _read(source: int, deadline: float) -> Any:
+    size = int.from_bytes(_bytes(source, LENGTH, deadline), "little")
+    return pickle.loads(_bytes(source, size, deadline))
+
+
+def _bytes(source: int, count: int, deadline: float) -> bytes:
+    parts: list[bytes] = []
+    while count:
+        if hasattr(select, "poll") and not select.select([source], [], [], max(0.0, deadline - time.monotonic()))[0]:
+            raise TimeoutError
+        part = os.read(source, min(count, 1 << 20))
+        if not part:
+            raise EOFError
+        parts.append(part)
+        count -= len(part)
+    return b"".join(parts)
+
+
+_PROCESSES: dict[str, Process] = {}
+
+
+def process(peer: str) -> Process:
+    """The process of a peer; all are ended when Python ends."""
+    if peer not in _PROCESSES:
+        _PROCESSES[peer] = Process(peer)
+        atexit.register(_PROCESSES[peer].end)
+    return _PROCESSES[peer]
+
+
+LIMIT = 4.0
+"""CPU time that a run may take, unless told otherwise [s]."""
+
+
+def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, limit: float = LIMIT) -> Trace:
+    """A scene at `outputs` + 1 even times by the peer `settings.engine`: fixed steps that divide their distance, or the
+    tolerance of the settings for integrators with step control (`controlled`).
+
+    A run that fails ends early, with the reason. Raises MechlabError for what the peer cannot be given, PeerStopped when
+    the run takes more than `limit` seconds of CPU.
+    """
+    peer = settings.engine
+    why = refusal(peer, settings.integrator, mechanism, scene)
+    if why:
+        raise MechlabError(f"{mechanism.name}: {why}.")
+    value = settings.tolerance if controlled(peer, settings.integrator) else settings.timestep
+    job = job_of(mechanism, scene, outputs, settings.integrator, value)
+    try:
+        found = process(peer).ask(job, limit)
+    except PeerFailed as failed:
+        return Trace(job.q[None, :], job.v[None, :], np.nan, 0, str(failed))
+    assert isinstance(found, Trace)
+    return found

@@ -1,0 +1,140 @@
+"""The closure equations of a mechanism with given targets on Pinocchio: residual, Jacobian, assembly mode."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.engines.pinocchio.constraints import PinConstraints
+from mechlab.engines.pinocchio.kinematics import PinKinematics
+from mechlab.engines.pinocchio.quantities import Quantities, interpolate
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import integrate
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.structure import generic, independent_rows, structure
+
+NEAR = 0.05
+"""Moves smaller than this [rad or m] stay in one assembly mode."""
+
+
+class Closer:
+    """The closure equations of a mechanism with given targets; keeps its workspace for many solutions."""
+
+    def __init__(self, mechanism: Mechanism, names: Sequence[str]) -> None:
+        self.mechanism = mechanism
+        self.kin = PinKinematics(mechanism)
+        self.constraints = PinConstraints(self.kin)
+        self.quantities = Quantities(self.kin, list(names))
+        self.names = tuple(names)
+
+    def evaluate(self, q: Array, targets: Sequence[ArrayLike]) -> tuple[Array, Array]:
+        """(m,) residual and (m, nv) Jacobian of closure and targets."""
+        self.kin.set(q)
+        residual, jacobian, _ = self.constraints.evaluate()
+        if not self.names:
+            return residual, jacobian
+        items = self.quantities.items
+        off = [self.quantities.difference(i, x) for i, x in zip(items, targets, strict=True)]
+        return np.concatenate([residual, *off]), np.concatenate([jacobian, self.quantities.jacobian()])
+
+    def values(self, q: Array) -> list[Array | float]:
+        """Present values of the targets."""
+        self.kin.set(q)
+        return [self.quantities.value(i) for i in self.quantities.items]
+
+    def same_mode(self, before: Array, after: Array) -> bool:
+        """False when the determinant of [closure; targets; local freedoms] has another sign at two poses: between them
+        lies a position where two modes meet. True too when the sign cannot tell (the matrix is not square)."""
+        if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
+            return True
+        a, b = self._mode(before), self._mode(after)
+        return a == 0.0 or b == 0.0 or a == b
+
+    def _mode(self, q: Array) -> float:
+        self.kin.set(q)
+        jacobian = self.constraints.evaluate()[1]
+        matrix = np.concatenate([jacobian[self._independent], self.quantities.jacobian(), self._local])
+        if matrix.shape[0] != matrix.shape[1]:
+            return 0.0
+        sign, size = np.linalg.slogdet(matrix)
+        return float(sign) if size > -60 else 0.0
+
+    @cached_property
+    def _independent(self) -> list[int]:
+        return independent_rows(self.mechanism, ConstraintSet(self.mechanism))
+
+    @cached_property
+    def _local(self) -> Array:
+        """Rows that hold the local freedoms, where the targets do not."""
+        m = self.mechanism
+        free = [n for n in structure(m).independent if n in m.rate_names and n not in self.names]
+        free = [n for n in free if n not in {d.on for d in m.drives}][: len(structure(m).idle)]
+        return np.eye(m.nv)[[m.rate_names.index(n) for n in free]]
+
+    def smallest(self, q: Array) -> float:
+        """Smallest singular value of the equations at q that is not zero everywhere: 0 at a singular position.
+
+        Rows are scaled by their size at a generic pose: at q itself a row may vanish, which is just what is looked for.
+        """
+        scale, rank = self._generic
+        if not rank:
+            return 1.0
+        return float(np.linalg.svd(self._rows(q) / scale, compute_uv=False)[rank - 1])
+
+    @cached_property
+    def _generic(self) -> tuple[Array, int]:
+        """(m, 1) largest size of each row, and largest rank, at the reference and a generic pose near it."""
+        matrices = [self._rows(x) for x in (self.mechanism.reference(), generic(self.mechanism)[0])]
+        norms = np.max([np.linalg.norm(x, axis=1) for x in matrices], axis=0)
+        scale = np.where(norms > 1e-12, norms, 1.0)[:, None]
+        values = [np.linalg.svd(x / scale, compute_uv=False) for x in matrices if x.size]
+        return scale, max((int(np.count_nonzero(x > 1e-9 * x[0])) for x in values), default=0)
+
+    def _rows(self, q: Array) -> Array:
+        self.kin.set(q)
+        return np.concatenate([self.constraints.evaluate()[1], self.quantities.jacobian()])
+
+    def row_names(self) -> list[str]:
+        """A name for each residual."""
+        return list(self.constraints.rows) + [i.name for i in self.quantities.items for _ in range(i.rows)]
+
+    def step(self, q: Array, dv: Array) -> Array:
+        """q moved by dv."""
+        return integrate(self.mechanism, q, dv)
+
+
+class _Kept(threading.local):
+    def __init__(self) -> None:
+        self.closers: list[Closer] = []
+
+
+_KEPT = _Kept()
+
+
+def kept_closer(mechanism: Mechanism, names: tuple[str, ...]) -> Closer:
+    """A Closer for these targets; the last few of each thread are kept, by identity of the mechanism."""
+    for found in _KEPT.closers:
+        if found.mechanism is mechanism and found.names == names:
+            return found
+    made = Closer(mechanism, names)
+    _KEPT.closers.insert(0, made)
+    del _KEPT.closers[8:]
+    return made
+
+
+def path(
+    closer: Closer, begin: Sequence[Array | float], targets: Sequence[ArrayLike]
+) -> Callable[[Array, float], tuple[Array, Array]]:
+    """Equations r(q, s) on the way from the values `begin` (s = 0) to the targets (s = 1)."""
+    items = closer.quantities.items
+
+    def evaluate(x: Array, s: float) -> tuple[Array, Array]:
+        wanted = [interpolate(i, a, b, s) for i, a, b in zip(items, begin, targets, strict=True)]
+        return closer.evaluate(x, wanted)
+
+    return evaluate

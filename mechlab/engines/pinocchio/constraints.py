@@ -1,0 +1,188 @@
+"""All constraint rows of a Mechanism at once on Pinocchio's joint columns.
+
+Every row between bodies a and b is one line or one couple W (6,) in world axes: r' = W . (V_b - V_a), V the spatial
+velocity (linear at the world's origin, angular). With the joint columns S (6, nv) and the selection N (rows, nv), +1
+where a column moves only b, -1 where it moves only a:
+
+    J = N * (W S),     dJ/dt v = W . (dV_b - dV_a) + W' . (V_b - V_a)
+
+    offset row  u . (p_b - p_a):   W = (u, p_b x u)         angle row  u . w:   W = (0, w x u)
+
+(u fixed in a, w in b). Same rows, names and units as `mechlab.mechanism.ConstraintSet`; a test holds them together.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.engines.pinocchio.kinematics import PinKinematics
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.parts import Loop
+
+Indices = NDArray[np.int_]
+_NEXT = np.array([1, 2, 0])
+
+
+class PinConstraints:
+    """residual, jacobian and bias of all rows at the state of a PinKinematics; loops in order, then relations."""
+
+    def __init__(self, kin: PinKinematics) -> None:
+        m = kin.mechanism
+        self.kin = kin
+        self._pose = -1
+        self._seen: tuple[Array, Array, Array] = (np.zeros(0), np.zeros((0, 6)), np.zeros((0, 3)))
+        names = ConstraintSet(m)
+        self.rows, self.slices = names.rows, names.slices
+        self.loops = m.loops
+        self.relations = np.array([m.coefficient_row(r.coefficients) for r in m.relations]).reshape(-1, m.nv)
+        self._relation_q = np.zeros((len(m.relations), m.nq))
+        for i, relation in enumerate(m.relations):
+            for name, c in relation.coefficients:
+                self._relation_q[i, m.q_slice[name].start] += float(c)
+        rows = [
+            (k, r.removeprefix(f"{x.name}.")) for k, x in enumerate(m.loops) for r in self.rows[self.slices[x.name]]
+        ]
+        self.loop_of_row = np.array([k for k, _ in rows], dtype=int)
+        self.offset = np.array([i for i, (_, r) in enumerate(rows) if r in "xyz"], dtype=int)
+        self.angle = np.array([i for i, (_, r) in enumerate(rows) if "_" in r], dtype=int)
+        self.length = np.array([i for i, (_, r) in enumerate(rows) if r == "length"], dtype=int)
+        self._a = np.array([kin.pin.joint_of[x.body_a] for x in m.loops], dtype=int)
+        self._b = np.array([kin.pin.joint_of[x.body_b] for x in m.loops], dtype=int)
+        self._fixed = np.concatenate([_fixed(kin, m.loops, "a"), _fixed(kin, m.loops, "b")])
+        self._lengths = np.array([m.loops[self.loop_of_row[i]].length for i in self.length])
+        selection = kin.support[self._b] - kin.support[self._a]
+        self.selection = selection[self.loop_of_row] if len(rows) else np.zeros((0, m.nv))
+        joints = sorted(set(self._a.tolist()) | set(self._b.tolist()))
+        place = {j: i for i, j in enumerate(joints)}
+        self._place = np.array([place[j] for j in (*self._a, *self._b)], dtype=int)
+        self._joints = joints
+        k = self.loop_of_row
+        self._sides = np.concatenate([kin.support[self._a[k]], kin.support[self._b[k]]])
+        self._picked = _picked([r for _, r in rows], k, len(m.loops))
+        moved = np.ones(len(rows))
+        moved[self.angle] = 0.0
+        self._moved = moved[:, None]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def frames(self) -> tuple[Array, Array]:
+        """(loops, 4, 4) poses of the frames a and b of all loops."""
+        both = self._frames()
+        return both[: len(self.loops)], both[len(self.loops) :]
+
+    def _frames(self) -> Array:
+        """(2 loops, 4, 4) frames a of all loops, then frames b."""
+        placed = self.kin.placed().oMi
+        poses = np.array([placed[j].homogeneous for j in self._joints]).reshape(-1, 4, 4)
+        return np.asarray(poses[self._place] @ self._fixed)
+
+    def evaluate(self) -> tuple[Array, Array, Array]:
+        """(rows,) residual, (rows, nv) Jacobian, (rows, 6) lines of the loop rows, from one look at the poses."""
+        kin = self.kin
+        if not len(self.loop_of_row):
+            return self._relation_q @ kin.q, self.relations, np.zeros((0, 6))
+        residual, lines, _ = self._look()
+        jacobian = self.selection * (lines @ kin.spatial)
+        if len(self.relations):
+            return (
+                np.concatenate([residual, self._relation_q @ kin.q]),
+                np.concatenate([jacobian, self.relations]),
+                lines,
+            )
+        return residual, jacobian, lines
+
+    def _look(self) -> tuple[Array, Array, Array]:
+        """Residual (rows,) and lines W (rows, 6) of the loop rows, and their directions (2 rows, 3): u of each row, then
+        the vector it is held against, p_b of offset rows and w of angle rows; once for each pose."""
+        if self._pose != self.kin.pose_count:
+            self._seen = self._lines(self._frames())
+            self._pose = self.kin.pose_count
+        return self._seen
+
+    def _lines(self, frames: Array) -> tuple[Array, Array, Array]:
+        parts: Array = np.take(frames, self._picked)
+        u, held, start, u1, u2, held1, held2 = (parts[i] for i in range(7))
+        d = held - start
+        residual = (u * d).sum(axis=1)
+        lines = np.empty((len(u), 6))
+        lines[:, :3] = u * self._moved
+        lines[:, 3:] = held1 * u2 - held2 * u1
+        if len(self.length):
+            i = self.length
+            u[i] = d[i] / self._lengths[:, None]
+            residual[i] = ((d[i] * d[i]).sum(axis=1) / self._lengths - self._lengths) / 2.0
+            lines[i, :3] = u[i]
+            lines[i, 3:] = _cross(held[i], u[i])
+        directions: Array = parts[:2].reshape(-1, 3)
+        return residual, lines, directions
+
+    def residual(self) -> Array:
+        """(rows,) r(q)."""
+        return self.evaluate()[0]
+
+    def jacobian(self) -> Array:
+        """(rows, nv) J(q)."""
+        return self.evaluate()[1]
+
+    def bias(self) -> Array:
+        """(rows,) dJ/dt v."""
+        out = np.zeros(len(self.rows))
+        kin = self.kin
+        if kin.still or not len(self.loop_of_row):
+            return out
+        _, lines, directions = self._look()
+        n = len(lines)
+        twists = self._sides @ (kin.spatial * kin.v).T
+        relative = self.selection @ (kin.spatial_rate * kin.v).T
+        moving = twists[n:] - twists[:n]
+        rates = _cross(twists[:, 3:], directions)
+        rates[n:] += self._moved * twists[n:, :3]
+        if len(self.length):
+            i = self.length
+            k = self.loop_of_row[i]
+            pa = self.frames()[0][k, :3, 3]
+            rates[i] = (rates[n + i] - twists[i, :3] - _cross(twists[i, 3:], pa)) / self._lengths[:, None]
+        turned = _cross(np.concatenate([rates[n:], directions[n:]]), np.concatenate([directions[:n], rates[:n]]))
+        line_rates = np.empty_like(lines)
+        line_rates[:, :3] = self._moved * rates[:n]
+        line_rates[:, 3:] = turned[:n] + turned[n:]
+        out[:n] = (lines * relative + line_rates * moving).sum(axis=1)
+        return out
+
+
+def _picked(rows: list[str], loop: Indices, loops: int) -> Indices:
+    """(7, rows, 3) places in the frames (2 loops, 4, 4) of all loops, a then b, of what a row is made of: u; p_b or w; p_a
+    or zeros; and of the first two turned by one and by two places, as cross products need them."""
+    axis = np.arange(3)
+    places = np.empty((7, len(rows), 3), dtype=int)
+    for i, (row, k) in enumerate(zip(rows, loop.tolist(), strict=True)):
+        a, b = 16 * k, 16 * (loops + k)
+        u = a + 4 * axis + "xyz".find(row[0]) if row != "length" else a + 4 * axis
+        if "_" in row:
+            held, start = b + 4 * axis + "xyz".find(row[-1]), a + 12 + axis
+        else:
+            held, start = b + 4 * axis + 3, a + 4 * axis + 3
+        places[:, i] = u, held, start, np.roll(u, -1), np.roll(u, -2), np.roll(held, -1), np.roll(held, -2)
+    return places
+
+
+def _fixed(kin: PinKinematics, loops: tuple[Loop, ...], side: str) -> Array:
+    """(loops, 4, 4) loop frames in the pin joint that carries them."""
+    out = np.zeros((len(loops), 4, 4))
+    for i, loop in enumerate(loops):
+        body, placement = (
+            (loop.body_a, loop.placement_a) if side == "a" else (loop.body_b, loop.placement_b)
+        )  # fmt: skip
+        carried = np.eye(4)
+        carried[:3, :3], carried[:3, 3] = kin.pin.offset_of[body]
+        out[i] = carried @ placement.matrix()
+    return out
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Row-wise cross product of (n, 3) and (n, 3)."""
+    a_next, b_next = a.take(_NEXT, axis=1), b.take(_NEXT, axis=1)
+    return (a * b_next - a_next * b).take(_NEXT, axis=1)

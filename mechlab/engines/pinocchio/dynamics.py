@@ -1,0 +1,229 @@
+"""Constrained dynamics on Pinocchio: mass matrix, bias, constraint rows of a state, and the accelerations that
+follow.
+
+Passive forces of a Mechanism: dampers and springs of joints and shafts, springs between points, dry friction.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from mechlab.engines.pinocchio.constraints import PinConstraints
+from mechlab.engines.pinocchio.kinematics import PinKinematics
+from mechlab.engines.pinocchio.kkt import Factors, dense, factor
+from mechlab.engines.pinocchio.model import PinModel, rate_columns
+from mechlab.errors import Untrustworthy
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import Kinematics
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
+from mechlab.mechanism.statics import spring_force, spring_stretch
+
+
+class Passive:
+    """The constant data of passive forces, gathered once."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        m = mechanism
+        self.mechanism = m
+        shafts = m.shafts
+        self.rows = np.array([m.row(s.name) for s in shafts]).reshape(-1, m.nv)
+        self.inertia = (self.rows.T * [s.inertia for s in shafts]) @ self.rows if shafts else np.zeros((m.nv, m.nv))
+        self.has_shaft_inertia = bool(np.any(self.inertia))
+        self.damping = np.diag([j.damping for j in m.joints for _ in range(j.nv)])
+        if shafts:
+            self.damping = self.damping + (self.rows.T * [s.damping for s in shafts]) @ self.rows
+        self.damped = bool(np.any(self.damping))
+        items: list[Joint | Shaft] = [*m.joints, *shafts]
+        elastic = [x for x in items if x.stiffness]
+        self.stiffness = np.array([x.stiffness for x in elastic])
+        self.elastic_rows = np.array([m.row(x.name) for x in elastic]).reshape(-1, m.nv)
+        self.unstretched = np.array([x.spring_rest - x.zero for x in elastic])
+        self.columns = rate_columns(m)
+        self.springs = m.springs
+        rough = [x for x in items if x.friction]
+        self.friction = np.array([f for x in rough for f in ([x.friction] * getattr(x, "nv", 1))])
+        self.friction_names = tuple(x.name for x in rough for _ in range(getattr(x, "nv", 1)))
+        self.friction_rows = _friction_rows(m, rough)
+
+    def force(self, kin: Kinematics, v: Array) -> Array:
+        """(nv,) f of M a + c + f = applied: damping and stiffness of joints and shafts, springs; without dry
+        friction."""
+        out = self.damping @ v if self.damped else np.zeros(len(v))
+        if len(self.stiffness):
+            stretch = self.elastic_rows @ kin.q[self.columns] - self.unstretched
+            out += self.elastic_rows.T @ (self.stiffness * stretch)
+        for spring in self.springs:
+            out -= spring_force(kin, spring)
+        return np.asarray(out)
+
+    def loss(self, kin: Kinematics, v: Array) -> float:
+        """Power [W] lost in dampers, without dry friction."""
+        power = float(v @ self.damping @ v) if self.damped else 0.0
+        for spring in self.springs:
+            if spring.damping:
+                power += spring.damping * spring_stretch(kin, spring)[3] ** 2
+        return power
+
+    def friction_force(self, v: Array, width: Array | float) -> Array:
+        """(nv,) dry friction as it acts on the joints: -friction tanh(rate / width), `width` the rate at which it is
+        smoothed; 0: -friction sign(rate)."""
+        if not len(self.friction):
+            return np.zeros(len(v))
+        rate = self.friction_rows @ v
+        sense = np.tanh(rate / width) if np.all(width) else np.sign(rate)
+        return np.asarray(-self.friction_rows.T @ (self.friction * sense))
+
+
+def _friction_rows(m: Mechanism, rough: list[Joint | Shaft]) -> Array:
+    rows: list[Array] = []
+    for item in rough:
+        if item.name in m.v_slice:
+            rows += list(np.eye(m.nv)[m.v_slice[item.name]])
+        else:
+            rows.append(m.row(item.name))
+    return np.array(rows).reshape(-1, m.nv)
+
+
+class PinPlant:
+    """A Mechanism at one state (t, q, v); implements `mechlab.experiment.laws.Plant`. `set(q, v, t)` first; then ask.
+
+    Everything is computed when it is first asked for, and kept until the next `set`.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism | PinModel, q: ArrayLike | None = None, v: ArrayLike | None = None, t: float = 0.0
+    ) -> None:
+        self.kin = PinKinematics(mechanism)
+        self.mechanism = self.kin.mechanism
+        self.constraints = PinConstraints(self.kin)
+        self.passive = Passive(self.mechanism)
+        self._zeros = {n: self.mechanism.zero(n) for n in self.mechanism.scalar_names}
+        self._lower = np.tri(self.mechanism.nv, k=-1, dtype=bool)
+        self._values = {n: self._terms(n) for n in self._zeros}
+        self.evaluations = 0
+        self.memory: dict[Any, Array] = {}
+        self.set(self.mechanism.reference() if q is None else q, v, t)
+
+    def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> PinPlant:
+        """Move to coordinates q (nq,), rates v (nv,) (default zero), time t [s]."""
+        self.kin.set(q, v)
+        self.q, self.v, self.t = self.kin.q, self.kin.v, float(t)
+        self._mass: Array | None = None
+        self._bias: Array | None = None
+        self._rows: tuple[Array, Array, Array] | None = None
+        self._row_bias: Array | None = None
+        self._factors: Factors | None = None
+        return self
+
+    def set_rates(self, v: ArrayLike, t: float | None = None) -> PinPlant:
+        """The same pose with other rates: mass matrix, constraint rows and factors are kept."""
+        mass, rows, factors = self._mass, self._rows, self._factors
+        self.set(self.q, v, self.t if t is None else t)
+        self._mass, self._rows, self._factors = mass, rows, factors
+        return self
+
+    def value(self, name: str) -> float:
+        """Physical value of a joint or shaft [rad or m]."""
+        q, value = self.q, 0.0
+        for _, k, c in self._find(name):
+            value += c * q.item(k)
+        return self._zeros[name] + value
+
+    def rate(self, name: str) -> float:
+        """Rate of a joint or shaft."""
+        v, rate = self.v, 0.0
+        for k, _, c in self._find(name):
+            rate += c * v.item(k)
+        return rate
+
+    def _find(self, name: str) -> tuple[tuple[int, int, float], ...]:
+        return self._values[name] if name in self._values else self._terms(name)
+
+    def _terms(self, name: str) -> tuple[tuple[int, int, float], ...]:
+        """What a joint or shaft is made of: index in v, index in q, coefficient."""
+        row = self.mechanism.row(name)
+        return tuple((int(k), int(self.passive.columns[k]), float(row[k])) for k in np.flatnonzero(row))
+
+    def mass_matrix(self) -> Array:
+        """(nv, nv): Pinocchio's composite rigid body algorithm with armatures, and J c c^T of every shaft."""
+        if self._mass is None:
+            pin.crba(self.kin.model, self.kin.data, self.kin.q_pin)
+            mass = self.kin.data.M.copy()
+            np.copyto(mass, mass.T, where=self._lower)
+            self._mass = mass + self.passive.inertia if self.passive.has_shaft_inertia else mass
+        return self._mass
+
+    def bias(self) -> Array:
+        """(nv,) h of M a + h = applied + J^T r: Coriolis, centrifugal, gravity, damping, stiffness, springs.
+
+        Dry friction is not in it: it has no value at rest. The runner adds it smoothed and says so.
+        """
+        if self._bias is None:
+            nle = pin.nonLinearEffects(self.kin.model, self.kin.data, self.kin.q_pin, self.v)
+            self._bias = nle + self.passive.force(self.kin, self.v)
+        return self._bias
+
+    def _evaluate(self) -> tuple[Array, Array, Array]:
+        if self._rows is None:
+            self._rows = self.constraints.evaluate()
+        return self._rows
+
+    def residual(self) -> Array:
+        """(rows,) constraint residual."""
+        return self._evaluate()[0]
+
+    def jacobian(self) -> Array:
+        """(rows, nv) constraint Jacobian."""
+        return self._evaluate()[1]
+
+    def constraint_bias(self) -> Array:
+        """(rows,) dJ/dt v."""
+        if self._row_bias is None:
+            self._row_bias = self.constraints.bias()
+        return self._row_bias
+
+    def lines(self) -> Array:
+        """(loop rows, 6) force line of each loop row on body b: force, moment about the world's origin, per unit."""
+        return self._evaluate()[2]
+
+    def factors(self) -> Factors | None:
+        """Factors of mass matrix and constraint rows; None when the mass matrix is singular by itself."""
+        if self._factors is None:
+            self._factors = factor(self.mass_matrix(), self.jacobian())
+        return self._factors
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest change of the rates, or displacement, that takes `residual` (rows,) away: J dv = -residual."""
+        factors = self.factors()
+        if factors is not None:
+            return factors.correction(residual)
+        return np.asarray(-np.linalg.lstsq(self.jacobian(), residual, rcond=1e-11)[0], dtype=float)
+
+    def accelerations(self, force: ArrayLike) -> tuple[Array, Array]:
+        """(nv,) accelerations and (rows,) reactions under the generalised `force` (nv,) of drives and loads.
+
+        Reactions are conjugate to the rows: J^T r acts on the tree; the smallest ones where rows are redundant. Raises
+        Untrustworthy when the equations have no solution (a motion without inertia).
+        """
+        self.evaluations += 1
+        net = np.asarray(force, dtype=float) - self.bias()
+        factors = self.factors()
+        if factors is not None:
+            return factors.accelerations(net, self.constraint_bias())
+        a, r, gap = dense(self.mass_matrix(), self.jacobian(), net, self.constraint_bias())
+        if not gap <= 1e-6 * max(1.0, float(np.max(np.abs(net)))):
+            raise Untrustworthy(
+                f"{self.mechanism.name}: a motion that the constraints allow has no inertia; give the parts that move "
+                "in it a mass."
+            )
+        return a, r
+
+
+def accelerations(mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
+    """Accelerations (nv,) and reactions (rows,) of a mechanism at one state: see `PinPlant.accelerations`."""
+    return PinPlant(mechanism, q, v).accelerations(force)

@@ -1,0 +1,183 @@
+"""Equations of motion as functions of (t, state): what the integrators call, and the projection onto the constraints.
+
+The state is y = (q, v, z, work): coordinates (nq,), rates (nv,), states of the laws, work done on the mechanism less
+what dampers took [J].
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.engines.pinocchio.dynamics import PinPlant
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws import AppliedForce, Law
+from mechlab.experiment.memory import Memory
+from mechlab.experiment.prices import EQUATIONS, price_of_laws
+from mechlab.integrate import count_work
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array, quaternion_product
+from mechlab.mechanism.kinematics import integrate
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.size import row_units
+
+Indices = NDArray[np.int_]
+FASTEST = 1e6
+CLOSED = 1e-13
+LOST = 1e-3
+FRICTION_WIDTH = 0.1
+"""Least width per timestep [rad/s2 or m/s2]: a finer run smooths less."""
+
+
+class BlowUp(Exception):
+    """The motion cannot go on: when, and why in words."""
+
+    def __init__(self, t: float, reason: str) -> None:
+        super().__init__(reason)
+        self.t = t
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Everything at one instant: accelerations (nv,), reactions (rows,), forces of the laws by joint or shaft, power
+    [W]."""
+
+    a: Array
+    reactions: Array
+    forces: dict[str, float]
+    power: float
+
+
+class Equations:
+    """The equations of motion of a mechanism under laws, on Pinocchio.
+
+    Dry friction is smoothed: -friction tanh(rate / width), where `width` [rad/s or m/s] is at least FRICTION_WIDTH h and
+    wide enough for a step of size h to be stable; `able` [rad/s2 or m/s2] is what the friction alone accelerates.
+    `corrected` is the largest projection so far [m or rad].
+    """
+
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> None:
+        self.mechanism = mechanism
+        self.plant = PinPlant(mechanism)
+        self.laws = laws
+        self.memory = Memory(laws)
+        self.corrected = 0.0
+        self._correction = EQUATIONS.of(mechanism)
+        self.price = self._correction + price_of_laws(laws)
+        self.units = row_units(mechanism, ConstraintSet(mechanism))
+        self.applied = AppliedForce(mechanism, laws)
+        self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
+        self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
+        columns = self.plant.passive.columns
+        self.columns: Indices | slice = slice(None) if np.array_equal(columns, range(mechanism.nq)) else columns
+        self._nq, self._end = mechanism.nq, mechanism.nq + mechanism.nv
+        rows = self.plant.passive.friction_rows
+        inverse = np.linalg.pinv(self.plant.mass_matrix()) if len(rows) else np.zeros((0, 0))
+        softness = np.einsum("ij,jk,ik->i", rows, inverse, rows) if len(rows) else np.zeros(0)
+        self.able = self.plant.passive.friction * softness
+        self.width = h * np.maximum(FRICTION_WIDTH, self.able)
+
+    def start(self, q: Array, v: Array) -> Array:
+        """The state (q, v, z, 0) with the states z that the laws start from."""
+        return np.concatenate([q, v, self.memory.initial, [0.0]])
+
+    def split(self, y: Array) -> tuple[Array, Array]:
+        """q (nq,) and v (nv,) of a state."""
+        return y[: self._nq], y[self._nq : self._end]
+
+    def remembered(self, y: Array) -> Array:
+        """States of the laws in a state."""
+        return y[self._end : -1]
+
+    def move(self, t: float, y: Array) -> PinPlant:
+        """The plant at a state; raises BlowUp when the state is not finite or too fast."""
+        q, v = self.split(y)
+        if not y.dot(y) < FASTEST**2:
+            self._judge(t, y, v)
+        plant = self.plant
+        if len(self.memory):
+            self.memory.put(plant, self.remembered(y))
+        if plant.q.tobytes() != q.tobytes():
+            return plant.set(q.copy(), v.copy(), t)
+        if plant.v.tobytes() != v.tobytes():
+            plant.set_rates(v.copy(), t)
+        plant.t = t
+        return plant
+
+    def _judge(self, t: float, y: Array, v: Array) -> None:
+        """Raise BlowUp for a state that is not finite or too fast."""
+        if not np.isfinite(y).all():
+            raise BlowUp(t, "the state is not finite")
+        fastest = int(np.argmax(np.abs(v))) if len(v) else 0
+        if len(v) and abs(v[fastest]) > FASTEST:
+            name = self.mechanism.rate_names[fastest]
+            raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {FASTEST:g}")
+
+    def instant(self, t: float, y: Array) -> Instant:
+        """Accelerations, reactions and forces at a state."""
+        count_work(self.price)
+        plant = self.move(t, y)
+        try:
+            force, by_name = self.applied(t, plant)
+            if len(self.width):
+                force = force + plant.passive.friction_force(plant.v, self.width)
+            a, reactions = plant.accelerations(force)
+        except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
+            raise BlowUp(t, str(problem)) from problem
+        if not (math.isfinite(a.dot(a)) or np.isfinite(a).all()):
+            raise BlowUp(t, "the accelerations are not finite (is a law's force not finite?)")
+        power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
+        return Instant(a, reactions, by_name, power)
+
+    def slope(self, t: float, y: Array) -> Array:
+        """dy/dt."""
+        now = self.instant(t, y)
+        q, v = self.split(y)
+        out = np.empty_like(y)
+        dq = out[: self._nq]
+        dq[self.columns] = v
+        for qs, vs in zip(self.quaternions, self.turns, strict=True):
+            dq[qs] = 0.5 * quaternion_product(q[qs], np.concatenate([[0.0], v[vs]]))
+        out[self._nq : self._end] = now.a
+        if len(self.memory):
+            out[self._end : -1] = self.memory.rate(t, self.plant, self.remembered(y))
+        out[-1] = now.power
+        return out
+
+    def project(self, t: float, y: Array) -> Array:
+        """The nearest state on the constraints, in the sense of the kinetic energy; quaternions of unit length."""
+        y = y.copy()
+        q, v = self.split(y)
+        for qs in self.quaternions:
+            q[qs] /= np.linalg.norm(q[qs])
+        plant = self.move(t, y)
+        if not len(plant.constraints):
+            return y
+        count_work(self._correction)
+        before = q.copy()
+        for _ in range(6):
+            residual = plant.residual()
+            size = float(np.abs(residual / self.units).max())
+            if size < CLOSED:
+                break
+            if not size < LOST:
+                raise BlowUp(t, f"the closure was lost: a loop or gear is open by {size:.3g} after one step")
+            plant.set(integrate(self.mechanism, plant.q, plant.correction(residual)), v.copy(), t)
+        q[:] = plant.q
+        self.corrected = max(self.corrected, float(np.abs(q - before).max()))
+        v += plant.correction(plant.jacobian() @ v)
+        plant.set_rates(v.copy(), t)
+        return y
+
+    def semi_implicit(self, t: float, y: Array, h: float) -> Array:
+        """The state after one step of the semi-implicit Euler method: rates first, then coordinates with the new
+        rates."""
+        now = self.instant(t, y)
+        q, v = self.split(y)
+        faster = v + h * now.a
+        kept = self.memory.after(t, self.plant, self.remembered(y), h)
+        return np.concatenate([integrate(self.mechanism, q, h * faster), faster, kept, [y[-1] + h * now.power]])

@@ -1,0 +1,144 @@
+"""Quantities by name: joints, shafts, and coordinates of frames, with their rows and biases over the rates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.engines.pinocchio.kinematics import PinKinematics
+from mechlab.engines.pinocchio.model import rate_columns
+from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.geometry import Array, rotation_log
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Frame
+
+LINEAR, ANGULAR, ROTATION = "xyz", ("wx", "wy", "wz"), "rotation"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A name resolved: a joint or shaft (`frame` None), or a coordinate of a frame. `part`: "x", "y", "z" (position),
+    "wx", "wy", "wz" (rate of turning only), "rotation" (a (3, 3) matrix, frame axes to world)."""
+
+    name: str
+    frame: Frame | None = None
+    part: str = ""
+
+    @property
+    def rows(self) -> int:
+        """Number of scalar conditions it makes."""
+        return 3 if self.part == ROTATION else 1
+
+
+def resolve(mechanism: Mechanism, name: str) -> Quantity:
+    """The quantity of that name: JOINT, SHAFT, FRAME_x _y _z, FRAME_wx _wy _wz or FRAME_rotation. Joints and shafts go
+    first. Raises MechlabError that lists what exists."""
+    if name in mechanism.scalar_names:
+        return Quantity(name)
+    for frame in mechanism.frames:
+        part = name.removeprefix(f"{frame.name}_")
+        if part != name and (part in (*LINEAR, *ANGULAR, ROTATION)) and part:
+            return Quantity(name, frame, part)
+    frames = [f"{f.name}_{p}" for f in mechanism.frames for p in (*LINEAR, *ANGULAR, ROTATION)]
+    raise unknown(f"{mechanism.name}: quantity", name, [*mechanism.scalar_names, *frames])
+
+
+class Quantities:
+    """Values, rows (J of the quantity) and biases (dJ/dt v) of quantities at the state of a PinKinematics."""
+
+    def __init__(self, kin: PinKinematics, names: list[str]) -> None:
+        self.kin = kin
+        self.items = [resolve(kin.mechanism, n) for n in names]
+        m = kin.mechanism
+        self._columns = rate_columns(m)
+        self._zero = {i.name: m.zero(i.name) for i in self.items if i.frame is None}
+        self._plain = all(i.frame is None for i in self.items)
+        self._rows = np.array([m.row(i.name) for i in self.items if i.frame is None]).reshape(-1, m.nv)
+
+    def frame_pose(self, frame: Frame) -> tuple[Array, Array]:
+        """Rotation (3, 3) and position (3,) of a frame in the world."""
+        rotation, origin = self.kin.pose(frame.body)
+        return rotation @ frame.placement.rotation, origin + rotation @ frame.placement.translation
+
+    def value(self, item: Quantity) -> Array | float:
+        """Physical value: zero + coordinate, a position [m], or a rotation matrix."""
+        if item.frame is None:
+            row = self.kin.mechanism.row(item.name)
+            return self._zero[item.name] + float(row @ self.kin.q[self._columns])
+        rotation, position = self.frame_pose(item.frame)
+        if item.part == ROTATION:
+            return rotation
+        if item.part in ANGULAR:
+            raise MechlabError(f"{item.name} is a rate of turning and has no value; give {item.frame.name}_rotation.")
+        return float(position[LINEAR.index(item.part)])
+
+    def difference(self, item: Quantity, target: ArrayLike) -> Array:
+        """(rows,) value - target; for a rotation the rotation vector in world axes of R R_target^T [rad]."""
+        value = self.value(item)
+        if item.part == ROTATION:
+            return rotation_log(np.asarray(value) @ np.asarray(target, dtype=float).T)
+        return np.array([float(value) - float(target)])  # type: ignore[arg-type]
+
+    def jacobian(self) -> Array:
+        """(total rows, nv) of all quantities, in order."""
+        if self._plain:
+            return self._rows
+        full: dict[str, Array] = {}
+        out = []
+        for item in self.items:
+            if item.frame is None:
+                out.append(self.kin.mechanism.row(item.name)[None, :])
+                continue
+            name = item.frame.name
+            if name not in full:
+                full[name] = self.kin.jacobian(item.frame.body, self.frame_pose(item.frame)[1])
+            out.append(full[name][_part_rows(item.part)])
+        return np.concatenate(out) if out else np.zeros((0, self.kin.mechanism.nv))
+
+    def bias(self) -> Array:
+        """(total rows,) dJ/dt v of all quantities, in order."""
+        out = []
+        for item in self.items:
+            if item.frame is None:
+                out.append(np.zeros(1))
+            else:
+                out.append(self.kin.bias(item.frame.body, self.frame_pose(item.frame)[1])[_part_rows(item.part)])
+        return np.concatenate(out) if out else np.zeros(0)
+
+
+def _part_rows(part: str) -> slice:
+    if part == ROTATION:
+        return slice(3, 6)
+    k = LINEAR.index(part) if part in LINEAR else 3 + ANGULAR.index(part)
+    return slice(k, k + 1)
+
+
+def interpolate(item: Quantity, start: Array | float, end: ArrayLike, s: float) -> ArrayLike:
+    """The target on the way from `start` (s = 0) to `end` (s = 1): a straight line, or a turn about one axis."""
+    if item.part != ROTATION:
+        return float(start) + s * (float(end) - float(start))  # type: ignore[arg-type]
+    from mechlab.mechanism.geometry import quaternion_exp, quaternion_to_matrix
+
+    first = np.asarray(start)
+    turn = rotation_log(np.asarray(end, dtype=float) @ first.T)
+    return np.asarray(quaternion_to_matrix(quaternion_exp(s * turn)) @ first)
+
+
+def check_target(item: Quantity, target: ArrayLike) -> None:
+    """Raises MechlabError for a target that is not finite, not a number, or not a rotation matrix where one is
+    needed."""
+    try:
+        array = np.asarray(target, dtype=float)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{item.name}: expected a number, got {target!r}.") from None
+    if not np.all(np.isfinite(array)):
+        raise MechlabError(f"{item.name}: expected a finite number, got {target!r}.")
+    if item.part == ROTATION:
+        if array.shape != (3, 3) or np.abs(array @ array.T - np.eye(3)).max() > 1e-9 or np.linalg.det(array) < 0:
+            raise MechlabError(f"{item.name}: expected a (3, 3) rotation matrix, frame axes to world.")
+    elif array.shape != ():
+        raise MechlabError(f"{item.name}: expected one number, got {target!r}.")
+    if item.part in ANGULAR:
+        raise MechlabError(f"{item.name} is a rate of turning and cannot be assembled; give FRAME_rotation.")

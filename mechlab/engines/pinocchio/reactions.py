@@ -1,0 +1,209 @@
+"""Inverse dynamics: drive forces, tooth loads, and the wrenches that loops and joints transmit.
+
+Channels of a run on Pinocchio: accelerations, forces of the laws, tooth loads, loop reactions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from mechlab.engines.pinocchio.dynamics import PinPlant
+from mechlab.engines.pinocchio.equations import Instant
+from mechlab.engines.pinocchio.quantities import Quantities
+from mechlab.errors import NoSolution
+from mechlab.experiment.recording import basic_channels
+from mechlab.mechanism.geometry import Array, cross
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.statics import spring_pull
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force (3,) [N] and a moment (3,) [N m] about `point` (3,), in world axes; `axes` (3, 3): the local frame to
+    world."""
+
+    point: Array
+    force: Array
+    moment: Array
+    axes: Array
+
+    @property
+    def local(self) -> tuple[Array, Array]:
+        """Force and moment in the axes of the local frame."""
+        return self.axes.T @ self.force, self.axes.T @ self.moment
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """What a motion needs. drive_forces [N m or N] by joint or shaft; loads: reaction of each relation (torque on the
+    joint with coefficient 1); loops: wrench on body b of each loop (body a feels the opposite), in axes of frame a;
+    joints: wrench that each joint's body gets from its parent, about the joint, in axes of the joint. accelerations
+    (nv,), reactions (rows,).
+    """
+
+    accelerations: Array
+    reactions: Array
+    drive_forces: dict[str, float]
+    loads: dict[str, float]
+    loops: dict[str, Wrench]
+    joints: dict[str, Wrench]
+
+
+def inverse_dynamics(
+    mechanism: Mechanism | PinPlant,
+    q: ArrayLike,
+    v: ArrayLike,
+    accelerations: Mapping[str, float] | None = None,
+    drives: Sequence[str] | None = None,
+    applied: ArrayLike | None = None,
+) -> InverseDynamics:
+    """Forces of `drives` (joints or shafts; default: those of the Drives) that give the quantities in `accelerations`
+    (default: 0 for every drive) their accelerations, and all reactions. `applied` (nv,): loads besides the drives.
+
+    Solves M a + h = B^T f + J^T r + applied with a from the constraints; the smallest r where rows are redundant.
+    Raises NoSolution when these drives cannot make the motion, or the accelerations contradict the constraints.
+    """
+    plant = mechanism if isinstance(mechanism, PinPlant) else PinPlant(mechanism)
+    m = plant.mechanism
+    plant.set(q, v)
+    names = list(drives if drives is not None else [d.on for d in m.drives])
+    given = dict.fromkeys(names, 0.0) if accelerations is None else dict(accelerations)
+    items = Quantities(plant.kin, list(given))
+    matrix = np.concatenate([plant.jacobian(), items.jacobian()])
+    wanted = np.array(list(given.values()), dtype=float) - items.bias()
+    a = _least_squares(m, matrix, np.concatenate([-plant.constraint_bias(), wanted]), "accelerations")
+    load = np.zeros(m.nv) if applied is None else np.asarray(applied, dtype=float)
+    needed = plant.mass_matrix() @ a + plant.bias() - load
+    actuation = np.array([m.row(n) for n in names]).reshape(-1, m.nv)
+    found = _least_squares(m, np.concatenate([actuation, plant.jacobian()]).T, needed, "forces of these drives")
+    forces, reactions = found[: len(names)], found[len(names) :]
+    return InverseDynamics(
+        accelerations=a,
+        reactions=reactions,
+        drive_forces=dict(zip(names, forces.tolist(), strict=True)),
+        loads=relation_loads(plant, reactions),
+        loops=loop_wrenches(plant, reactions),
+        joints=joint_wrenches(plant, a, reactions),
+    )
+
+
+def _least_squares(m: Mechanism, matrix: Array, right: Array, what: str) -> Array:
+    x = np.linalg.lstsq(matrix, right, rcond=1e-11)[0]
+    gap = float(np.max(np.abs(matrix @ x - right), initial=0.0))
+    if not gap <= 1e-8 * max(1.0, float(np.max(np.abs(right), initial=0.0))):
+        raise NoSolution(
+            f"{m.name}: no {what} make this motion here (missed by {gap:.3g}): the position is singular, or the "
+            "number of drives and of given accelerations does not fit the degrees of freedom."
+        )
+    return np.asarray(x)
+
+
+def relation_loads(plant: PinPlant, reactions: Array) -> dict[str, float]:
+    """Reaction of each relation: the load of the teeth, belt or thread, as the torque on the joint of coefficient 1."""
+    slices = plant.constraints.slices
+    return {r.name: float(reactions[slices[r.name]][0]) for r in plant.mechanism.relations}
+
+
+def loop_wrenches(plant: PinPlant, reactions: Array) -> dict[str, Wrench]:
+    """Wrench on body b of each loop, about the origin of frame b, in world axes; `axes` are those of frame a."""
+    if not plant.mechanism.loops:
+        return {}
+    lines, slices = plant.lines(), plant.constraints.slices
+    frames_a, frames_b = plant.constraints.frames()
+    out: dict[str, Wrench] = {}
+    for k, loop in enumerate(plant.mechanism.loops):
+        s = slices[loop.name]
+        total = reactions[s] @ lines[s]
+        point = frames_b[k, :3, 3]
+        out[loop.name] = Wrench(point, total[:3], total[3:] - cross(point, total[:3]), frames_a[k, :3, :3])
+    return out
+
+
+def joint_wrenches(plant: PinPlant, a: Array, reactions: Array) -> dict[str, Wrench]:
+    """Wrench that passes through each tree joint, on the body from its parent, about the joint, in world axes.
+
+    By Newton-Euler (pin.rnea) with the loop wrenches and springs as external forces; its component along the joint's
+    axis holds what drives, dampers and gear torques do there. A gear relation acts as torques on its joints: the
+    radial load of the teeth on the bearings is not in it. Shafts and armatures have no bearings here.
+    """
+    kin, model, data = plant.kin, plant.kin.model, plant.kin.placed()
+    external = [np.zeros(6) for _ in range(model.njoints)]
+    for loop in plant.mechanism.loops:
+        s = plant.constraints.slices[loop.name]
+        total = reactions[s] @ plant.lines()[s]
+        external[kin.pin.joint_of[loop.body_b]] += total
+        external[kin.pin.joint_of[loop.body_a]] -= total
+    for spring in plant.mechanism.springs:
+        end_a, end_b, force = spring_pull(kin, spring)
+        external[kin.pin.joint_of[spring.body_b]] += np.concatenate([force, cross(end_b, force)])
+        external[kin.pin.joint_of[spring.body_a]] -= np.concatenate([force, cross(end_a, force)])
+    local = pin.StdVec_Force()
+    for j in range(model.njoints):
+        local.append(data.oMi[j].actInv(pin.Force(external[j])) if j else pin.Force.Zero())
+    pin.rnea(model, data, kin.q_pin, plant.v, a, local)
+    out: dict[str, Wrench] = {}
+    for j in range(1, model.njoints):
+        rotation, point = data.oMi[j].rotation.copy(), data.oMi[j].translation.copy()
+        out[model.names[j]] = Wrench(point, rotation @ data.f[j].linear, rotation @ data.f[j].angular, rotation)
+    return out
+
+
+FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
+
+
+def channels(
+    plant: PinPlant, t: Array, q: Array, v: Array, instants: Sequence[Instant]
+) -> tuple[dict[str, Array], dict[str, str]]:
+    """Channels and units of a run, (n,) each, besides the basic ones:
+
+    NAME_accel of every joint and shaft; NAME_force, the sum of the laws on a joint or shaft; RELATION_load, the
+    reaction of a relation (torque on the joint of coefficient 1); LOOP_fx, _fy, _fz, the force on body b in world
+    axes, and _mx, _my, _mz, the moment about frame b, for loops that transmit one.
+    """
+    m = plant.mechanism
+    values, units = basic_channels(m, q, v)
+    a = np.array([x.a for x in instants])
+    for name in m.scalar_names:
+        values[f"{name}_accel"] = a @ m.row(name)
+        units[f"{name}_accel"] = f"{units[name]}/s2"
+    for name in dict.fromkeys(n for x in instants for n in x.forces):
+        values[f"{name}_force"] = np.array([x.forces.get(name, 0.0) for x in instants])
+        units[f"{name}_force"] = _force_unit(units[name])
+    for relation in m.relations:
+        k = plant.constraints.slices[relation.name].start
+        values[f"{relation.name}_load"] = np.array([x.reactions[k] for x in instants])
+        units[f"{relation.name}_load"] = _force_unit(units[relation.coefficients[0][0]])
+    _loops(plant, t, q, v, instants, values, units)
+    return values, units
+
+
+def _loops(
+    plant: PinPlant,
+    t: Array,
+    q: Array,
+    v: Array,
+    instants: Sequence[Instant],
+    values: dict[str, Array],
+    units: dict[str, str],
+) -> None:
+    m: Mechanism = plant.mechanism
+    if not m.loops:
+        return
+    table = np.empty((len(t), len(m.loops), 6))
+    for i, now in enumerate(instants):
+        wrenches = loop_wrenches(plant.set(q[i], v[i], t[i]), now.reactions)
+        table[i] = [np.concatenate([w.force, w.moment]) for w in wrenches.values()]
+    for k, loop in enumerate(m.loops):
+        turning = loop.kind not in ("spherical", "distance")
+        for j, part in enumerate((*FORCES, *MOMENTS) if turning else FORCES):
+            values[f"{loop.name}_{part}"] = table[:, k, j]
+            units[f"{loop.name}_{part}"] = "N" if part in FORCES else "N m"
+
+
+def _force_unit(coordinate: str) -> str:
+    return "N" if coordinate == "m" else "N m"

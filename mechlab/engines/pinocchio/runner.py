@@ -1,0 +1,217 @@
+"""The runner on Pinocchio: Mechanism, Scene, Settings to Recording. Rigid constraints, projected after every step."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from mechlab.engines.pinocchio.equations import BlowUp, Equations, Instant
+from mechlab.engines.pinocchio.reactions import channels
+from mechlab.errors import unknown
+from mechlab.experiment.energy import energy_finding
+from mechlab.experiment.findings import friction_finding, stands
+from mechlab.experiment.held_rates import capture_finding
+from mechlab.experiment.observe import ModeWatch, kinematic_findings, sample_grid, saturation_finding
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, measured
+from mechlab.experiment.scene import PINOCCHIO_INTEGRATORS, Scene, Settings, initial_state
+from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+CORRECTION_LIMIT = 1e-2
+RESTART = 20
+"""DOP853 is restarted from the projected state after so many samples."""
+
+
+@dataclass
+class _Log:
+    """What was seen so far."""
+
+    watch: ModeWatch
+    t: list[float] = field(default_factory=list)
+    y: list[Array] = field(default_factory=list)
+    instants: list[Instant] = field(default_factory=list)
+    steps: int = 0
+    end: BlowUp | None = None
+
+
+def run(
+    mechanism: Mechanism,
+    scene: Scene,
+    settings: Settings | None = None,
+    sample_times: ArrayLike | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """A run of the scene with rigid loops and gears: `settings.integrator` RK4 or semi_implicit_Euler with steps of
+    at most `timestep`, that end on the sample times, or DOP853 with `tolerance`. Laws are evaluated at every stage.
+
+    After each step (DOP853: at each sample) the state is projected onto the constraints. A run that blows up ends there
+    with the finding "blow_up" (error) that says when and why, and records what there is. `progress(t)` is called at
+    samples. Raises MechlabError for an unknown integrator or name, NoSolution when the start does not close.
+    """
+    settings = settings or Settings(engine="pinocchio")
+    if settings.integrator not in PINOCCHIO_INTEGRATORS:
+        raise unknown("integrator of pinocchio", settings.integrator, PINOCCHIO_INTEGRATORS)
+    times = sample_grid(scene.duration, settings.timestep, sample_times)
+    q, v = initial_state(mechanism, scene)
+    motion = Equations(mechanism, scene.laws, settings.timestep)
+    began = time.thread_time()
+    start = motion.start(q, v)
+    log = _integrate(motion, settings, times, start, progress, ModeWatch(mechanism, scene.keep_mode))
+    spent = time.thread_time() - began
+    return _recording(mechanism, scene, settings, motion, log, start, spent)
+
+
+def _integrate(
+    motion: Equations,
+    settings: Settings,
+    times: Array,
+    y: Array,
+    progress: Callable[[float], None] | None,
+    watch: ModeWatch,
+) -> _Log:
+    log = _Log(watch)
+    try:
+        _sample(motion, log, 0.0, y, progress)
+        if settings.integrator == "DOP853":
+            _adaptive(motion, log, settings, times, y, progress)
+            return log
+        for t0, t1 in zip(times[:-1], times[1:], strict=True):
+            y = _fixed(motion, log, settings, t0, t1, y)
+            _sample(motion, log, t1, y, progress)
+    except BlowUp as end:
+        log.end = end
+    return log
+
+
+def _sample(motion: Equations, log: _Log, t: float, y: Array, progress: Callable[[float], None] | None) -> None:
+    log.instants.append(motion.instant(t, y))
+    log.t.append(float(t))
+    log.y.append(y)
+    if progress is not None:
+        progress(float(t))
+    if log.watch.changed(motion.split(y)[0]):
+        raise BlowUp(float(t), f"the assembly mode with respect to {', '.join(log.watch.held)} changed")
+
+
+def _fixed(motion: Equations, log: _Log, settings: Settings, t0: float, t1: float, y: Array) -> Array:
+    """From t0 to t1 in equal steps of at most the timestep."""
+    count = max(1, int(np.ceil((t1 - t0) / settings.timestep - 1e-9)))
+    h = (t1 - t0) / count
+    if settings.integrator == "RK4":
+        end = integrate_fixed(RK4, motion.slope, t0, y, h, count, project=motion.project)
+        log.steps += end.steps
+        if not end.complete:
+            raise BlowUp(end.t, end.reason)
+        return end.y
+    for k in range(count):
+        y = motion.project(t0 + (k + 1) * h, motion.semi_implicit(t0 + k * h, y, h))
+        log.steps += 1
+    return y
+
+
+def _adaptive(
+    motion: Equations, log: _Log, settings: Settings, times: Array, y: Array, progress: Callable[[float], None] | None
+) -> None:
+    """Through all samples with step-size control, projected at every sample; restarted on the constraints now and
+    then."""
+    step_size = settings.timestep
+    for k in range(0, len(times) - 1, RESTART):
+        part = times[k : k + RESTART + 1]
+        found = integrate_adaptive(
+            motion.slope,
+            part[0],
+            y,
+            part[-1],
+            rtol=settings.tolerance,
+            atol=1e-3 * settings.tolerance,
+            first_step=min(step_size, part[-1] - part[0]),
+        )
+        log.steps += len(found.t) - 1
+        for t in part[1:][part[1:] <= found.t[-1]]:
+            y = motion.project(t, found.at(t))
+            _sample(motion, log, t, y, progress)
+        if not found.complete:
+            raise BlowUp(float(found.t[-1]), found.outcome.value)
+        step_size = found.last_step
+
+
+def _recording(
+    mechanism: Mechanism, scene: Scene, settings: Settings, motion: Equations, log: _Log, start: Array, spent: float
+) -> Recording:
+    t, y = np.array(log.t or [0.0]), np.array(log.y or [start])
+    q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
+    evaluations = motion.plant.evaluations
+    if log.instants:
+        found, units = channels(motion.plant, t, q, v, log.instants)
+        findings = _findings(mechanism, scene, settings, motion, log, t, y, found)
+    else:
+        found, units = basic_channels(mechanism, q, v)
+        findings = []
+    if log.end is not None:
+        findings.insert(0, _blow_up(log.end, scene.duration))
+    return Recording(
+        mechanism=mechanism,
+        t=t,
+        q=q,
+        v=v,
+        channels=found,
+        units=units,
+        health=Health(tuple(findings)),
+        cost=Cost(spent, log.steps, evaluations),
+        settings=settings,
+        scene=scene.name,
+        name=mechanism.name,
+        fidelity=scene.fidelity,
+        versions=versions(),
+    )
+
+
+def _findings(
+    mechanism: Mechanism,
+    scene: Scene,
+    settings: Settings,
+    motion: Equations,
+    log: _Log,
+    t: Array,
+    y: Array,
+    found: dict[str, Array],
+) -> list[Finding]:
+    q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
+    out = list(kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode))
+    power = np.array([x.power for x in log.instants])
+    out.append(energy_finding(mechanism, t, q, v, power, y[:, -1], laws=scene.laws))
+    if len(motion.plant.constraints):
+        text = "the largest projection onto the constraints in a step was"
+        out.append(measured("closure_correction", motion.corrected, CORRECTION_LIMIT, "m or rad", text, 1e-4))
+    forces = {n: found[f"{n}_force"] for n in mechanism.scalar_names if f"{n}_force" in found}
+    limits = (saturation_finding(scene.laws, forces), capture_finding(scene.laws, settings))
+    out += [f for f in limits if f is not None]
+    if len(motion.width):
+        rows, able = motion.plant.passive.friction_rows, motion.able
+        rates, a = v @ rows.T, np.array([x.a for x in log.instants]) @ rows.T
+        how = f"is smoothed below rates of {motion.width.max():.3g}"
+        standing = stands(rates, a, motion.width, able)
+        rubbed = friction_finding(motion.plant.passive.friction_names, t, rates, standing, scene.tolerance, how)
+        out += [rubbed] if rubbed is not None else []
+    if settings.integrator == "semi_implicit_Euler":
+        text = "first-order integration: energy and phase may be wrong by several per cent"
+        out.append(Finding("first_order", settings.timestep, 0.0, "s", "warning", text))
+    return out
+
+
+def _blow_up(end: BlowUp, duration: float) -> Finding:
+    text = f"the run stopped at t = {end.t:.6g} s of {duration:g} s: {end.reason}; try a smaller timestep"
+    return Finding("blow_up", end.t, duration, "s", "error", text)
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computed the run."""
+    return {"pinocchio": pin.__version__, "numpy": np.__version__, "python": platform.python_version()}

@@ -1,0 +1,329 @@
+"""Timed runs on Pinocchio's own constrained dynamics (proximal, in C++), with Baumgarte stabilisation.
+
+For mechanisms of one-coordinate joints, loops of kind spherical and revolute, springs, and laws of single joints; what has
+more goes through `mechlab.engines.pinocchio.runner`, which is slower and projects.
+
+Timed runs of mechanisms with dry friction as one would write them first: a right-hand side with sign() or tanh() of
+the sliding rate. For charts, beside `mechlab.engines.own.hybrid`, which follows the friction exactly.
+
+With sign() the force jumps where a rate passes zero. Fixed steps go over the jump: the error falls with the first power
+of the step and not steadily, and what should stick trembles about standstill by limit x step / inertia. Step-size
+control searches for the jump with ever smaller steps and hardly gets on while anything sticks.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from mechlab.engines.pinocchio.equations import BlowUp, Equations
+from mechlab.engines.pinocchio.model import PinModel, build
+from mechlab.engines.pinocchio.runner import run
+from mechlab.errors import unknown
+from mechlab.experiment.laws import Law
+from mechlab.experiment.motion import Trace
+from mechlab.experiment.prices import CONSTRAINED, price_of_laws
+from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.integrate import RK4, Outcome, count_work, integrate_adaptive, integrate_fixed, integrate_lsoda
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Loop, Spring
+
+SIMPLE_LAWS = ("constant", "harmonic", "table", "servo", "constant_power", "motor", "viscous", "one_sided_stop")
+MU, ITERATIONS, ACCURACY = 1e-6, 5, 1e-12
+"""Of pin.ProximalSettings. mu = 1e-10 loses Bricard's redundant loop, 1e-4 the singular positions of n_fourbar."""
+RATE_LIMIT = 1e6
+
+
+@dataclass(frozen=True)
+class Stabilisation:
+    """Baumgarte's gains in steps: kp = position / h^2, kd = velocity / h; `mu` regularises rows that repeat each other."""
+
+    position: float
+    velocity: float
+    mu: float = MU
+
+
+def fits(mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:
+    """Whether the fast way can compute this mechanism under these laws."""
+    return (
+        all(j.nv == 1 and not j.friction for j in mechanism.joints)
+        and not mechanism.relations
+        and not any(s.inertia or s.damping or s.friction or s.stiffness for s in mechanism.shafts)
+        and all(x.kind in ("spherical", "revolute") for x in mechanism.loops)
+        and all(law.kind in SIMPLE_LAWS for law in laws)
+    )
+
+
+class ConstrainedDynamics:
+    """Accelerations of a mechanism that `fits`, by pin.constraintDynamics; also the state that a law sees."""
+
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], kp: float, kd: float, mu: float = MU) -> None:
+        self.mechanism, self.laws = mechanism, laws
+        self.price = CONSTRAINED.of(mechanism) + price_of_laws(laws)
+        made = build(mechanism)
+        self.model = made.model
+        self.springs = [_Spring(made, s) for s in mechanism.springs]
+        self.data = self.model.createData()
+        self.contacts = _contacts(made, kp, kd)
+        self.contact_data = pin.StdVec_RigidConstraintData()
+        for contact in self.contacts:
+            self.contact_data.append(contact.createData())
+        pin.initConstraintDynamics(self.model, self.data, self.contacts, self.contact_data)
+        self.proximal = pin.ProximalSettings(ACCURACY, mu, ITERATIONS)
+        joints = mechanism.joints
+        self.damping = np.array([j.damping for j in joints])
+        self.stiffness = np.array([j.stiffness for j in joints])
+        self.rest = np.array([j.spring_rest - j.zero for j in joints])
+        self.passive = bool(np.any(self.damping) or np.any(self.stiffness))
+        self.constant = np.zeros(mechanism.nv)
+        self.moving: list[tuple[Law, dict[str, Array]]] = []
+        for law in laws:
+            if law.kind == "constant":
+                self.constant += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
+            else:
+                self.moving.append((law, {n: mechanism.row(n) for n in law.targets()}))
+        self.t, self.q, self.v = 0.0, np.zeros(mechanism.nq), np.zeros(mechanism.nv)
+
+    def value(self, name: str) -> float:
+        """Value of a joint or shaft, for the laws."""
+        return float(self.mechanism.value(name, self.q))
+
+    def rate(self, name: str) -> float:
+        """Rate of a joint or shaft, for the laws."""
+        return float(self.mechanism.row(name) @ self.v)
+
+    def __call__(self, t: float, q: Array, v: Array) -> Array:
+        """(nv,) accelerations."""
+        count_work(self.price)
+        tau = self.constant
+        if self.passive:
+            tau = tau - self.damping * v - self.stiffness * (q - self.rest)
+        if self.moving:
+            self.t, self.q, self.v = t, q, v
+            for law, rows in self.moving:
+                for name, f in law.force(t, self).items():  # type: ignore[arg-type]
+                    tau = tau + f * rows[name]
+        if self.springs:
+            pin.computeJointJacobians(self.model, self.data, q)
+            for spring in self.springs:
+                tau = tau + spring.force(self.data, v)
+        if not len(self.contacts):
+            return np.asarray(pin.aba(self.model, self.data, q, v, tau))
+        return np.asarray(
+            pin.constraintDynamics(self.model, self.data, q, v, tau, self.contacts, self.contact_data, self.proximal)
+        )
+
+
+class _Spring:
+    """Generalised force of a spring between two points, by the wrench that it exerts: both ends lie on its line."""
+
+    def __init__(self, made: PinModel, spring: Spring) -> None:
+        s = spring
+        self.law = (s.stiffness, s.damping, s.rest_length)
+        self.ends: list[tuple[int, Array]] = []
+        for body, point in ((s.body_a, s.point_a), (s.body_b, s.point_b)):
+            rotation, shift = made.offset_of[body]
+            self.ends.append((made.joint_of[body], shift + rotation @ np.array(point)))
+        (a, _), (b, _) = self.ends
+        self.moves = np.zeros(made.model.nv)
+        for joint, sign in ((b, 1.0), (a, -1.0)):
+            for k in made.model.supports[joint]:
+                first = made.model.joints[k].idx_v
+                if k:
+                    self.moves[first : first + made.model.joints[k].nv] += sign
+
+    def force(self, data: pin.Data, v: Array) -> Array:
+        """(nv,) after computeJointJacobians."""
+        (a, at_a), (b, at_b) = self.ends
+        x0, y0, z0 = (data.oMi[a] * at_a).tolist()
+        x, y, z = (data.oMi[b] * at_b).tolist()
+        length = math.sqrt((x - x0) ** 2 + (y - y0) ** 2 + (z - z0) ** 2)
+        a, b, c = (x - x0) / length, (y - y0) / length, (z - z0) / length
+        row = np.array((a, b, c, y * c - z * b, z * a - x * c, x * b - y * a)) @ data.J * self.moves
+        stiffness, damping, rest = self.law
+        return np.asarray(row * -(stiffness * (length - rest) + damping * float(row @ v)))
+
+
+def _contacts(made: PinModel, kp: float, kd: float) -> pin.StdVec_RigidConstraintModel:
+    out = pin.StdVec_RigidConstraintModel()
+    for loop in made.mechanism.loops:
+        for place_a, place_b in _ends(made, loop):
+            contact = pin.RigidConstraintModel(
+                pin.ContactType.CONTACT_3D, made.model, made.joint_of[loop.body_a], place_a,
+                made.joint_of[loop.body_b], place_b, pin.ReferenceFrame.LOCAL,
+            )  # fmt: skip
+            contact.m_baumgarte_parameters.Kp = kp
+            contact.m_baumgarte_parameters.Kd = kd
+            out.append(contact)
+    return out
+
+
+def _ends(made: PinModel, loop: Loop) -> list[tuple[pin.SE3, pin.SE3]]:
+    """One pair of points for a spherical loop, two on the axis of a revolute one (one row too many: proximal takes it)."""
+    places = []
+    for body, placement in ((loop.body_a, loop.placement_a), (loop.body_b, loop.placement_b)):
+        rotation, shift = made.offset_of[body]
+        places.append(pin.SE3(rotation, shift) * pin.SE3(placement.rotation, placement.translation))
+    if loop.kind == "spherical":
+        return [(places[0], places[1])]
+    span = _size(made.mechanism)
+    away = [pin.SE3(np.eye(3), np.array([0.0, 0.0, z])) for z in (-0.5 * span, 0.5 * span)]
+    return [(places[0] * x, places[1] * x) for x in away]
+
+
+def _size(mechanism: Mechanism) -> float:
+    """A length of the mechanism: the largest distance between a body and its parent."""
+    return max([float(np.linalg.norm(b.placement.translation)) for b in mechanism.bodies] + [1e-3])
+
+
+def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, stabilisation: Stabilisation) -> Trace:
+    """A scene at `outputs` + 1 even times: RK4 and semi_implicit_Euler with fixed steps that divide their distance, DOP853
+    and, for trees, LSODA with the tolerance of the settings (Baumgarte gains are those of a step of one output distance)."""
+    times = np.linspace(0.0, scene.duration, outputs + 1)
+    if not fits(mechanism, scene.laws):
+        return _slow(mechanism, scene, settings, times)
+    between = scene.duration / outputs
+    each = 1 if settings.integrator in ("DOP853", "LSODA") else max(1, round(between / settings.timestep))
+    h = between / each
+    kp, kd = stabilisation.position / h**2, stabilisation.velocity / h
+    dynamics = ConstrainedDynamics(mechanism, scene.laws, kp, kd, stabilisation.mu)
+    q, v = initial_state(mechanism, scene)
+    if settings.integrator == "DOP853":
+        return _adaptive(dynamics, q, v, times, settings.tolerance)
+    if settings.integrator == "LSODA":
+        return _lsoda(dynamics, q, v, times, settings.tolerance)
+    step = _rk4 if settings.integrator == "RK4" else _semi_implicit
+    qs, vs, spent = [q], [v], 0.0
+    for k in range(outputs):
+        began = time.thread_time()
+        for i in range(each):
+            q, v = step(dynamics, times[k] + i * h, q, v, h)
+        spent += time.thread_time() - began
+        if not np.max(np.abs(v)) < RATE_LIMIT:
+            reason = f"diverged before t = {times[k + 1]:.4g} s"
+            return Trace(np.array(qs), np.array(vs), spent, (k + 1) * each, reason)
+        qs.append(q)
+        vs.append(v)
+    return Trace(np.array(qs), np.array(vs), spent, outputs * each)
+
+
+Dynamics = Callable[[float, Array, Array], Array]
+
+
+def _rk4(f: Dynamics, t: float, q: Array, v: Array, h: float) -> tuple[Array, Array]:
+    half = 0.5 * h
+    a1 = f(t, q, v)
+    v2 = v + half * a1
+    a2 = f(t + half, q + half * v, v2)
+    v3 = v + half * a2
+    a3 = f(t + half, q + half * v2, v3)
+    v4 = v + h * a3
+    a4 = f(t + h, q + h * v3, v4)
+    return q + (h / 6.0) * (v + 2.0 * (v2 + v3) + v4), v + (h / 6.0) * (a1 + 2.0 * (a2 + a3) + a4)
+
+
+def _semi_implicit(f: Dynamics, t: float, q: Array, v: Array, h: float) -> tuple[Array, Array]:
+    v = v + h * f(t, q, v)
+    return q + h * v, v
+
+
+def _adaptive(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, tolerance: float) -> Trace:
+    nq = len(q)
+
+    def slope(t: float, y: Array) -> Array:
+        return np.concatenate([y[nq:], dynamics(t, y[:nq], y[nq:])])
+
+    began = time.thread_time()
+    found = integrate_adaptive(
+        slope, 0.0, np.concatenate([q, v]), times[-1], rtol=tolerance, atol=1e-3 * tolerance, most_evaluations=100_000
+    )
+    y = found.at(times[times <= found.t[-1]])
+    spent = time.thread_time() - began
+    reason = "" if found.complete else f"stopped at t = {found.t[-1]:.4g} s: {found.outcome.value}"
+    return Trace(y[:, :nq], y[:, nq:], spent, len(found.t) - 1, reason)
+
+
+def _lsoda(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, tolerance: float) -> Trace:
+    nq = len(q)
+    slope = np.empty(2 * nq)
+
+    def f(t: float, y: Array) -> Array:
+        slope[:nq], slope[nq:] = y[nq:], dynamics(t, y[:nq], y[nq:])
+        return slope
+
+    began = time.thread_time()
+    found = integrate_lsoda(f, np.concatenate([q, v]), times, tolerance)
+    spent = time.thread_time() - began
+    return Trace(found.y[:, :nq], found.y[:, nq:], spent, found.steps, found.reason, found.evaluations)
+
+
+def _slow(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -> Trace:
+    recording = run(mechanism, scene, settings, times)
+    end = [f.sentence for f in recording.health.findings if f.name == "blow_up"]
+    return Trace(recording.q, recording.v, recording.cost.cpu_s, recording.cost.steps, end[0] if end else "")
+
+
+FRICTION = ("sign", "tanh")
+MOST = 400_000
+"""Evaluations after which a run with step-size control is given up."""
+
+
+def rough_equations(mechanism: Mechanism, laws: tuple[Law, ...], friction: str, h: float) -> Equations:
+    """The equations with -limit sign(rate), or -limit tanh(rate / width), whose width is as small as RK4 with steps of
+    h bears. Raises MechlabError for another word."""
+    if friction not in FRICTION:
+        raise unknown("friction", friction, FRICTION)
+    motion = Equations(mechanism, laws, h)
+    if friction == "sign":
+        motion.width = np.zeros_like(motion.width)
+    return motion
+
+
+def trace_friction(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, friction: str) -> Trace:
+    """A scene at `outputs` + 1 even times, without events: RK4 and semi_implicit_Euler with fixed steps that divide their
+    distance, DOP853 with the tolerance of the settings."""
+    times = np.linspace(0.0, scene.duration, outputs + 1)
+    each = max(1, round(scene.duration / outputs / settings.timestep))
+    h = scene.duration / outputs / each
+    motion = rough_equations(mechanism, scene.laws, friction, h)
+    states = [motion.start(*initial_state(mechanism, scene))]
+    steps, reason = 0, ""
+    began = time.thread_time()
+    motion.plant.evaluations = 0
+    try:
+        for t0, t1 in zip(times[:-1], times[1:], strict=True):
+            done, y, reason = _span(motion, settings, float(t0), float(t1), states[-1], each)
+            steps += done
+            if reason:
+                break
+            states.append(y)
+    except BlowUp as end:
+        reason = f"diverged at t = {end.t:.4g} s: {end}"
+    spent = time.thread_time() - began
+    nq, nv, y = mechanism.nq, mechanism.nv, np.array(states)
+    return Trace(y[:, :nq], y[:, nq : nq + nv], spent, steps, reason, motion.plant.evaluations)
+
+
+def _span(motion: Equations, settings: Settings, t0: float, t1: float, y: Array, each: int) -> tuple[int, Array, str]:
+    """From one output time to the next: steps, the state there, and why it was not reached."""
+    h = (t1 - t0) / each
+    if settings.integrator == "DOP853":
+        left = MOST - motion.plant.evaluations
+        found = integrate_adaptive(
+            motion.slope, t0, y, t1, rtol=settings.tolerance, atol=1e-3 * settings.tolerance, most_evaluations=left
+        )
+        why = f"it chatters, {MOST} evaluations" if found.outcome is Outcome.TOO_MANY else found.outcome.value
+        reason = "" if found.complete else f"stopped at t = {found.t[-1]:.4g} s: {why}"
+        return len(found.t) - 1, motion.project(t1, found.y[-1]), reason
+    if settings.integrator == "RK4":
+        done = integrate_fixed(RK4, motion.slope, t0, y, h, each, project=motion.project)
+        return done.steps, done.y, done.reason
+    for k in range(each):
+        y = motion.project(t0 + (k + 1) * h, motion.semi_implicit(t0 + k * h, y, h))
+    return each, y, ""

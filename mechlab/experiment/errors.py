@@ -1,0 +1,191 @@
+"""How the error of a run falls with its timestep: the order that is observed, and the error that remains.
+
+    p = log2(|x(h) - x(h/2)| / |x(h/2) - x(h/4)|),     error of x(h) ~ |x(h) - x(kh)| / (k^p - 1)
+
+(Richardson). A method whose order is lost is wrong in a way that neither closure nor energy shows.
+
+The error of every channel of a run, from a second run of the same scene: the largest difference at the times of both.
+
+    error = factor max_t |x(t) - y(t)|,      plus a few units in the last place of the largest value
+
+with x the run that is kept and y a coarser or other one. The factor is the caller's: 1 where y is the cruder and nothing is known
+of how fast runs converge, 1 / (2^p - 1) for a step twice as large with a method of order p.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechlab.experiment.recording import Finding, Health, Recording
+from mechlab.experiment.scene import Settings
+from mechlab.mechanism.geometry import Array
+
+SLACK = 0.5
+"""An order lower than expected by more than this is lost: between clean orders there is 1."""
+ROUNDING = 1e-12
+"""Changes below this, relative to the largest value (at least 1), say nothing of the order."""
+CONVERGENT = 0.4
+"""An observed order below this is no convergence."""
+SAFETY = 2.0
+"""A stated error is Richardson's estimate times this, so that it bounds the true one."""
+SAFETY_SEEN = 1.5
+"""The same where a finer and a coarser run show the order."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """expected and measured order; `coarse` |x(h) - x(h/2)| and `fine` |x(h/2) - x(h/4)| [rad or m]. `measured` is NaN
+    where the changes are rounding, or a run did not come through (`reason` says which)."""
+
+    expected: int
+    measured: float
+    coarse: float
+    fine: float
+    reason: str = ""
+
+    @property
+    def lost(self) -> bool:
+        """True when the order is lower than expected."""
+        return self.measured < self.expected - SLACK
+
+
+def expected_order(settings: Settings, rows: bool) -> int:
+    """Order of the positions at the ends of steps: 4 for RK4, 1 for the other fixed-step methods. MuJoCo's rows (loops,
+    gears) are springs whose softness goes with h^2: with them RK4 has order 2."""
+    if settings.integrator != "RK4":
+        return 1
+    return 2 if rows and settings.engine == "mujoco" else 4
+
+
+def observed_order(states: Callable[[float], Array], timestep: float, expected: int) -> Order:
+    """The order of `states(h)`, coordinates (n, nq) at n times that do not depend on h, at h = timestep and its half and
+    quarter. It returns fewer than n rows for a run that ended early."""
+    runs = [np.asarray(states(timestep / 2**k), dtype=float) for k in range(3)]
+    if len({x.shape for x in runs}) > 1 or not all(np.all(np.isfinite(x)) for x in runs):
+        return Order(expected, math.nan, math.nan, math.nan, "a run did not come through")
+    coarse, fine = (float(np.max(np.abs(a - b), initial=0.0)) for a, b in zip(runs[:2], runs[1:], strict=True))
+    floor = ROUNDING * max(1.0, float(np.max(np.abs(runs[2]), initial=0.0)))
+    if coarse <= 8.0 * floor or fine <= floor:
+        return Order(expected, math.nan, coarse, fine, "the change with the step is rounding")
+    return Order(expected, math.log2(coarse / fine), coarse, fine)
+
+
+def order_finding(order: Order, timestep: float, why: Iterable[str] = ()) -> Finding:
+    """Finding "order": a warning that names expected and measured order when one is lost; `why`: what may have done it."""
+    if math.isnan(order.measured):
+        severity = "ok" if "rounding" in order.reason else "warning"
+        text = f"order check at steps of {timestep:g} s, its half and quarter: {order.reason}; the order cannot be told"
+        return Finding("order", float(order.expected), float(order.expected), "", severity, text)
+    text = (
+        f"order of the error: expected {order.expected}, measured {order.measured:.2f} (changes of {order.coarse:.3g} and "
+        f"{order.fine:.3g} rad or m from steps of {timestep:g} s to half and quarter)"
+    )
+    if not order.lost:
+        return Finding("order", order.measured, order.expected - SLACK, "", "ok", text)
+    text += (
+        "; the run does not converge" if order.measured < CONVERGENT else "; smaller steps help less than they should"
+    )
+    reasons = ", ".join(why)
+    text += f". What may have lowered it: {reasons}" if reasons else ""
+    return Finding("order", order.measured, order.expected - SLACK, "", "warning", text)
+
+
+def error_from_coarser(twice: float, fourfold: float | None, order: int) -> float:
+    """Error of x(h) from its changes against x(2h) and x(4h) (None: that run did not come through), of a method whose order is
+    `order` at best: the order is the observed one, p = log2(fourfold / twice - 1), between 1 and `order`.
+
+    Where more than `order` is observed, h and 2h agree by accident (a kink, or terms of the error that cancel): the larger change
+    counts. Without 4h, orders above 2 are not relied on.
+    """
+    if fourfold is None:
+        return SAFETY * twice / (2.0 ** min(order, 2) - 1.0)
+    seen = math.log2(fourfold / twice - 1.0) if 0.0 < twice < 0.5 * fourfold else 0.0 if twice > 0.0 else math.inf
+    p = min(max(seen, 1.0), order)
+    return SAFETY * max(twice / (2.0**p - 1.0), fourfold / (4.0**p - 1.0))
+
+
+def error_from_finer(change: float, share: float) -> float:
+    """Error of x(h) from its change against x(share h), share < 1, whatever its order, if it is at least 1."""
+    return SAFETY * change / (1.0 - share)
+
+
+def error_between(half: float, twice: float, order: int) -> float:
+    """Error of x(h) from its changes against x(h/2) and x(2h): the order is p = log2(twice / half), between 1 and the smaller of
+    `order` and 2; less is left to safety than without seeing the order."""
+    p = min(max(math.log2(twice / half), 1.0), order, 2.0) if half > 0.0 and twice > 0.0 else 1.0
+    return SAFETY_SEEN * half / (1.0 - 0.5**p)
+
+
+def step_error_finding(value: float, tolerance: float, text: str) -> Finding:
+    """Finding "step_error": the error that the timestep leaves; an error beyond the tolerance of the scene."""
+    sentence = f"error left by the timestep: at most about {value:.2g} rad or m {text}"
+    if value <= tolerance:
+        return Finding("step_error", value, tolerance, "rad or m", "ok", f"{sentence} (tolerance {tolerance:g})")
+    sentence += f", beyond the tolerance {tolerance:g} of the scene; take a smaller timestep or --max-error"
+    return Finding("step_error", value, tolerance, "rad or m", "error", sentence)
+
+
+SAME_TIME = 1e-9
+"""Share of the duration by which two recorded times may differ and be one."""
+UNITS = 16.0 * 2.2e-16
+"""Of the largest value of a channel: what rounding leaves in it at least."""
+
+
+def differences(fine: Recording, coarse: Recording, factor: float) -> dict[str, float]:
+    """Channel of `fine` -> `factor` times its largest difference from `coarse` at the times that both recorded, in its unit.
+
+    Infinite for a channel that `coarse` has not, where a value of one is not finite and of the other is, and for all where
+    `coarse` does not reach the end of `fine` or shares fewer than two of its times. Angles are compared with their turns.
+    """
+    mine, other = shared_times(fine, coarse)
+    reaches = len(mine) > 1 and mine[-1] == len(fine.t) - 1 or len(fine.t) == 1 == len(mine)
+    out = {}
+    for name, values in fine.channels.items():
+        if not reaches or name not in coarse.channels or not math.isfinite(factor):
+            out[name] = math.inf
+            continue
+        a, b = np.asarray(values, dtype=float), np.asarray(coarse.channels[name], dtype=float)[other]
+        out[name] = largest_difference(a[mine], b, factor) + UNITS * _size(a)
+    return out
+
+
+def with_errors(recording: Recording, others: Sequence[tuple[Recording, float]]) -> Recording:
+    """The recording with the error of every channel: the sum over the others of their `differences`, each with its factor.
+    Infinite where there are none; the finding "channel_errors" names the channels of which no error could be told."""
+    found = [differences(recording, other, factor) for other, factor in others]
+    errors = {n: sum(x[n] for x in found) if found else math.inf for n in recording.channels}
+    unknown = [n for n, e in errors.items() if not math.isfinite(e)]
+    if not unknown:
+        return replace(recording, errors=errors)
+    which = "any channel" if len(unknown) == len(errors) else ", ".join(unknown)
+    text = f"the error of {which} could not be estimated: no second run tells it"
+    finding = Finding("channel_errors", float(len(unknown)), 0.0, "channels", "warning", text)
+    return replace(recording, errors=errors, health=recording.health + Health((finding,)))
+
+
+def shared_times(a: Recording, b: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the samples of `a`, and of `b`, at the times that both recorded."""
+    near = np.clip(np.searchsorted(b.t, a.t), 1, max(len(b.t) - 1, 1)) if len(b.t) > 1 else np.zeros(len(a.t), int)
+    if len(b.t) > 1:
+        near -= np.abs(b.t[near - 1] - a.t) < np.abs(b.t[near] - a.t)
+    span = max(float(a.t[-1] - a.t[0]), 1e-12)
+    mine = np.flatnonzero(np.abs(b.t[near] - a.t) <= SAME_TIME * span)
+    return mine, near[mine]
+
+
+def largest_difference(a: np.ndarray, b: np.ndarray, factor: float = 1.0) -> float:
+    """factor max |a - b|; values that are not finite count as equal where both are the same, else as infinitely far apart."""
+    with np.errstate(invalid="ignore"):
+        gaps = np.abs(a - b)
+    same = (a == b) | (np.isnan(a) & np.isnan(b))
+    gaps = np.where(same, 0.0, np.where(np.isfinite(gaps), gaps, math.inf))
+    return float(factor * np.max(gaps, initial=0.0))
+
+
+def _size(values: np.ndarray) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(np.max(finite, initial=0.0))

@@ -1,0 +1,195 @@
+"""What the entries of planetary gears share: discs, planets on a circle, runs under constant torques, their checks.
+
+Gear trains about one axis, z, at a moving state in particles, and how many of their meshes share a load.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.laws import Constant
+from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit import mass_check
+from mechlab.kit.mass_check import Particles, State, solid, spread_of
+from mechlab.kit.witness import engine_answer, room
+from mechlab.mechanism import ConstraintSet, Inertia, Mechanism, TreeKinematics
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.structure import null_space, rank
+
+FIDELITIES = ("minimal", "parts", "full")
+
+
+def disc(inertia: float, radius: float) -> Inertia:
+    """A flat disc of this radius [m] with the given moment about z [kg m2]."""
+    return Inertia.axial(2.0 * inertia / radius**2, inertia, 0.5 * inertia)
+
+
+def azimuth(k: int, planets: int) -> float:
+    """Angle of the axis of planet k round the sun [rad]."""
+    return 2.0 * math.pi * k / planets
+
+
+def on_circle(radius: float, angle: float, height: float = 0.0) -> tuple[float, float, float]:
+    """A point on a circle round the z axis [m]."""
+    return radius * math.cos(angle), radius * math.sin(angle), height
+
+
+def constant_torques(fidelity: str, torques: Mapping[str, float]) -> Scene:
+    """Half a second from rest under constant torques [N m] on joints or shafts."""
+    laws = tuple(Constant(name, torque) for name, torque in torques.items())
+    tolerance = 1e-6 if fidelity == "minimal" else 1e-4  # with a row for each mesh, MuJoCo's soft rows slip
+    return Scene("constant-torques", fidelity, 0.5, laws, needs=("poses", "drive_forces"), tolerance=tolerance)
+
+
+def steady_recording(m: Mechanism, accelerations: Mapping[str, float], scene: Scene) -> Recording:
+    """The closed form of such a run in the minimal model: q = a t^2 / 2 for accelerations by joint [rad/s2]."""
+    a = np.array([accelerations[j.name] for j in m.joints])
+    t = np.linspace(0.0, scene.duration, 251)
+    q, v = 0.5 * t[:, None] ** 2 * a, t[:, None] * a
+    channels, units = basic_channels(m, q, v)
+    how = Settings(engine="analytic")
+    return Recording(m, t, q, v, channels, units, settings=how, scene=scene.name, fidelity="minimal")
+
+
+def engine_speeds(
+    engine: str, m: Mechanism, given: Mapping[str, Any], members: Sequence[str], planets: Mapping[str, str]
+) -> Answer:
+    """Absolute speeds from the constraint Jacobian of a model with rows. A planet's joint counts from the carrier; planets:
+    key of the answer -> joint."""
+    joints = [f"{name}_rate" for name in planets.values()]
+    found = engine_answer(engine, m, {k: float(x) for k, x in given.items()}, [*members, *joints])
+    if found.cannot:
+        return found
+    rates = dict(found.values)
+    for key, joint in planets.items():
+        rates[key] = rates.pop(f"{joint}_rate") + rates["carrier_rate"]
+    return Answer({k: x for k, x in rates.items() if k not in given}, found.status, found.notes)
+
+
+def speed_question(
+    given: tuple[str, ...],
+    members: Sequence[str],
+    analytic: Callable[[Any, Mapping[str, Any]], Answer],
+    engine: Callable[[str, Any, Mapping[str, Any]], Answer],
+) -> Question:
+    """Absolute speeds of all members from some of them, asked of three witnesses."""
+    witnesses = {
+        "analytic": analytic,
+        "pinocchio": lambda p, asked: engine("pinocchio", p, asked),
+        "mujoco": lambda p, asked: engine("mujoco", p, asked),
+    }
+    answers = tuple(k for k in members if k not in given)
+    units = dict.fromkeys(members, "rad/s")
+    text = "absolute speeds of all members"
+    return Question(f"speeds from {' and '.join(given)}", given, answers, witnesses, text=text, units=units)
+
+
+def measured_speeds(
+    p: Any, questions: Sequence[Question], values: Sequence[float], tolerance: float, note: str
+) -> Measured:
+    """All members from each pair (or one) of speeds, from all witnesses of the questions."""
+    said: dict[str, list[float]] = {}
+    for question in questions:
+        given = dict(zip(question.given, values, strict=True))
+        for witness, ask in question.witnesses.items():
+            found = ask(p, given).values
+            said.setdefault(witness, []).extend(float(found[k]) for k in question.answers)
+    return Measured(said, tolerance, note=note)
+
+
+def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dict[str, Array]:
+    """Mass matrix (n, n) of each model in the speeds of n joints or shafts that fix it [kg m2]."""
+    out = {}
+    for label, m in models.items():
+        tree = TreeKinematics(m)
+        basis = null_space(ConstraintSet(m).jacobian(tree))
+        basis = basis @ np.linalg.inv(np.array([m.row(n) for n in names]) @ basis)
+        out[label] = basis.T @ tree.mass_matrix() @ basis
+    return out
+
+
+def final_rates(build: Callable[[str], Mechanism], scene: Callable[[str], Scene], member: str) -> dict[str, float]:
+    """Rate of a member at the end of the scene [rad/s]: MuJoCo in every fidelity, Pinocchio in the richest."""
+    from mechlab.engines.mujoco import run as run_mujoco
+    from mechlab.engines.pinocchio import run as run_pinocchio
+
+    said = {f"mujoco {f}": run_mujoco(build(f), scene(f), Settings()) for f in FIDELITIES}
+    said["pinocchio full"] = run_pinocchio(build("full"), scene("full"), Settings(engine="pinocchio"))
+    return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in said.items()}
+
+
+def distance(mechanism: Mechanism, one: str, other: str) -> float:
+    """Distance of the origins of two bodies in the reference pose [m]."""
+    tree = TreeKinematics(mechanism)
+    return float(np.linalg.norm(tree.pose(one)[1] - tree.pose(other)[1]))
+
+
+TURN, RATE = 0.7, 1.3
+"""Angle [rad] and rate [rad/s] of the carrier at which a train is looked at; other members turn as its teeth say."""
+
+
+def wheel(mass: float, moment: float, rate: float, at: Array | None = None, orbit_rate: float = 0.0) -> Particles:
+    """A flat part of revolution about z with its `moment`, turning at `rate`; its axis rides round the z axis from `at` (3,)."""
+    centre = np.zeros(3) if at is None else np.asarray(at, dtype=float)
+    velocity = orbit_rate * np.array([-centre[1], centre[0], 0.0])
+    spread = spread_of(mass, (0.5 * moment, 0.5 * moment, moment))
+    return solid(mass, centre, spread, velocity=velocity, turn=(0.0, 0.0, rate))
+
+
+def moving_disc(moment: float, radius: float, rate: float) -> Particles:
+    """A uniform flat disc about the z axis: mass 2 moment / radius^2."""
+    return wheel(2.0 * moment / radius**2, moment, rate)
+
+
+def seats(radius: float, planets: int, turn: float = TURN) -> list[Array]:
+    """Where planets at equal angles stand when their carrier has turned by `turn`, each (3,) [m]."""
+    angles = (turn + 2.0 * math.pi * k / planets for k in range(planets))
+    return [radius * np.array([math.cos(a), math.sin(a), 0.0]) for a in angles]
+
+
+def train_state(turns: Mapping[str, float], particles: Particles, rotors: float = 0.0, freedoms: int = 1) -> State:
+    """A train without gravity and springs: `turns` of joints and shafts for a turn of the carrier, what turns, and twice the
+    energy of its shafts at 1 rad/s of the carrier [kg m2]."""
+    angles, rates = ({n: x * c for n, c in turns.items()} for x in (TURN, RATE))
+    return State(angles, rates, particles, {}, (0.0, 0.0, 0.0), freedoms, 0.5 * rotors * RATE**2)
+
+
+def moving_check(name: str, build: Callable[[Any, str], Mechanism], state: Callable[[Any, str], State | None]) -> Check:
+    """The check of `mechlab.kit.mass_check` in every fidelity that can be built (state None: it cannot)."""
+
+    def run(p: Any) -> Measured:
+        states = {f: state(p, f) for f in FIDELITIES}
+        return mass_check.compare([(build(p, f), s) for f, s in states.items() if s is not None])
+
+    return Check(name, mass_check.TEXT, run, mass_check.SOURCE)
+
+
+def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, wheels: int) -> Check:
+    """Each ray of planets has so many `meshes` and `wheels`. The first one makes the train; every other one repeats as many
+    rows as it has meshes more than wheels: that many loads statics cannot share out."""
+
+    def run(p: Any) -> Measured:
+        import mujoco
+
+        from mechlab.engines.mujoco.model import equality_jacobian
+
+        said: dict[str, list[int]] = {"numpy": [], "mujoco": []}
+        expected: list[int] = []
+        for fidelity, rays in (("parts", 1), ("full", int(p.planets))):
+            m = build(p, fidelity)
+            model, data = room("mujoco").to_mujoco(m)
+            mujoco.mj_forward(model, data)
+            rows = {"numpy": ConstraintSet(m).jacobian(TreeKinematics(m)), "mujoco": equality_jacobian(model, data)}
+            for who, jacobian in rows.items():
+                said[who] += [len(jacobian), len(jacobian) - rank(jacobian)]
+            expected += [rays * meshes, (rays - 1) * (meshes - wheels)]
+        return Measured(said, 0.0, expected, "rows and redundant rows: parts, full")
+
+    return Check(name, "rows of the meshes, and how many repeat others", run, "count of meshes and wheels on a ray")

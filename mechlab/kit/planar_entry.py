@@ -1,0 +1,276 @@
+"""What an entry needs around a planar linkage of dyads: build, question, driven scene, closed-form recording, checks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.linkage import Linkage, Motion
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.entry import Check, Measured, SceneRecipe
+from mechlab.experiment.laws import ComputedTorque
+from mechlab.experiment.motion import Ramp
+from mechlab.experiment.question import Answer, Question, Witness, with_rates
+from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit import mass_check
+from mechlab.kit.planar_build import Style, coordinates, mechanism_of
+from mechlab.kit.planar_mass import compare_planar
+from mechlab.kit.witness import engine_answer
+from mechlab.mechanism import Mechanism, Status
+from mechlab.tables import up_to
+
+START_OFFSET = 1e-3
+"""The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
+DRIVEN = Settings(timeconst=4.0)
+"""Of driven cranks: softer rows follow an acceleration that a law commands with less ringing."""
+FREE = Settings(timestep=2.5e-4)
+"""Of free motion, within its tolerance by the estimate of its own steps."""
+ORDERS = ("", "_rate", "_accel")
+
+
+@dataclass(frozen=True)
+class Planar:
+    """linkage(p): the chain in the modes of the parameters; start(p): crank -> angle of the reference pose; style(p).
+    points: whose coordinates are answered. speeds(p): crank -> rate of the driven scene. p needs nothing else."""
+
+    name: str
+    summary: str
+    linkage: Callable[[Any], Linkage]
+    start: Callable[[Any], dict[str, float]]
+    style: Callable[[Any], Style]
+    speeds: Callable[[Any], dict[str, float]]
+    points: tuple[str, ...] = ()
+    cranks: tuple[str, ...] = ("crank",)
+    links: tuple[str, ...] = ()
+    slides: tuple[str, ...] = ()
+
+    # -- the mechanism -------------------------------------------------------------------------------------------------
+
+    def build(self, p: Any, fidelity: str) -> Mechanism:
+        """The mechanism, its reference pose at the start angles."""
+        return _built(self, p)
+
+    # -- the question --------------------------------------------------------------------------------------------------
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Keys of the question: the crank angles."""
+        return tuple(f"{c}_angle" for c in self.cranks)
+
+    @property
+    def quantities(self) -> dict[str, str]:
+        """What is answered -> what the engines call it; each also with _rate and _accel."""
+        own = {f"{n}_angle": f"{n}_angle" for n in self.links} | {f"{n}_slide": f"{n}_slide" for n in self.slides}
+        return own | {f"{n}_{a}": f"{n}_{b}" for n in self.points for a, b in (("x", "x"), ("y", "z"))}
+
+    def question(self) -> Question:
+        """From crank angles, rates and accelerations to everything that moves, by three witnesses."""
+        optional: dict[str, float | None] = {f"{c}{s}": 0.0 for c in self.cranks for s in ("_rate", "_accel")}
+
+        def engine(name: str) -> Witness:
+            return lambda p, given: self._engine(name, p, given)
+
+        return Question(
+            "pose", given=self.given, optional=optional, answers=tuple(f"{q}{s}" for q in self.quantities for s in ORDERS),
+            witnesses={"analytic": self._analytic, "pinocchio": engine("pinocchio"), "mujoco": engine("mujoco")},
+            angles=tuple(f"{n}_angle" for n in self.links), units=self._units(),
+            text="positions, rates and accelerations of all links from those of the cranks; every assembly mode",
+        )  # fmt: skip
+
+    def _units(self) -> dict[str, str]:
+        cranks = {
+            f"{c}{s}": f"rad{per}"
+            for c in self.cranks
+            for s, per in (("_angle", ""), ("_rate", "/s"), ("_accel", "/s2"))
+        }
+        return cranks | with_rates({n: "rad" if n.endswith("_angle") else "m" for n in self.quantities})
+
+    def inputs(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Inputs of the linkage from the keys of the question."""
+        return {
+            c: (given[f"{c}_angle"], given.get(f"{c}_rate", 0.0), given.get(f"{c}_accel", 0.0)) for c in self.cranks
+        }
+
+    def values(self, motion: Motion) -> dict[str, Any]:
+        """The answers from a motion."""
+        out: dict[str, Any] = {}
+        for kind, names, table in (("angle", self.links, motion.turns), ("slide", self.slides, motion.slides)):
+            for n in names:
+                s = table[n]
+                out |= {f"{n}_{kind}": s.x, f"{n}_{kind}_rate": s.v, f"{n}_{kind}_accel": s.a}
+        for n in self.points:
+            z = motion.points[n]
+            for a, part in (("x", np.real), ("y", np.imag)):
+                out |= {f"{n}_{a}{o}": part(w) for o, w in zip(ORDERS, (z.p, z.v, z.a), strict=True)}
+        return out
+
+    def _analytic(self, p: Any, given: Mapping[str, Any]) -> Answer:
+        chain, inputs = self.linkage(p), self.inputs(given)
+        motion = chain.solve(**inputs)
+        scalar = all(np.ndim(x) == 0 for v in inputs.values() for x in v)
+        listed = _listed(self, chain, inputs) if scalar else ()
+        for name, dyad in motion.dyads.items():
+            if not np.all(dyad.assembles):
+                gap = float(np.max(np.where(dyad.assembles, 0.0, dyad.gap)))
+                text = f"group {name} ({dyad.kind}) is {up_to(dyad.gap)}{gap:.6g} m short of meeting"
+                return Answer(
+                    status=Status.NO_ASSEMBLY, notes=(text,), details={"gap": gap}, modes=listed, solved=dyad.assembles
+                )
+        dead = [n for n, d in motion.dyads.items() if not np.all(d.regular)]
+        if dead:
+            text = f"group {', '.join(dead)} stands at a dead centre, where two modes meet: rates do not exist"
+            places = {k: v for k, v in self.values(motion).items() if not k.endswith(("_rate", "_accel"))}
+            return Answer(places, Status.BOUNDARY, (text,), modes=listed)
+        quality = {f"quality_{n}": d.quality for n, d in motion.dyads.items()}
+        return Answer(self.values(motion) | quality, modes=listed)
+
+    def _engine(self, engine: str, p: Any, given: Mapping[str, Any]) -> Answer:
+        try:
+            m = self.build(p, "minimal")
+        except (NoSolution, MechlabError) as never:
+            return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
+        start = None
+        chain = self.linkage(p)
+        motion = chain.solve(**self.inputs(given))
+        if all(np.all(d.assembles) for d in motion.dyads.values()):
+            start = coordinates(m, chain, motion, self.style(p))[0][0] + START_OFFSET
+        asked: dict[str, Any] = {}
+        for c in self.cranks:
+            asked |= {f"{c}_angle": given[f"{c}_angle"]}
+            asked |= {f"{c}_angle{s}": given.get(f"{c}{s}", 0.0) for s in ("_rate", "_accel")}
+        back = {f"{theirs}{s}": f"{ours}{s}" for ours, theirs in self.quantities.items() for s in ORDERS}
+        found = engine_answer(engine, m, asked, tuple(back), start=start)
+        named = {back[k]: v for k, v in found.values.items()}
+        return Answer(named, found.status, found.notes, cannot=found.cannot)
+
+    # -- scenes --------------------------------------------------------------------------------------------------------
+
+    def scenes(self) -> dict[str, SceneRecipe]:
+        """driven-crank: every crank turns steadily by inverse dynamics; free-run: let go at that speed."""
+
+        def make(name: str) -> Callable[[Any, str], Scene]:
+            def scene(p: Any, fidelity: str) -> Scene:
+                start = {f"{c}_angle": a for c, a in self.start(p).items()}
+                speed = {f"{c}_angle": w for c, w in self.speeds(p).items()}
+                turn = max((2 * np.pi / abs(w) for w in speed.values() if w), default=1.0)
+                ramps = tuple((n, Ramp(start[n], speed[n])) for n in start)
+                law = ComputedTorque(tuple(start), ramps, ((1e4, 200.0),) * len(start))
+                laws = (law,) if name == "driven-crank" else ()
+                if laws:
+                    return Scene(name, fidelity, turn, laws, start, speed, tolerance=1e-5, settings=DRIVEN)
+                return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4, settings=FREE, drives="free")
+
+            return scene
+
+        return {
+            "driven-crank": SceneRecipe(
+                make("driven-crank"), "minimal", "the cranks turn steadily, by inverse dynamics"
+            ),
+            "free-run": SceneRecipe(
+                make("free-run"), "minimal", "the cranks are let go at the speed of the driven scene"
+            ),
+        }
+
+    def reference(self, p: Any, scene: Scene) -> Recording:
+        """The driven scene in closed form. Raises MechlabError for a scene that is not driven so."""
+        law = scene.laws[0] if scene.laws else None
+        if not isinstance(law, ComputedTorque):
+            raise MechlabError(f"{self.name}: scene {scene.name!r} has no closed form; engines: mujoco, pinocchio.")
+        m, chain = self.build(p, "minimal"), self.linkage(p)
+        t = np.linspace(0.0, scene.duration, 1441)
+        inputs: dict[str, Any] = {}
+        for name, ramp in law.commands:
+            assert isinstance(ramp, Ramp)
+            inputs[name.removesuffix("_angle")] = (
+                ramp.value + ramp.rate * t,
+                np.full(len(t), ramp.rate),
+                np.zeros(len(t)),
+            )
+        q, v = coordinates(m, chain, chain.solve(**inputs).require(), self.style(p))
+        channels, units = basic_channels(m, q, v)
+        return Recording(
+            m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
+        )
+
+    # -- checks --------------------------------------------------------------------------------------------------------
+
+    def checks(self, letter: str) -> tuple[Check, ...]:
+        """Poses, rates and accelerations by three witnesses; a driven turn by MuJoCo against the closed form; masses, momenta,
+        energy and power of moving states."""
+        return (
+            Check(
+                f"{letter}1",
+                "positions, rates, accelerations from three witnesses",
+                self._check_pose,
+                "closed form, dyads",
+            ),
+            Check(
+                f"{letter}2",
+                "a driven run of MuJoCo against the closed form",
+                self._check_run,
+                "closed form, dyads",
+                slow=True,
+            ),
+            Check(f"{letter}3", mass_check.TEXT, self._check_mass, mass_check.SOURCE),
+        )
+
+    def _check_mass(self, p: Any) -> Measured:
+        start = self.start(p)
+        rates = {c: 1.3 - 0.4 * k for k, c in enumerate(self.cranks)}
+        positions = [{c: (start[c] + turn, rates[c], 0.0) for c in self.cranks} for turn in (0.0, 0.2)]
+        return compare_planar(self.build(p, "minimal"), self.linkage(p), positions, self.style(p))
+
+    def _check_pose(self, p: Any) -> Measured:
+        said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
+        start = self.start(p)
+        question = self.question()
+        for k in range(5):
+            given: dict[str, Any] = {}
+            for i, c in enumerate(self.cranks):
+                given |= {f"{c}_angle": start[c] + 0.11 * k * (-1) ** i, f"{c}_rate": 1.3, f"{c}_accel": -0.7}
+            found = self._analytic(p, given)
+            if found.status is not Status.SOLVED:
+                if k:
+                    continue  # beyond a limit
+                raise NoSolution(f"{self.name}: it does not assemble at the start: {'; '.join(found.notes)}")
+            for witness, ask in question.witnesses.items():
+                values = found.values if witness == "analytic" else ask(p, given).values
+                plain = [a for a in question.answers if a not in question.angles]
+                turned = [g(values[a]) for a in question.angles for g in (np.cos, np.sin)]
+                said[witness].append([*(values[a] for a in plain), *turned])
+        return Measured(
+            said,
+            1e-8,
+            note=f"{len(said['analytic'])} poses near the start: all quantities with rates and accelerations",
+        )
+
+    def _check_run(self, p: Any) -> Measured:
+        from mechlab.engines.mujoco import run
+
+        scene = self.scenes()["driven-crank"].make(p, "minimal")
+        scene = replace(scene, duration=0.37 * scene.duration)
+        truth = self.reference(p, scene)
+        settings = Settings(timestep=7e-4, timeconst=4.0)
+        found = run(self.build(p, "minimal"), scene, settings, [scene.duration])
+        names = [n for n in truth.mechanism.scalar_names if n in found.channels]
+        expected = [truth.channel(n)[-1] for n in names]
+        # Softness of MuJoCo's loops, tc = 2.8 ms: (1 - d) tc^2 x acceleration stays below 1e-6 here.
+        return Measured({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, expected, ", ".join(names))
+
+
+@lru_cache(maxsize=64)
+def _built(kit: Planar, p: Any) -> Mechanism:
+    return mechanism_of(kit.linkage(p), kit.start(p), kit.style(p), kit.summary)
+
+
+def _listed(kit: Planar, chain: Linkage, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], ...]:
+    out = []
+    for chosen, motion in chain.modes(**inputs):
+        label = " ".join(f"{n}{'+' if s > 0 else '-'}" for n, s in chosen.items()) or "only"
+        out.append({"label": label} | {k: float(v) for k, v in kit.values(motion).items() if np.isfinite(v)})
+    return tuple(out)

@@ -1,0 +1,155 @@
+"""An engine as a witness: it assembles the mechanism, then finds rates and accelerations, all by its own kinematics.
+
+Quantities are named as in `mechlab.kit.determined`. Only what the given ones determine is answered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import EngineMissing, NoSolution, unknown
+from mechlab.experiment.question import Answer
+from mechlab.kit.determined import LETTERS, determined, level, quantities, split
+from mechlab.mechanism import Mechanism, Status, singularity
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.size import coordinate_units, in_unit_of_length, is_length
+
+ENGINES = {"pinocchio": "mechlab.engines.pinocchio", "mujoco": "mechlab.engines.mujoco"}
+
+
+def room(engine: str) -> Any:
+    """The room of an engine; raises EngineMissing when the engine is not installed."""
+    if engine not in ENGINES:
+        raise unknown("engine", engine, ENGINES)
+    try:
+        return import_module(ENGINES[engine])
+    except ModuleNotFoundError as error:
+        raise EngineMissing(
+            f"{engine} is not installed ({error.name} is missing); pip install {'pin' if engine == 'pinocchio' else engine}."
+        ) from None
+
+
+def engine_answer(
+    engine: str,
+    m: Mechanism,
+    given: Mapping[str, Any],
+    wanted: Sequence[str],
+    start: ArrayLike | None = None,
+    steps: int = 10,
+    output: str | None = None,
+) -> Answer:
+    """The wanted quantities from the given ones, by one engine.
+
+    start: pose to begin from (default: the reference pose), in whose assembly mode the answer is; the engine checks and
+    closes it itself. output: a frame whose singular positions are reported (kind serial). A pose that does not close has
+    no values: its status and a note say why. Of the wanted quantities those are answered that the given ones determine; the
+    others stand in `Answer.open` and `Answer.idle`. A given coordinate without a given acceleration has 0 (`Answer.assumed`).
+    """
+    if m.length_scale != 1.0:
+        return _in_own_unit(engine, m, given, wanted, start, steps, output)
+    position, rate, accel = split(m, given)
+    try:
+        r = room(engine)
+        found = r.assemble(m, position, start=start, steps=steps)
+    except EngineMissing as missing:
+        return Answer(cannot=str(missing))
+    if not found.closed and not found.status.exit_code == 0:
+        return Answer(status=found.status, notes=(_why(m, position, found),))
+    what = determined(m, found.q, given, wanted)
+    answered = [key for key in wanted if key not in what.unfixed]
+    accel |= dict.fromkeys((level(m, key)[0] for key in what.assumed), 0.0)
+    try:
+        values = _motion(r, m, found.q, rate, accel, answered)
+    except NoSolution as cause:
+        return Answer(status=Status.BOUNDARY, notes=(str(cause),))
+    kinds = singularity(m, found.q, _output_rows(m, found.q, output))
+    values |= {key: 0.0 for key in what.assumed if key in values}  # exactly, not as the engine rounds it
+    answer = Answer(values, open=what.open, idle=what.idle, assumed=dict.fromkeys(what.assumed, 0.0))
+    if kinds:
+        sentence = f"singular position ({', '.join(kinds)})"
+        return replace(answer, status=Status.BOUNDARY, notes=(sentence,), details={"singular": list(kinds)})
+    return answer
+
+
+def _in_own_unit(
+    engine: str,
+    m: Mechanism,
+    given: Mapping[str, Any],
+    wanted: Sequence[str],
+    start: ArrayLike | None,
+    steps: int,
+    output: str | None,
+) -> Answer:
+    """`engine_answer` in the unit of length that fits the mechanism, so that its limits do; lengths are told in metres."""
+    unit = m.length_scale
+
+    def length(key: str) -> float:
+        return unit if is_length(m, key.removesuffix("_rate").removesuffix("_accel")) else 1.0
+
+    begin = None if start is None else np.asarray(start, dtype=float) / coordinate_units(m, unit)
+    scaled = {k: np.asarray(x) / length(k) if length(k) != 1.0 else x for k, x in given.items()}
+    answer = engine_answer(engine, in_unit_of_length(m, unit), scaled, wanted, begin, steps, output)
+    notes = tuple(f"{n} (lengths in units of {unit:g} m)" if " by " in n else n for n in answer.notes)
+    return replace(answer, values={k: x * length(k) for k, x in answer.values.items()}, notes=notes)
+
+
+def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:
+    """How near the search came: what of the given is missed, or what stays open."""
+    missed = {n: abs(float(m.value(n, found.q)) - float(given[n])) for n in given if n in m.scalar_names}
+    worst = max(missed, key=lambda n: missed[n]) if missed else ""
+    reached = f"; {worst} is missed by {missed[worst]:.4g}" if worst and missed[worst] > 1e-9 else ""
+    gap = f"; the loops stay open by {found.residual:.3g}" if found.residual > 1e-9 else ""
+    return found.status.value + reached + gap
+
+
+def _output_rows(m: Mechanism, q: Array, output: str | None) -> Array | None:
+    if output is None:
+        return None
+    from mechlab.mechanism import TreeKinematics
+
+    frame = m.frame(output)
+    tree = TreeKinematics(m, q)
+    rotation, origin = tree.pose(frame.body)
+    return tree.jacobian(frame.body, origin + rotation @ frame.placement.translation)
+
+
+def _motion(
+    r: Any, m: Mechanism, q: Array, rate: Mapping[str, float], accel: Mapping[str, float], wanted: Iterable[str]
+) -> dict[str, Any]:
+    v = r.rates(m, q, rate) if rate else np.zeros(m.nv)
+    a = r.accelerations_of(m, q, v, accel) if rate or accel else np.zeros(m.nv)
+    frames: dict[str, tuple[Array, Array, Array]] = {}
+    return {key: _quantity(r, m, key, q, v, a, frames) for key in wanted}
+
+
+def _quantity(
+    r: Any, m: Mechanism, key: str, q: Array, v: Array, a: Array, frames: dict[str, tuple[Array, Array, Array]]
+) -> float:
+    for suffix, vector in (("_rate", v), ("_accel", a)):
+        name = key.removesuffix(suffix)
+        if key.endswith(suffix) and name in m.scalar_names:
+            return float(m.row(name) @ vector)
+    if key in m.scalar_names:
+        return float(m.value(key, q))
+    for frame in m.frames:
+        rest = key.removeprefix(f"{frame.name}_")
+        if rest == key:
+            continue
+        if frame.name not in frames:
+            frames[frame.name] = r.frame_motion(m, frame.name, q, v, a)
+        pose, velocity, acceleration = frames[frame.name]
+        letter, _, order = rest.partition("_")
+        if letter not in LETTERS or order not in ("", "rate", "accel"):
+            continue
+        k = LETTERS.index(letter)
+        if k < 3:
+            return float({"": pose[k, 3], "rate": velocity[k], "accel": acceleration[k]}[order])
+        if order != "accel":
+            return float(velocity[k] if order == "" else acceleration[k])
+    raise unknown(f"{m.name}: quantity", key, quantities(m))

@@ -1,0 +1,1 @@
+"""The core that asks and runs: designs, answers, runs, accuracy, fidelity."""

@@ -1,0 +1,234 @@
+"""A branch of closed poses along one joint: reached by continuation once, then closed exactly at many places together."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+
+import numpy as np
+
+from mechlab.errors import NoSolution
+from mechlab.experiment.prices import price_of_poses
+from mechlab.integrate import count_work
+from mechlab.lab.accuracy.batch import BatchTree
+from mechlab.lab.accuracy.rules import BatchRows
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.geometry import Array
+
+STRIDE = 0.3
+"""No coordinate moves farther between two poses of the continuation [rad or m]."""
+SHORTEST = 5e-2
+"""Share of the first try below which a step of the continuation is given up."""
+CLOSED, NEARLY, EXPLORED = 1e-12, 1e-6, 1e-3
+"""Last correction of Newton's method: after it the error of the pose is its square, that of the tangent as large as it. While
+the branch is only explored, EXPLORED is enough; a full turn has to end where it began to NEARLY squared."""
+SLOPE_LIMIT = 15.0
+"""A joint that moves so many times faster than at the start, per motion of the one that counts, marks a limit position."""
+TURN = 2.0 * np.pi
+SPOILT = 1e-6
+"""Share of a solution that normal equations may be off before their step of refinement; else they are factored."""
+
+
+class Branch:
+    """Closed poses q(phi) through q0 (nv,), phi the coordinate of joint number `coordinate`.
+
+    Continuation predicts by the last three poses and tangents, which carries it through places where assembly modes meet
+    (the branch goes on smoothly there), and corrects by Newton. `turn`: what a full turn adds to q once it is known;
+    `patience`: so many tries of a step may fail before the joint is given up.
+    Raises NoSolution where the joint reaches a limit position.
+    """
+
+    def __init__(self, mechanism: Mechanism, q0: Array, coordinate: int, tree: BatchTree, rows: BatchRows) -> None:
+        self.mechanism, self.coordinate, self.tree, self.rows = mechanism, coordinate, tree, rows
+        self.others = np.array([k for k in range(mechanism.nv) if k != coordinate], dtype=int)
+        self.start = float(q0[coordinate])
+        self.columns = np.array([*self.others, mechanism.nv, coordinate], dtype=int)
+        self.turn: Array | None = None
+        self.patience = 10**9
+        self.limit = np.inf
+        if mechanism.nv == 1:
+            self.phi, self.q, self.u = [self.start], [q0], [np.ones(1)]
+            return
+        q, u = self.close(np.array([self.start]), q0[None])
+        self.limit = SLOPE_LIMIT * max(1.0, float(np.max(np.abs(u))))
+        self.phi, self.q, self.u = [self.start], [q[0]], [u[0]]
+
+    def seed(self, other: Branch) -> None:
+        """Take over the poses that another branch through the same pose has reached, along another joint."""
+        k = self.coordinate
+        q, u = np.array(other.q), np.array(other.u)
+        # closing the first pose along the other joint may have moved this one in its last digits
+        q[other.first, k] = self.start
+        order = np.argsort(q[:, k])
+        self.phi = q[order, k].tolist()
+        self.q, self.u = list(q[order]), list((u / u[:, k : k + 1])[order])
+
+    @property
+    def first(self) -> int:
+        """Number of the pose at the start."""
+        return bisect_left(self.phi, self.start)
+
+    def close(self, phi: Array, guess: Array, closed: float = CLOSED, near: float = 10.0) -> tuple[Array, Array]:
+        """Closed poses q (P, nv) at phi (P,) near `guess`, and tangents u = dq/dphi. Raises NoSolution, also where a correction
+        is larger than `near`."""
+        q = np.array(guess, dtype=float)
+        q[:, self.coordinate] = phi
+        u = np.zeros_like(q)
+        u[:, self.coordinate] = 1.0
+        if not self.rows.count or not len(self.others):
+            return q, u
+        count = len(self.others)
+        price = price_of_poses(len(q), self.mechanism.nv, solved=True)
+        for _ in range(8):
+            count_work(price)
+            system = self.rows.system(q)[:, :, self.columns]
+            try:
+                solved = _least_squares(system[:, :, :count], system[:, :, count:])
+            except np.linalg.LinAlgError:
+                raise NoSolution(f"{self.mechanism.name}: singular pose on the path") from None
+            correction = solved[:, :, 0]
+            q[:, self.others] -= correction
+            size = max(correction.max(), -correction.min())
+            if size < closed:
+                u[:, self.others] = -solved[:, :, 1]
+                if not max(u.max(), -u.min()) < self.limit:
+                    break
+                return q, u
+            if not size < near:
+                break
+        raise NoSolution(f"{self.mechanism.name}: the path of {self.name} cannot be followed here")
+
+    @property
+    def name(self) -> str:
+        """Name of the joint that counts."""
+        return self.mechanism.joints[self.coordinate].name
+
+    def extend(self, sign: int) -> float:
+        """One pose more at the end of the branch in the direction of `sign`; its phi. Raises NoSolution at a limit."""
+        last = range(len(self.phi) - 1, max(-1, len(self.phi) - 4), -1) if sign > 0 else range(min(3, len(self.phi)))
+        known = [(self.phi[k], self.q[k], self.u[k]) for k in last]
+        phi0, q0, u0 = known[0]
+        size = STRIDE / max(1.0, float(np.max(np.abs(u0))))
+        first = size
+        while size > SHORTEST * first and self.patience > 0:
+            phi = phi0 + sign * size
+            inside = abs(phi0 - self.start) < TURN - 1e-9
+            if self.tree.revolute[self.coordinate] and inside and abs(phi - self.start) > TURN:
+                phi = self.start + sign * TURN
+            guess = _hermite(known, phi)
+            try:
+                ends = abs(phi - self.start) > TURN - 1e-9
+                # a pose this far from its guess would be refused below
+                near = 0.2 * float(np.max(np.abs(guess - q0)))
+                q, u = self.close(np.array([phi]), guess[None], NEARLY if ends else EXPLORED, near)
+            except NoSolution:
+                size *= 0.25
+                self.patience -= 1
+                continue
+            moved, gone, bent, fast = (max(x.max(), -x.min()) for x in (q[0] - guess, q[0] - q0, u[0] - u0, u0))
+            if moved <= 0.1 * gone and bent <= 0.5 * fast + 0.5:
+                at = len(self.phi) if sign > 0 else 0
+                self.phi.insert(at, phi)
+                self.q.insert(at, q[0])
+                self.u.insert(at, u[0])
+                return phi
+            size *= 0.25
+            self.patience -= 1
+        raise NoSolution(f"{self.mechanism.name}: {self.name} cannot be moved beyond {phi0:.9g}: a limit position")
+
+    def close_turn(self, sign: int) -> bool:
+        """Whether the branch, extended by a full turn, is back in its first pose; then `turn` is known."""
+        k = len(self.phi) - 1 if sign > 0 else 0
+        if abs(abs(self.phi[k] - self.start) - TURN) > 1e-12:
+            return False
+        moved = (self.q[k] - self.q[self.first]) * sign
+        turns = np.where(self.tree.revolute, np.round(moved / TURN) * TURN, 0.0)
+        if np.max(np.abs(moved - turns)) > 1e-8:
+            return False
+        self.turn = turns
+        return True
+
+    def at(self, phi: Array, closed: float = CLOSED) -> tuple[Array, Array]:
+        """Closed poses q (P, nv) and tangents u (P, nv) at phi (P,) within the branch, or anywhere once it turns fully."""
+        if not self.rows.count and not len(self.others):
+            return phi[:, None].copy(), np.ones((len(phi), 1))
+        turns = np.zeros(len(phi))
+        low, high = self.phi[0], self.phi[-1]
+        if self.turn is not None:
+            turns = np.where((phi < low) | (phi > high), np.floor((phi - low) / TURN), 0.0)
+        inside = phi - turns * TURN
+        count = len(self.phi)
+        if count == 1:
+            guess = self.q[0] + (inside - self.phi[0])[:, None] * self.u[0]
+        else:
+            at = np.array(self.phi)
+            k = np.clip(np.searchsorted(at, inside) - 1, 0, count - 2)
+            h = (at[k + 1] - at[k])[:, None]
+            s = (inside - at[k])[:, None] / h
+            qs, us = np.array(self.q), np.array(self.u)
+            guess = (
+                (1 + 2 * s) * (1 - s) ** 2 * qs[k] + s * (1 - s) ** 2 * h * us[k]
+                + s * s * (3 - 2 * s) * qs[k + 1] - s * s * (1 - s) * h * us[k + 1]
+            )  # fmt: skip
+        q, u = self.close(inside, guess, closed)
+        if self.turn is not None:
+            q = q + turns[:, None] * self.turn
+        return q, u
+
+
+def next_coordinate(failed: Branch, left: list[int]) -> int | None:
+    """Of the joints left, the one that moves most steadily along the poses that were reached; None when all stop."""
+    u = np.array(failed.u)
+    steadiness = {k: float(np.min(u[:, k] * np.sign(u[0, k]) / np.max(np.abs(u), axis=1))) for k in left}
+    best = max(left, key=lambda k: steadiness[k], default=None)
+    return best if best is not None and steadiness[best] > 1.0 / SLOPE_LIMIT else None
+
+
+def _hermite(known: list[tuple[float, Array, Array]], phi: float) -> Array:
+    """The polynomial through up to three poses with their tangents, at phi."""
+    out = np.zeros_like(known[0][1])
+    for i, (x, q, u) in enumerate(known):
+        basis, slope = 1.0, 0.0
+        for j, (y, _, _) in enumerate(known):
+            if j != i:
+                basis *= ((phi - y) / (x - y)) ** 2
+                slope += 2.0 / (x - y)
+        out += (basis * (1.0 - slope * (phi - x))) * q + (basis * (phi - x)) * u
+    return out
+
+
+def _least_squares(matrices: Array, sides: Array) -> Array:
+    """(P, n, k) least-squares solutions of matrices (P, m, n) with m >= n; raises LinAlgError for a singular one."""
+    across = np.swapaxes(matrices, 1, 2)
+    try:
+        inverse = np.linalg.inv(across @ matrices)
+    except np.linalg.LinAlgError:
+        return _by_factors(matrices, sides)
+    found = inverse @ (across @ sides)
+    change = inverse @ (across @ (sides - matrices @ found))
+    found += change
+    # the step of refinement makes good what the squared condition number took, and tells how much that was
+    if not max(change.max(), -change.min()) < SPOILT * max(found.max(), -found.min(), 1e-6):
+        return _by_factors(matrices, sides)
+    return np.asarray(found)
+
+
+def _by_factors(matrices: Array, sides: Array) -> Array:
+    orthogonal, upper = np.linalg.qr(matrices)
+    return np.asarray(np.linalg.solve(upper, np.swapaxes(orthogonal, 1, 2) @ sides))
+
+
+def branches(mechanism: Mechanism, q0: Array, tree: BatchTree, rows: BatchRows) -> list[int]:
+    """Joints that may count, best first: the drives, then those that move fastest. Raises NoSolution where the pose has
+    not exactly one freedom."""
+    nv = mechanism.nv
+    if nv == 1:
+        return [0]
+    _, jacobian = rows.evaluate(q0[None])
+    _, sizes, vectors = np.linalg.svd(jacobian[0])
+    free = nv - int(np.sum(sizes > 1e-9 * max(1.0, sizes[0] if len(sizes) else 1.0)))
+    if free != 1:
+        raise NoSolution(f"{mechanism.name}: the start has {free} freedoms: a place where modes meet")
+    direction = np.abs(vectors[-1])
+    driven = {d.on for d in mechanism.drives}
+    order = sorted(range(nv), key=lambda k: (mechanism.joints[k].name not in driven, -direction[k]))
+    return [k for k in order if direction[k] > 0.05 * np.max(direction)]

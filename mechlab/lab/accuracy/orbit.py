@@ -1,0 +1,259 @@
+"""Where a motion of one freedom at constant energy goes: it swings between two turning points, turns on and on, or runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.errors import NoSolution
+from mechlab.lab.accuracy.branch import NEARLY, STRIDE, TURN, Branch
+from mechlab.lab.accuracy.conservative import OneJoint, Potential
+from mechlab.mechanism.geometry import Array
+
+MARGIN = 1.02
+MOST_TURNS = 20_000
+SAME = 1e-11
+OFFSET = 0.381966
+"""Share of a cell by which the nodes of a turn are shifted: places where modes meet like to be simple fractions of it."""
+
+ROUND = TURN * np.linspace(0.0, 1.0, 33)[1:]
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """phi as a smooth function of x on [low, high], along which time only increases.
+
+    kind "swing": phi = middle - radius cos x; "turn": phi = start + sign x; "run": phi = corner + sign x^2 from a turning
+    point, or start + sign x without one. x0: where the motion starts; forward: whether x increases there.
+    """
+
+    kind: str
+    low: float
+    high: float
+    x0: float
+    forward: bool
+    cells: int
+    middle: float = 0.0
+    radius: float = 0.0
+    sign: int = 1
+    square: bool = False
+
+    def phi(self, x: Array) -> Array:
+        """phi(x)."""
+        if self.kind == "swing":
+            return np.asarray(self.middle - self.radius * np.cos(x))
+        return self.middle + self.sign * (x * x if self.square else x)
+
+    def slope(self, x: Array) -> Array:
+        """|dphi/dx|."""
+        if self.kind == "swing":
+            return np.asarray(self.radius * np.abs(np.sin(x)))
+        return 2.0 * np.abs(x) if self.square else np.ones_like(x)
+
+    def turning(self, along: Array) -> NDArray[np.bool_] | None:
+        """Which of the slopes |dphi/dx| vanish at a turning point, together with the speed; None where there is none."""
+        if self.kind != "swing" and not self.square:
+            return None
+        return np.asarray(along < 1e-7 * (self.radius if self.kind == "swing" else 1.0))
+
+    def at_turning(self, inertia: Array, force: Array) -> Array:
+        """The limit of dt/dx at a turning point, from J and |dV/dphi|."""
+        return np.asarray(np.sqrt((self.radius if self.kind == "swing" else 2.0) * inertia / force))
+
+
+@dataclass(frozen=True)
+class _End:
+    what: str
+    phi: float
+    time: float
+    fastest: float
+
+
+Node = tuple[float, float, float, float]
+"""phi, J, V, dV/dphi."""
+AHEAD = 2
+STRAIGHT = 1e-2
+"""Nearer than this, a pose is looked for along the tangent of the last one."""
+
+
+class Explorer:
+    """Follows the branch from its start until it is known where the motion goes within `duration`."""
+
+    def __init__(self, branch: Branch, energies: Potential, rate: float, duration: float) -> None:
+        self.branch, self.energies, self.duration = branch, energies, duration
+        at = branch.first
+        if isinstance(energies, OneJoint):
+            j, v, slope = energies.at(branch.start)
+        else:
+            j, v, slope = (float(x[0]) for x in energies(branch.q[at][None], branch.u[at][None]))
+        self.rate = rate
+        self.energy = 0.5 * j * rate**2 + v
+        self.first = (branch.start, j, v)
+        if not j > 0.0:
+            raise NoSolution("the freedom has no inertia")
+        self.push = -slope
+        self.drift: dict[int, float] = {}
+
+    def orbit(self) -> Orbit:
+        """The orbit. Raises NoSolution where it cannot be told: an equilibrium, a limit position of the joint."""
+        start = self.branch.start
+        small = 1e-12 * max(abs(self.energy), abs(self.first[2]), 1e-300)
+        if self.rate == 0.0 and abs(self.push) <= small:
+            raise NoSolution("it stands in an equilibrium")
+        sign = 1 if (self.rate or self.push) > 0 else -1
+        ahead = self.reach(sign, self.duration * MARGIN)
+        if ahead.what == "turn":
+            cells = 4
+            low = OFFSET * TURN / cells
+            return Orbit("turn", low, low + TURN, TURN, True, cells, start, sign=sign)
+        if self.rate == 0.0:
+            behind = _End("corner", start, 0.0, 0.0)
+        elif ahead.what == "corner":
+            behind = self.reach(-sign, self.duration * MARGIN - 2.0 * ahead.time)
+        else:
+            slow = self.rate**2 < 0.2 * ahead.fastest**2
+            behind = self.reach(-sign, self.duration, most=4) if slow else _End("time", start, 0.0, 0.0)
+        if ahead.what == "corner" and behind.what == "corner":
+            low, high = sorted((ahead.phi, behind.phi))
+            middle, radius = 0.5 * (low + high), 0.5 * (high - low)
+            x0 = math.acos(min(1.0, max(-1.0, (middle - start) / radius)))
+            if self.rate == 0.0:
+                x0 = 0.0 if start == low else math.pi
+            return Orbit("swing", 0.0, math.pi, x0, sign > 0, 1, middle, radius)
+        if ahead.what == "corner" or behind.what == "corner":
+            toward = ahead.what == "corner"
+            corner = ahead.phi if toward else behind.phi
+            away = -sign if toward else sign
+            far = behind.phi if toward else ahead.phi
+            x0 = float(np.sqrt(abs(start - corner))) * (-1.0 if toward else 1.0)
+            high = float(np.sqrt(abs(far - corner)))
+            high = max(high, abs(x0))
+            return Orbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=away, square=True)
+        length = abs(ahead.phi - start)
+        return Orbit("run", 0.0, length, 0.0, True, _cells(length), start, sign=sign)
+
+    def reach(self, sign: int, budget: float, most: int = 10**9) -> _End:
+        """Go on until a turning point, a full turn after which everything repeats, or the end of the time."""
+        phi, _, v = self.first
+        w, time, fastest, count = abs(self.rate), 0.0, abs(self.rate), 0
+        slope = -self.push
+        for new, j_new, v_new, slope_new in self._nodes(sign):
+            square = 2.0 * (self.energy - v_new) / j_new
+            if square <= 0.0:
+                corner = self._corner((phi, v, slope), (new, v_new, slope_new))
+                return _End("corner", corner, time + 2.0 * abs(corner - phi) / max(w, 1e-300), fastest)
+            w_new = math.sqrt(square)
+            time += 2.0 * abs(new - phi) / (w + w_new)
+            fastest, count = max(fastest, w_new), count + 1
+            phi, v, slope, w = new, v_new, slope_new, w_new
+            around = self.branch.turn is not None and abs(phi - self.branch.start) > TURN - 1e-9
+            if around and abs(self.drift[sign]) <= SAME * max(abs(self.energy), abs(v)):
+                return _End("turn", phi, time, fastest)
+            if time > budget or count >= most:
+                break
+        return _End("time", phi, time, fastest)
+
+    def _nodes(self, sign: int) -> Iterator[Node]:
+        """phi, J, V, dV/dphi one after the other; after a full turn those of the first turn again, shifted by its work."""
+        b = self.branch
+        seen: list[Node] = []
+        if b.turn is None:
+            ends = list(range(b.first + 1, len(b.phi)) if sign > 0 else range(b.first - 1, -1, -1))
+            if ends:
+                seen += self._told(ends)
+                yield from seen
+            ended: list[NoSolution] = []
+            while sign not in self.drift:
+                before = len(b.phi)
+                turned = self._ahead(sign, seen[-1] if seen else (*self.first, -self.push), ended)
+                more = len(b.phi) - before
+                new = (
+                    self._told(list(range(before, len(b.phi)) if sign > 0 else range(more - 1, -1, -1))) if more else []
+                )
+                seen += new
+                if turned:
+                    self.drift[sign] = seen[-1][2] - self.first[2]
+                yield from new
+                if ended:
+                    raise ended[0]
+        else:
+            phis = b.start + sign * ROUND
+            seen = _nodes(phis, *self.energies(*b.at(phis)))
+            self.drift[sign] = seen[-1][2] - self.first[2]
+            yield from seen
+        for turn in range(1, MOST_TURNS):
+            for phi, jk, vk, dk in seen:
+                yield phi + sign * turn * TURN, jk, vk + turn * self.drift[sign], dk
+
+    def _ahead(self, sign: int, last: Node, ended: list[NoSolution]) -> bool:
+        """One pose more, or some together where no turning point is near: evaluations of many cost little more than of one.
+        Whether a turn is full; why the branch ends goes into `ended`."""
+        _, _, height, slope = last
+        near = self.energy - height < 2.0 * AHEAD * STRIDE * sign * slope
+        for _ in range(1 if near else AHEAD):
+            try:
+                self.branch.extend(sign)
+            except NoSolution as cause:
+                ended.append(cause)
+                return False
+            if self.branch.close_turn(sign):
+                return True
+        return False
+
+    def _told(self, numbers: list[int]) -> list[Node]:
+        """The poses of these numbers on the branch."""
+        b = self.branch
+        phi, q, u = (np.array([x[k] for k in numbers]) for x in (b.phi, b.q, b.u))
+        return _nodes(phi, *self.energies(q, u))
+
+    def _corner(self, inside: tuple[float, float, float], outside: tuple[float, float, float]) -> float:
+        """The turning point between two (phi, V, dV/dphi): Newton from that of the cubic through them, kept between them."""
+        good, bad = inside[0], outside[0]
+        phi = _crossing(inside, outside, self.energy)
+        q, u, last = None, None, phi
+        for _ in range(60):
+            if isinstance(self.energies, OneJoint):
+                _, v, slope = self.energies.at(phi)
+            else:
+                at = np.array([phi])
+                if q is None or u is None or self.branch.turn is not None or abs(phi - last) > STRAIGHT:
+                    q, u = self.branch.at(at, NEARLY)
+                else:
+                    q, u = self.branch.close(at, q + (phi - last) * u, NEARLY)
+                _, v, slope = (float(x[0]) for x in self.energies(q, u))
+            last, missing = phi, self.energy - v
+            good, bad = (phi, bad) if missing > 0.0 else (good, phi)
+            new = phi + missing / slope if slope else 0.5 * (good + bad)
+            room = abs(bad - good)
+            if not min(good, bad) - room <= new <= max(good, bad) + room:
+                new = 0.5 * (good + bad)
+            # Newton squares its step, so that nothing is left of one below the root of the rounding unit
+            if abs(new - phi) <= 1e-9 * max(1.0, abs(phi)):
+                return new
+            phi = new
+        return phi
+
+
+def _crossing(inside: tuple[float, float, float], outside: tuple[float, float, float], level: float) -> float:
+    """Where the cubic through two (x, y, slope) takes the value `level` between them, to a thousandth of their distance."""
+    (x0, y0, d0), (x1, y1, d1) = inside, outside
+    h = x1 - x0
+    low, high = 0.0, 1.0
+    for _ in range(12):
+        s = 0.5 * (low + high)
+        r = 1.0 - s
+        y = r * r * ((1.0 + 2.0 * s) * y0 + s * h * d0) + s * s * ((3.0 - 2.0 * s) * y1 - r * h * d1)
+        low, high = (s, high) if y < level else (low, s)
+    return x0 + 0.5 * (low + high) * h
+
+
+def _nodes(phi: Array, inertia: Array, height: Array, slope: Array) -> list[Node]:
+    return list(zip(phi.tolist(), inertia.tolist(), height.tolist(), slope.tolist(), strict=True))
+
+
+def _cells(length: float) -> int:
+    return max(1, int(np.ceil(abs(length))))

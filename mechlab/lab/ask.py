@@ -1,0 +1,212 @@
+"""Asking a design: the question that the given keys make, put to every witness; the generic question for any Mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.parameters import checked, describe, entry_units
+from mechlab.experiment.question import Answer, Answers, Question, choose, one_spelling
+from mechlab.kit.determined import quantities, split
+from mechlab.kit.witness import engine_answer
+from mechlab.lab.design import Design
+from mechlab.lab.lag_question import asks_lag, lag_question
+from mechlab.lab.power_flow import asks_power_flow, power_flow_question
+from mechlab.mechanism import Mechanism, Status
+from mechlab.tables import number, table
+from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
+
+
+def parameters_and_rest(
+    entry_parameters: type[Any], values: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The keys that are parameters, and the others."""
+    names = {i.name for i in describe(entry_parameters)}
+    return {k: v for k, v in values.items() if k in names}, {k: v for k, v in values.items() if k not in names}
+
+
+def ask(design: Design, given: Mapping[str, Any]) -> Answers:
+    """The answers of all witnesses to the question that the given keys make.
+
+    Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
+    """
+    values = {k: numeric(k, v) for k, v in in_si(design, given).items()}
+    entry = design.entry
+    values = one_spelling(entry.questions, values, design.name)
+    keys = set(values)
+    special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
+    if special:
+        question = choose(entry.questions, keys, design.name)
+    elif asks_lag(keys):
+        question = lag_question(design, values)
+    elif asks_power_flow(keys):
+        question = power_flow_question(design, values)
+    else:
+        question = generic_question(design, values)
+    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
+    answers = {
+        name: replace(a, assumed=assumed | dict(a.assumed))
+        for name, a in ((n, _ask_one(n, w, design, assumed | values)) for n, w in question.witnesses.items())
+    }
+    done = Answers(
+        question.name, answers, question.angles, question.units, _parameters(design), values, design.warnings,
+        question.tolerance, question.size,
+    )  # fmt: skip
+    if done.open and not any(a.modes or a.values.keys() - a.assumed.keys() for a in answers.values()):
+        raise MechlabError(
+            f"{design.name}: what is given ({', '.join(values)}) determines nothing else: "
+            + "; ".join(x.sentence for x in done.open) + "."
+        )  # fmt: skip
+    return done
+
+
+def in_si(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of keys that are no parameters: text is read; raises MechlabError for a unit that does not fit its key."""
+    if not any(has_unit(v) or isinstance(v, str) for v in values.values()):
+        return dict(values)
+    return checked(values, entry_units(design.entry, [_asked_mechanism(design)]))
+
+
+def _asked_mechanism(design: Design) -> Mechanism:
+    """The mechanism of the generic question."""
+    return design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+
+
+def _parameters(design: Design) -> dict[str, Any]:
+    return {i.name: getattr(design.parameters, i.name) for i in describe(design.entry.parameters)}
+
+
+def numeric(key: str, value: Any) -> Any:
+    """A float, or an array of a list or range; raises MechlabError that names the key."""
+    if isinstance(value, str):
+        value = parse_value(key, value)
+    if hasattr(value, "points"):
+        value = value.points()
+    try:
+        array = np.asarray([float(x) for x in value] if isinstance(value, tuple | list) else value, dtype=float)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{key}: expected a number, got {value!r}.") from None
+    if not np.all(np.isfinite(array)):
+        raise MechlabError(f"{key}: expected a finite number, got {value!r}.")
+    if np.any(np.abs(array) > LARGEST_NUMBER):
+        raise MechlabError(
+            f"{key}: a number beyond {LARGEST_NUMBER:g}, got {value!r}: its powers leave the range of doubles."
+        )
+    return float(array) if array.ndim == 0 else array
+
+
+def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any]) -> Answer:
+    """One witness; the closed form takes arrays at once, an engine one pose after the other."""
+    try:
+        shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
+    except ValueError as error:
+        raise MechlabError(f"{design.name}: the given arrays do not broadcast: {error}.") from None
+    try:
+        if not shape:
+            return _plain(witness(design.parameters, values))
+        if name == "analytic":
+            return _plain(witness(design.parameters, values))
+        flat = {k: np.broadcast_to(v, shape).ravel() for k, v in values.items()}
+        said = [
+            witness(design.parameters, {k: float(v[i]) for k, v in flat.items()}) for i in range(int(np.prod(shape)))
+        ]
+    except EngineMissing as missing:
+        return Answer(cannot=str(missing))
+    if any(a.cannot for a in said):
+        return next(a for a in said if a.cannot)
+    worst = max(said, key=lambda a: (a.status.exit_code, a.status is not Status.SOLVED))
+    keys = [k for k in said[0].values if all(k in a.values for a in said)]
+    arrays = {k: np.array([a.values[k] for a in said]).reshape(shape) for k in keys}
+    loosest = max(said, key=lambda a: sum(len(x.quantities) for x in a.open))
+    return Answer(arrays, worst.status, worst.notes, open=loosest.open, idle=said[0].idle, assumed=said[0].assumed)
+
+
+def _plain(answer: Answer) -> Answer:
+    """Zero-dimensional arrays as floats."""
+    return replace(answer, values={k: float(v) if np.ndim(v) == 0 else v for k, v in answer.values.items()})
+
+
+def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
+    """The question every Mechanism answers: joint, shaft and frame names, with rates and accelerations."""
+    m = _asked_mechanism(design)
+    known = set(quantities(m))
+    strange = sorted(set(values) - known)
+    if strange:
+        asked = {k for q in design.entry.questions for k in (*q.given, *q.optional)}
+        raise unknown(
+            f"{design.name}: quantity", strange[0], known | asked | {i.name for i in describe(design.entry.parameters)}
+        )
+    if not values:
+        listing = "; ".join(" ".join(q.given) for q in design.entry.questions)
+        raise MechlabError(
+            f"{design.name}: nothing is given. Give joints, shafts or points (with _rate, _accel): {', '.join(m.scalar_names)}"
+            + (f"; or one of: {listing}." if listing else ".")
+        )
+    wanted = _wanted(m, values)
+
+    def witness(engine: str) -> Any:
+        return lambda p, given: engine_answer(engine, m, given, wanted)
+
+    slides = {j.name for j in m.joints if j.kind == "prismatic"}
+    angles = tuple(k for k in m.scalar_names if k not in slides)
+    return Question(
+        "generic",
+        tuple(values),
+        wanted,
+        {"pinocchio": witness("pinocchio"), "mujoco": witness("mujoco")},
+        angles=angles,
+    )
+
+
+def _wanted(m: Mechanism, values: Mapping[str, Any]) -> tuple[str, ...]:
+    position, rate, accel = split(m, dict.fromkeys(values, 0.0))
+    points = [f"{f.name}_{a}" for f in m.frames for a in "xyz"]
+    names = [*m.scalar_names, *points]
+    wanted = [n for n in names if n not in values] if position else []
+    if rate or accel:
+        wanted += [f"{n}_rate" for n in names if f"{n}_rate" not in values]
+        wanted += [f"{n}_accel" for n in names if f"{n}_accel" not in values]
+    return tuple(wanted)
+
+
+def answers_text(answers: Answers) -> str:
+    """A table with a column for each witness, the largest difference, the status and the notes."""
+    names = list(answers.answers)
+    keys = list(dict.fromkeys(k for a in answers.answers.values() for k in a.values))
+    rows = [
+        [k, answers.units.get(k, ""), *(number(a.values.get(k), 10) for a in answers.answers.values())] for k in keys
+    ]
+    parts = [table(["quantity", "unit", *names], rows)] if rows else []
+    for name, answer in answers.answers.items():
+        if answer.cannot:
+            parts.append(f"{name}: {answer.cannot}")
+        if answer.modes:
+            labels = list(dict.fromkeys(k for mode in answer.modes for k in mode))
+            parts.append(
+                f"{name}: {len(answer.modes)} modes\n"
+                + table(labels, [[number(mode.get(k), 8) for k in labels] for mode in answer.modes])
+            )
+        parts += [_detail_table(k, v) for k, v in answer.details.items() if _is_table(v)]
+        parts += [f"{name}: {note}" for note in answer.notes]
+    parts += answers.remarks
+    difference = answers.max_difference
+    if difference is not None:
+        parts.append(f"largest difference between witnesses: {difference:.3g}")
+    parts.append(f"status: {answers.status.value}")
+    parts += [f"warning: {w}" for w in answers.warnings]
+    return "\n".join(parts)
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)
+
+
+def _detail_table(title: str, rows: list[Mapping[str, Any]]) -> str:
+    """The flat columns of what a witness lists."""
+    heads = [k for k, x in rows[0].items() if not isinstance(x, Mapping)]
+    cells = [[x if isinstance(x := r[k], str) else number(x, 8) for k in heads] for r in rows]
+    return f"{title}\n{table(heads, cells)}"

@@ -1,0 +1,311 @@
+"""A design: an entry with chosen parameters. It makes mechanisms, scenes and engine models; it is what `load` gives."""
+
+from __future__ import annotations
+
+import inspect
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, make_dataclass, replace
+from dataclasses import fields as dataclass_fields
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.acting import acting, drive_law
+from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.laws import Constant
+from mechlab.experiment.parameters import checked, describe, make, mechanism_units, parameter
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.naming import refuse_parameters
+from mechlab.mechanism.structure import Structure, structure
+
+HOLD, FREE = "hold", "free-motion"
+"""The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
+AUTO = "auto"
+"""As the fidelity of a scene or a run: the cheapest that answers what is needed; see `mechlab.lab.fidelity`."""
+
+
+LONGEST = 1e6
+"""Simulated time [s] of a run."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """An entry and its parameters. `given` are the parameters that the user set (they outrank those of a scene)."""
+
+    entry: Entry
+    parameters: Any
+    given: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.entry.name
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on doubtful parameters."""
+        return self.entry.warnings(self.parameters) if self.entry.warnings else ()
+
+    def fidelity(self, fidelity: str | None = None) -> str:
+        """The fidelity asked for, or the default one; raises MechlabError that lists them."""
+        if fidelity is None:
+            return self.entry.default_fidelity
+        if fidelity not in self.entry.fidelities:
+            raise unknown(f"{self.name}: fidelity", fidelity, self.entry.fidelities)
+        return fidelity
+
+    def mechanism(self, fidelity: str | None = None) -> Mechanism:
+        """The mechanism at a fidelity. Raises MechlabError for `kinematic`, which is closed form only."""
+        chosen = self.fidelity(fidelity)
+        if chosen == "kinematic":
+            others = [f for f in self.entry.fidelities if f != "kinematic"]
+            raise MechlabError(
+                f"{self.name}: fidelity 'kinematic' is closed form only and has no Mechanism; the cheapest that has one is {others[0]!r}."
+            )
+        return self.entry.build(self.parameters, chosen)
+
+    def structure(self, fidelity: str | None = None) -> Structure:
+        """Degrees of freedom, redundancies, independent coordinates."""
+        return structure(self.mechanism(fidelity))
+
+    def to_mujoco(self, fidelity: str | None = None, settings: Settings | None = None) -> tuple[Any, Any]:
+        """(MjModel, MjData) of the generated MJCF, in the reference pose."""
+        from mechlab.engines.mujoco import to_mujoco
+
+        return to_mujoco(self.mechanism(fidelity), settings)
+
+    def to_pinocchio(self, fidelity: str | None = None) -> tuple[Any, Any]:
+        """(pinocchio.Model, ConstraintSet): the tree, and what closes and couples it."""
+        from mechlab.engines.pinocchio import to_pinocchio
+        from mechlab.mechanism import ConstraintSet
+
+        m = self.mechanism(fidelity)
+        return to_pinocchio(m).model, ConstraintSet(m)
+
+    def save(self, out: Any, fidelity: str | None = None) -> dict[str, Any]:
+        """Write NAME.xml, scene.xml, NAME.urdf, NAME.json and geometry; each is reloaded by its consumer first.
+
+        Warns (UserWarning) where NAME.xml says another timestep or integrator than `file_settings`, because it needs that to
+        run in plain MuJoCo, or where none was found with which it runs.
+        """
+        from mechlab.lab.generate import write_verified
+
+        made = write_verified(self.mechanism(fidelity), out, self.file_settings)
+        for text in made.trial.warnings:
+            warnings.warn(f"{self.name}: {text}", stacklevel=2)
+        return made.files
+
+    @property
+    def file_settings(self) -> Settings:
+        """What the MJCF file says of timestep and integrator: as the default scene where MuJoCo runs it, so that the file
+        does not diverge in other people's hands."""
+        settings = self.scene(fidelity=self.entry.default_fidelity).settings
+        return settings if settings.engine == "mujoco" else Settings()
+
+    def show(self, fidelity: str | None = None) -> None:
+        """Print parameters, bodies, freedoms, scenes and questions."""
+        from mechlab.studies.sheet import describe_design
+
+        print(describe_design(self, fidelity).text())
+
+    def _repr_html_(self) -> str:
+        from mechlab.studies.sheet import describe_design
+
+        return describe_design(self, None).html()
+
+    # -- scenes --------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def default_scene(self) -> str:
+        """The scene that is run when none is named: that of the entry; `free-motion` for `hold` of nothing."""
+        chosen = self.entry.default_scene
+        if chosen == HOLD and FREE in self.entry.scenes and not holding(self.mechanism(self.entry.default_fidelity)):
+            return FREE
+        return chosen
+
+    def scene(
+        self,
+        name: str | None = None,
+        fidelity: str | None = None,
+        duration: float | None = None,
+        extra: Mapping[str, float] | None = None,
+    ) -> Scene:
+        """A scene with the user's changes, and what the declared drives do in it (`mechlab.experiment.acting`). `extra`
+        holds initial values X_0, X_rate_0 and constant loads X_force, which act beside everything else.
+
+        Parameters of the scene outrank defaults, those that the user gave outrank the scene's.
+        Raises MechlabError for unknown names.
+        """
+        chosen = name or self.default_scene
+        recipe = self.recipe(chosen)
+        p = replace(self.parameters, **{k: v for k, v in recipe.overrides.items() if k not in self.given})
+        level = self.fidelity(self._resolved(fidelity or recipe.fidelity, chosen, duration, extra))
+        scene = recipe.make(p, level)
+        if duration is not None:
+            if not duration > 0.0:
+                raise MechlabError(f"{self.name}: duration must be positive, got {duration:g} s.")
+            if not duration <= LONGEST:
+                raise MechlabError(f"{self.name}: duration must be at most {LONGEST:g} s, got {duration:g} s.")
+            scene = replace(scene, duration=duration)
+        if level != "kinematic" and scene.drives == "hold":
+            scene = acting(self.mechanism(level), scene)
+        return replace(with_extra(self, scene, extra or {}), name=chosen)
+
+    def recipe(self, name: str | None) -> SceneRecipe:
+        """The recipe of a scene (default: the entry's); raises MechlabError that lists the scenes."""
+        chosen = name or self.default_scene
+        if chosen not in self.entry.scenes:
+            raise unknown(f"{self.name}: scene", chosen, self.entry.scenes)
+        return self.entry.scenes[chosen]
+
+    def _resolved(self, fidelity: str, scene: str, duration: float | None, extra: Mapping[str, float] | None) -> str:
+        """The fidelity; for "auto" the cheapest that answers what the scene needs."""
+        if fidelity != AUTO:
+            return fidelity
+        from mechlab.lab.fidelity import choose
+
+        return choose(self, scene, None, duration, extra).chosen
+
+    def for_scene(self, name: str | None) -> Design:
+        """The same design with the overrides of a scene taken into its parameters."""
+        changes = {k: v for k, v in self.recipe(name).overrides.items() if k not in self.given}
+        return replace(self, parameters=replace(self.parameters, **changes))
+
+
+def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | None = None) -> tuple[str, ...]:
+    """Those of the changed parameters that make no difference to the mechanism: scenes alone look at them."""
+    made = design(base.entry, dict(base.given) | dict(changes))
+    moved = [k for k in changes if getattr(made.parameters, k) != getattr(base.parameters, k)]
+    if not moved:
+        return ()
+    whole = made.mechanism(fidelity)
+    out = []
+    for key in moved:
+        less = {k: v for k, v in changes.items() if k != key}
+        try:
+            if design(base.entry, dict(base.given) | less).mechanism(fidelity) == whole:
+                out.append(key)
+        except MechlabError:  # the other changes cannot be without this one
+            continue
+    return tuple(out)
+
+
+def initial_keys(mechanism: Mechanism) -> tuple[str, ...]:
+    """What can be given to a simulation beside parameters: X_0, X_rate_0, X_force for every joint and shaft X."""
+    return tuple(f"{n}{s}" for n in mechanism.scalar_names for s in ("_0", "_rate_0", "_force"))
+
+
+def with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Scene:
+    """The scene with initial values X_0, X_rate_0 and constant loads X_force added; raises MechlabError for other keys."""
+    if not extra:
+        return scene
+    m = design.mechanism(scene.fidelity)
+    names = set(m.scalar_names)
+    extra = checked(extra, mechanism_units(m))
+    initial, rates, laws = dict(scene.initial), dict(scene.initial_rates), list(scene.laws)
+    for key, value in extra.items():
+        for suffix, take in (("_rate_0", rates), ("_0", initial)):
+            if key.endswith(suffix) and key.removesuffix(suffix) in names:
+                take[key.removesuffix(suffix)] = float(value)
+                break
+        else:
+            if key.endswith("_force") and key.removesuffix("_force") in names:
+                laws.append(Constant(key.removesuffix("_force"), float(value)))
+                continue
+            raise unknown(
+                f"{design.name}: quantity",
+                key,
+                {*initial_keys(m), *(i.name for i in describe(design.entry.parameters))},
+            )
+    return replace(scene, initial=initial, initial_rates=rates, laws=tuple(laws))
+
+
+def design(entry: Entry, values: Mapping[str, Any]) -> Design:
+    """A design from an entry and parameter values; raises MechlabError for unknown names or values out of range."""
+    chosen = make(entry.parameters, values, entry.name)
+    given = {k: getattr(chosen, k) for k in values}
+    return Design(entry, chosen, given)
+
+
+# -- mechanisms without an entry -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class NoParameters:
+    """A bare Mechanism has no parameters."""
+
+
+def entry_of(mechanism: Mechanism) -> Entry:
+    """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`."""
+    made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary)
+    if holding(mechanism):
+        return made
+    return replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
+
+
+def entry_of_function(function: Callable[..., Mechanism], name: str | None = None) -> Entry:
+    """An entry for a user's function: its keyword arguments are the parameters, their defaults give the kinds.
+
+    Raises MechlabError when an argument has no default.
+    """
+    fields: list[tuple[str, type, Any]] = []
+    for key, argument in inspect.signature(function).parameters.items():
+        if argument.default is inspect.Parameter.empty or argument.kind in (
+            argument.VAR_KEYWORD,
+            argument.VAR_POSITIONAL,
+        ):
+            raise MechlabError(
+                f"{function.__name__}: argument {key!r} needs a default value; it becomes a parameter of the mechanism."
+            )
+        fields.append((key, _kind(argument.default), parameter(argument.default, "", "")))
+    cls = make_dataclass(f"{function.__name__}_parameters", fields, frozen=True)
+
+    def build(p: Any, fidelity: str) -> Mechanism:
+        made = function(**asdict(p))
+        if not isinstance(made, Mechanism):
+            raise MechlabError(
+                f"{function.__name__}() returned {type(made).__name__}, expected a Mechanism: "
+                "end it with `return b.build()` or `return b.assemble(guess)`."
+            )
+        refuse_parameters(made, [f.name for f in dataclass_fields(p)])
+        return made
+
+    summary = (inspect.getdoc(function) or "").split("\n")[0]
+    return _entry(name or function.__name__, cls, build, summary)
+
+
+def _kind(default: object) -> type:
+    if isinstance(default, tuple):
+        return tuple[int, ...] if all(isinstance(x, int) for x in default) else tuple[float, ...]
+    for kind in (Fraction, str):
+        if isinstance(default, kind):
+            return kind
+    return float
+
+
+def holding(mechanism: Mechanism) -> bool:
+    """Whether a drive of the mechanism gives a force while nothing is asked of it."""
+    return any(drive_law(mechanism, d) is not None for d in mechanism.drives)
+
+
+def _entry(name: str, cls: type[Any], build: Callable[[Any, str], Mechanism], summary: str) -> Entry:
+    def hold(p: Any, fidelity: str) -> Scene:
+        return Scene(HOLD, fidelity, 2.0, text="the drives hold their targets against weight, springs and loads")
+
+    def free(p: Any, fidelity: str) -> Scene:
+        return Scene(
+            FREE, fidelity, 2.0, text="the mechanism moves under its own weight from the given initial state",
+            drives="free",
+        )  # fmt: skip
+
+    return Entry(
+        name=name, title=name, summary=summary, parameters=cls, build=build, fidelities={"full": "as written"},
+        default_fidelity="full", default_scene=HOLD,
+        scenes={
+            HOLD: SceneRecipe(hold, "full", "gravity, springs and the drives, which hold their targets"),
+            FREE: SceneRecipe(free, "full", "moves freely from its initial state, its drives released"),
+        },
+    )  # fmt: skip

@@ -1,0 +1,127 @@
+"""Settings by nature: dry friction, and motors and drives faster than a step, ask for other settings than smooth motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from mechlab.experiment.acting import held_drives
+from mechlab.experiment.laws import DcMotor, Law, Servo
+from mechlab.experiment.recording import Finding, Recording
+from mechlab.experiment.scene import PRESETS, Scene, Settings
+from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism.structure import null_space
+
+FRICTION_STEP = 1e-4
+"""Timestep [s] for dry friction in MuJoCo, whose error is of first order in it whatever the integrator."""
+FASTEST = 2e-5
+"""Time constants of motors below this [s] are not resolved by any step that is taken unasked."""
+ADAPTIVE = ("DOP853", "Radau")
+RESOLVED = 0.5
+"""Timestep times the fastest eigenvalue of the drives that hold, at most: RK4 is unstable above 2.78, and leaves an error of
+a hundredth of a transient at 1."""
+FINEST = 1e-4
+"""Timestep [s] below which drives that hold are not resolved by RK4 but taken implicitly."""
+
+
+def by_nature(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
+    """The settings of a scene for MuJoCo, where nobody chose any: `stiff` for dry friction, and for a motor whose time
+    constant is shorter than the timestep, with a step that resolves it; for drives that hold a step that resolves them, or
+    `stiff`, which is implicit in them, where that would be shorter than FINEST; as they are for everything else."""
+    if settings.engine != "mujoco":
+        base, wanted = PRESETS["accurate"], PRESETS["stiff"]
+    elif settings.preset == "accurate":
+        base, wanted = settings, replace(settings, integrator="discrete", preset="stiff")
+    else:
+        return settings
+    resolving = max(FASTEST, min((x for x in map(lag, scene.laws) if x), default=math.inf))
+    if rough(mechanism):
+        return replace(wanted, timestep=min(base.timestep, FRICTION_STEP, resolving))
+    if resolving < base.timestep:
+        return replace(wanted, timestep=min(PRESETS["stiff"].timestep, resolving))
+    step = drive_step(mechanism, scene)
+    if step < FINEST:
+        return replace(wanted, timestep=min(base.timestep, PRESETS["stiff"].timestep))
+    return replace(base, timestep=step) if step < base.timestep else base
+
+
+def drive_step(mechanism: Mechanism, scene: Scene) -> float:
+    """The largest timestep [s] that resolves the drives that hold, RESOLVED / |eigenvalue| rounded down to 1, 2 or 5 of a
+    decimal place; infinite without such drives.
+
+    The eigenvalue is the largest of M a + C v + K q = 0 at the reference pose, on the motions that the constraints allow, with the
+    stiffness K and damping C of those drives alone.
+    """
+    servos = [law for law in held_drives(scene.laws) if isinstance(law, Servo)]
+    if not servos:
+        return math.inf
+    tree = TreeKinematics(mechanism)
+    constraints = ConstraintSet(mechanism)
+    basis = null_space(constraints.jacobian(tree)) if constraints.rows else np.eye(mechanism.nv)
+    n, rows = basis.shape[1], np.array([mechanism.row(law.on) for law in servos]) @ basis
+    k, c = (rows.T * [getattr(law, what) for law in servos] @ rows for what in ("stiffness", "damping"))
+    lower = -np.linalg.lstsq(basis.T @ tree.mass_matrix() @ basis, np.hstack([k, c]), rcond=None)[0]
+    values = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower]))
+    fastest = float(np.max(np.abs(values), initial=0.0))
+    if not fastest:
+        return math.inf
+    step = RESOLVED / fastest
+    power = 10.0 ** math.floor(math.log10(step))
+    return max(m for m in (1.0, 2.0, 5.0) if m * power <= step * (1.0 + 1e-9)) * power
+
+
+def rough(mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of the joints and shafts with dry friction."""
+    joints = [j.name for j in mechanism.joints if j.friction]
+    return (*joints, *(s.name for s in mechanism.shafts if s.friction))
+
+
+def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
+    """Settings of MuJoCo whose rows are soft in another way: what that changes in accelerations and reactions does not go with
+    the step. None for other engines, and where there are no rows."""
+    if settings.engine != "mujoco" or not (mechanism.loops or mechanism.relations):
+        return None
+    hard = PRESETS["accurate"]
+    if settings.timeconst is None:
+        return replace(settings, timeconst=hard.timeconst, impedance=hard.impedance)
+    return replace(settings, timeconst=2.0 * settings.timeconst)
+
+
+def lag(law: Law) -> float:
+    """Time constant [s] of a motor that a run has to follow; 0 for other laws and for a motor without."""
+    return law.inductance / law.resistance if isinstance(law, DcMotor) else 0.0
+
+
+def with_static_motors(scene: Scene, settings: Settings) -> Scene:
+    """The scene with the motors that are faster than a step on their static line: torque over speed without lag.
+
+    A step is the timestep of the settings; FASTEST for methods that control their steps, which would need thousands of
+    them for nothing. A closed form has its own motor.
+    """
+    if settings.engine == "analytic":
+        return scene
+    adaptive = settings.engine == "hybrid" or settings.integrator in ADAPTIVE
+    step = FASTEST if adaptive else settings.timestep
+    laws = tuple(law.static() if isinstance(law, DcMotor) and 0.0 < lag(law) < step else law for law in scene.laws)
+    return scene if laws == scene.laws else replace(scene, laws=laws)
+
+
+def motor_findings(scene: Scene, recording: Recording) -> tuple[Finding, ...]:
+    """One finding for each motor whose lag was left out: the way that the motion is ahead by for it, lag x change of the rate, an
+    error beyond the tolerance of the scene."""
+    out = []
+    for law in scene.laws:
+        if isinstance(law, DcMotor) and law.neglected:
+            text = (
+                f"the motor on {law.on} follows its static line, torque over speed: its time constant of "
+                f"{law.neglected:.3g} s is shorter than a step, which puts the motion ahead by up to"
+            )
+            rate = recording.v @ recording.mechanism.row(law.on)
+            ahead = law.neglected * float(np.max(np.abs(rate - rate[0])))
+            unit = recording.units.get(law.on, "rad")
+            severity = "error" if ahead > scene.tolerance else "warning"
+            text += f" {ahead:.2g} {unit} (tolerance {scene.tolerance:g}); a timestep below it follows the motor"
+            out.append(Finding("static_motor", ahead, scene.tolerance, unit, severity, text))
+    return tuple(out)

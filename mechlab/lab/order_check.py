@@ -1,0 +1,111 @@
+"""The observed order of a run on demand: whether its error falls with the timestep as that of its method should."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.errors import expected_order, observed_order, order_finding
+from mechlab.experiment.recording import Finding, Health, Recording
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.witness import room
+from mechlab.lab.nature import with_static_motors
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.parts import Joint, Shaft
+
+ORDER_STEPS, ORDER_OUTPUTS = 400, 40
+"""Steps of the piece of an order check, and how often its three runs are compared."""
+FILE_STEPS = 4
+"""Steps between two outputs in the coarsest run of an order check of a file."""
+_CORNERS = ("held_rates", "one_sided_stop", "constant_power", "table")
+
+
+def fixed_steps(settings: Settings) -> bool:
+    """Whether the engine takes the steps that it is told."""
+    return settings.engine in ("mujoco", "pinocchio", "one_freedom") and settings.integrator not in ("DOP853", "Radau")
+
+
+def with_order(recording: Recording, scene: Scene) -> Recording:
+    """The recording with the finding "order": its method on the first ORDER_STEPS steps of the scene, at its timestep, half
+    and quarter of it."""
+    s, m = recording.settings, recording.mechanism
+    if not fixed_steps(s):
+        text = f"{s.engine} ({s.integrator}) controls its steps by its tolerance {s.tolerance:g}: there is no order to check"
+        return replace(recording, health=recording.health + Health((Finding("order", 0.0, 0.0, "", "ok", text),)))
+    scene = with_static_motors(scene, s)
+    steps = max(1, min(ORDER_STEPS, int(scene.duration / s.timestep + 1e-9)))
+    outputs = max(1, min(ORDER_OUTPUTS, steps))
+    piece = replace(scene, duration=steps // outputs * outputs * s.timestep)
+    expected = expected_order(s, bool(m.loops or m.relations))
+    order = observed_order(lambda h: _states(m, piece, replace(s, timestep=h), outputs), s.timestep, expected)
+    found = order_finding(order, s.timestep, suspects(m, scene, s))
+    return replace(recording, health=recording.health + Health((found,)))
+
+
+def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, between: float) -> Finding:
+    """The finding "order" of RK4 on any MuJoCo model: run(integrator, hard, steps between two outputs) gives a FileTrace."""
+    step = between / FILE_STEPS
+
+    def points(h: float) -> Array:
+        found = run("RK4", hard, round(between / h))
+        return np.asarray(found.points).reshape(len(found.points), -1)
+
+    expected = 2 if hard else 4
+    suspects = {
+        "an actuator with a state (activation), which MuJoCo integrates in first order beside RK4": model.na,
+        "dry friction": np.any(model.dof_frictionloss) or np.any(model.tendon_frictionloss),
+        "contacts": np.any(model.geom_contype) and model.ngeom > 1,
+        "limits": np.any(model.jnt_limited) or np.any(model.tendon_limited),
+        "soft constraints, which switch on and off or have a width": model.neq,
+    }
+    return order_finding(
+        observed_order(points, step, expected), step, [text for text, there in suspects.items() if there]
+    )
+
+
+def _states(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
+    """(n, nq) coordinates at `outputs` + 1 even times; fewer for a run that ended early."""
+    try:
+        if settings.engine == "mujoco":
+            room("mujoco")
+            from mechlab.engines.mujoco.trace import trace
+
+            return trace(mechanism, scene, settings, outputs).q
+        times = np.linspace(0.0, scene.duration, outputs + 1)
+        if settings.engine == "one_freedom":
+            from mechlab.engines.own.one_freedom import run
+
+            return run(mechanism, scene, settings, times).q
+        found: Recording = room("pinocchio").run(mechanism, scene, settings, times)
+        return found.q
+    except MechlabError:
+        return np.zeros((0, mechanism.nq))
+
+
+def suspects(mechanism: Mechanism, scene: Scene, settings: Settings) -> Iterator[str]:
+    """What is known to lower the order of RK4."""
+    items: list[Joint | Shaft] = [*mechanism.joints, *mechanism.shafts]
+    rough = [x.name for x in items if x.friction]
+    if rough:
+        how = (
+            "is a soft row with corners in MuJoCo" if settings.engine == "mujoco" else "is smoothed over a narrow band"
+        )
+        yield f"the dry friction of {', '.join(rough)}, which {how}"
+    stops = [j.name for j in mechanism.joints if j.range is not None]
+    if stops:
+        yield f"the ends of the range of {', '.join(stops)}"
+    for law in scene.laws:
+        if law.kind in _CORNERS or np.isfinite(getattr(law, "limit", np.inf)):
+            yield f"the corners of the law {law.kind}"
+        elif law.kind not in _BUILT_IN:
+            yield f"the law {law.kind}, if it holds its force over a step instead of following the state"
+
+
+_BUILT_IN = (
+    "constant", "harmonic", "servo", "motor", "dc_motor", "viscous", "viscous_between", "computed_torque",
+)  # fmt: skip

@@ -1,0 +1,328 @@
+"""A Mechanism of gears made ready for its power flow, and a case of it: speeds, torques, losses, read from the given keys.
+
+Power flow of any train of gears: `solve NAME X_rate=… X_force=… efficiency=…` on a Mechanism of gear relations.
+
+X_rate: speeds of as many joints or shafts as there are freedoms [rad/s]; X_force: external torques [N m], the others are
+found; efficiency: of every mesh; MESH_efficiency: of one. Power goes into a member where force x rate > 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.power_flow import Flow, TrainMesh, circulating_power, efficiency, flow
+from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
+from mechlab.experiment.question import Answer, Question
+from mechlab.kit.witness import room
+from mechlab.lab.design import Design
+from mechlab.mechanism import GROUND, Mechanism
+from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.mesh_roles import MeshRoles, mesh_roles
+
+FORCE, RATE, ETA = "_force", "_rate", "efficiency"
+
+
+@dataclass(frozen=True)
+class Train:
+    """A Mechanism of gears, made ready: roles of all meshes, exact null-space basis, members by number."""
+
+    mechanism: Mechanism
+    roles: tuple[MeshRoles, ...]
+    basis: AngleBasis
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """Bodies, the ground first."""
+        return (GROUND, *(b.name for b in self.mechanism.bodies))
+
+    @property
+    def meshes(self) -> tuple[TrainMesh, ...]:
+        """The meshes for the closed form."""
+        at = {n: k for k, n in enumerate(self.members)}
+        return tuple(
+            TrainMesh(at[r.a], at[r.b], at[r.carrier], r.alpha, r.beta, r.rate_a, r.rate_b, r.total_a, r.total_b)
+            for r in self.roles
+        )
+
+    @property
+    def terminals(self) -> tuple[str, ...]:
+        """What an external torque may act on without being named: joints on the ground, and whatever is driven."""
+        grounded = [j.name for b in self.mechanism.bodies if b.parent == GROUND for j in b.joints]
+        return tuple(dict.fromkeys([*grounded, *(d.on for d in self.mechanism.drives)]))
+
+
+@lru_cache(maxsize=32)
+def train(m: Mechanism) -> Train:
+    """The train of a Mechanism. Raises MechlabError when its constraints are not all meshes of gears."""
+    if not m.relations:
+        raise MechlabError(f"{m.name}: it has no gear relations, so there is no power flow to find.")
+    basis = dependent_angles(m)
+    return Train(m, tuple(mesh_roles(m, r) for r in m.relations), basis)
+
+
+def geared(design: Design) -> Mechanism:
+    """The cheapest fidelity whose meshes are relations. Raises MechlabError when there is none."""
+    for level in design.entry.fidelities:
+        if level != "kinematic":
+            m = design.mechanism(level)
+            if m.relations and not m.loops:
+                return m
+    raise MechlabError(
+        f"{design.name}: X_force and efficiency ask for the power flow of a train of gears, and no fidelity of it "
+        f"({', '.join(design.entry.fidelities)}) consists of gear relations alone."
+    )
+
+
+@dataclass(frozen=True)
+class Case:
+    """Joint rates (nv,), mesh efficiencies (m,), given torques, members whose torque is open, members taken as free."""
+
+    rates: Array
+    eta: Array
+    given: dict[str, float]
+    open: tuple[str, ...]
+    free: tuple[str, ...]
+
+
+def case_of(t: Train, given: Mapping[str, float]) -> Case:
+    """The case that keys X_rate, X_force, efficiency and MESH_efficiency make. Raises MechlabError for too few of them."""
+    m = t.mechanism
+    forces = {k.removesuffix(FORCE): float(x) for k, x in given.items() if k.endswith(FORCE)}
+    rates = _rates(t, {k.removesuffix(RATE): float(x) for k, x in given.items() if k.endswith(RATE)})
+    common = float(given.get(ETA, 1.0))
+    eta = np.array([float(given.get(f"{r.name}_{ETA}", common)) for r in t.roles])
+    if np.any(eta <= 0.0) or np.any(eta > 1.0):
+        raise MechlabError(
+            f"{m.name}: efficiency: expected numbers above 0 and up to 1, got {sorted(set(eta.tolist()))}."
+        )
+    if not any(forces.values()):
+        raise MechlabError(
+            f"{m.name}: give a torque other than 0, for example {t.terminals[0]}{FORCE}=1 [N m]; "
+            f"members: {', '.join(m.scalar_names)}."
+        )
+    count = len(t.basis.independent)
+    left = [n for n in t.terminals if n not in forces]
+    free: tuple[str, ...] = ()
+    if len(left) > count:
+        driven = {d.on for d in m.drives}
+        kept = [n for n in left if n in driven]
+        if not 0 < len(kept) <= count:
+            raise MechlabError(
+                f"{m.name}: the torques of {', '.join(left)} are open, but {count} can be found. "
+                f"Give {', '.join(f'{n}{FORCE}' for n in left)} for some (0 for a member that nothing drives or loads)."
+            )
+        free, left = tuple(n for n in left if n not in driven), kept
+    return Case(rates, eta, forces, tuple(left), free)
+
+
+def _rates(t: Train, given: Mapping[str, float]) -> Array:
+    """(nv,) joint rates from the given ones, exact basis. Raises MechlabError for too few, NoSolution for a contradiction."""
+    m, k = t.mechanism, t.basis.matrix
+    rows = np.array([m.row(n) for n in given]).reshape(-1, m.nv) @ k
+    count = k.shape[1]
+    rank = int(np.linalg.matrix_rank(rows, tol=1e-12)) if len(rows) else 0
+    if rank < count:
+        raise MechlabError(
+            f"{m.name}: {count} speeds fix the train, {rank} given. Give X{RATE} of {count} of: {', '.join(m.scalar_names)} "
+            "(0 for a member that is held)."
+        )
+    wanted = np.array(list(given.values()))
+    if len(given) == count and all(n in t.basis.joints for n in given):
+        exact = dependent_angles(m, tuple(given))  # a member given as held then stands still to the last digit
+        return exact.angles([given[n] for n in exact.independent])
+    y = np.linalg.lstsq(rows, wanted, rcond=1e-12)[0]
+    gap = np.abs(rows @ y - wanted)
+    if gap.max() > 1e-9 * max(1.0, float(np.abs(wanted).max())):
+        raise NoSolution(
+            f"{m.name}: these speeds contradict the teeth: {list(given)[int(np.argmax(gap))]}{RATE} is missed by "
+            f"{gap.max():.3g} rad/s. Give {count} of them."
+        )
+    return np.asarray(k @ y)
+
+
+def asks_power_flow(keys: set[str]) -> bool:
+    """True when the keys ask for torques or efficiencies."""
+    return any(k.endswith((FORCE, f"_{ETA}")) or k == ETA for k in keys)
+
+
+def power_flow_question(design: Design, values: Mapping[str, Any]) -> Question:
+    """The question that X_rate, X_force and efficiency make. Raises MechlabError for unknown keys."""
+    t = train(geared(design))
+    m = t.mechanism
+    names = m.scalar_names
+    known = {*(f"{n}{RATE}" for n in names), *(f"{n}{FORCE}" for n in names), ETA,
+             *(f"{r.name}_{ETA}" for r in t.roles)}  # fmt: skip
+    for key in values:
+        if key not in known:
+            raise unknown(f"{design.name}: power flow: quantity", key, known)
+    units = {f"{n}{RATE}": "rad/s" for n in names} | {f"{n}{FORCE}": "N m" for n in names} | {"circulating": "W"}
+    wanted = tuple(f"{n}{RATE}" for n in names if f"{n}{RATE}" not in values)
+
+    def engine(title: str) -> Any:
+        return lambda p, given: _engine(title, t, given)
+
+    return Question(
+        "power flow", tuple(values), wanted,
+        {"analytic": lambda p, given: _analytic(t, given), "pinocchio": engine("pinocchio"), "mujoco": engine("mujoco")},
+        units=units, text="speeds, torques, power through every mesh and carrier, efficiency both ways",
+    )  # fmt: skip
+
+
+# -- the closed form -------------------------------------------------------------------------------------------------
+
+
+def _solve(t: Train, case: Case, given: Mapping[str, float], left: tuple[str, ...]) -> tuple[Flow, dict[str, float]]:
+    """The flow, and all external torques by name."""
+    rows = [t.mechanism.row(n) for n in given]
+    found = flow(t.meshes, case.rates, case.eta, rows, list(given.values()), [t.mechanism.row(n) for n in left])
+    return found, dict(given) | dict(zip(left, found.torques.tolist(), strict=True))
+
+
+def _powers(t: Train, case: Case, torques: Mapping[str, float]) -> dict[str, float]:
+    return {n: x * float(t.mechanism.row(n) @ case.rates) for n, x in torques.items()}
+
+
+def _analytic(t: Train, given: Mapping[str, Any]) -> Answer:
+    """One case, or the values (without the lists) of arrays of cases."""
+    shape = np.broadcast_shapes(*(np.shape(x) for x in given.values()))
+    if not shape:
+        return _one(t, {k: float(x) for k, x in given.items()})
+    flat = {k: np.broadcast_to(x, shape).ravel() for k, x in given.items()}
+    said = [_one(t, {k: float(x[i]) for k, x in flat.items()}) for i in range(int(np.prod(shape)))]
+    keys = [k for k in said[0].values if all(k in a.values for a in said)]
+    return Answer(
+        {k: np.array([a.values[k] for a in said]).reshape(shape) for k in keys}, said[0].status, said[0].notes
+    )
+
+
+def _one(t: Train, given: Mapping[str, float]) -> Answer:
+    m, case = t.mechanism, case_of(t, given)
+    found, torques = _solve(t, case, case.given, case.open)
+    powers = _powers(t, case, torques)
+    values: dict[str, Any] = {
+        f"{n}{RATE}": float(m.row(n) @ case.rates) for n in m.scalar_names if f"{n}{RATE}" not in given
+    }
+    values |= {f"{n}{FORCE}": torques[n] for n in case.open}
+    notes = [f"{n}: free, no torque (it has no drive and none was given)" for n in case.free]
+    if found.shared:
+        notes.append(
+            "meshes that repeat each other share the load equally: real planets share by their stiffness and errors"
+        )
+    details: dict[str, Any] = {
+        "members": [{"member": n, "torque": x, "rate": float(m.row(n) @ case.rates), "power": powers[n]} for n, x in torques.items()],
+        "meshes": _mesh_list(t, found, case.eta), "carriers": _carrier_list(t, found, case),
+        "losses": float(found.meshes.loss.sum()),
+    }  # fmt: skip
+    who = np.array([[x.a, x.b, x.carrier] for x in t.meshes])
+    through = np.column_stack([found.meshes.power_a, found.meshes.power_b, found.meshes.power_carrier])
+    values["circulating"] = circulating_power(who, through)
+    ahead = efficiency(list(powers.values()))
+    if ahead is not None:
+        put_in = sum(x for x in powers.values() if x > 0.0)
+        values["rolling_over_input"] = float(np.max(found.meshes.rolling)) / put_in
+        values["efficiency_forward"] = ahead
+    back, sentence = _backward(t, case, torques, powers)
+    if back is not None:
+        values["efficiency_backward"] = back
+        details["self_locking"] = back <= 0.0
+    notes += [sentence] if sentence else []
+    return Answer(values, notes=tuple(notes), details=details)
+
+
+def _backward(
+    t: Train, case: Case, torques: Mapping[str, float], powers: Mapping[str, float]
+) -> tuple[float | None, str]:
+    """Efficiency when the output drives at the same speeds; not positive: it cannot, power must come from both ends."""
+    active = [n for n, x in powers.items() if abs(x) > 1e-12 * max(map(abs, powers.values()))]
+    outputs = [n for n in active if powers[n] < 0.0]
+    inputs = [n for n in active if powers[n] > 0.0]
+    loaded = [n for n, x in case.given.items() if x != 0.0]
+    if not inputs or not outputs or len(loaded) != 1:
+        return None, "the efficiency backwards needs one given torque, and power that goes in and comes out"
+    output = min(outputs, key=lambda n: powers[n])
+    given = {n: 0.0 for n, x in torques.items() if x == 0.0} | {output: -torques[output]}
+    left = tuple(n for n in torques if n not in given)
+    try:
+        _, back = _solve(t, case, given, left)
+    except NoSolution as cause:
+        return None, f"backwards: {cause}"
+    p = _powers(t, case, back)
+    put_in, taken_out = sum(p[n] for n in outputs), -sum(p[n] for n in inputs)
+    if put_in <= 0.0:
+        return None, "backwards no power goes in at the output"
+    ratio = taken_out / put_in
+    if ratio <= 0.0:
+        return (
+            ratio,
+            f"self-locking: {output} cannot drive it, {', '.join(inputs)} must help with {-ratio:.3g} of its power",
+        )
+    return ratio, ""
+
+
+def _mesh_list(t: Train, found: Flow, eta: Array) -> list[dict[str, Any]]:
+    f = found.meshes
+    out = []
+    for k, r in enumerate(t.roles):
+        toward = float(f.toward_b[k])
+        out.append({
+            "mesh": r.name, "from": r.a if toward >= 0 else r.b, "to": r.b if toward >= 0 else r.a, "carrier": r.carrier,
+            "rolling_power": float(f.rolling[k]), "loss": float(f.loss[k]), "efficiency": float(eta[k]),
+            "power_to_carrier": float(f.power_carrier[k]),
+            "torques": {r.a: float(f.torque_a[k]), r.b: float(f.torque_b[k])},
+            "power_to": {r.a: float(f.power_a[k]), r.b: float(f.power_b[k])},
+        })  # fmt: skip
+    return out
+
+
+def _carrier_list(t: Train, found: Flow, case: Case) -> list[dict[str, Any]]:
+    """Coupling power of every carrier that moves: what its meshes give to it and take from it."""
+    out = []
+    for name in dict.fromkeys(r.carrier for r in t.roles if r.carrier != GROUND):
+        parts = [float(found.meshes.power_carrier[k]) for k, r in enumerate(t.roles) if r.carrier == name]
+        got, given = sum(x for x in parts if x > 0), -sum(x for x in parts if x < 0)
+        joint = t.mechanism.body(name).joints[0].name
+        out.append({
+            "carrier": name, "rate": float(t.mechanism.row(joint) @ case.rates), "coupling_power": max(got, given),
+            "taken_from_meshes": got, "given_to_meshes": given,
+        })  # fmt: skip
+    return out
+
+
+# -- the engines -----------------------------------------------------------------------------------------------------
+
+
+def _engine(title: str, t: Train, given: Mapping[str, float]) -> Answer:
+    """Speeds, and without losses torques, from the engine's own constraint Jacobian in the reference pose."""
+    m, case = t.mechanism, case_of(t, given)
+    try:
+        jacobian = _jacobian(title, m)
+    except EngineMissing as missing:
+        return Answer(cannot=str(missing))
+    speeds = {k.removesuffix(RATE): float(x) for k, x in given.items() if k.endswith(RATE)}
+    matrix = np.vstack([jacobian, *[m.row(n)[None] for n in speeds]])
+    wanted = np.concatenate([np.zeros(len(jacobian)), list(speeds.values())])
+    v = np.linalg.lstsq(matrix, wanted, rcond=1e-12)[0]
+    values: dict[str, Any] = {f"{n}{RATE}": float(m.row(n) @ v) for n in m.scalar_names if f"{n}{RATE}" not in given}
+    if np.any(case.eta < 1.0):
+        return Answer(values, notes=("speeds only: the engine's gears have no losses",))
+    columns = np.vstack([jacobian, *[m.row(n)[None] for n in case.open]]).T
+    load = sum((x * m.row(n) for n, x in case.given.items()), np.zeros(m.nv))
+    solution = np.linalg.lstsq(columns, -load, rcond=1e-11)[0][len(jacobian) :]
+    return Answer(values | {f"{n}{FORCE}": float(x) for n, x in zip(case.open, solution, strict=True)})
+
+
+def _jacobian(title: str, m: Mechanism) -> Array:
+    if title == "pinocchio":
+        from mechlab.mechanism import ConstraintSet
+
+        return ConstraintSet(m).jacobian(room("pinocchio").PinKinematics(m))
+    simulate = room("mujoco")
+    model, data = simulate.to_mujoco(m)
+    view = simulate.MujocoMap(m, model)
+    return np.asarray(view.rates(simulate.equality_jacobian(model, data)))

@@ -1,0 +1,224 @@
+"""What the timestep of a run costs in accuracy: an error for each channel, from further runs of the whole scene.
+
+    d(k) = max_t |x(h) - x(k h)|,     error of x(h) from d(2) and d(4), by the order that they show (`experiment.order`)
+
+Where the run at 2 h does not come through, or leaves the positions with more than the tolerance of the scene, h / 2 decides:
+an error that is large because 2 h is unstable is none of the run. With kinks in the motion (impacts, dry friction, limits)
+two runs may agree by accident, and 2 h / 3 is asked as well. Every run is as long as the scene, so that an estimate costs .75
+of the run, at most 4.25. What MuJoCo's rows do to accelerations and forces by being soft does not go with the step: with loops
+or gears a run of another softness is added, once more the cost of the run. Engines that control their steps are repeated at
+LOOSER times their tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.errors import (
+    differences,
+    error_between,
+    error_from_coarser,
+    error_from_finer,
+    expected_order,
+    largest_difference,
+    shared_times,
+    step_error_finding,
+)
+from mechlab.experiment.held_rates import captured
+from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.lab.by_engine import run_by_engine
+from mechlab.lab.nature import other_softness
+from mechlab.lab.order_check import fixed_steps, suspects
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.structure import nearest_to_singular
+
+Again = Callable[[Scene, Settings, Array], Recording]
+"""A scene once more, with other settings, at given times at least."""
+FEWEST = 8
+"""A run of fewer steps is compared with half the timestep: there are no four of 4 h to compare with."""
+ACCIDENT = 8.0
+"""2 h off by so many times more than h / 2: with kinks in the motion that may be luck, and a third run is asked."""
+JUMP = 4.0
+"""A step between samples so many times its neighbours is a jump."""
+PASS, LOOKED_AT = 0.05, 250
+"""A run that comes nearer to a singular position than this share of its usual distance passes it; so many samples are looked at."""
+LOOSER = 10.0
+"""An error falls almost as the tolerance, so that the change is close to ten times the error."""
+
+
+def with_step_error(recording: Recording, scene: Scene, again: Again | None = None) -> Recording:
+    """The recording of a scene with the errors of its channels and the finding "step_error" (see the module), where there are
+    any: not for a run that ended early. `again` makes the same scene with other settings; default: the engine alone."""
+    if recording.t[-1] < scene.duration * (1.0 - 1e-9) or len(recording.t) < 2:
+        return recording
+    estimate = _Estimate(recording, scene, again or partial(run_by_engine, recording.mechanism))
+    if fixed_steps(recording.settings):
+        errors, finding = estimate.by_steps()
+        errors, passed = estimate.past_singular(estimate.with_softness(errors))
+        recording = recording if passed is None else replace(recording, health=recording.health + Health((passed,)))
+        if estimate.kinks:
+            errors = {n: max(x, jump(recording.channels[n])) for n, x in errors.items()}
+    else:
+        errors, finding = estimate.by_tolerance()
+    return replace(recording, errors=errors, health=recording.health + Health((finding,)))
+
+
+@dataclass(frozen=True)
+class _Changes:
+    """Largest change of every channel against another run, and of every coordinate."""
+
+    channels: Mapping[str, float]
+    coordinates: Array
+
+    @property
+    def largest(self) -> float:
+        """That of the coordinates [rad or m]."""
+        return float(np.max(self.coordinates, initial=0.0))
+
+
+class _Estimate:
+    """The errors of one run."""
+
+    def __init__(self, recording: Recording, scene: Scene, again: Again) -> None:
+        self.recording, self.scene, self.again, self.settings = recording, scene, again, recording.settings
+        m = recording.mechanism
+        self.order = expected_order(self.settings, bool(m.loops or m.relations))
+        self.kinks = any(True for _ in suspects(m, scene, self.settings))
+
+    def by_steps(self) -> tuple[dict[str, float], Finding]:
+        """Errors and finding of a run with fixed steps."""
+        h, tolerance = self.settings.timestep, self.scene.tolerance
+        enough = self.scene.duration >= FEWEST * h * (1.0 - 1e-9)
+        twice = self.at(2.0) if enough else None
+        if twice is not None and error_from_coarser(twice.largest, 0.0, self.order) <= tolerance:
+            fourfold = self.at(4.0)
+            errors, value = self.combined(twice, fourfold)
+            if value <= tolerance:
+                return errors, step_error_finding(value, tolerance, _text((2.0 * h, twice), (4.0 * h, fourfold)))
+        half = self.at(0.5)
+        if half is not None:
+            third = self.at(2.0 / 3.0) if self.lucky(twice, half) else None
+            errors, value = self.refined(half, third, None if self.kinks else twice)
+            return errors, step_error_finding(value, tolerance, _text((0.5 * h, half), (2.0 * h / 3.0, third)))
+        if twice is not None:
+            errors, value = self.combined(twice, None)
+            return errors, step_error_finding(value, tolerance, _text((2.0 * h, twice)))
+        text = "the run comes through neither at twice the timestep nor at half of it: its error cannot be estimated"
+        return {}, Finding("step_error", math.inf, tolerance, "rad or m", "error", text)
+
+    def with_softness(self, errors: dict[str, float]) -> dict[str, float]:
+        """The errors with what another softness of MuJoCo's rows changes in accelerations and forces. Positions and rates
+        have it in theirs: the softness goes with the step."""
+        other = other_softness(self.recording.mechanism, self.settings)
+        if other is None or not errors:
+            return errors
+        found = self.run(other, self.scene, self.recording.t)
+        m = self.recording.mechanism
+        states = basic_channels(m, self.recording.q[:1], self.recording.v[:1])[0]
+        more = {n: math.inf if found is None else found.channels[n] for n in errors if n not in states}
+        return {n: e + more.get(n, 0.0) for n, e in errors.items()}
+
+    def past_singular(self, errors: dict[str, float]) -> tuple[dict[str, float], Finding | None]:
+        """The errors with none told of accelerations and forces where the run passes a singular position of the constraints,
+        and the finding that says so: there they hang on how rows are softened or regularised, and smaller steps change them
+        more than larger ones do."""
+        r, m = self.recording, self.recording.mechanism
+        some = np.unique(np.linspace(0, len(r.t) - 1, min(len(r.t), LOOKED_AT)).round().astype(int))
+        k, near = nearest_to_singular(m, r.q[some])
+        if near > PASS or not errors:
+            return errors, None
+        states = basic_channels(m, r.q[:1], r.v[:1])[0]
+        text = (
+            f"near t = {r.t[some[k]]:.3g} s the run passes a singular position of the constraints: no error is told of "
+            "accelerations and forces"
+        )
+        told = {n: e if n in states else math.inf for n, e in errors.items()}
+        return told, Finding("singular_pass", near, PASS, "of the usual distance", "warning", text)
+
+    def by_tolerance(self) -> tuple[dict[str, float], Finding]:
+        """Errors and finding of a run that controls its steps."""
+        loose, tolerance = LOOSER * self.settings.tolerance, self.scene.tolerance
+        # dry friction is smoothed in proportion to the timestep, also where that is not what steps
+        other = replace(self.settings, tolerance=loose, timestep=2.0 * self.settings.timestep)
+        found = self.run(other, self.scene, self.recording.t)
+        if found is None:
+            text = f"the run does not come through at a tolerance of {loose:g}: its error cannot be estimated"
+            return {}, Finding("step_error", math.inf, tolerance, "rad or m", "error", text)
+        text = f"a tolerance of {loose:g} changes the motion by {found.largest:.2g} rad or m"
+        severity = "ok" if found.largest <= tolerance else "error"
+        text += (
+            f" (tolerance {tolerance:g})" if severity == "ok" else f", beyond the tolerance {tolerance:g} of the scene"
+        )
+        return dict(found.channels), Finding("step_error", found.largest, tolerance, "rad or m", severity, text)
+
+    def at(self, factor: float) -> _Changes | None:
+        """The changes against `factor` times the timestep; None when that run does not come through."""
+        r, h = self.recording, self.settings.timestep
+        every = h * max(1.0, 3.0 * factor if factor == 2.0 / 3.0 else factor)
+        whole = np.abs(r.t / every - np.round(r.t / every)) * every < 1e-6 * h
+        times = np.append(r.t[:-1][whole[:-1]], r.t[-1])
+        scene = replace(self.scene, laws=captured(self.scene.laws, factor))
+        return self.run(replace(self.settings, timestep=factor * h), scene, times)
+
+    def run(self, settings: Settings, scene: Scene, times: Array) -> _Changes | None:
+        """The changes against another run at these times."""
+        r = self.recording
+        try:
+            other = self.again(scene, settings, times)
+        except MechlabError:
+            return None
+        mine, theirs = shared_times(r, other)
+        if other.t[-1] < r.t[-1] * (1.0 - 1e-9) or not np.all(np.isfinite(other.q)) or len(mine) < 2:
+            return None
+        changes = [largest_difference(r.q[mine, k], other.q[theirs, k]) for k in range(r.q.shape[1])]
+        return _Changes(differences(r, other, 1.0), np.array(changes))
+
+    def combined(self, twice: _Changes, fourfold: _Changes | None) -> tuple[dict[str, float], float]:
+        """Errors of the channels, and the largest of the coordinates, from coarser runs."""
+
+        def error(a: float, b: float | None) -> float:
+            return error_from_coarser(a, b, self.order)
+
+        more = None if fourfold is None else fourfold.channels
+        errors = {n: error(x, None if more is None else more[n]) for n, x in twice.channels.items()}
+        far = [None] * len(twice.coordinates) if fourfold is None else fourfold.coordinates.tolist()
+        return errors, max((error(a, b) for a, b in zip(twice.coordinates.tolist(), far, strict=True)), default=0.0)
+
+    def refined(self, half: _Changes, third: _Changes | None, twice: _Changes | None) -> tuple[dict[str, float], float]:
+        """Errors of the channels, and the largest of the coordinates, from finer runs; `twice` where its order counts."""
+        if twice is None:
+            errors = {n: error_from_finer(x, 0.5) for n, x in half.channels.items()}
+            value = error_from_finer(half.largest, 0.5)
+        else:
+            errors = {n: error_between(x, twice.channels[n], self.order) for n, x in half.channels.items()}
+            value = error_between(half.largest, twice.largest, self.order)
+        if third is not None:
+            errors = {n: max(x, error_from_finer(third.channels[n], 2.0 / 3.0)) for n, x in errors.items()}
+            value = max(value, error_from_finer(third.largest, 2.0 / 3.0))
+        return errors, value
+
+    def lucky(self, twice: _Changes | None, half: _Changes) -> bool:
+        """Whether the agreement with h / 2 may be an accident."""
+        return self.kinks and (twice is None or twice.largest > ACCIDENT * half.largest)
+
+
+def jump(values: Array) -> float:
+    """The largest jump of a channel between two samples, 0 without: a change of more than JUMP times those before and after it.
+    Where a motion has kinks the channel is wrong by its jump for as long as the kink is early or late."""
+    steps = np.abs(np.diff(values))
+    if len(steps) < 3 or not np.all(np.isfinite(steps)):
+        return 0.0
+    around = np.maximum(np.append(steps[1:], 0.0), np.insert(steps[:-1], 0, 0.0))
+    return float(np.max(steps, where=steps > JUMP * around, initial=0.0))
+
+
+def _text(*runs: tuple[float, _Changes | None]) -> str:
+    told = [f"steps of {h:g} s differ by {x.largest:.2g}" for h, x in runs if x is not None]
+    return f"({', '.join(told)})"

@@ -1,0 +1,72 @@
+"""What every result of a verb has: one line for a shell, the table of the command line, HTML for a notebook, and files.
+
+A result is data. How it looks is written in the module `report` of its package, as functions registered by type
+(`functools.singledispatch`), and imported when it is first asked for: data never imports what draws it.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache, singledispatch
+from html import escape
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+
+@singledispatch
+def text_of(result: Any) -> str:
+    """What a person reads; a package registers its own. Raises TypeError for a type that has none."""
+    raise TypeError(f"no text is registered for {type(result).__name__}")
+
+
+@singledispatch
+def line_of(result: Any) -> str:
+    """One line that says what a result is; without a registration the name of its type."""
+    return f"<{type(result).__name__}>"
+
+
+@singledispatch
+def html_of(result: Any) -> str:
+    """What a notebook shows; without a registration the text."""
+    return f"<pre>{escape(text_of(result))}</pre>"
+
+
+@singledispatch
+def save_result(result: Any, path: Path) -> Path:
+    """Writes a result to a file, its kind by the ending. Raises TypeError for a type that has no file."""
+    raise TypeError(f"no file is registered for {type(result).__name__}")
+
+
+class Result:
+    """Base of results: dataclasses with `repr=False`, whose text, HTML and files stand in the `report` of their package."""
+
+    def text(self) -> str:
+        """What a person reads, as the command line prints it."""
+        load_reports(type(self))
+        return text_of(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to a file, its kind by the ending; returns the path. Raises MechlabError for a kind that does not exist."""
+        load_reports(type(self))
+        return save_result(self, Path(path))
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        load_reports(type(self))
+        return line_of(self)
+
+    def _repr_html_(self) -> str:
+        load_reports(type(self))
+        return html_of(self)
+
+
+@lru_cache(maxsize=None)
+def load_reports(kind: type) -> None:
+    """Import the module `report` beside each class that `kind` is derived from, where there is one."""
+    for base in kind.__mro__:
+        package = base.__module__.rpartition(".")[0]
+        if package.startswith("mechlab.") and find_spec(f"{package}.report"):
+            import_module(f"{package}.report")

@@ -1,0 +1,1 @@
+"""`chart`: speed against accuracy of every method on a scene."""

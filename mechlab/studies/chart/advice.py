@@ -1,0 +1,96 @@
+"""What follows from the points of a chart: defaults that do not converge, and the setting to take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from mechlab.errors import MechlabError
+
+if TYPE_CHECKING:
+    pass
+
+from mechlab.studies.chart.data import FEWEST, NOT_RUN, Point, Recommendation
+from mechlab.tables import counted
+
+
+def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool = True) -> list[str]:
+    """Sentences on engines whose defaults stay wrong however small the step: the model is wrong there, not the step.
+
+    rows: the mechanism has loops or relations; without them what is soft is the dry friction.
+    """
+    soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
+    out = []
+    flat: list[Point] = []
+    for name in dict.fromkeys(p.method for p in points if p.default and p.control == "step"):
+        mine = [p for p in points if p.method == name and p.ok]
+        if len(mine) >= FEWEST and is_flat(mine, target):
+            flat += mine
+    if flat:
+        small, large = min(p.step for p in flat), max(p.step for p in flat)
+        low, high = min(p.error for p in flat), max(p.error for p in flat)
+        error = f"{high:.2g}" if high < 1.5 * low else f"{low:.2g} to {high:.2g}"
+        count = len({p.method for p in flat})
+        out.append(
+            f"MuJoCo's default softness does not converge here: {error} {unit} of error at every timestep from "
+            f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {counted(count, 'integrator')}. {soft}; a smaller "
+            "step simulates the wrong mechanism more precisely."
+        )
+    return out
+
+
+def is_flat(points: Sequence[Point], target: float) -> bool:
+    """Errors of one method at ever smaller steps do not fall: the last half no better than a third of the best before."""
+    errors = [p.error for p in sorted(points, key=lambda p: -p.step)]
+    half = len(errors) // 2
+    return min(errors) > 10.0 * target and min(errors[half:]) > 0.3 * min(errors[:half])
+
+
+def recommend(
+    points: Sequence[Point], target: float, unit: str, paste: Callable[[Point], str] | None = None
+) -> Recommendation:
+    """The cheapest point that meets the target; one that its own smaller steps confirm, if it costs no more than half as
+    much again. The most accurate point when none meets it."""
+    usable = [p for p in points if p.ok]
+    if not usable:
+        raise MechlabError("chart: no method came through; the problem is too hard for every step tried.")
+    good = sorted((p for p in usable if p.error <= target), key=lambda p: p.cpu_s)
+    if not good:
+        best = min(usable, key=lambda p: p.error)
+        text = f"No method meets {target:g} {unit} here; the best is {_told(best)} with {best.error:.2g} {unit} in {best.cpu_s:.3g} s."
+        return Recommendation(best, target, False, text, _paste(best, points, target, paste))
+    steady = [p for p in good if p.cpu_s <= 1.5 * good[0].cpu_s and _confirmed(p, points, target)]
+    chosen = steady[0] if steady else good[0]
+    text = f"For {target:g} {unit}: {_told(chosen)}, {chosen.error:.2g} {unit} in {chosen.cpu_s:.3g} s of CPU."
+    if not steady:
+        text += " Take care: with a smaller step this method misses the target; its error does not fall steadily here."
+    return Recommendation(chosen, target, True, text, _paste(chosen, points, target, paste))
+
+
+def _confirmed(p: Point, points: Sequence[Point], target: float) -> bool:
+    finer = [x for x in points if x.method == p.method and x.step < p.step]
+    return all(x.ok and x.error <= target for x in finer if x.status != NOT_RUN)
+
+
+def _told(p: Point) -> str:
+    return f"{p.method}, step {p.step:.6g} s" if p.control == "step" else f"{p.method}, tolerance {p.step:.0e}"
+
+
+def _paste(chosen: Point, points: Sequence[Point], target: float, paste: Callable[[Point], str] | None) -> str:
+    """MJCF settings of the chosen point, or of the cheapest MuJoCo point that meets the target."""
+    mine = [p for p in points if p.ok and p.method.startswith("MuJoCo")]
+    if not mine:
+        return ""
+    good = [p for p in mine if p.error <= target]
+    best = chosen if chosen in mine else min(good, key=lambda p: p.cpu_s) if good else min(mine, key=lambda p: p.error)
+    return (paste or mjcf_settings)(best)
+
+
+def mjcf_settings(p: Point) -> str:
+    """An <option> line, and for hard loops the constraint attributes, as MJCF."""
+    integrator = p.method.removeprefix("MuJoCo ").split(",")[0]
+    lines = [f'<option timestep="{p.step:.10g}" integrator="{integrator}" jacobian="dense"/>']
+    if not p.default and p.method.endswith("hard"):
+        soft = f'solref="{2 * p.step:.10g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
+        lines.append(f"<default><equality {soft}/></default>")
+    return "\n".join([f"<!-- {p.method}: error {p.error:.2g}, {p.cpu_s:.3g} s of CPU -->", *lines])

@@ -1,0 +1,162 @@
+"""Published computing times of the benchmark problems, as printed, with the machine they were taken on.
+
+What a chart of speed against accuracy is: points, a recommendation, and what they are held against.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mechlab.studies.chart.peers import PeerTable
+
+
+@dataclass(frozen=True)
+class Published:
+    """Program, machine, CPU seconds; the sources print no trajectory error beside the time."""
+
+    program: str
+    machine: str
+    cpu_s: float
+
+    def to_dict(self) -> dict[str, object]:
+        """JSON-able form."""
+        return {"program": self.program, "machine": self.machine, "cpu_s": self.cpu_s}
+
+
+_OPENSIM = ("OpenSim 3.2 / Simbody (2015)", "i5-4570, 3.2 GHz")
+
+PUBLISHED: dict[str, tuple[Published, ...]] = {
+    "pendulum": (Published(*_OPENSIM, 0.637),),
+    "n_fourbar": (Published(*_OPENSIM, 0.455),),
+    "andrews": (Published(*_OPENSIM, 0.384),),
+    "bricard": (Published(*_OPENSIM, 0.258),),
+    "flyball": (Published(*_OPENSIM, 0.233),),
+}
+"""MBSbenchmarksInOpenSim (RehabEngGroup), with the parameters of the IFToMM library."""
+
+FEWEST = 4
+"""Step sizes of every method, at least."""
+OK, DIVERGED, NOT_RUN = "ok", "diverged", "not run"
+
+
+@dataclass(frozen=True)
+class Point:
+    """One method at one step [s] (or tolerance, see `control`); evaluations of the equations, 0 where nobody counts."""
+
+    method: str
+    step: float
+    control: str
+    cpu_s: float
+    error: float
+    e_g: float
+    energy: float
+    gap: float
+    status: str
+    reason: str = ""
+    default: bool = False
+    evaluations: int = 0
+
+    @property
+    def ok(self) -> bool:
+        """True when there is an error to show."""
+        return self.status == OK
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form; a number that is missing is null."""
+        numbers = {"cpu_s": self.cpu_s, "error": self.error, "e_G": self.e_g, "energy": self.energy, "gap": self.gap}
+        shown = {k: x if math.isfinite(x) else None for k, x in numbers.items()}
+        head = {"method": self.method, "step": self.step, "control": self.control, **shown}
+        told = {"status": self.status, "reason": self.reason, "default": self.default}
+        return head | told | {"evaluations": self.evaluations or None}
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The cheapest point that meets the target, in words and as settings to paste."""
+
+    point: Point
+    target: float
+    met: bool
+    sentence: str
+    paste: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        p = self.point.to_dict()
+        named = {k: p[k] for k in ("method", "step", "control", "cpu_s", "error")}
+        return named | {"target": self.target, "met": self.met, "sentence": self.sentence, "paste": self.paste}
+
+
+@dataclass(frozen=True)
+class Chart:
+    """All points of a scene, what they are held against, and what follows."""
+
+    name: str
+    title: str
+    scene: str
+    duration: float
+    unit: str
+    tracked: tuple[str, ...]
+    reference: str
+    reference_error: float
+    points: tuple[Point, ...]
+    skipped: dict[str, str]
+    recommendation: Recommendation
+    notes: tuple[str, ...]
+    published: tuple[Published, ...]
+    versions: dict[str, str]
+    peers: PeerTable | None = None
+    acts: str = ""
+
+    @property
+    def front(self) -> tuple[Point, ...]:
+        """Points that no other beats in both cost and error, cheapest first."""
+        return pareto(self.points)
+
+    @property
+    def exit_code(self) -> int:
+        """0, or 3 when no method met the target."""
+        return 0 if self.recommendation.met else 3
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {
+            "name": self.name, "scene": self.scene, "acts": self.acts, "duration": self.duration, "error_unit": self.unit,
+            "tracked": list(self.tracked), "reference": {"text": self.reference, "error": self.reference_error},
+            "points": [p.to_dict() for p in self.points], "front": [p.to_dict() for p in self.front],
+            "recommendation": self.recommendation.to_dict(), "notes": list(self.notes), "skipped": dict(self.skipped),
+            "published": [p.to_dict() for p in self.published], "versions": self.versions,
+            "status": "answered" if self.recommendation.met else "no method meets the target",
+            "message": self.recommendation.sentence,
+            **({} if self.peers is None else self.peers.to_dict()),
+        }  # fmt: skip
+
+    def text(self) -> str:
+        """The table for a person."""
+        from mechlab.studies.chart.report import chart_text
+
+        return chart_text(self)
+
+    def _repr_html_(self) -> str:
+        from mechlab.studies.chart.report import chart_html
+
+        return chart_html(self)
+
+    def save(self, path: Any) -> dict[str, Any]:
+        """Write picture, table and data; see `mechlab.studies.chart.report.save`."""
+        from mechlab.studies.chart.report import save
+
+        return save(self, path)
+
+
+def pareto(points: Sequence[Point]) -> tuple[Point, ...]:
+    """The points that none other beats in both cost and error, cheapest first."""
+    out: list[Point] = []
+    for p in sorted((p for p in points if p.ok), key=lambda p: (p.cpu_s, p.error)):
+        if not out or p.error < out[-1].error:
+            out.append(p)
+    return tuple(out)

@@ -1,0 +1,111 @@
+"""A chart as text, table, data and picture files."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mechlab.errors import MechlabError
+from mechlab.files import whole_folder, write
+from mechlab.studies.chart.labels import headline
+from mechlab.tables import html_sheet, number, table
+
+if TYPE_CHECKING:
+    from mechlab.studies.chart.data import Chart, Point
+
+FORMATS = (".svg", ".png", ".csv", ".json")
+
+
+def chart_text(chart: Chart) -> str:
+    """Title, reference, every point, front, notes, recommendation, settings to paste."""
+    front = set(chart.front)
+    heads = ["", "method", "step", "cpu_s", f"error [{chart.unit}]", "e_G", "energy [J]", "gap", "status"]
+    rows = [["*" if p in front else "", p.method, _step(p), *(_cell(x) for x in (p.cpu_s, p.error, p.e_g, p.energy, p.gap)),
+             p.status if not p.reason else f"{p.status}: {p.reason}"[:60]] for p in chart.points]  # fmt: skip
+    lines = [
+        f"{chart.name}, scene {chart.scene}, {chart.duration:g} s: speed against accuracy of {', '.join(chart.tracked[:6])}",
+        *([f"what acts: {chart.acts}"] if chart.acts else []),
+        f"reference: {chart.reference}",
+        "",
+        table(heads, rows),
+        "* on the Pareto front. CPU time of stepping only, one thread, median; same output times for all.",
+        *(f"not shown: {name} ({why})" for name, why in chart.skipped.items()),
+        *(f"published: {x.program}, {x.cpu_s:g} s on {x.machine}; its error is not published" for x in chart.published),
+        "",
+        *chart.notes,
+        chart.recommendation.sentence,
+    ]
+    if chart.recommendation.paste:
+        lines += ["", chart.recommendation.paste]
+    if chart.peers is not None:
+        lines += ["", chart.peers.text()]
+    return "\n".join(lines)
+
+
+def chart_html(chart: Chart) -> str:
+    """For a notebook: the picture, what follows from it, and the Pareto front as a table."""
+    from mechlab.studies.chart.picture import picture
+
+    address = base64.b64encode(picture(chart, "png")).decode("ascii")
+    rows = [(p.method, _step(p), _cell(p.cpu_s), _cell(p.error)) for p in chart.front]
+    front = (("method", "step", "CPU time [s]", f"error [{chart.unit}]"), rows)
+    said = [chart.recommendation.sentence, *chart.notes]
+    image = f'<img src="data:image/png;base64,{address}" style="max-width:100%" alt="{escape(headline(chart))}">'
+    return image + html_sheet("", said, {"Nothing is better than these in both": front})
+
+
+def _step(p: Point) -> str:
+    return f"{1e3 * p.step:.4g} ms" if p.control == "step" else f"tol {p.step:.0e}"
+
+
+def _cell(value: float) -> str:
+    return "-" if value != value else number(value)
+
+
+def csv_text(chart: Chart) -> str:
+    """All points, one a line; missing numbers are empty."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = ("method", "step", "control", "cpu_s", "error", "e_G", "energy", "gap", "status", "default", "front")
+    writer.writerow(names)
+    front = set(chart.front)
+    for p in chart.points:
+        row = p.to_dict() | {"front": p in front}
+        writer.writerow(["" if row[n] is None else row[n] for n in names])
+    return out.getvalue()
+
+
+def save(chart: Chart, path: str | Path) -> dict[str, Path]:
+    """Write the chart: a file of the format of its name, or all formats into a folder (a path without a suffix).
+
+    Raises MechlabError for another format.
+    """
+    path = Path(path)
+    if path.suffix and path.suffix not in FORMATS:
+        raise MechlabError(
+            f"chart: cannot write {path.name}; formats: {', '.join(FORMATS)}, or a folder for all of them."
+        )
+    if path.suffix:
+        _write(chart, path)
+        return {path.suffix[1:]: path}
+    with whole_folder(path) as stage:
+        names = [f"chart_{chart.name}{suffix}" for suffix in FORMATS]
+        for name in names:
+            _write(chart, stage / name)
+    return {Path(n).suffix[1:]: path / n for n in names}
+
+
+def _write(chart: Chart, path: Path) -> None:
+    if path.suffix == ".csv":
+        write(path, csv_text(chart))
+    elif path.suffix == ".json":
+        write(path, json.dumps(chart.to_dict(), indent=1))
+    else:
+        from mechlab.studies.chart.picture import draw
+
+        draw(chart, path)

@@ -1,0 +1,130 @@
+"""What a timed run is held against: the tracked quantities, energy and loops of a reference at the same times."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.energy import energy
+from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.lab.methods import METHODS, Problem, is_rough
+from mechlab.mechanism import ConstraintSet, TreeKinematics
+from mechlab.mechanism.geometry import Array
+
+EVERY = 4
+"""Energy and loops are looked at at every fourth output time: they walk through the whole tree."""
+THRESHOLD = 1e-3
+"""Of the relative error e_G: smaller values of a tracked quantity count as this [m or rad]."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """error: largest deviation of a tracked quantity [m or rad]; e_g: root mean square of the deviations relative to
+    max(|reference|, 1e-3) (Gonzalez et al.); energy: largest deviation from the reference's [J]; gap: open loops [m]."""
+
+    error: float
+    e_g: float
+    energy: float
+    gap: float
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The truth of a chart: tracked values (n, channels), energies, where they come from, and their own error as far as it
+    is known from the reference alone."""
+
+    names: tuple[str, ...]
+    unit: str
+    values: Array
+    energies: Array
+    text: str
+    own_error: float
+
+
+def tracked_names(problem: Problem) -> tuple[str, ...]:
+    """Channels of the scene, or the positions of all frames, or all joints."""
+    entry, m = problem.design.entry, problem.mechanism
+    named = tuple(n for n in problem.scene.channels if n in entry.channels and entry.channels[n][0] in ("m", "rad"))
+    frames = tuple(f"{f.name}_{a}" for f in m.frames for a in "xyz")
+    return named or frames or m.scalar_names
+
+
+def tracked(problem: Problem, names: tuple[str, ...], q: Array, v: Array) -> Array:
+    """(n, names) values along coordinates q (n, nq)."""
+    entry, m = problem.design.entry, problem.mechanism
+    channels, units = basic_channels(m, q, v)
+    t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)[: len(q)]
+    bare = Recording(m, t, q, v, channels, units)
+    p = problem.design.parameters
+    return np.column_stack([channels[n] if n in channels else entry.channels[n][1](p, bare) for n in names])
+
+
+def energies(problem: Problem, q: Array, v: Array) -> Array:
+    """Energy [J] at every fourth output time."""
+    return energy(problem.mechanism, q[::EVERY], v[::EVERY])
+
+
+def score(problem: Problem, reference: Reference, trace: Trace) -> Score:
+    """How far a run is from the reference; infinite for one that ended early or is not finite."""
+    if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != len(reference.values):
+        return Score(math.inf, math.inf, math.inf, math.inf)
+    away = np.abs(tracked(problem, reference.names, trace.q, trace.v) - reference.values)
+    relative = away / np.maximum(np.abs(reference.values), THRESHOLD)
+    drift = np.abs(energies(problem, trace.q, trace.v) - reference.energies)
+    tree, constraints = TreeKinematics(problem.mechanism), ConstraintSet(problem.mechanism)
+    open_by = [np.max(np.abs(constraints.residual(tree.set(x))), initial=0.0) for x in trace.q[::EVERY]]
+    return Score(float(away.max()), float(np.sqrt(np.mean(relative**2))), float(drift.max()), float(max(open_by)))
+
+
+def reference_of(problem: Problem) -> Reference:
+    """Own equations of the entry where it has them, else rigid dynamics by Pinocchio at a sharp tolerance, with located
+    events where there is dry friction."""
+    names = tracked_names(problem)
+    entry = problem.design.entry
+    unit = "m" if all(n in entry.channels or n.rpartition("_")[2] in ("x", "y", "z") for n in names) else "m or rad"
+    if entry.reference is not None:
+        found = _own(problem, names, unit)
+        if found is not None:
+            return found
+    return _pinocchio(problem, names, unit)
+
+
+def _own(problem: Problem, names: tuple[str, ...], unit: str) -> Reference | None:
+    """None when there is none to compare with: the scene has no closed form, or in other coordinates, or at other times."""
+    entry, times = problem.design.entry, np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
+    assert entry.reference is not None
+    try:
+        found = entry.reference(problem.design.parameters, problem.scene)
+    except (MechlabError, KeyError):
+        return None
+    at = np.array([int(np.argmin(np.abs(found.t - t))) for t in times])
+    same = found.mechanism.nq == problem.mechanism.nq and found.q.shape[1] == problem.mechanism.nq
+    if not same or np.max(np.abs(found.t[at] - times)) > 1e-9 * problem.scene.duration:
+        return None
+    q, v = found.q[at], found.v[at]
+    values = tracked(problem, names, q, v)
+    text = f"own equations of motion ({found.settings.integrator}, tolerance {found.settings.tolerance:.0e})"
+    return Reference(names, unit, values, energies(problem, q, v), text, math.nan)
+
+
+def _pinocchio(problem: Problem, names: tuple[str, ...], unit: str) -> Reference:
+    engine = "hybrid" if is_rough(problem.mechanism) else "pinocchio"
+    sharp = next(m for m in METHODS if m.engine == engine and m.integrator == "DOP853")
+    why = sharp.available(problem)
+    if why:
+        raise MechlabError(f"{problem.design.name}: a chart needs own equations or Pinocchio as reference: {why}")
+    fine, rough = sharp.run(problem, 1e-12), sharp.run(problem, 1e-10)
+    if not fine.complete or not rough.complete:
+        raise NoSolution(
+            f"{problem.design.name}: the reference run does not reach the end: {fine.reason or rough.reason}."
+        )
+    values = tracked(problem, names, fine.q, fine.v)
+    own_error = float(np.max(np.abs(values - tracked(problem, names, rough.q, rough.v))))
+    text = "Pinocchio's rigid dynamics (DOP853, tolerance 1e-12)"
+    if engine == "hybrid":
+        text = "Pinocchio's rigid dynamics with located events of friction (hybrid, DOP853, tolerance 1e-12)"
+    return Reference(names, unit, values, energies(problem, fine.q, fine.v), text, own_error)

@@ -1,0 +1,147 @@
+"""The figure that goes with the claims of an entry.
+
+Running the checks of entries: every check with its witnesses, its difference, and whether it passed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechlab.errors import EngineMissing, MechlabError
+from mechlab.experiment.entry import Check, Entry, Measured
+from mechlab.files import unfinished
+from mechlab.lab.design import Design
+from mechlab.studies.check.generic_checks import generic_checks
+from mechlab.tables import html_sheet, number, table
+
+SUFFIXES = (".png", ".svg", ".pdf")
+
+
+def write_figure(entries: Sequence[Entry], path: str | Path) -> Path:
+    """Draw the figure of the one entry that has one to `path` (.png, .svg or .pdf).
+
+    Raises MechlabError for another suffix, and when not exactly one of the entries has a figure.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in SUFFIXES:
+        raise MechlabError(f"figure {target}: expected a name that ends in {', '.join(SUFFIXES)}.")
+    able = [e for e in entries if e.figure is not None]
+    if len(able) != 1 or able[0].figure is None:
+        names = ", ".join(e.name for e in able) or "none"
+        raise MechlabError(
+            f"a figure is drawn for one mechanism; of {', '.join(e.name for e in entries)} these have one: {names}. "
+            "Name that one."
+        )
+    with unfinished(target) as temporary:
+        able[0].figure(temporary)
+    return target
+
+
+HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One check that ran: `missing` names an engine that is not installed; `error` says why it could not be measured."""
+
+    mechanism: str
+    check: Check
+    measured: Measured | None
+    seconds: float
+    error: str = ""
+    missing: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """True when it was measured and is within its tolerance."""
+        return self.measured is not None and self.measured.passed
+
+    @property
+    def verdict(self) -> str:
+        """One word."""
+        return "pass" if self.passed else "not checked" if self.missing else "FAIL"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        m = self.measured
+        return {
+            "mechanism": self.mechanism, "id": self.check.id, "text": self.check.text, "source": self.check.source,
+            "verdict": self.verdict, "passed": self.passed, "difference": m.difference if m else None,
+            "tolerance": m.tolerance if m else None, "witnesses": dict(m.values) if m else {},
+            "expected": m.expected if m else None, "note": m.note if m else "", "error": self.error or self.missing,
+            "seconds": self.seconds,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """All outcomes."""
+
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def exit_code(self) -> int:
+        """3 when a check failed."""
+        return 3 if any(o.verdict == "FAIL" for o in self.outcomes) else 0
+
+    @property
+    def message(self) -> str:
+        """One sentence: how many passed, which failed."""
+        failed = [f"{o.mechanism} {o.check.id}" for o in self.outcomes if o.verdict == "FAIL"]
+        text = f"{sum(o.passed for o in self.outcomes)} of {len(self.outcomes)} checks passed"
+        return text + (f"; failed: {', '.join(failed)}" if failed else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {"checks": [o.to_dict() for o in self.outcomes], "message": self.message}
+
+    def text(self) -> str:
+        """A table and a sentence."""
+        return table(HEADERS, self.rows()) + f"\n\n{self.message}."
+
+    def rows(self) -> list[list[str]]:
+        """A row for each check, under HEADERS."""
+        rows = []
+        for o in self.outcomes:
+            said = ", ".join(o.measured.values) if o.measured else ""
+            rows.append([o.mechanism, o.check.id, o.verdict, number(o.measured.difference if o.measured else None),
+                         number(o.measured.tolerance if o.measured else None), o.check.text, said or o.error or o.missing])  # fmt: skip
+        return rows
+
+    def _repr_html_(self) -> str:
+        return html_sheet("", [f"{self.message}."], {"": (HEADERS, self.rows())})
+
+
+def checks_of(entry: Entry) -> tuple[Check, ...]:
+    """The checks of an entry: its own, and the generic ones."""
+    return (*entry.checks, *generic_checks(entry))
+
+
+def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:
+    """Run every check of the designs: their own, and the generic ones.
+
+    A check that raises has failed, unless what it lacks is an engine.
+    """
+    outcomes = []
+    for design in designs:
+        for check in checks_of(design.entry):
+            if progress:
+                progress(f"{design.name} {check.id}: {check.text}")
+            outcomes.append(_run(design, check))
+    return CheckReport(tuple(outcomes))
+
+
+def _run(design: Design, check: Check) -> Outcome:
+    start = time.perf_counter()
+    measured, error, missing = None, "", ""
+    try:
+        measured = check.run(design.parameters)
+    except EngineMissing as cause:
+        missing = str(cause)
+    except MechlabError as cause:
+        error = str(cause)
+    return Outcome(design.name, check, measured, time.perf_counter() - start, error, missing)

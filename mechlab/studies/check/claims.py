@@ -1,0 +1,51 @@
+"""The ledger of printed claims: what a source says, what the witnesses compute, the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mechlab.experiment.entry import Claim, Entry, Finding, Verdict
+from mechlab.tables import Told, number, table
+
+
+@dataclass(frozen=True)
+class ClaimReport(Told):
+    """Claims with their findings; `figure`: the file of the figure that was drawn, if any."""
+
+    items: tuple[tuple[str, Claim, Finding], ...]
+    figure: str = ""
+    exit_code: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form: {"claims": [{"id", "where", "text", "printed", "computed", "verdict"}]}."""
+        rows = []
+        for mechanism, claim, finding in self.items:
+            rows.append(
+                {"mechanism": mechanism, "id": claim.id, "where": claim.where, "text": claim.text, "printed": claim.printed,
+                 "computed": finding.computed, "verdict": finding.sentence, "kind": finding.verdict.value}
+            )  # fmt: skip
+        return {"claims": rows, "counts": self.counts} | ({"figure": self.figure} if self.figure else {})
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many claims got which verdict."""
+        return {v.value: sum(1 for _, _, f in self.items if f.verdict is v) for v in Verdict}
+
+    def text(self) -> str:
+        """A block for each claim, and the counts."""
+        blocks = []
+        for mechanism, claim, finding in self.items:
+            rows = [["printed", number(claim.printed, 6)]] + [[k, number(v, 6)] for k, v in finding.computed.items()]
+            blocks.append(
+                f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
+            )
+        counts = ", ".join(f"{n} {name.partition(',')[0]}" for name, n in self.counts.items() if n)
+        drawn = [f"figure: {self.figure}"] if self.figure else []
+        return "\n\n".join([*blocks, f"{len(self.items)} claims: {counts or 'none'}.", *drawn])
+
+
+def judge(entries: Sequence[Entry]) -> ClaimReport:
+    """Test every claim of the entries anew."""
+    return ClaimReport(tuple((e.name, c, c.test()) for e in entries for c in e.claims))

@@ -1,0 +1,1 @@
+"""`cycle`: one turn of the drive of a mechanism with one freedom."""

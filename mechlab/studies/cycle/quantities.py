@@ -1,0 +1,258 @@
+"""Drive force and reactions along a cycle, by Pinocchio; and the same by MuJoCo at a few positions.
+
+Shaking force and moment, and instant centres, along a cycle: kinematics alone.
+
+Transmission along a cycle: the angle at which loops pass a load on, mechanical advantage, velocity ratio.
+
+Extrema of a sampled curve, found between its samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from mechlab.engines.own.closed_path import PathPoint
+from mechlab.errors import MechlabError
+from mechlab.kit.witness import room
+from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
+from mechlab.mechanism.geometry import Array, cross
+
+PARTS = ("fx", "fy", "fz", "mx", "my", "mz")
+COMPARED = 9
+
+
+@dataclass(frozen=True)
+class ReactionTable:
+    """columns name -> (n,), their units; `forces` loop or joint -> (n, 6) force and moment; `drive` (n,)."""
+
+    columns: dict[str, Array]
+    units: dict[str, str]
+    forces: dict[str, Array]
+    drive: Array
+
+
+def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array) -> ReactionTable:
+    """Force of the drive and the wrenches of loops (on body b) and joints (on the body from its parent, about the
+    joint), world axes, of the motion q (n, nq), v (n, nv) under the constant load (nv,)."""
+    solve = room("pinocchio")
+    plant = solve.PinPlant(m)
+    names = [x.name for x in m.loops] + [j.name for j in m.joints]
+    forces = {n: np.zeros((len(q), 6)) for n in names}
+    loads: dict[str, Array] = {r.name: np.zeros(len(q)) for r in m.relations}
+    driving = np.zeros(len(q))
+    for k in range(len(q)):
+        found = solve.inverse_dynamics(plant, q[k], v[k], {drive: accel}, [drive], load)
+        driving[k] = found.drive_forces[drive]
+        for name, wrench in (found.loops | found.joints).items():
+            if name in forces:
+                forces[name][k] = np.concatenate([wrench.force, wrench.moment])
+        for name, value in found.loads.items():
+            loads[name][k] = value
+    slides = {j.name for j in m.joints if j.kind == "prismatic"}
+    columns = {f"{drive}_force": driving}
+    units = {f"{drive}_force": "N" if drive in slides else "N m"}
+    for relation in m.relations:
+        columns[f"{relation.name}_load"] = loads[relation.name]
+        units[f"{relation.name}_load"] = "N" if relation.coefficients[0][0] in slides else "N m"
+    for name, table in forces.items():
+        key = name if f"{name}_fx" not in columns else f"{name}_joint"
+        for k, part in enumerate(PARTS):
+            columns[f"{key}_{part}"] = table[:, k]
+            units[f"{key}_{part}"] = "N" if k < 3 else "N m"
+        columns[f"{key}_reaction"] = np.linalg.norm(table[:, :3], axis=1)
+        units[f"{key}_reaction"] = "N"
+    return ReactionTable(columns, units, forces, driving)
+
+
+def witness_difference(
+    m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array, found: ReactionTable
+) -> float:
+    """Largest difference of drive force, loop forces and joint wrenches [N, N m] to those of MuJoCo, at nine positions.
+
+    Of a body with several joints the last is compared. Raises MechlabError where MuJoCo cannot say.
+    """
+    room("mujoco")
+    from mechlab.engines.mujoco.inverse import InverseDynamics
+
+    engine = InverseDynamics(m)
+    worst = 0.0
+    for k in np.unique(np.linspace(0, len(q) - 1, COMPARED).astype(int)):
+        said = engine.solve(q[k], v[k], drive, accel, load)
+        gaps = [abs(said.drive_force - found.drive[k])]
+        gaps += [float(np.max(np.abs(f - found.forces[n][k, :3]))) for n, f in said.loops.items()]
+        gaps += [float(np.max(np.abs(w - found.forces[n][k]))) for n, w in said.joints.items()]
+        worst = max(worst, *gaps)
+    return worst
+
+
+MANY = 7
+"""With more moving bodies only their centres against the ground are given."""
+
+
+def shaking(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
+    """(n, 3) force [N] and (n, 3) moment [N m] about the world's origin that the inertia of all bodies exerts on the
+    ground: minus the rates of momentum and angular momentum. Weight is not in it; shafts and armatures are not."""
+    tree = TreeKinematics(m)
+    force, moment = np.zeros((len(q), 3)), np.zeros((len(q), 3))
+    massive = [b for b in m.bodies if b.inertia.mass > 0.0]
+    for k in range(len(q)):
+        tree.set(q[k], v[k])
+        for body in massive:
+            rotation, origin = tree.pose(body.name)
+            com = origin + rotation @ np.array(body.inertia.com)
+            motion = tree.bias(body.name, com) + tree.jacobian(body.name, com) @ a[k]
+            spin = tree.velocity(body.name, com)[3:]
+            tensor = rotation @ body.inertia.matrix() @ rotation.T
+            f = body.inertia.mass * motion[:3]
+            force[k] -= f
+            moment[k] -= cross(com, f) + tensor @ motion[3:] + cross(spin, tensor @ spin)
+    return force, moment
+
+
+def instant_centres(m: Mechanism, poses: Sequence[PathPoint], normal: Array) -> dict[str, Array]:
+    """centre_A_B_x, _y, _z (n,): where body B turns about A at the instant, for all pairs (many bodies: the ground's).
+
+    In the plane through the world's origin; not a number where the pair does not turn: the centre is at infinity.
+    """
+    moving = [b.name for b in m.bodies if b.joints]
+    names = [GROUND, *moving]
+    pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
+    if len(moving) > MANY:
+        pairs = [(GROUND, b) for b in moving]
+    tree = TreeKinematics(m)
+    out = {f"centre_{a}_{b}_{x}": np.full(len(poses), np.nan) for a, b in pairs for x in "xyz"}
+    for k, pose in enumerate(poses):
+        tree.set(pose.q, pose.u)
+        twist = {n: tree.velocity(n, np.zeros(3)) for n in names}
+        fastest = max(float(np.linalg.norm(t[3:])) for t in twist.values())
+        for a, b in pairs:
+            relative = twist[b] - twist[a]
+            w = float(relative[3:] @ normal)
+            if abs(w) > 1e-9 * max(fastest, 1e-300):
+                place = cross(normal, relative[:3]) / w
+                for i, letter in enumerate("xyz"):
+                    out[f"centre_{a}_{b}_{letter}"][k] = place[i]
+    return out
+
+
+POINT_LOOPS = ("spherical", "revolute")
+
+
+def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], asked: str | None) -> str | None:
+    """The joint whose load is looked at: the one asked for, else the last on the ground that moves and is not the
+    drive, else None. Raises MechlabError for a name that does not exist or does not move."""
+    moves = {n: any(abs(m.row(n) @ p.u) > 1e-9 for p in poses) for n in m.scalar_names}
+    if asked is not None:
+        m.row(asked)
+        if not moves[asked] or asked == drive:
+            raise MechlabError(
+                f"{m.name}: output {asked!r} must be a joint that moves, other than the drive {drive!r}."
+            )
+        return asked
+    grounded = [j.name for b in m.bodies if b.parent == GROUND for j in b.joints if j.nv == 1 and j.name != drive]
+    found = [n for n in grounded if moves[n]]
+    return found[-1] if found else None
+
+
+def transmission(
+    m: Mechanism, drive: str, output: str, poses: Sequence[PathPoint]
+) -> tuple[dict[str, Array], dict[str, str]]:
+    """velocity_ratio d(output)/d(drive), mechanical_advantage (load on the output per force of the drive, its inverse),
+    and LOOP_transmission_angle (n,) in [0, pi/2] for each loop that is a pin.
+
+    The angle: with a load on the output alone (no mass, no weight), pi/2 less the angle between the force that the loop
+    passes on and the velocity of its point. In a four-bar it is the angle of coupler and rocker. Not a number where the
+    loop passes no force or its point stands.
+    """
+    solve = room("pinocchio")
+    from mechlab.engines.pinocchio.reactions import loop_wrenches
+
+    plant = solve.PinPlant(m)
+    pins = [x for x in m.loops if x.kind in POINT_LOOPS]
+    angles = {x.name: np.full(len(poses), np.nan) for x in pins}
+    ratio = np.array([float(m.row(output) @ p.u) for p in poses])
+    for k, pose in enumerate(poses):
+        plant.set(pose.q, pose.u)
+        balance = m.row(drive) * ratio[k] - m.row(output)
+        pushed = np.linalg.lstsq(plant.jacobian().T, balance, rcond=1e-11)[0]
+        wrenches = loop_wrenches(plant, pushed)
+        for loop in pins:
+            wrench = wrenches[loop.name]
+            velocity = plant.kin.velocity(loop.body_b, wrench.point)[:3]
+            sizes = float(np.linalg.norm(wrench.force) * np.linalg.norm(velocity))
+            if sizes > 1e-12:
+                cosine = abs(float(wrench.force @ velocity)) / sizes
+                angles[loop.name][k] = float(np.arcsin(min(1.0, cosine)))
+    with np.errstate(divide="ignore"):
+        advantage = 1.0 / ratio
+    columns = {"velocity_ratio": ratio, "mechanical_advantage": advantage}
+    units = {"velocity_ratio": "", "mechanical_advantage": ""}
+    for name, values in angles.items():
+        columns[f"{name}_transmission_angle"], units[f"{name}_transmission_angle"] = values, "rad"
+    return columns, units
+
+
+FINE = 1e-7
+"""Width at which the search for a place ends, as a share of the distance of two samples: at a smooth extremum the value is
+then right to rounding, at a kink to this share of the change from sample to sample."""
+
+
+@dataclass(frozen=True)
+class Extremum:
+    """A value, and the position where it is met."""
+
+    value: float
+    at: float
+
+
+def extremum(
+    positions: Array, values: Array, sign: int, function: Callable[[float], float] | None = None, closed: bool = False
+) -> Extremum | None:
+    """The largest (sign 1) or least (-1) value; None where no sample is finite.
+
+    positions, values (n,): samples, NaN where there is no value. function(position): the curve; where it is given, every
+    sample that is better than its neighbours is followed between them (Brent), unless even twice its lead over a neighbour
+    would not make it the best. closed: the last sample is the first one again, so that both are neighbours.
+    """
+    x, y = np.asarray(positions, dtype=float), sign * np.asarray(values, dtype=float)
+    if not np.isfinite(y).any():
+        return None
+    y = np.where(np.isfinite(y), y, -np.inf)
+    best = int(np.argmax(y))
+    found = Extremum(float(sign * y[best]), float(x[best]))
+    if function is None or len(x) < 3 or np.ptp(y[np.isfinite(y)]) <= 1e-13 * max(1.0, abs(y[best])):
+        return found
+    period = x[-1] - x[0]
+    if closed:
+        x, y = np.concatenate([[x[-2] - period], x, [x[1] + period]]), np.concatenate([[y[-2]], y, [y[1]]])
+    inner = np.arange(1, len(x) - 1)
+    top = inner[(y[inner] >= y[inner - 1]) & (y[inner] >= y[inner + 1]) & np.isfinite(y[inner])]
+    top = top[~np.isneginf(y[top - 1]) | ~np.isneginf(y[top + 1])]
+    if not closed:  # beside an end the extremum may lie between the end and its neighbour
+        top = np.union1d(top, [k for k in (1, len(x) - 2) if y[0 if k == 1 else -1] >= y[k] > -np.inf]).astype(int)
+    for k in top[np.argsort(-y[top])]:
+        beside = [d for d in (abs(y[k] - y[k - 1]), abs(y[k] - y[k + 1])) if np.isfinite(d)]
+        if y[k] + 2.0 * max(beside, default=0.0) < sign * found.value:
+            continue
+        here = _climb(lambda p: sign * function(p), float(x[k - 1]), float(x[k + 1]))
+        if here.value > sign * found.value:
+            at = here.at + (period if closed and here.at < positions[0] else 0.0)
+            found = Extremum(sign * here.value, at - (period if closed and at > positions[-1] else 0.0))
+    return found
+
+
+def _climb(function: Callable[[float], float], low: float, high: float) -> Extremum:
+    """The largest finite value between two positions."""
+
+    def cost(p: float) -> float:
+        value = float(function(p))
+        return -value if np.isfinite(value) else np.inf
+
+    done = minimize_scalar(
+        cost, bounds=(low, high), method="bounded", options={"xatol": FINE * (high - low), "maxiter": 60}
+    )
+    return Extremum(-float(done.fun), float(done.x))

@@ -1,0 +1,129 @@
+"""Files of a cycle: the table as CSV, charts and curves as SVG, the curves as DXF."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.files import write
+from mechlab.formats.dxf import dxf_polylines
+from mechlab.mechanism.geometry import Array
+
+if TYPE_CHECKING:
+    from mechlab.studies.cycle.cycle import CycleResult
+
+
+def save(cycle: CycleResult, path: Path) -> Path:
+    """Write the file that the ending says; raises MechlabError for an ending other than .csv, .svg, .dxf."""
+    kinds = {".csv": _csv, ".svg": _svg, ".dxf": _dxf}
+    kind = path.suffix.lower()
+    if kind not in kinds:
+        raise MechlabError(
+            f"{path}: a cycle is written as .csv (table), .svg (charts) or .dxf (curves), not {kind or 'that'}."
+        )
+    return write(path, kinds[kind](cycle))
+
+
+def _csv(cycle: CycleResult) -> str:
+    """A line of `name [unit]`, then 17 significant digits; what is not finite is left empty."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([f"{n} [{cycle.units[n]}]" if cycle.units.get(n) else n for n in cycle.columns])
+    for row in np.column_stack(list(cycle.columns.values())):
+        writer.writerow([repr(float(x)) if np.isfinite(x) else "" for x in row])
+    return out.getvalue()
+
+
+def curves(cycle: CycleResult) -> dict[str, Array]:
+    """Frame -> (n, 2) curve in the plane of a planar mechanism (right, up), or (n, 3); frames that stand are left out."""
+    out = {}
+    for frame in cycle.mechanism.frames:
+        points = np.column_stack([cycle[f"{frame.name}_{x}"] for x in "xyz"])
+        if float(np.max(np.ptp(points, axis=0))) > 1e-12:
+            out[frame.name] = points if cycle.normal is None else points @ plane(cycle.normal).T
+    return out
+
+
+def plane(normal: tuple[float, float, float]) -> Array:
+    """(2, 3) directions to the right and up in a plane, seen so that z, or in a level plane y, points up."""
+    n = np.array(normal)
+    up = np.array([0.0, 1.0, 0.0]) if abs(n[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
+    up = up - (up @ n) * n
+    up /= np.linalg.norm(up)
+    right = np.cross(up, n)
+    side = right[np.argmax(np.abs(right))]
+    return np.array([right if side > 0 else -right, up]) + 0.0
+
+
+def _dxf(cycle: CycleResult) -> str:
+    found = curves(cycle)
+    if not found:
+        raise MechlabError(
+            f"{cycle.name}: it has no moving frame, so there is no curve; add one with builder.frame(...)."
+        )
+    return dxf_polylines(found)
+
+
+def _svg(cycle: CycleResult) -> str:
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    groups = _groups(cycle)
+    paths = curves(cycle)
+    with matplotlib.rc_context({"svg.hashsalt": "mechlab", "svg.fonttype": "none"}):
+        figure = Figure(figsize=(11.0, 3.1 * ((len(groups) + bool(paths) + 1) // 2)), layout="constrained")
+        rows = (len(groups) + bool(paths) + 1) // 2
+        axes = list(figure.subplots(rows, 2, squeeze=False).ravel())
+        if paths:
+            _draw_curves(axes.pop(0), paths)
+        phi = cycle.columns[cycle.drive]
+        for title, unit, names in groups:
+            ax = axes.pop(0)
+            for name in names:
+                ax.plot(phi, cycle.columns[name], label=name, linewidth=1.2)
+            ax.set_title(title)
+            ax.set_ylabel(unit)
+            ax.set_xlabel(f"{cycle.drive} [{cycle.units[cycle.drive]}]")
+            ax.grid(alpha=0.3)
+            ax.legend(fontsize=7)
+        for ax in axes:
+            ax.set_axis_off()
+        figure.suptitle(cycle.message)
+        out = io.StringIO()
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    return out.getvalue()
+
+
+def _draw_curves(ax: Any, paths: dict[str, Array]) -> None:
+    for name, points in paths.items():
+        shown = points if points.shape[1] == 2 else points[:, [0, 2]]
+        ax.plot(shown[:, 0], shown[:, 1], label=name, linewidth=1.2)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_title("curves of the frames")
+    ax.set_xlabel("m")
+    ax.set_ylabel("m")
+    ax.grid(alpha=0.3)
+    ax.legend(fontsize=7)
+
+
+def _groups(cycle: CycleResult) -> list[tuple[str, str, list[str]]]:
+    """Title, unit and columns of each chart that has something to show."""
+    names = [n for n in cycle.columns if n != cycle.drive]
+    joints = list(cycle.mechanism.scalar_names)
+    unit = cycle.units[f"{cycle.drive}_force"]
+    chosen = [
+        ("rates", "rad/s or m/s", [f"{n}_rate" for n in joints]),
+        ("accelerations", "rad/s2 or m/s2", [f"{n}_accel" for n in joints]),
+        ("force of the drive", unit, [f"{cycle.drive}_force"]),
+        ("reactions", "N", [n for n in names if n.endswith("_reaction")]),
+        ("shaking force", "N", [n for n in names if n.startswith("shaking_f")]),
+        ("shaking moment about the origin", "N m", [n for n in names if n.startswith("shaking_m")]),
+        ("transmission angle", "rad", [n for n in names if n.endswith("transmission_angle")]),
+        ("velocity ratio", "", [n for n in names if n == "velocity_ratio"]),
+    ]
+    return [(t, u, kept) for t, u, asked in chosen if (kept := [n for n in asked if n in cycle.columns])]

@@ -1,0 +1,192 @@
+"""A diagnosis as data: findings with a sentence and a text to paste, the structure, the gap, the settings.
+
+The patient: a file as text, as MuJoCo compiles it, and as a Mechanism, as far as each of them can be had.
+"""
+
+from __future__ import annotations
+
+import copy
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from mechlab.engines.mujoco.control import compiling
+from mechlab.errors import MechlabError
+from mechlab.formats.xml_text import parse
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.structure import FREEDOMS, Redundancy
+from mechlab.tables import Told, counted, number
+
+ORDER = {"error": 0, "warning": 1, "note": 2}
+"""Severities: "error": results of the file as it is cannot be trusted; "warning": to be known; "note": for other tools."""
+SHOWN = 12
+
+
+@dataclass(frozen=True)
+class Symptom:
+    """One finding: a name, its severity, a sentence with the numbers, and what to paste into the file ("" for nothing)."""
+
+    name: str
+    severity: str
+    sentence: str
+    paste: str = ""
+
+    def to_dict(self) -> dict[str, str]:
+        """JSON-able form."""
+        return {"name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste}
+
+
+@dataclass(frozen=True)
+class Diagnosis(Told):
+    """The diagnosis of a file. `freedoms` is None where no rank could be taken; `gap` [m, rad] is the largest residual of
+    a loop or coupling in the reference pose, None where nothing closes; `paste` the whole of the recommended settings."""
+
+    name: str
+    kind: str
+    coordinates: int | None
+    rows: int | None
+    freedoms: int | None
+    idle: tuple[str, ...]
+    redundant: tuple[Redundancy, ...]
+    gap: float | None
+    findings: tuple[Symptom, ...]
+    paste: str = ""
+    notes: tuple[str, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def exit_code(self) -> int:
+        """3 when a finding is an error, else 0."""
+        return 3 if any(f.severity == "error" for f in self.findings) else 0
+
+    @property
+    def message(self) -> str:
+        """One sentence: what must not be trusted, or that nothing serious was found."""
+        bad = [f.sentence for f in self.findings if f.severity == "error"]
+        if bad:
+            return f"{self.name}: do not trust results of this file as it is: {' '.join(bad)}"
+        warned = sum(f.severity == "warning" for f in self.findings)
+        return f"{self.name}: nothing serious" + (f"; {warned} to be known" if warned else "")
+
+    def finding(self, name: str) -> Symptom:
+        """The first finding of that name; raises KeyError."""
+        for f in self.findings:
+            if f.name == name:
+                return f
+        raise KeyError(name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {
+            "file": self.name, "kind": self.kind, "coordinates": self.coordinates, "rows": self.rows, "freedoms": self.freedoms,
+            "local_freedoms": list(self.idle), "redundant": [x.sentence for x in self.redundant], "gap": self.gap,
+            "findings": [f.to_dict() for f in self.findings], "paste": self.paste, "notes": list(self.notes),
+            "versions": dict(self.versions), "message": self.message,
+        }  # fmt: skip
+
+    def text(self) -> str:
+        """The structure, the findings by severity, the text to paste."""
+        lines = [f"{self.name} ({self.kind})"]
+        if self.freedoms is not None:
+            lines.append(
+                f"  {counted(self.coordinates or 0, 'coordinate')}, {counted(self.rows or 0, 'constraint row')}: "
+                f"{counted(self.freedoms, *FREEDOMS)}"
+            )
+        if self.idle:
+            lines.append(f"  local freedoms: {', '.join(self.idle)}")
+        if self.redundant:
+            lines.append(f"  {len(self.redundant)} redundant rows:")
+            lines += [f"    {x.sentence}" for x in self.redundant[:SHOWN]]
+            if len(self.redundant) > SHOWN:
+                lines.append(f"    and {len(self.redundant) - SHOWN} more (--json lists all)")
+        if self.gap is not None:
+            lines.append(f"  largest gap in the reference pose: {number(self.gap)} m or rad")
+        lines += ["", "findings" if self.findings else "no findings"]
+        for f in self.findings:
+            lines.append(f"  {f.severity:8s}{f.name}: {f.sentence}")
+            lines += [f"          {row}" for row in f.paste.splitlines()]
+        lines += [f"  note    {n}" for n in self.notes]
+        if self.paste:
+            lines += ["", "to paste", *(f"  {row}" for row in self.paste.splitlines())]
+        lines += [
+            "",
+            self.message if self.exit_code == 0 else f"{self.name}: do not trust results of this file as it is.",
+        ]
+        return "\n".join(lines)
+
+
+ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is known of a file: the root of its XML (None for other sources), the compiled model or why MuJoCo refuses it,
+    the Mechanism or why mechlab cannot hold it."""
+
+    name: str
+    kind: str
+    root: ET.Element | None = None
+    model: mujoco.MjModel | None = None
+    refused: str = ""
+    mechanism: Mechanism | None = None
+    unread: str = ""
+
+
+def read_case(path: Path) -> Case:
+    """The case of an .xml or .urdf file; raises MechlabError for a file that cannot be read, or is neither."""
+    try:
+        content = path.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
+    tag, kind = ROOTS[path.suffix.lower()]
+    try:
+        root = parse(content, tag, f"{kind} file")
+        mechanism, unread = _as_mechanism(content, kind)
+    except MechlabError as error:
+        raise MechlabError(f"{path}: {error}") from None
+    model, refused = _compiled(path, root, kind)
+    return Case(path.name, kind, root, model, refused, mechanism, unread)
+
+
+def case_of(mechanism: Mechanism, kind: str) -> Case:
+    """The case of a Mechanism: the MJCF that mechlab would write of it."""
+    from mechlab.engines.mujoco import to_mujoco
+    from mechlab.formats.mjcf import to_mjcf
+
+    root = ET.fromstring(to_mjcf(mechanism))
+    return Case(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
+
+
+def _as_mechanism(content: str, kind: str) -> tuple[Mechanism | None, str]:
+    from mechlab.formats import from_mjcf, from_urdf
+
+    try:
+        return (from_mjcf if kind == "MJCF" else from_urdf)(content), ""
+    except MechlabError as error:
+        return None, str(error)
+    except (ValueError, KeyError, IndexError) as error:
+        return None, f"{type(error).__name__}: {error}"
+
+
+def _compiled(path: Path, root: ET.Element, kind: str) -> tuple[mujoco.MjModel | None, str]:
+    try:
+        with compiling():
+            if kind == "MJCF":
+                return mujoco.MjModel.from_xml_path(str(path)), ""
+            return mujoco.MjModel.from_xml_string(ET.tostring(bare(root), encoding="unicode")), ""
+    except ValueError as error:
+        return None, " ".join(str(error).split())
+
+
+def bare(root: ET.Element) -> ET.Element:
+    """A URDF without its looks: meshes need not be there to look at its mechanics."""
+    root = copy.deepcopy(root)
+    for link in root.findall("link"):
+        for tag in ("visual", "collision"):
+            for element in link.findall(tag):
+                link.remove(element)
+    return root

@@ -1,0 +1,154 @@
+"""Shapes that touch in the reference pose: they push the mechanism apart, or hold it still.
+
+Masses and sizes that are probably not meant: wrong units, what a compiler option changes.
+"""
+
+from __future__ import annotations
+
+import copy
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.control import engine
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.doctor.case import Symptom
+from mechlab.studies.doctor.softness import active, listed
+
+LARGE, SMALL_G = 50.0, 100.0
+"""A mechanism larger than LARGE [m] under weight is drawn in millimetres; weight beyond SMALL_G [m/s^2] is in mm/s^2."""
+FAR = 20.0
+"""Radius of gyration, over the size of the model, that no part has."""
+
+
+def masses(model: mujoco.MjModel) -> Iterator[Symptom]:
+    """Findings "millimetres", "gravity_unit", "inertia_unit"."""
+    size, gravity = float(model.stat.extent), float(np.linalg.norm(model.opt.gravity))
+    span = np.ptp(np.vstack([model.body_pos, model.body_ipos]), axis=0).max(initial=0.0)
+    moving = [b for b in range(1, model.nbody) if model.body_weldid[b] and model.body_mass[b] > 0]
+    if span > LARGE and 1.0 < gravity < SMALL_G:
+        text = f"bodies lie {span:.4g} m apart, under a gravity of {gravity:.4g} m/s^2: lengths are probably in millimetres."
+        yield Symptom("millimetres", "error", text)
+    if gravity > SMALL_G:
+        text = f"gravity is {gravity:.4g} m/s^2: in millimetres? MuJoCo has no units; lengths, masses and forces must then fit."
+        yield Symptom("gravity_unit", "warning", text)
+    far = []
+    for b in moving:
+        radius = float(np.sqrt(np.max(model.body_inertia[b]) / model.body_mass[b]))
+        if radius > FAR * max(size, float(span), 1e-9):
+            far.append(f"{_body(model, b)} ({radius:.3g} m)")
+    if far:
+        text = f"the radius of gyration of {listed(far)} is far beyond the size of the model, {max(size, span):.3g} m:"
+        yield Symptom("inertia_unit", "error", f"{text} inertias in kg mm^2, or masses in tonnes.")
+
+
+def compiler(root: ET.Element) -> Iterator[Symptom]:
+    """Findings "masses_changed" and "degrees" of the <compiler> element and the numbers that it rules."""
+    merged: dict[str, str] = {}
+    for element in root.findall("compiler"):
+        merged |= element.attrib
+    changing = [k for k in ("settotalmass", "boundmass", "boundinertia") if _number(merged.get(k)) > 0]
+    changing += ["balanceinertia"] if merged.get("balanceinertia") == "true" else []
+    if changing:
+        text = f"the compiler changes masses or inertias ({', '.join(changing)}): the engine's model is not what the file says."
+        yield Symptom("masses_changed", "warning", text)
+    if merged.get("inertiafromgeom") == "true" and root.find(".//inertial") is not None:
+        text = "inertiafromgeom is true: every <inertial> of the file is ignored."
+        yield Symptom("masses_changed", "warning", text, '<compiler inertiafromgeom="auto"/>')
+    yield from _degrees(root, merged.get("angle", "degree") == "radian", "angle" in merged)
+
+
+def _degrees(root: ET.Element, radian: bool, said: bool) -> Iterator[Symptom]:
+    """Angles of hinges that look like those of the other unit."""
+    angles: dict[str, list[float]] = {}
+    for e in root.iter("joint"):
+        if e.get("type", "hinge") in ("hinge", "ball"):
+            for key in ("range", "ref", "springref"):
+                angles.setdefault(f"{key} of {e.get('name') or e.get('class') or 'a joint'}", []).extend(
+                    x for x in map(_number, (e.get(key) or "").split()) if x
+                )
+    known = {k: v for k, v in angles.items() if v}
+    biggest = max((abs(x) for v in known.values() for x in v), default=0.0)
+    if radian:
+        wrong = [f"{k} = {_list(v)} rad" for k, v in known.items() if max(map(abs, v)) > 8.0 * np.pi]
+        if wrong:
+            text = f'{listed(wrong)}: degrees, under angle="radian"?'
+            yield Symptom("degrees", "error", text, '<compiler angle="degree"/>')
+    elif known and biggest < 2.0 * np.pi + 0.01:
+        exact = any(_of_pi(x) for v in known.values() for x in v)
+        text = (
+            f"{listed([f'{k} = {_list(v)}' for k, v in known.items()])} is read in degrees"
+            f"{'' if said else ', the default of MJCF'}: {biggest:.4g} is {np.radians(biggest):.3g} rad. Radians are meant?"
+        )
+        yield Symptom("degrees", "error" if exact else "warning", text, '<compiler angle="radian"/>')
+
+
+def _of_pi(x: float) -> bool:
+    """Whether a number is a multiple of pi/12 that was written with at least three digits."""
+    turns = abs(x) / (np.pi / 12)
+    return round(turns) > 0 and abs(turns - round(turns)) < 1e-3 * turns and abs(x - round(x, 1)) > 1e-9
+
+
+def _number(value: str | None) -> float:
+    try:
+        return float(value or 0.0)
+    except ValueError:
+        return 0.0
+
+
+def _list(values: list[float]) -> str:
+    return " ".join(f"{x:g}" for x in values)
+
+
+def _body(model: mujoco.MjModel, b: int) -> str:
+    return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, b) or f"body number {b}"
+
+
+PASTE = '<default><geom contype="0" conaffinity="0"/></default>'
+DEEP = 1e-3
+"""Overlap, over the size of the model, that is more than standing on a floor."""
+
+
+def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
+    """Finding "contacts": an error where two moving parts overlap, a warning for other contacts of the start."""
+    probe = copy.copy(model)
+    data = mujoco.MjData(probe)
+    data.qpos[:] = qpos
+    with engine():
+        mujoco.mj_fwdPosition(probe, data)
+    joined = _joined(model)
+    between: dict[tuple[int, int], float] = {}
+    for k in range(data.ncon):
+        pair = sorted(int(model.geom_bodyid[g]) for g in data.contact[k].geom if g >= 0)
+        if len(pair) == 2:
+            a, b = pair
+            between[a, b] = min(between.get((a, b), 0.0), float(data.contact[k].dist))
+    parts = {p: x for p, x in between.items() if x < -DEEP * model.stat.extent and all(model.body_weldid[b] for b in p)}
+    if parts:
+        said = [f"{_body(model, a)} and {_body(model, b)} by {-x:.3g} m" for (a, b), x in parts.items()]
+        loop = any(p in joined for p in parts)
+        text = (
+            f"in the reference pose the shapes of {listed(said)} overlap: contact pushes them apart"
+            f"{', against the loop that joins them' if loop else ''}."
+        )
+        yield Symptom("contacts", "error", text, PASTE)
+    elif active(model) and between:
+        text = (
+            f"{len(between)} pairs of shapes touch in the reference pose; contacts are soft and cost the order of RK4."
+        )
+        yield Symptom("contacts", "warning", text, PASTE)
+
+
+def _joined(model: mujoco.MjModel) -> set[tuple[int, int]]:
+    """Pairs of bodies that a connect or weld joins."""
+    out = set()
+    for k in active(model):
+        if int(model.eq_type[k]) in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
+            ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
+            if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE:
+                ends = [int(model.site_bodyid[e]) for e in ends]
+            a, b = np.sort(ends)
+            out.add((int(a), int(b)))
+    return out

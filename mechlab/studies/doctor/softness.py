@@ -1,0 +1,152 @@
+"""How soft the loops and couplings of a MuJoCo model are, and what the engine makes of what the file says.
+
+A row is a spring and damper of its own inertia, behind an impedance d <= .9999: standing under a load f it gives way by
+r = (1 - d) tc^2 zeta^2 A f. With solref "2h 1" it hardens as the timestep falls; with a fixed tc it does not.
+Measured with MuJoCo 4.0.0: default softness leaves a four-bar 0.1 to 1.7 rad wrong after 1 s at every timestep.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.control import engine
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.doctor.case import Symptom
+from mechlab.studies.doctor.rows import equality_name
+
+SOFT_TIMECONST, HARD_TIMECONST = 0.01, 4.0
+"""A time constant [s] from which on rows are soft at any timestep; and that, in timesteps, up to which they are hard."""
+SOFT_IMPEDANCE, HARD_IMPEDANCE = 0.99, 0.999
+RK4_LIMIT = 4.0
+"""Largest k h^2 of a direct stiffness k [1/s^2] that RK4 was measured to survive; first-order integrators: 1."""
+SAG, TORN = 1e-4, 1e-2
+"""How far rows give way under the load of the start, over the size of the model, to be known; and to be an error."""
+IMPEDANCE = ".9999 .9999 .001 .5 2"
+
+
+def equality_default(timestep: float) -> str:
+    """The default class that makes every equality without a solref of its own hard."""
+    return f'<default><equality solref="{2 * timestep:g} 1" solimp="{IMPEDANCE}"/></default>'
+
+
+def active(model: mujoco.MjModel) -> list[int]:
+    """The equalities that act from the start."""
+    if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
+        return []
+    return [k for k in range(model.neq) if model.eq_active0[k]]
+
+
+def listed(names: list[str], most: int = 4) -> str:
+    """Names with commas, shortened."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def softness(model: mujoco.MjModel) -> Iterator[Symptom]:
+    """Findings "soft_equalities", "softer_than_it_could_be", "refsafe", "stiff_equalities", "switched_off"."""
+    h = float(model.opt.timestep)
+    soft, middling = [], []
+    for k in active(model):
+        tc, d = _timeconst(model, k), float(model.eq_solimp[k, 1])
+        if tc >= SOFT_TIMECONST and tc > HARD_TIMECONST * h or d < SOFT_IMPEDANCE:
+            soft.append(k)
+        elif tc > HARD_TIMECONST * h or d < HARD_IMPEDANCE:
+            middling.append(k)
+    paste = f"{equality_default(h)}"
+    if soft:
+        k = soft[0]
+        text = (
+            f"{_say(model, soft)}: time constant {_timeconst(model, k):g} s and impedance {model.eq_solimp[k, 1]:g}"
+            f"{' (the defaults)' if _is_default(model, k) else ''}. Rows this soft do not converge at any timestep: the motion "
+            "stays wrong however small the step."
+        )
+        yield Symptom("soft_equalities", "error", text, paste)
+    if middling:
+        k = middling[0]
+        text = (
+            f"{_say(model, middling)}: time constant {_timeconst(model, k) / h:.3g} timesteps, impedance "
+            f"{model.eq_solimp[k, 1]:g}; 2 timesteps and .9999 are the hardest that hold."
+        )
+        yield Symptom("softer_than_it_could_be", "warning", text, paste)
+    yield from _refsafe(model, h)
+    off = [equality_name(model, k) for k in range(model.neq) if k not in active(model)]
+    if off:
+        text = f"{listed(off)} {'does' if len(off) == 1 else 'do'} not act: switched off in the file. The freedoms count without."
+        yield Symptom("switched_off", "warning", text)
+
+
+def sag(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
+    """Finding "sag": how far a row gives way under the weight and controls of the start, r = R f / (K d^2), which is the r of
+    the module: the force f before the row has given way is d times that on which it stands. Light parts that carry load sag most."""
+    probe = copy.copy(model)
+    probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    probe.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+    data = mujoco.MjData(probe)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(probe, data, 0)
+    data.qpos[:], data.qvel[:] = qpos, 0.0
+    with engine():
+        mujoco.mj_forward(probe, data)
+    keep = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    if not np.any(keep):
+        return
+    kbip = data.efc_KBIP[keep]
+    given = np.abs(data.efc_R[keep] * data.efc_force[keep]) / np.maximum(kbip[:, 0] * kbip[:, 2] ** 2, 1e-300)
+    k = int(np.argmax(given))
+    if given[k] > SAG * model.stat.extent:
+        name = equality_name(model, int(data.efc_id[keep][k]))
+        text = f"{name} gives way by {given[k]:.3g} m or rad under the load of the start alone: soft, or a light part carries load."
+        yield Symptom("sag", "error" if given[k] > TORN * model.stat.extent else "warning", text)
+
+
+def _refsafe(model: mujoco.MjModel, h: float) -> Iterator[Symptom]:
+    safe = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_REFSAFE
+    rk4 = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
+    quick = [k for k in active(model) if 0.0 < model.eq_solref[k, 0] < 2.0 * h * (1 - 1e-9)]
+    if quick and safe:
+        tc = float(model.eq_solref[quick[0], 0])
+        text = (
+            f"{_say(model, quick)}: solref time constant {tc:g} s is below two timesteps; MuJoCo takes {2 * h:g} s instead "
+            "(refsafe), so the softness is not that of the file and changes with the timestep."
+        )
+        yield Symptom("refsafe", "warning", text, equality_default(h))
+    elif quick and (not rk4 or float(model.eq_solref[quick, 0].min()) < h):
+        tc = float(model.eq_solref[quick, 0].min())
+        what = (
+            "RK4 loses two digits at half a timestep and blows up at a tenth"
+            if rk4
+            else "first-order integrators blow up"
+        )
+        text = f"{_say(model, quick)}: refsafe is off and the time constant {tc:g} s is {tc / h:.2g} timesteps: {what}."
+        discrete = model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+        yield Symptom("refsafe", "warning" if discrete or tc >= 0.5 * h and rk4 else "error", text, equality_default(h))
+    direct = [k for k in active(model) if model.eq_solref[k, 0] < 0]
+    stiff = [k for k in direct if -model.eq_solref[k, 0] * h * h >= (RK4_LIMIT if rk4 else 1.0)]
+    if stiff and model.opt.integrator != mujoco.mjtIntegrator.mjINT_DISCRETE:
+        k = max(stiff, key=lambda i: -float(model.eq_solref[i, 0]))
+        value = -float(model.eq_solref[k, 0]) * h * h
+        text = (
+            f"{_say(model, stiff)}: direct stiffness with k h^2 = {value:.3g}; "
+            f"{'RK4 was measured to survive 4' if rk4 else 'a first-order integrator blows up from 1 on'}."
+        )
+        yield Symptom("stiff_equalities", "error", text, equality_default(h))
+
+
+def _timeconst(model: mujoco.MjModel, k: int) -> float:
+    """Time constant [s] of an equality; of a direct stiffness and damping (-k, -b) that which gives the same damping."""
+    first, second = (float(x) for x in model.eq_solref[k])
+    if first > 0:
+        safe = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_REFSAFE
+        return max(first, 2.0 * float(model.opt.timestep)) if safe else first
+    return 2.0 / max(-second, 1e-300) / float(model.eq_solimp[k, 1])
+
+
+def _is_default(model: mujoco.MjModel, k: int) -> bool:
+    return np.allclose(model.eq_solref[k], (0.02, 1.0)) and np.allclose(model.eq_solimp[k, :2], (0.9, 0.95))
+
+
+def _say(model: mujoco.MjModel, which: list[int]) -> str:
+    return listed([equality_name(model, k) for k in which])

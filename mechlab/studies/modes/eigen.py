@@ -1,0 +1,234 @@
+"""What an engine must give for small motions about a rest, and the matrices that follow on the constraint manifold.
+
+Eigenmodes of M y'' + C y' + K y = 0 with mass 1: one mode for each freedom, two eigenvalues each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import Untrustworthy
+from mechlab.mechanism.assembly import Assembly
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.structure import null_space
+
+STEP = 1e-3
+"""Step of the difference quotients of fourth order, in radians, or in sizes of the mechanism: their error is 1e-12."""
+
+
+class Dynamics(Protocol):
+    """M a + g(x, v) = J^T reactions of a mechanism under laws at rest. `mechlab.engines.pinocchio.linearise` and
+    `mechlab.engines.mujoco.linearise` implement it, each over its own coordinates x and displacements."""
+
+    mechanism: Mechanism
+    nv: int
+
+    def pose(self, q: ArrayLike) -> Array:
+        """The engine's pose of coordinates q (nq,)."""
+        ...
+
+    def coordinates(self, x: Array) -> Array:
+        """(nq,) coordinates of the Mechanism."""
+        ...
+
+    def rates(self, basis: Array) -> Array:
+        """Columns of displacements in the order of the Mechanism's rates."""
+        ...
+
+    def moved(self, x: Array, dv: Array) -> Array:
+        """The pose after a displacement."""
+        ...
+
+    def closed(self, x: Array) -> Assembly:
+        """The nearest assembled pose."""
+        ...
+
+    def rows(self, x: Array) -> Array:
+        """(rows, nv) constraint Jacobian."""
+        ...
+
+    def mass(self, x: Array) -> Array:
+        """(nv, nv) mass matrix."""
+        ...
+
+    def force(self, x: Array, v: Array | None = None) -> Array:
+        """(nv,) g at pose x and rates v (default: at rest)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Linear:
+    """M y'' + C y' + K y = -g for small y, with displacement = basis y; basis (nv, f) is M-orthonormal, so mass = 1.
+
+    damping C (f, f), stiffness K (f, f), gradient g (f,); load: size of the generalised forces in play [N m or N];
+    stiffest: largest entry of the stiffness per unit of displacement: both set the level of rounding.
+    """
+
+    basis: Array
+    damping: Array
+    stiffness: Array
+    gradient: Array
+    load: float
+    stiffest: float
+
+
+def step_size(mechanism: Mechanism) -> float:
+    """STEP in radians; where parts slide, no more than STEP sizes of the mechanism."""
+    if all(j.kind != "prismatic" for j in mechanism.joints):
+        return STEP
+    lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
+    lengths += [float(np.linalg.norm(x.placement_b.position)) for x in mechanism.loops]
+    return STEP * min(1.0, max(lengths, default=0.0) or 1.0)
+
+
+def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> Linear:
+    """The linear equations on the constraint manifold at an assembled pose x.
+
+    With N a basis of the null space of J and reactions r from J^T r = g: K = N^T d/dx (g - J(x)^T r) N, whose second
+    term is the geometric stiffness of the reactions, and C = N^T dg/dv N. Raises Untrustworthy when a motion that the
+    constraints allow has no inertia.
+    """
+    rows = dynamics.rows(x)
+    free = null_space(rows) if len(rows) else np.eye(dynamics.nv)
+    force = dynamics.force(x)
+    reactions = np.linalg.lstsq(rows.T, force, rcond=1e-11)[0] if len(rows) else np.zeros(0)
+    basis = _normalised(dynamics, free, x)
+    h = step_size(dynamics.mechanism)
+
+    def net(direction: Array, s: float) -> Array:
+        y = dynamics.moved(x, s * direction)
+        pull = dynamics.force(y)
+        return pull - dynamics.rows(y).T @ reactions if len(rows) else pull
+
+    columns, damped, stiffest = [], [], 0.0
+    for direction in basis.T:
+        size = float(np.max(np.abs(direction)))
+        unit = direction / size
+        slope = (8 * (net(unit, h) - net(unit, -h)) - net(unit, 2 * h) + net(unit, -2 * h)) / (12 * h)
+        stiffest = max(stiffest, float(np.max(np.abs(slope))))
+        columns.append(size * slope)
+        if with_damping:
+            damped.append(size * (dynamics.force(x, h * unit) - dynamics.force(x, -h * unit)) / (2 * h))
+    f = basis.shape[1]
+    stiffness = basis.T @ np.array(columns).reshape(f, dynamics.nv).T
+    damping = basis.T @ np.array(damped).T if damped else np.zeros((f, f))
+    load = float(max(np.max(np.abs(force), initial=0.0), np.max(np.abs(rows.T @ reactions), initial=0.0)))
+    return Linear(basis, damping, stiffness, basis.T @ force, load, stiffest)
+
+
+def _normalised(dynamics: Dynamics, free: Array, x: Array) -> Array:
+    """The basis turned and scaled so that the kinetic energy is half the sum of squares."""
+    if not free.shape[1]:
+        return free
+    mass = free.T @ dynamics.mass(x) @ free
+    values, vectors = np.linalg.eigh(0.5 * (mass + mass.T))
+    if values[0] <= 1e-13 * values[-1]:
+        light = dynamics.rates(free @ vectors[:, :1])[:, 0]
+        name = dynamics.mechanism.rate_names[int(np.argmax(np.abs(light)))]
+        raise Untrustworthy(
+            f"{dynamics.mechanism.name}: a motion that the constraints allow, mostly of {name}, has no inertia; its frequency "
+            "would be infinite. Give the parts that move in it a mass."
+        )
+    return np.asarray(free @ (vectors / np.sqrt(values)))
+
+
+OSCILLATING, OVERDAMPED, UNSTABLE, RIGID = "oscillating", "overdamped", "unstable", "rigid"
+ROUNDING_LOAD, ROUNDING_STIFFNESS = 1e-11, 1e-12
+"""Stiffness that rounding and difference quotients make: shares of the loads and of the largest stiffness."""
+GROWTH = 1e-8
+"""Rates of growth below this share of the frequency are rounding."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Motions exp(r t) along one shape for the two eigenvalues r of `eigenvalues` [1/s].
+
+    omega = sqrt |r1 r2| [rad/s], the undamped frequency; damping = -(r1 + r2) / (2 omega), the damping ratio (None for a
+    rigid mode). kind: oscillating; overdamped (two real, none positive); unstable (one grows); rigid (no stiffness at all).
+    shape: (nv,) complex in the order of the Mechanism's rates, its largest entry 1.
+    """
+
+    omega: float
+    damping: float | None
+    kind: str
+    eigenvalues: tuple[complex, complex]
+    shape: Array
+
+    @property
+    def frequency_hz(self) -> float:
+        """omega / 2 pi."""
+        return self.omega / (2.0 * math.pi)
+
+    @property
+    def growth(self) -> float:
+        """Largest real part of the eigenvalues [1/s]: positive grows."""
+        return max(r.real for r in self.eigenvalues)
+
+
+def modes(linear: Linear, rates: Callable[[Array], Array]) -> tuple[Mode, ...]:
+    """All modes, slowest first. `rates` takes columns of displacements to the order of the Mechanism's rates."""
+    count = len(linear.stiffness)
+    if not count:
+        return ()
+    out = []
+    for (r1, y1), (r2, y2) in _pairs(linear):
+        y = y1 if abs(r1.real) <= abs(r2.real) else y2
+        size = np.max(np.abs(linear.basis @ y)) / np.linalg.norm(y)
+        rounding = (ROUNDING_LOAD * linear.load + ROUNDING_STIFFNESS * linear.stiffest) * size**2
+        out.append(_mode(r1, r2, y, rounding, rates(linear.basis @ y[:, None])[:, 0]))
+    return tuple(sorted(out, key=lambda m: (m.omega, -m.growth)))
+
+
+def _mode(r1: complex, r2: complex, y: Array, rounding: float, shape: Array) -> Mode:
+    top = shape[int(np.argmax(np.abs(shape)))] if len(shape) else 1.0
+    shape = shape / top if abs(top) > 0.0 else shape
+    omega = math.sqrt(abs(r1 * r2))
+    if omega**2 <= rounding:
+        fall = min(r1.real, r2.real) if abs(r1.imag) == 0.0 and min(r1.real, r2.real) < -math.sqrt(rounding) else 0.0
+        return Mode(0.0, None, RIGID, (0j, complex(fall)), shape)
+    damping = -0.5 * (r1 + r2).real / omega
+    grows = max(r1.real, r2.real) > GROWTH * omega
+    kind = UNSTABLE if grows else OSCILLATING if r1.imag else OVERDAMPED
+    return Mode(omega, 0.0 if abs(damping) < GROWTH else damping, kind, (complex(r1), complex(r2)), shape)
+
+
+Root = tuple[complex, Array]
+
+
+def _pairs(linear: Linear) -> list[tuple[Root, Root]]:
+    """Eigenvalues two by two, with their shapes: conjugates, and real ones whose shapes are most alike."""
+    k, c = linear.stiffness, linear.damping
+    count = len(k)
+    symmetric = np.max(np.abs(k - k.T)) <= 1e-8 * max(float(np.max(np.abs(k))), 1e-300)
+    if symmetric:
+        k = 0.5 * (k + k.T)
+    if symmetric and np.max(np.abs(c)) <= 1e-11 * math.sqrt(max(float(np.max(np.abs(k))), 1e-300)):
+        values, vectors = np.linalg.eigh(k)
+        roots = [complex(0.0, math.sqrt(w)) if w > 0 else complex(math.sqrt(-w)) for w in values.tolist()]
+        return [((r, vectors[:, i]), (-r, vectors[:, i])) for i, r in enumerate(roots)]
+    state = np.block([[np.zeros((count, count)), np.eye(count)], [-k, -c]])
+    values, vectors = np.linalg.eig(state)
+    tops = vectors[:count] / np.linalg.norm(vectors, axis=0)
+    found = [(complex(r), tops[:, i]) for i, r in enumerate(values)]
+    swinging = [(x, (x[0].conjugate(), x[1].conj())) for x in found if x[0].imag > 0.0]
+    return swinging + _real_pairs([x for x in found if x[0].imag == 0.0])
+
+
+def _real_pairs(roots: list[Root]) -> list[tuple[Root, Root]]:
+    """Real roots paired greedily by the likeness of their shapes."""
+    units = [y / max(float(np.linalg.norm(y)), 1e-300) for _, y in roots]
+    alike = [(abs(np.vdot(units[i], units[j])), i, j) for i in range(len(roots)) for j in range(i)]
+    out: list[tuple[Root, Root]] = []
+    taken: set[int] = set()
+    for _, i, j in sorted(alike, key=lambda x: -x[0]):
+        if not {i, j} & taken:
+            taken |= {i, j}
+            out.append((roots[i], roots[j]))
+    return out

@@ -1,0 +1,186 @@
+"""What acts on a mechanism that is to rest: the laws of a scene, if they can stand still.
+
+Rest: Newton on the constraint manifold for the pose in which weight, springs, servos and constant loads balance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.laws import DcMotor, Law, applied_force
+from mechlab.experiment.scene import Scene
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism
+from mechlab.studies.modes.eigen import Dynamics, Linear, linear
+
+STEPPED = ("held_rates",)
+"""Laws that hold by force bounds: they have no stiffness to linearise."""
+
+
+def laws_at_rest(m: Mechanism, scene: Scene) -> tuple[tuple[Law, ...], tuple[str, ...]]:
+    """The laws of a scene as they can be linearised, and sentences on what was changed.
+
+    Raises NoSolution for a law that follows a motion or changes with time (a steady motion has no rest), MechlabError for one
+    that cannot be linearised.
+    """
+    laws, notes = [], []
+    for law in scene.laws:
+        if law.kind in STEPPED:
+            raise MechlabError(
+                f"{m.name}, scene {scene.name}: the law {law.kind} on {', '.join(law.targets())} holds rates by bounded forces and has "
+                "no stiffness. Modes need laws that are smooth: choose another scene, or none (the drives then hold their targets)."
+            )
+        if isinstance(law, DcMotor) and law.inductance:
+            law = replace(law, inductance=0.0)
+            notes.append(f"the current of the motor on {law.on} is taken to follow at once (no inductance)")
+        elif tuple(getattr(law, "start", tuple)()):
+            raise MechlabError(
+                f"{m.name}, scene {scene.name}: the law {law.kind} has states of its own; modes take laws without."
+            )
+        laws.append(law)
+    _refuse_steady(m, scene, tuple(laws))
+    if any(scene.initial_rates.values()):
+        notes.append("the rates of the start are left out: an equilibrium at rest is looked for")
+    return tuple(laws), tuple(notes)
+
+
+def _refuse_steady(m: Mechanism, scene: Scene, laws: tuple[Law, ...]) -> None:
+    """Raise NoSolution for a law whose force changes with time in a mechanism that stands still."""
+    plant = _Still(m)
+    for law in laws:
+        forces = []
+        for t in (0.0, 0.137 * scene.duration, 0.618 * scene.duration, scene.duration):
+            plant.t = t
+            forces.append(applied_force(m, (law,), t, plant)[0])
+        if np.max(np.abs(np.array(forces) - forces[0]), initial=0.0) > 1e-9 * max(1.0, float(np.max(np.abs(forces)))):
+            raise NoSolution(
+                f"{m.name}, scene {scene.name}: the law {law.kind} on {', '.join(law.targets())} follows a motion: the mechanism runs, it "
+                "does not rest, and modes about a steady motion are not computed. Choose a scene whose drives stand still, or none "
+                "(the drives then hold their targets)."
+            )
+
+
+class _Still:
+    """The reference pose at rest, as a law sees it; implements `mechlab.experiment.laws.Plant`."""
+
+    def __init__(self, m: Mechanism) -> None:
+        from mechlab.mechanism.constraints import ConstraintSet
+
+        self.mechanism, self.t = m, 0.0
+        self._tree, self._rows = TreeKinematics(m), ConstraintSet(m)
+
+    def value(self, name: str) -> float:
+        return self.mechanism.zero(name)
+
+    def rate(self, name: str) -> float:
+        return 0.0
+
+    def mass_matrix(self) -> Array:
+        return self._tree.mass_matrix()
+
+    def bias(self) -> Array:
+        return self._tree.bias_force()
+
+    def jacobian(self) -> Array:
+        return self._rows.jacobian(self._tree)
+
+    def constraint_bias(self) -> Array:
+        return np.zeros(len(self._rows))
+
+
+ITERATIONS = 300
+LARGEST = 0.3
+"""No coordinate moves farther in one step [rad or m]."""
+BALANCED = 1e-9
+"""Share of the load that may stay when rounding stops the descent."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """An equilibrium: the engine's pose x, what stays unbalanced along the motions that are allowed [N m or N], steps."""
+
+    x: Array
+    residual: float
+    steps: int
+
+
+def settle(dynamics: Dynamics, q: Array) -> Rest:
+    """The equilibrium that one reaches downhill from coordinates q (nq,); one that q already is stays, stable or not.
+
+    Newton where the potential is convex; elsewhere the curvatures are taken positive, so that the step goes downhill and
+    away from a saddle. Directions without any force stay where they are. Raises NoSolution when the pose does not close, or
+    when no rest is found: something keeps pushing.
+    """
+    found = dynamics.closed(dynamics.pose(q))
+    if not found.closed:
+        raise NoSolution(
+            f"{dynamics.mechanism.name}: the start does not close (open by {found.residual:.3g}): {found.status.value}."
+        )
+    x, load, last = found.q, 0.0, np.inf
+    for k in range(ITERATIONS):
+        now = linear(dynamics, x, with_damping=False)
+        load = max(load, now.load, 0.1 * now.stiffest)
+        residual = _unbalanced(dynamics, now)
+        if residual <= 1e-15 * load or (residual < BALANCED * load and residual >= 0.5 * last):
+            return Rest(x, residual, k)
+        last = residual
+        x = _step(dynamics, x, now, _direction(now, load))
+    raise NoSolution(
+        f"{dynamics.mechanism.name}: no equilibrium at rest from this start: after {ITERATIONS} steps {residual:.3g} N m or N stay "
+        f"unbalanced at {_culprit(dynamics, now)}. Something keeps pushing (a constant load on a free part), or the position is "
+        "singular; give another start (X_0=...) or hold the part."
+    )
+
+
+def _unbalanced(dynamics: Dynamics, now: Linear) -> float:
+    """Largest generalised force along the allowed motions, each scaled to a largest coordinate of 1."""
+    if not len(now.gradient):
+        return 0.0
+    return float(np.max(np.abs(now.gradient) / np.max(np.abs(now.basis), axis=0)))
+
+
+def _direction(now: Linear, load: float) -> Array:
+    """Displacement in the coordinates of `now`, downhill."""
+    g, values, vectors = now.gradient, *np.linalg.eigh(0.5 * (now.stiffness + now.stiffness.T))
+    sizes = np.max(np.abs(now.basis @ vectors), axis=0)
+    floor = 1e-9 * max(load, now.stiffest) * sizes**2
+    along = vectors.T @ g
+    idle = (np.abs(values) <= floor) & (np.abs(along) <= 1e-12 * load * sizes)
+    if np.all((values > floor) | idle):
+        keep = vectors[:, ~idle]
+        return -keep @ np.linalg.solve(keep.T @ now.stiffness @ keep, keep.T @ g) if keep.shape[1] else 0.0 * g
+    curved = np.where(idle, 0.0, along / np.maximum(np.abs(values), np.maximum(floor, 1e-300)))
+    return np.asarray(-vectors @ curved)
+
+
+def _step(dynamics: Dynamics, x: Array, now: Linear, y: Array) -> Array:
+    """The next pose: the step is halved while it does not close, or while it passes the bottom by far."""
+    dv = now.basis @ y
+    biggest = float(np.max(np.abs(dv), initial=0.0))
+    scale = min(1.0, LARGEST / biggest) if biggest > 0.0 else 1.0
+    slope = float(now.gradient @ y)
+    trial = x
+    for _ in range(12):
+        found = dynamics.closed(dynamics.moved(x, scale * dv))
+        if found.closed:
+            trial = found.q
+            if _slope(dynamics, trial, dv) <= max(0.5 * abs(slope), 1e-13 * now.load * biggest):
+                return trial
+        scale *= 0.5
+    return trial
+
+
+def _slope(dynamics: Dynamics, x: Array, dv: Array) -> float:
+    """Slope of the potential at x along dv, as far as the constraints allow dv there."""
+    rows = dynamics.rows(x)
+    along = dv - np.linalg.lstsq(rows, rows @ dv, rcond=1e-11)[0] if len(rows) else dv
+    return float(dynamics.force(x) @ along)
+
+
+def _culprit(dynamics: Dynamics, now: Linear) -> str:
+    push = dynamics.rates((now.basis @ now.gradient)[:, None])[:, 0]
+    return dynamics.mechanism.rate_names[int(np.argmax(np.abs(push)))]

@@ -1,0 +1,202 @@
+"""From the name of a quantity to what computes it, with its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.parameters import describe
+from mechlab.experiment.question import Question
+from mechlab.lab.design import Design
+from mechlab.studies.optimize import sources
+from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, Source
+from mechlab.studies.workspace.result import product
+from mechlab.values import Range
+
+FEW = 4
+"""Positions or steps that tell what columns there are."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """All quantities of a problem: what computes them, and their units."""
+
+    sources: tuple[Source, ...]
+    units: Mapping[str, str]
+
+    def numbers(self, design: Design) -> dict[str, float]:
+        """Quantity -> value. Raises MechlabError where the design has none."""
+        out: dict[str, float] = {}
+        for source in self.sources:
+            out |= source.numbers(design)
+        return out
+
+    def checked(self, design: Design) -> dict[str, dict[str, float]]:
+        """Quantity -> what other ways to compute it say."""
+        out: dict[str, dict[str, float]] = {}
+        for source in self.sources:
+            out |= source.checked(design)
+        return {k: v for k, v in out.items() if v}
+
+
+def measured(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> Measured:
+    """What computes `names`, cheapest first. given: what is no parameter: keys of questions, axes and limits of the
+    workspace, X_rate, X_force of a cycle, X_0 of a run.
+
+    Names: a parameter; an answer of the question that the given keys make; voxels, volume, columns (xy_nodes), margin,
+    MAP_smallest, MAP_median, MAP_largest, reach, dexterity of a workspace; cycle.REDUCE.COLUMN; run.REDUCE.CHANNEL,
+    run.health.FINDING. Raises MechlabError for any other, listing what exists, and for given keys that nothing takes.
+    """
+    groups: dict[str, list[str]] = {}
+    for name in dict.fromkeys(names):
+        groups.setdefault(_kind(design, name), []).append(name)
+    made: list[Source] = []
+    units: dict[str, str] = {}
+    taken: set[str] = set()
+    if "parameter" in groups:
+        infos = {i.name: i for i in describe(design.entry.parameters)}
+        made.append(sources.Parameters(tuple(groups["parameter"])))
+        units |= {n: infos[n].unit for n in groups["parameter"]}
+    asked: dict[tuple[str | None, tuple[str, ...]], list[str]] = {}
+    for name in groups.get("answer", ()):
+        question, keys, units[name] = _asked(design, name, given)
+        asked.setdefault((None if question is None else question.name, keys), []).append(name)
+        taken |= set(keys)
+    made += [sources.Asked(tuple(n), q, {k: given[k] for k in keys}) for (q, keys), n in asked.items()]
+    if "workspace" in groups:
+        recipe = design.entry.workspace
+        assert recipe is not None
+        own = {k: v for k, v in given.items() if k in {*recipe.grid, *recipe.limits}}
+        made.append(sources.Workspace(tuple(groups["workspace"]), own))
+        taken |= set(own)
+        units |= {n: _workspace_unit(design, n) for n in groups["workspace"]}
+    for kind in ("cycle", "run"):
+        if kind in groups:
+            own = {k: _plain(k, v) for k, v in given.items() if k not in taken}
+            taken |= set(own)
+            made.append((sources.Cycle if kind == "cycle" else sources.Run)(tuple(groups[kind]), own))
+            _exist(design, kind, groups[kind], own)
+            units |= {n: _engine_unit(design, n) for n in groups[kind]}
+    strange = [k for k in given if k not in taken]
+    if strange:
+        raise unknown(f"{design.name}: quantity", strange[0], _takes(design) | taken)
+    return Measured(tuple(made), units)
+
+
+def _kind(design: Design, name: str) -> str:
+    first, _, rest = name.partition(".")
+    if rest and first in ("cycle", "run"):
+        how = rest.partition(".")[0]
+        allowed = REDUCE if first == "cycle" else (*REDUCE, "health")
+        if how not in allowed or "." not in rest:
+            raise MechlabError(f"{name}: expected {first}.HOW.COLUMN, HOW one of {', '.join(allowed)}.")
+        return first
+    if any(i.name == name and i.kind in ("number", "integer", "ratio") for i in describe(design.entry.parameters)):
+        return "parameter"
+    return "workspace" if name in workspace_names(design) else "answer"
+
+
+def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, float]) -> None:
+    """Raises MechlabError, listing what exists, for a column, a channel, a finding or a key that this design does not have. A
+    design that has no cycle or no run at all tells nothing about the others."""
+    try:
+        if kind == "cycle":
+            from mechlab.studies.cycle.cycle import run_cycle
+
+            found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
+            columns, findings = {*found.columns, *found.zero}, set[str]()
+        else:
+            from mechlab.lab.run import run_scene
+
+            step = design.for_scene(None).scene(None).settings.timestep
+            recording = run_scene(design, None, duration=FEW * step, extra=dict(own))
+            columns, findings = set(recording.channels), {f.name for f in recording.health.findings}
+    except MechlabError as cause:
+        if cause.exit_code > 2:
+            return
+        raise
+    for name in names:
+        _, how, what = name.split(".", 2)
+        if what not in (known := findings if how == "health" else columns):
+            raise unknown(f"{design.name}: {kind}: {'finding' if how == 'health' else 'column'}", what, known)
+
+
+def workspace_names(design: Design) -> tuple[str, ...]:
+    """Quantities of the design's own workspace; none where it brings none."""
+    recipe = design.entry.workspace
+    if recipe is None:
+        return ()
+    maps = recipe.maps(design.parameters)
+    per_map = [f"{m}_{s}" for m in maps for s in STATISTICS]
+    return (*COUNTED, "reach", *(["dexterity"] if DEXTERITY in maps else []), *per_map)
+
+
+def _workspace_unit(design: Design, name: str) -> str:
+    recipe = design.entry.workspace
+    assert recipe is not None
+    if name in ("margin", "reach"):
+        return "m"
+    if name == "volume":
+        return product([recipe.units[a] for a in recipe.grid])
+    maps = recipe.maps(design.parameters)
+    stem = DEXTERITY if name == "dexterity" else name.rpartition("_")[0]
+    return maps[stem].unit if stem in maps else ""
+
+
+def _asked(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Question | None, tuple[str, ...], str]:
+    """The question, the given keys it takes, the unit of the answer."""
+    fits = []
+    for q in design.entry.questions:
+        if set(q.given) <= set(given) and (name in q.answers or name in _said(design, q, given)):
+            fits.append(q)
+    if fits:
+        best = max(fits, key=lambda q: len(q.given))
+        keys = tuple(k for k in given if k in {*best.given, *best.optional})
+        return best, keys, best.units.get(name, "rad" if name in best.angles or name.endswith("_angle") else "")
+    m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+    from mechlab.kit.determined import quantities
+
+    if given and name in quantities(m):
+        keys = tuple(k for k in given if k in quantities(m))
+        return None, keys, ""
+    needs = [f"{', '.join(q.given)} for {name}" for q in design.entry.questions if name in q.answers]
+    if needs:
+        raise MechlabError(f"{design.name}: {name} is an answer; also give {' or '.join(needs)}.")
+    exists = {a for q in design.entry.questions for a in q.answers} | {*workspace_names(design)}
+    exists |= {i.name for i in describe(design.entry.parameters)} | {"cycle.peak.COLUMN", "run.final.CHANNEL"}
+    raise unknown(f"{design.name}: quantity", name, exists)
+
+
+def _said(design: Design, q: Question, given: Mapping[str, Any]) -> tuple[str, ...]:
+    """The answers that a question gives beyond those it declares."""
+    complete = {k: v for k, v in q.optional.items() if v is not None}
+    complete |= {k: v for k, v in given.items() if k in {*q.given, *q.optional} and np.ndim(v) == 0}
+    if not set(q.given) <= set(complete):
+        return ()
+    try:
+        return tuple(next(iter(q.witnesses.values()))(design.parameters, complete).values)
+    except MechlabError:
+        return ()
+
+
+def _plain(key: str, value: Any) -> float:
+    if isinstance(value, Range) or not hasattr(value, "__float__"):
+        raise MechlabError(f"{key}: expected a number, got {value}.")
+    return float(value)
+
+
+def _engine_unit(design: Design, name: str) -> str:
+    """Angles and angle rates are told by their joint; other columns carry SI."""
+    what = name.split(".", 2)[2]
+    return "rad" if what.endswith("_angle") else ""
+
+
+def _takes(design: Design) -> set[str]:
+    recipe = design.entry.workspace
+    keys = {k for q in design.entry.questions for k in (*q.given, *q.optional)}
+    keys |= {i.name for i in describe(design.entry.parameters)}
+    return keys | ({*recipe.grid, *recipe.limits} if recipe else set())

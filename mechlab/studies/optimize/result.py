@@ -1,0 +1,208 @@
+"""What an optimisation found: the best design beside the start, what holds it, how it was checked, the front; or why not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mechlab.experiment.parameters import describe
+from mechlab.mechanism import Status
+from mechlab.studies.optimize.problem import Constraint, Goal, Problem, Trial
+from mechlab.tables import Told, number, table
+
+ACTIVE = 1e-4
+"""A constraint or an end of a range is active when the best design is nearer, as a share of the bound or of the range."""
+AGREES = 1e-6
+"""Largest difference, as a share of the value, between the reported number and another way to compute it."""
+
+
+@dataclass(frozen=True)
+class Optimum(Told):
+    """best: None where no design meets the constraints; nearest: the design that misses them least. checks: quantity -> what
+    other ways to compute it say at the best design. front: non-dominated designs, for `second`."""
+
+    problem: Problem
+    best: Trial | None
+    start: Trial
+    seed: int
+    nearest: Trial | None = None
+    checks: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    second: Goal | None = None
+    front: tuple[Trial, ...] = ()
+    task: str = ""
+    given: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
+
+    @property
+    def exit_code(self) -> int:
+        """0; 3 when a check disagrees; 4 when no design meets the constraints."""
+        return 4 if self.best is None else 3 if self.disagreement else 0
+
+    @property
+    def disagreement(self) -> str:
+        """The first quantity for which another way to compute it says something else; empty when all agree."""
+        if self.best is None:
+            return ""
+        for name, said in self.checks.items():
+            value = self.best.values[name]
+            limit = self.tolerances.get(name, AGREES) * max(abs(value), 1e-9)
+            for way, other in said.items():
+                if not abs(other - value) <= limit:
+                    return f"{name} is {value:.9g}, but {other:.9g} as computed by {way}"
+        return ""
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """Where a check may differ by more: extremes over a cycle are those of its positions."""
+        return {n: 1e-2 for n in self.checks if n.startswith("cycle.")}
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The variables of the best design."""
+        if self.best is None:
+            return {}
+        return dict(zip((v.name for v in self.problem.variables), self.best.x, strict=True))
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """Constraints and ends of ranges that hold the best design."""
+        if self.best is None:
+            return ()
+        out = [c.text for c in self.problem.constraints if c.slack(self.best.values) <= ACTIVE]
+        for v, x in zip(self.problem.variables, self.best.x, strict=True):
+            for end, name in ((v.low, "lowest"), (v.high, "highest")):
+                if abs(x - end) <= ACTIVE * (v.high - v.low):
+                    out.append(f"{v.name} at its {name} value {end:.9g}")
+        return tuple(out)
+
+    @property
+    def message(self) -> str:
+        """What was found, in one sentence."""
+        p = self.problem
+        if self.best is None:
+            return f"{p.base.name}: {infeasible(p, self.nearest)}"
+        if self.disagreement:
+            return f"{p.base.name}: do not trust the optimum: {self.disagreement}"
+        g = p.goal.quantity
+        what = ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters.items())
+        before = f" (start: {told(self.start.values[g], self.unit(g))})" if g in self.start.values else ""
+        held = f"; held by {', '.join(self.active)}" if self.active else "; no constraint is active"
+        return f"{p.base.name}: {p.goal.text} is {told(self.best.values[g], self.unit(g))}{before} at {what}{held}"
+
+    def unit(self, quantity: str) -> str:
+        """Unit of a quantity."""
+        return self.problem.measured.units.get(quantity, "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        p = self.problem
+        fixed = {i.name: getattr(p.base.parameters, i.name) for i in describe(p.base.entry.parameters)}
+        out: dict[str, Any] = {
+            "status": Status.SOLVED.value if self.best else "infeasible", "message": self.message, "task": self.task,
+            "goal": {"quantity": p.goal.quantity, "sense": "largest" if p.goal.sign > 0 else "smallest"},
+            "variables": {v.name: {"low": v.low, "high": v.high, "unit": v.unit} for v in p.variables},
+            "constraints": [c.text for c in p.constraints],
+            "best": None if self.best is None else {"parameters": self.parameters, "quantities": dict(self.best.values)},
+            "start": {"parameters": self._named(self.start), "quantities": dict(self.start.values)},
+            "active": list(self.active), "checks": {k: dict(v) for k, v in self.checks.items()},
+            "evaluations": len(p.trials), "seed": self.seed, "given": dict(self.given),
+            "units": {v.name: v.unit for v in p.variables} | dict(p.measured.units),
+            "parameters": fixed | self.parameters, "warnings": list(self.warnings),
+        }  # fmt: skip
+        if self.start.failure:
+            out["start"]["failure"] = self.start.failure
+        if self.best is None and self.nearest is not None:
+            out["nearest"] = {
+                "parameters": self._named(self.nearest), "quantities": dict(self.nearest.values),
+                "missed": missed(p.constraints, self.nearest),
+            }  # fmt: skip
+        if self.second is not None:
+            out["front"] = {
+                "goals": [p.goal.text, self.second.text],
+                "designs": [{"parameters": self._named(t), "quantities": dict(t.values)} for t in self.front],
+            }
+        return out | ({"files": {k: str(f) for k, f in self.files.items()}} if self.files else {})
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the best design itself warns of."""
+        return () if self.best is None else self.problem.design(self.best.x).warnings
+
+    def _named(self, t: Trial) -> dict[str, float]:
+        return dict(zip((v.name for v in self.problem.variables), t.x, strict=True))
+
+    def text(self) -> str:
+        """The sentence, a table of start and best, the checks, the front."""
+        p = self.problem
+        lines = [f"task: {self.task}"] if self.task else []
+        lines.append(f"{self.message}.")
+        shown = self.best or self.nearest
+        head = "best" if self.best else "nearest"
+        if shown is not None:
+            rows = [
+                (v.name, v.unit, f"{v.low:.6g} .. {v.high:.6g}", number(a, 9), number(b, 9))
+                for v, a, b in zip(p.variables, self.start.x, shown.x, strict=True)
+            ]
+            limits: dict[str, list[str]] = {}
+            for c in p.constraints:
+                limits.setdefault(c.quantity, []).append(f"{'>=' if c.sign > 0 else '<='} {c.bound:.6g}")
+            for q, unit in p.measured.units.items():
+                if q in self._named(shown) and q != p.goal.quantity:
+                    continue
+                wanted = [p.goal.text.split()[0]] if q == p.goal.quantity else []
+                about = ", ".join(wanted + limits.get(q, []))
+                rows.append((q, unit, about, number(self.start.values.get(q), 9), number(shown.values.get(q), 9)))
+            lines.append(table(("quantity", "unit", "range or wish", "start", head), rows))
+        if self.start.failure:
+            lines.append(f"start: {self.start.failure}")
+        for q, said in self.checks.items():
+            lines.append(f"checked: {q} = {', '.join(f'{v:.9g} ({way})' for way, v in said.items())}")
+        lines.append(f"{len(p.trials)} designs evaluated, seed {self.seed}")
+        if self.second is not None and self.front:
+            names = [v.name for v in p.variables]
+            both = [p.goal.quantity, self.second.quantity]
+            cells = [[*(number(t.values[q], 6) for q in both), *(number(a, 6) for a in t.x)] for t in self.front]
+            lines += [
+                f"front of {p.goal.text} and {self.second.text}, without a bound on {self.second.quantity}:",
+                table((*both, *names), cells),
+            ]
+        lines += [f"{k}: {f}" for k, f in self.files.items()]
+        return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
+
+
+def told(value: float, unit: str) -> str:
+    """A number with its unit, angles in degrees too."""
+    if unit == "rad":
+        return f"{value:.6g} rad ({math.degrees(value):.5g} deg)"
+    return f"{value:.6g} {unit}".rstrip()
+
+
+def missed(constraints: tuple[Constraint, ...], t: Trial) -> dict[str, float]:
+    """Constraint -> the value that misses it."""
+    return {c.text: t.values[c.quantity] for c in constraints if not t.failure and c.slack(t.values) < 0.0}
+
+
+def infeasible(p: Problem, nearest: Trial | None) -> str:
+    """Which constraint cannot be met, and the nearest that was found."""
+    known = [t for t in p.trials.values() if not t.failure]
+    if nearest is None or not known:
+        reasons = [t.failure for t in p.trials.values() if t.failure]
+        most = max(set(reasons), key=reasons.count) if reasons else "nothing was tried"
+        return f"none of {len(p.trials)} designs in these ranges has the quantities asked for; for example: {most}"
+    alone = []
+    for c in p.constraints:
+        best = max((t.values[c.quantity] for t in known), key=lambda value: c.sign * value)
+        if c.sign * (best - c.bound) < 0.0:
+            alone.append(f"{c.text} cannot be met in these ranges: the {'largest' if c.sign > 0 else 'smallest'} "
+                         f"{c.quantity} found is {told(best, p.measured.units[c.quantity])}")  # fmt: skip
+    where = ", ".join(f"{v.name} = {x:.6g}" for v, x in zip(p.variables, nearest.x, strict=True))
+    values = ", ".join(
+        f"{c.quantity} = {told(nearest.values[c.quantity], p.measured.units[c.quantity])}" for c in p.constraints
+    )
+    reason = "; ".join(alone) or (
+        f"each of {', '.join(c.text for c in p.constraints)} can be met, but not all of them in one design"
+    )
+    return f"{reason}. Nearest: {values} at {where}. Widen a range or relax a constraint"

@@ -1,0 +1,195 @@
+"""The front of two goals: epsilon-constraint sweeps, which also find the parts of a front that bulge inwards.
+
+Haimes, Lasdon & Wismer 1971: the second goal becomes a constraint that is tightened step by step, each step starting from the
+designs that are known.
+
+The search: differential evolution over the whole box, then COBYQA from the best, both of scipy, both with constraints.
+
+Differential evolution: Storn & Price 1997, constraints by the rules of Lampinen 2002. COBYQA: Ragonneau & Zhang 2023,
+without derivatives, so that goals with kinks (a least angle, a reach) need no care.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.optimize import NonlinearConstraint, differential_evolution, minimize
+
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.optimize.problem import MET, Constraint, Goal, Problem, Trial
+
+MEMBERS = 12
+"""Members of the population for each variable, at least 20."""
+
+
+def fewest(variables: int) -> int:
+    """Designs of the shortest global search: a population and one generation after it."""
+    return 2 * max(20, MEMBERS * variables)
+
+
+POLISH = 60
+"""Most evaluations of the local search for each variable and one more."""
+ROUNDS, SETTLED = 5, 1e-7
+"""Local searches, each from the best so far, until one gains less than this share; narrow ridges take several."""
+RADIUS, FINEST = 0.02, 1e-11
+"""Trust region of the local search, first and last, as shares of the ranges."""
+FAR = 1e3
+"""Violation, in shares of the bounds, that stands for a design which cannot exist."""
+
+
+def search(
+    problem: Problem,
+    goal: Goal,
+    constraints: Sequence[Constraint],
+    evaluations: int,
+    seed: int,
+    starts: Sequence[Trial] = (),
+    polish: int | None = None,
+) -> Trial | None:
+    """The best trial that meets the constraints, None where none was found.
+
+    starts: known designs, which the search begins with. polish: evaluations of the local search for each variable and one
+    more. Every trial stays in `problem.trials`, and the answer is the best of them all.
+    """
+    evolve(problem, lambda t: -goal.sign * t.values[goal.quantity], constraints, evaluations, seed, starts)
+    if problem.best(goal, constraints) is None:
+        evolve(problem, lambda t: -t.worst(constraints), (), evaluations, seed + 1, starts)
+    found = problem.best(goal, constraints)
+    most = min(POLISH, max(8, evaluations // (2 * len(problem.variables) + 2)))
+    for _ in range(ROUNDS if len(problem.variables) > 1 else 1):
+        if found is None:
+            return None
+        before = found.values[goal.quantity]
+        refine(problem, goal, constraints, found, polish or most)
+        found = problem.best(goal, constraints)
+        if found is not None and abs(found.values[goal.quantity] - before) <= SETTLED * abs(before):
+            break
+    return found
+
+
+def evolve(
+    problem: Problem,
+    cost: Callable[[Trial], float],
+    constraints: Sequence[Constraint],
+    evaluations: int,
+    seed: int,
+    starts: Sequence[Trial] = (),
+) -> None:
+    """Differential evolution; its trials are kept by the problem."""
+    low, high = problem.box
+    size = max(20, MEMBERS * len(low))
+
+    def held(x: Array) -> Array:
+        t = problem.trial(x)
+        if t.failure:
+            return np.full(len(constraints) + 1, -FAR)
+        return np.array([1.0, *(c.slack(t.values) for c in constraints)])
+
+    def objective(x: Array) -> float:
+        t = problem.trial(x)
+        return np.inf if t.failure else cost(t)
+
+    first = _population(problem, size, seed, starts)
+    differential_evolution(
+        objective, list(zip(low, high, strict=True)), init=first, maxiter=max(1, evaluations // size - 1), tol=1e-9, atol=0.0,
+        rng=np.random.default_rng(seed), polish=False, integrality=[v.whole for v in problem.variables],
+        constraints=NonlinearConstraint(held, 0.0, np.inf), mutation=(0.4, 0.9), recombination=0.8,
+    )  # fmt: skip
+
+
+def _population(problem: Problem, size: int, seed: int, starts: Sequence[Trial]) -> Array:
+    """(size, n): a Latin hypercube, in which the starts replace the last members."""
+    from scipy.stats.qmc import LatinHypercube
+
+    low, high = problem.box
+    cube = LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(size)
+    out = low + cube * (high - low)
+    for k, t in enumerate(starts[: size // 2]):
+        out[-1 - k] = problem.inside(t.x)
+    return np.asarray(out)
+
+
+def refine(problem: Problem, goal: Goal, constraints: Sequence[Constraint], start: Trial, evaluations: int) -> None:
+    """COBYQA in the unit box around a trial; whole numbers stay. Its trials are kept by the problem."""
+    low, high = problem.box
+    free = np.array([not v.whole for v in problem.variables])
+    if not free.any():
+        return
+    origin = np.array(start.x)
+    size = abs(start.values[goal.quantity]) or 1.0
+
+    def place(u: Array) -> Array:
+        x = origin.copy()
+        x[free] = low[free] + np.clip(u, 0.0, 1.0) * (high - low)[free]
+        return x
+
+    def objective(u: Array) -> float:
+        t = problem.trial(place(u))
+        return 10.0 if t.failure else -goal.sign * t.values[goal.quantity] / size
+
+    def held(u: Array) -> Array:
+        t = problem.trial(place(u))
+        return np.full(len(constraints), -1.0) if t.failure else np.array([c.slack(t.values) for c in constraints])
+
+    kept = [NonlinearConstraint(held, 0.1 * MET, np.inf)] if constraints else []
+    begin = ((origin - low) / (high - low))[free]
+    minimize(
+        objective, begin, method="COBYQA", bounds=[(0.0, 1.0)] * int(free.sum()), constraints=kept,
+        options={"maxfev": evaluations * (int(free.sum()) + 1), "initial_tr_radius": RADIUS, "final_tr_radius": FINEST},
+    )  # fmt: skip
+
+
+LEVELS = 12
+CLOSE = 1e-3
+"""Designs of a front that are nearer in the second goal, as a share of its range, are one."""
+SHARE = 6
+"""A level may take this part of the evaluations of a whole search."""
+
+
+def front(
+    problem: Problem,
+    second: Goal,
+    constraints: Sequence[Constraint],
+    evaluations: int,
+    seed: int,
+    levels: int = LEVELS,
+) -> tuple[Trial, ...]:
+    """Non-dominated designs, the best of the first goal first; one alone where the goals do not conflict."""
+    goal = problem.goal
+    bounded = problem.best(goal, problem.constraints)
+    known = [bounded] if bounded is not None else []
+    ends = [search(problem, g, constraints, evaluations // 2, seed + k, known) for k, g in enumerate((goal, second))]
+    if ends[0] is None or ends[1] is None:
+        return ()
+    low, high = (t.values[second.quantity] for t in ends if t is not None)
+    found = [t for t in (*ends, bounded) if t is not None]
+    for k, level in enumerate(np.linspace(low, high, levels + 1)[1:-1]):
+        kept = (*constraints, Constraint(second.quantity, second.sign, float(level)))
+        near = problem.best(goal, kept)
+        best = search(problem, goal, kept, evaluations // SHARE, seed + 2 + k, [near] if near else [])
+        found += [best] if best is not None else []
+    return apart(non_dominated(found, goal, second), second)
+
+
+def apart(trials: Sequence[Trial], second: Goal) -> tuple[Trial, ...]:
+    """Without those that differ from the one before in the last digits alone."""
+    values = [t.values[second.quantity] for t in trials]
+    room = CLOSE * abs(values[-1] - values[0]) if trials else 0.0
+    out: list[Trial] = []
+    for t, value in zip(trials, values, strict=True):
+        if not out or abs(value - out[-1].values[second.quantity]) > room:
+            out.append(t)
+    return tuple(out)
+
+
+def non_dominated(trials: Sequence[Trial], first: Goal, second: Goal) -> tuple[Trial, ...]:
+    """Those that no other one beats in both goals, the best of the first goal first."""
+    order = sorted(
+        trials, key=lambda t: (-first.sign * t.values[first.quantity], -second.sign * t.values[second.quantity])
+    )
+    out: list[Trial] = []
+    for t in order:
+        if not out or second.sign * (t.values[second.quantity] - out[-1].values[second.quantity]) > 0.0:
+            out.append(t)
+    return tuple(out)

@@ -1,0 +1,87 @@
+"""The inputs of answers: parameters that are numbers, entry by entry; given quantities where they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from mechlab.experiment.parameters import ParameterInfo, describe
+from mechlab.lab.design import Design, design
+
+WHY = {
+    "integer": "a whole number",
+    "integers": "whole numbers",
+    "ratio": "a ratio, exact as its teeth",
+    "text": "a text",
+}
+
+
+@dataclass(frozen=True)
+class Input:
+    """A number that answers depend on. name: the parameter, PARAMETER[k] for an entry of a list, or a given quantity;
+    size: what its steps are measured by."""
+
+    name: str
+    key: str
+    value: float
+    unit: str
+    size: float
+    index: int | None = None
+    given: bool = False
+
+    def moved(self, base: Design, asked: Mapping[str, Any], by: float) -> tuple[Design, dict[str, Any]]:
+        """Design and given quantities with this input changed. Raises MechlabError where the design cannot exist."""
+        value: Any = self.value + by
+        if self.given:
+            return base, dict(asked) | {self.key: value}
+        if self.index is not None:
+            entries = list(getattr(base.parameters, self.key))
+            entries[self.index] = value
+            value = tuple(entries)
+        return design(base.entry, dict(base.given) | {self.key: value}), dict(asked)
+
+
+def inputs_of(
+    base: Design, asked: Mapping[str, Any], units: Mapping[str, str], also: Collection[str] = ()
+) -> tuple[tuple[Input, ...], dict[str, str]]:
+    """The inputs, and the parameters that are none with the reason. also: given quantities to count as inputs."""
+    found: list[Input] = []
+    skipped: dict[str, str] = {}
+    infos = describe(base.entry.parameters)
+    sizes = _sizes(base, infos)
+    for info in infos:
+        value = getattr(base.parameters, info.name)
+        if info.kind not in ("number", "numbers"):
+            skipped[info.name] = WHY[info.kind]
+        elif value is None:
+            skipped[info.name] = "not set"
+        elif info.kind == "number":
+            x = float(value)
+            found.append(Input(info.name, info.name, x, info.unit, _size(x, info.unit, sizes)))
+        else:
+            found += [
+                Input(f"{info.name}[{k}]", info.name, float(x), info.unit, _size(float(x), info.unit, sizes), k)
+                for k, x in enumerate(value)
+            ]
+    for key in also:
+        unit, x = units.get(key, ""), float(asked[key])
+        found.append(Input(key, key, x, unit, _size(x, unit, sizes), given=True))
+    return tuple(found), skipped
+
+
+def _sizes(base: Design, infos: tuple[ParameterInfo, ...]) -> dict[str, float]:
+    """The largest parameter of each unit: what a step from zero is measured by."""
+    out: dict[str, float] = {}
+    for info in infos:
+        value = getattr(base.parameters, info.name)
+        many = value if info.kind == "numbers" else (value,)
+        if info.kind in ("number", "numbers") and value is not None:
+            out[info.unit] = max(out.get(info.unit, 0.0), *(abs(float(x)) for x in many))
+    return out
+
+
+def _size(value: float, unit: str, sizes: Mapping[str, float]) -> float:
+    """Own size; for angles, and where it is next to nothing, that of its like."""
+    like = 1.0 if unit == "rad" else sizes.get(unit, 0.0) or 1.0
+    return like if unit == "rad" or abs(value) < 1e-3 * like else abs(value)

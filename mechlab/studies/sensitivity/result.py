@@ -1,0 +1,212 @@
+"""What a sensitivity study found: derivatives of answers by inputs, from each witness, and tolerances of answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechlab.experiment.question import Answers
+from mechlab.lab.results import SolveResult
+from mechlab.studies.sensitivity.derivatives import ALL, NAMED, Corners
+from mechlab.tables import number, table
+
+APART = 1e-3
+"""Witnesses whose derivatives differ by more, as a share of the change that all inputs make together, are not to be trusted."""
+
+
+LINEAR = 0.1
+"""A worst case to first order that is off by more, as a share of the true one at the corners, is not to be trusted."""
+SMALLEST = 1e-9
+"""Changes of an answer below this, as a share of 1 or of its size, are rounding, and are not compared."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Derivative of an answer by an input: dA/dp, its estimated error, and p/A dA/dp (None where A is 0), by the first
+    witness that has it; `witnesses`: each one's own. Arrays where arrays are given."""
+
+    derivative: Any
+    error: Any
+    relative: Any
+    witnesses: Mapping[str, Any]
+    one_sided: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        out = {"derivative": self.derivative, "relative": self.relative, "error": self.error}
+        return out | {"witnesses": dict(self.witnesses)} | ({"one_sided": True} if self.one_sided else {})
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Tolerance of an answer to first order: worst_case = sum |dA/dp| t, root_sum_square = sqrt(sum (dA/dp t)^2);
+    shares: what each input adds to the worst case. at_corners: the largest change among true solutions at the ends and corners."""
+
+    worst_case: Any
+    root_sum_square: Any
+    shares: Mapping[str, Any]
+    at_corners: Any
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the worst case to first order is the true one at the corners within `LINEAR`."""
+        first, true = np.asarray(self.worst_case, dtype=float), np.asarray(self.at_corners, dtype=float)
+        return bool(np.all(np.abs(first - true) <= LINEAR * true + SMALLEST))
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {
+            "worst_case": self.worst_case, "root_sum_square": self.root_sum_square, "contributions": dict(self.shares),
+            "at_corners": self.at_corners, "linear": self.is_linear,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """cells: answer -> input -> Cell; spreads: answer -> Spread; widths: input -> half width used; max_difference: largest
+    difference of a derivative between witnesses, as a share of sum_p |dA/dp p|."""
+
+    answers: Answers
+    cells: Mapping[str, Mapping[str, Cell]]
+    spreads: Mapping[str, Spread] = field(default_factory=dict)
+    widths: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    skipped: Mapping[str, str] = field(default_factory=dict)
+    max_difference: float | None = None
+    notes: tuple[str, ...] = ()
+    box: Corners | None = None
+
+    def __getitem__(self, answer: str) -> Mapping[str, Cell]:
+        return self.cells[answer]
+
+    @property
+    def exit_code(self) -> int:
+        """That of the answers; 3 when witnesses disagree on a derivative, and where tolerances are not what they are to first
+        order."""
+        return max(self.answers.exit_code, 3 if self._apart or self.bent else 0)
+
+    @property
+    def _apart(self) -> bool:
+        return self.max_difference is not None and self.max_difference > APART
+
+    @property
+    def bent(self) -> str:
+        """Where the linear tolerances fail, in a sentence; empty where they hold."""
+        if self.box is not None and self.box.missing:
+            more = f" and {len(self.box.missing) - NAMED} more" if len(self.box.missing) > NAMED else ""
+            return f"within the tolerances there is no answer at {'; '.join(self.box.missing[:NAMED])}{more}"
+        off = {a: s for a, s in self.spreads.items() if not s.is_linear}
+        if not off:
+            return ""
+        name = max(off, key=lambda a: _size(off[a].at_corners))
+        spread = off[name]
+        return (
+            f"tolerances to first order fail by more than {100 * LINEAR:g} % for {', '.join(off)}: {name} changes by up to "
+            f"{_size(spread.at_corners):.6g} at the corners, to first order by {_size(spread.worst_case):.6g}"
+        )
+
+    @property
+    def message(self) -> str:
+        """What the answers depend on, in one sentence."""
+        if self.answers.exit_code:
+            return f"{SolveResult(self.answers).to_dict()['message']}; there is no answer to take a derivative of"
+        if not self.units:
+            return f"no parameter is a number that can vary ({_reasons(self.skipped)}): the answers have no tolerance"
+        used = [p for p in self.units if any(np.any(c[p].derivative != 0) for c in self.cells.values() if p in c)]
+        if not used:
+            return f"the answers depend on none of {', '.join(self.units)}"
+        if self.bent:
+            return f"{self.bent}: do not trust them"
+        if self.exit_code:
+            return f"the derivatives of the witnesses differ by {self.max_difference:.3g} of the whole change: do not trust them"
+        return f"{len(self.cells)} answers depend on {len(used)} of {len(self.units)} inputs: {', '.join(used)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answers, then `sensitivity` and `tolerance`."""
+        table_ = {a: {p: c.to_dict() for p, c in row.items()} for a, row in self.cells.items()}
+        return SolveResult(self.answers).to_dict() | {
+            "sensitivity": table_, "sensitivity_difference": self.max_difference,
+            "tolerance": {a: s.to_dict() for a, s in self.spreads.items()}, "input_tolerances": dict(self.widths),
+            "corners": None if self.box is None else {"solved": self.box.solved, "all": self.box.whole, "missing": list(self.box.missing)},
+            "skipped": dict(self.skipped), "notes": list(self.notes), "message": self.message,
+        }  # fmt: skip
+
+    def text(self) -> str:
+        """The answers, a table of derivatives, one of tolerances."""
+        lines = [SolveResult(self.answers).text(), "", self.message + "."]
+        rows, idle = [], set(self.units)
+        for answer, row in self.cells.items():
+            order = sorted(
+                row, key=lambda p: -_size(row[p].derivative) * (self.widths.get(p, 1.0) if self.widths else 1.0)
+            )
+            for p in order:
+                cell = row[p]
+                if not np.any(cell.derivative != 0):
+                    continue
+                idle.discard(p)
+                unit = _per(self.answers.units.get(answer, ""), self.units[p])
+                says = str(len(cell.witnesses))
+                rows.append(
+                    (answer, p, number(cell.derivative, 9), unit, number(cell.relative, 6), number(cell.error, 2), says)
+                )
+        if rows:
+            lines.append(table(("answer", "input", "derivative", "unit", "relative", "error", "witnesses"), rows))
+        if idle and rows:
+            lines.append(f"no effect: {', '.join(p for p in self.units if p in idle)}")
+        if self.max_difference is not None:
+            lines.append(f"largest difference between witnesses: {self.max_difference:.3g} of the whole change")
+        if self.spreads:
+            given = ", ".join(f"{p} +-{t:.4g}" for p, t in self.widths.items() if p not in idle)
+            cells = [
+                (
+                    a,
+                    self.answers.units.get(a, ""),
+                    *(number(x, 6) for x in (s.worst_case, s.at_corners, s.root_sum_square)),
+                    _largest(s),
+                )  # fmt: skip
+                for a, s in self.spreads.items()
+                if np.any(s.worst_case != 0) or np.any(np.asarray(s.at_corners) > SMALLEST)
+            ]
+            lines += ["", f"tolerances: {given}"]
+            heads = (
+                "answer",
+                "unit",
+                "worst case, linear +-",
+                "at corners +-",
+                "root sum square +-",
+                "most of it from",
+            )
+            lines.append(table(heads, cells))
+        if self.box is not None:
+            kind = (
+                "all ends and corners"
+                if self.box.whole
+                else f"all ends, and the steepest corners (more than {ALL} inputs matter)"
+            )
+            lines.append(f"true solutions at {self.box.solved} points of the tolerances: {kind}")
+        if self.skipped:
+            lines.append(f"not varied: {_reasons(self.skipped)}")
+        return "\n".join([*lines, *(f"note: {n}" for n in self.notes)])
+
+
+def _reasons(skipped: Mapping[str, str]) -> str:
+    return ", ".join(f"{k} ({why})" for k, why in skipped.items()) or "there is none"
+
+
+def _size(value: Any) -> float:
+    return float(np.nanmax(np.abs(np.nan_to_num(np.asarray(value, dtype=float))), initial=0.0))
+
+
+def _largest(spread: Spread) -> str:
+    if not spread.shares:
+        return "-"
+    return max(spread.shares, key=lambda p: _size(spread.shares[p]))
+
+
+def _per(top: str, bottom: str) -> str:
+    if top == bottom:
+        return ""
+    return f"{top or '1'}/{f'({bottom})' if ' ' in bottom or '/' in bottom else bottom}" if bottom else top

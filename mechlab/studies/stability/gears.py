@@ -1,0 +1,228 @@
+"""Maps of mechanisms with gear relations: gear ratio, and light parts under load.
+
+Map "stiffness": timestep against the stiffness of springs, dampers and servos, with the limits of theory.
+
+Map "sticking": timestep against dry friction; what sticks must not creep.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mechlab.experiment.lag import predicted_lags
+from mechlab.experiment.laws import Constant, OneSidedStop, Servo
+from mechlab.experiment.scene import Scene
+from mechlab.lab.methods import Method, Problem
+from mechlab.mechanism import Mechanism
+from mechlab.studies.stability.data import Axis, Theory
+from mechlab.studies.stability.linear import Linear, formula, largest_step, linearise
+from mechlab.studies.stability.loops import loop_bodies
+from mechlab.studies.stability.plan import DIVISIONS, OUTPUTS, Case, Plan, steps_of, tree_methods, usual_methods
+from mechlab.studies.stability.vary import (
+    faster_joint,
+    rough_parts,
+    scale_friction,
+    scale_mass,
+    scale_servos,
+    scale_springs,
+    with_mechanism,
+)
+
+RATIOS = (1e-2, 1e-1, 1.0, 1e1, 1e2)
+LIGHT = (1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1)
+LAG = 1e-3
+"""A lag of a relation [rad or m] that is still right."""
+PROBE = 1e-3
+
+
+def with_relations(case: Case) -> Case | str:
+    """The case at its own fidelity, or at the cheapest that has gear relations as rows; or why there is none."""
+    if case.mechanism.relations:
+        return _smooth(case)
+    for level in case.design.entry.fidelities:
+        if level == "kinematic" or level == case.scene.fidelity:
+            continue
+        other = replace(case, scene=case.design.scene(case.scene.name, level))
+        if other.mechanism.relations:
+            return _smooth(other)
+    return "it has no gear relations at any fidelity"
+
+
+def _smooth(case: Case) -> Case:
+    """Without dry friction, which has a map of its own."""
+    m = case.mechanism
+    if not rough_parts(m):
+        return case
+    return replace(case, design=with_mechanism(case.design, scale_friction(m, 0.0)))
+
+
+def free_gear(case: Case) -> str | None:
+    """A joint in a relation that carries nothing, is in no loop, and is neither driven, loaded nor set by the scene."""
+    m, scene = case.mechanism, case.scene
+    parents = {b.parent for b in m.bodies}
+    looped = {n for x in m.loops for n in loop_bodies(m, x)}
+    set_by = set(scene.initial) | set(scene.initial_rates) | {n for law in scene.laws for n in law.targets()}
+    set_by |= {n for s in m.shafts if s.name in set_by for n, _ in s.coefficients}
+    home = {j.name: b for b in m.bodies for j in b.joints}
+    related = dict.fromkeys(n for r in m.relations for n, _ in r.coefficients)
+    free = [n for n in related if n not in set_by and home[n].name not in parents and home[n].name not in looped]
+    return free[-1] if free else None
+
+
+def plan_gear_ratio(case: Case) -> Plan | str:
+    """A gear that turns ever faster than it does."""
+    found = with_relations(case)
+    if isinstance(found, str):
+        return found
+    joint = free_gear(found)
+    if joint is None:
+        return "each gear carries a part, closes a loop or is set by the scene: no ratio can be changed alone"
+    case, m = found.free, found.mechanism
+    duration = case.scene.duration
+
+    def problem(y: float) -> Problem:
+        return case.problem(faster_joint(m, joint, y), None, duration)
+
+    axis = Axis("ratio / as given", "", RATIOS, f"{joint} turns this times as fast", 1.0)
+    return Plan(
+        "gear-ratio", "timestep and gear ratio", axis, problem, usual_methods(case), steps_of(duration),
+        remark=_fidelity(case),
+    )  # fmt: skip
+
+
+def plan_light_parts(case: Case) -> Plan | str:
+    """A gear ever lighter under the same load: the lag r = (1-d) tc^2 zeta^2 A f of its soft row."""
+    found = with_relations(case)
+    if isinstance(found, str):
+        return found
+    joint = free_gear(found)
+    if joint is None:
+        return "each gear carries a part, closes a loop or is set by the scene: none can be made light alone"
+    m = found.mechanism
+    body = next(b.name for b in m.bodies if any(j.name == joint for j in b.joints))
+    case, duration = found.free, found.free.scene.duration
+    load = _load(m, case.scene)
+    scene = replace(case.scene, laws=(*case.scene.laws, Constant(joint, load)))
+    names = [f"MuJoCo {i}, hard" for i in ("RK4", "implicitfast", "discrete")] + ["MuJoCo RK4, defaults"]
+    methods = tuple(w for w in case.methods(*names) if w.engine == "mujoco")
+    if not methods:
+        return "the lag of soft rows is MuJoCo's: none of the methods asked for has it"
+
+    def theory(shown: tuple[Method, ...]) -> tuple[Theory, ...]:
+        lines = {w.name: tuple(_step(m, scene, body, y, w) for y in LIGHT) for w in shown if not w.is_default}
+        law = f"(1-d) tc^2 A f = {LAG:g}, tc = 2h"
+        return tuple(Theory(f"predicted lag {LAG:g}", law, x, LIGHT, (name,)) for name, x in lines.items())
+
+    text = f"mass and moments of {body} times this; a constant load of {load:.3g} N m on {joint}"
+    return Plan(
+        "light-parts", "timestep and light loaded parts", Axis("inertia / as given", "", LIGHT, text, 1.0),
+        lambda y: case.problem(scale_mass(m, body, y), scene, duration), methods, steps_of(duration), "gap", LAG,
+        10.0 * LAG, theory=theory, remark=_fidelity(case),
+    )  # fmt: skip
+
+
+def _load(m: Mechanism, scene: Scene) -> float:
+    """The largest reaction of the relations as the scene is, or the weight at a hand's breadth where there is none."""
+    from mechlab.experiment.scene import Settings
+
+    loads = [x.load for x in predicted_lags(m, scene, Settings())]
+    return max([*loads, 1e-3 * m.total_mass * 9.81])
+
+
+def _step(m: Mechanism, scene: Scene, body: str, factor: float, way: Method) -> float:
+    """The timestep at which the predicted lag of the worst relation is LAG: it goes with h^2."""
+    lags = predicted_lags(scale_mass(m, body, factor), scene, way.settings(PROBE))
+    return PROBE * (LAG / max([x.lag for x in lags] + [1e-300])) ** 0.5
+
+
+def _fidelity(case: Case) -> str:
+    free = f", {case.remark}" if case.remark else ""
+    return f"fidelity {case.scene.fidelity}{free}, where gears are rows; dry friction, if any, is left out"
+
+
+FACTORS = (1e-2, 10**-1.5, 1e-1, 10**-0.5, 1.0, 10**0.5, 1e1, 10**1.5, 1e2)
+FEW = (DIVISIONS[:7], FACTORS[::2])
+"""With servos: laws are evaluated in Python, at every stage of every step."""
+
+
+def stiff_parts(mechanism: Mechanism) -> dict[str, tuple[float, str]]:
+    """Name -> stiffness and its unit of every spring, sprung joint and sprung shaft."""
+    out = {s.name: (s.stiffness, "N/m") for s in mechanism.springs if s.stiffness}
+    for j in mechanism.joints:
+        if j.stiffness:
+            out[j.name] = (j.stiffness, "N/m" if j.kind == "prismatic" else "N m/rad")
+    return out | {s.name: (s.stiffness, "N m/rad") for s in mechanism.shafts if s.stiffness}
+
+
+def plan_stiffness(case: Case) -> Plan | str:
+    """The map, or why there is none: nothing in the scene is stiff."""
+    m, scene = case.mechanism, case.scene
+    springs = stiff_parts(m)
+    servos = {w.on: w.stiffness for w in scene.laws if isinstance(w, Servo | OneSidedStop) and w.stiffness}
+    if not springs and not servos:
+        return "it has no springs, and the scene no servo: nothing that limits the timestep by its stiffness"
+    methods = tree_methods(case)
+
+    def problem(y: float) -> Problem:
+        return case.problem(scale_springs(m, y), scale_servos(scene, y), duration)
+
+    limits = [x for x in (largest_step(linearise(m, scene), w) for w in methods) if x < 1e3]
+    if not limits:
+        return "no explicit method among those asked for: springs do not limit their timestep"
+    divisions, factors = FEW if servos else (DIVISIONS, FACTORS)
+    top = min(max(limits), 4.0 * min(limits))  # what is treated implicitly may have a limit far away
+    duration = OUTPUTS * (min(divisions) * max(divisions) * min(limits) * top) ** 0.5
+
+    def theory(shown: tuple[Method, ...]) -> tuple[Theory, ...]:
+        return spring_theory(factors, [_linear(problem(y)) for y in factors], shown)
+
+    named = [f"{n} {k:.3g} {u}" for n, (k, u) in springs.items()] + [f"servo of {n} {k:.3g}" for n, k in servos.items()]
+    text = f"stiffness of {', '.join(named[:3])}{', ...' if len(named) > 3 else ''}, times this; damping by its root"
+    return Plan(
+        "stiffness", "timestep and stiffness", Axis("stiffness / as given", "", factors, text, 1.0), problem, methods,
+        steps_of(duration, divisions), theory=theory,
+        remark="the limits of theory are those of the start pose" if m.loops else "",
+    )  # fmt: skip
+
+
+def _linear(problem: Problem) -> Linear:
+    return linearise(problem.mechanism, problem.scene)
+
+
+def spring_theory(values: tuple[float, ...], systems: list[Linear], methods: tuple[Method, ...]) -> tuple[Theory, ...]:
+    """The largest stable step of every method at every value; methods with the same limits share one line."""
+    lines: dict[tuple[tuple[float, ...], str], list[str]] = {}
+    for m in methods:
+        limits = tuple(largest_step(s, m) for s in systems)
+        if all(x < float("inf") for x in limits):
+            rounded = tuple(float(f"{x:.9g}") for x in limits)
+            lines.setdefault((rounded, formula(systems[len(systems) // 2], m)), []).append(m.name)
+    return tuple(
+        Theory("largest stable timestep", text, limits, values, tuple(names)) for (limits, text), names in lines.items()
+    )
+
+
+FRICTION_FACTORS = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0)
+LONGEST = 0.3
+
+
+def plan_sticking(case: Case) -> Plan | str:
+    """The map, or why there is none."""
+    m = case.mechanism
+    rough = rough_parts(m)
+    if not rough:
+        return "it has no dry friction"
+    duration = min(case.scene.duration, LONGEST)
+
+    def problem(y: float) -> Problem:
+        return case.problem(scale_friction(m, y), None, duration)
+
+    names = [f"MuJoCo {i}, hard" for i in ("implicitfast", "discrete", "RK4")]
+    methods = case.methods(
+        "MuJoCo RK4, defaults", *names, "Pinocchio RK4, friction by sign", "Pinocchio RK4, friction by tanh"
+    )
+    text = "dry friction of " + ", ".join(f"{n} ({f:.3g} N m or N)" for n, f in rough.items()) + " times this"
+    return Plan(
+        "sticking", "timestep and dry friction", Axis("friction / as given", "", FRICTION_FACTORS, text, 1.0), problem,
+        methods, steps_of(duration),
+    )  # fmt: skip

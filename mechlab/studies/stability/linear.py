@@ -1,0 +1,182 @@
+"""What theory says: the largest stable timestep of a method on the linearised springs, dampers and servos of a scene.
+
+Near a pose, on the motions that the constraints allow, M a + C v + K q = 0. One step of a method is a matrix; it is stable
+while the spectral radius of the matrix does not exceed the growth exp(h Re lambda) of the motion itself. For one undamped
+mode omega this gives h = 2 / omega (semi-implicit Euler) and 2.828 / omega (RK4); for one decay of time constant tau, 2.785
+tau (RK4). Hairer & Wanner, Solving ODEs II, IV.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechlab.experiment.acting import held_drives
+from mechlab.experiment.laws import DcMotor, Law, Motor, OneSidedStop, Servo, Viscous
+from mechlab.experiment.scene import Scene, initial_state
+from mechlab.lab.methods import Method
+from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import integrate
+from mechlab.mechanism.statics import passive_force
+from mechlab.mechanism.structure import null_space
+
+RK4_UNDAMPED, RK4_DECAY, EULER_UNDAMPED = 2.0 * 2.0**0.5, 2.785293563405282, 2.0
+"""Limits of h omega and h / tau: |1 + z + z^2/2 + z^3/6 + z^4/24| = 1 on the imaginary and on the negative real axis."""
+GROWTH = 1e-3
+STIRRED = 1e-6
+
+
+@dataclass(frozen=True)
+class Linear:
+    """M, and stiffness and damping (n, n) of the model and of the laws, on the n motions that the constraints allow.
+    `joint_damping`: the share of the model's damping that stands in joints; `held_stiffness`, `held_damping`: the share of
+    the laws that MuJoCo's own actuators do, drives that hold."""
+
+    mass: Array
+    stiffness: Array
+    damping: Array
+    joint_damping: Array
+    law_stiffness: Array
+    law_damping: Array
+    held_stiffness: Array
+    held_damping: Array
+
+    def matrix(self) -> Array:
+        """(2n, 2n) A of d(q, v)/dt = A (q, v)."""
+        n = len(self.mass)
+        k, c = self.stiffness + self.law_stiffness, self.damping + self.law_damping
+        lower = -np.linalg.solve(self.mass, np.hstack([k, c]))
+        return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
+
+    @property
+    def fastest(self) -> complex:
+        """The eigenvalue of the largest size [1/s], with an imaginary part >= 0; 0 for nothing stiff."""
+        values = np.linalg.eigvals(self.matrix())
+        k = int(np.argmax(np.abs(values)))
+        return complex(values[k].real, abs(values[k].imag))
+
+
+def linearise(mechanism: Mechanism, scene: Scene) -> Linear:
+    """Springs, dampers, servos and loads of a scene about its initial pose. Gravity and velocity terms are left out: they
+    are not what limits a timestep. Raises as `initial_state`."""
+    q, v = initial_state(mechanism, scene)
+    tree = TreeKinematics(mechanism, q, v)
+    basis = (
+        null_space(ConstraintSet(mechanism).jacobian(tree)) if ConstraintSet(mechanism).rows else np.eye(mechanism.nv)
+    )
+    mass = tree.mass_matrix()
+    still = np.zeros(mechanism.nv)
+
+    def force(x: Array, rate: Array) -> Array:
+        return passive_force(TreeKinematics(mechanism, x, rate))
+
+    columns_k, columns_c = [], []
+    for e in basis.T:
+        ahead, back = integrate(mechanism, q, STIRRED * e), integrate(mechanism, q, -STIRRED * e)
+        columns_k.append(-(force(ahead, still) - force(back, still)) / (2.0 * STIRRED))
+        columns_c.append(-(force(q, e) - force(q, still)))
+    joint = np.diag([j.damping for j in mechanism.joints for _ in range(j.nv)])
+    law_k, law_c = _laws(mechanism, scene.laws)
+    held_k, held_c = _laws(mechanism, held_drives(scene.laws))
+
+    def onto(matrix: Array) -> Array:
+        return np.asarray(basis.T @ matrix @ basis)
+
+    return Linear(
+        onto(mass), basis.T @ np.column_stack(columns_k), basis.T @ np.column_stack(columns_c), onto(joint),
+        onto(law_k), onto(law_c), onto(held_k), onto(held_c),
+    )  # fmt: skip
+
+
+def _laws(mechanism: Mechanism, laws: Sequence[Law]) -> tuple[Array, Array]:
+    """(nv, nv) stiffness and damping of the laws that depend on the state."""
+    k, c = np.zeros((mechanism.nv, mechanism.nv)), np.zeros((mechanism.nv, mechanism.nv))
+    for law in laws:
+        if isinstance(law, Servo):
+            outer = np.outer(mechanism.row(law.on), mechanism.row(law.on))
+            k, c = k + law.stiffness * outer, c + law.damping * outer
+        elif isinstance(law, Viscous | Motor | DcMotor | OneSidedStop):
+            row = mechanism.row(law.on)
+            if isinstance(law, Viscous):
+                c = c + law.coefficient * np.outer(row, row)
+            elif isinstance(law, Motor):
+                c = c + law.stall / law.no_load_rate * np.outer(row, row)
+            elif isinstance(law, DcMotor) and not law.inductance:
+                c = c + law.constant**2 / law.resistance * np.outer(row, row)
+    return k, c
+
+
+StepMap = Callable[[float], Array]
+
+
+def step_map(linear: Linear, method: Method) -> StepMap | None:
+    """One step of the method as a matrix of h; None for a method with error control, which chooses its own step.
+
+    Damping that a method of MuJoCo treats implicitly: Euler that of joints, implicit and implicitfast all of the model,
+    discrete all of the model and its springs; drives that hold are actuators of the model. Other laws are explicit.
+    """
+    n = len(linear.mass)
+    k, c = linear.stiffness + linear.law_stiffness, linear.damping + linear.law_damping
+    if method.integrator == "RK4":
+        a = linear.matrix()
+
+        def rk4(h: float) -> Array:
+            z = h * a
+            return np.asarray(
+                np.eye(2 * n) + z @ (np.eye(2 * n) + z @ (np.eye(2 * n) + z @ (np.eye(2 * n) + z / 4.0) / 3.0) / 2.0)
+            )
+
+        return rk4
+    none = np.zeros((n, n))
+    implicit_c = {
+        "Euler": linear.joint_damping,
+        "implicit": linear.damping + linear.held_damping,
+        "implicitfast": linear.damping + linear.held_damping,
+        "discrete": linear.damping + linear.held_damping,
+    }
+    if method.integrator not in (*implicit_c, "semi_implicit_Euler"):
+        return None
+    ci = implicit_c.get(method.integrator, none)
+    ki = linear.stiffness + linear.held_stiffness if method.integrator == "discrete" else none
+
+    def semi(h: float) -> Array:
+        left = linear.mass + h * ci + h * h * ki
+        gain = np.linalg.solve(left, np.hstack([-h * k, -h * (c + h * ki)]))
+        lower = np.hstack([np.zeros((n, n)), np.eye(n)]) + gain
+        return np.vstack([np.hstack([np.eye(n), np.zeros((n, n))]) + h * lower, lower])
+
+    return semi
+
+
+def largest_step(linear: Linear, method: Method) -> float:
+    """The largest stable timestep [s] of a method on a linear system; infinite where none is too large (or none matters)."""
+    step = step_map(linear, method)
+    fastest = abs(linear.fastest)
+    if step is None or fastest < 1e-9:
+        return float("inf")
+    growth = max(0.0, float(np.max(np.linalg.eigvals(linear.matrix()).real)))
+
+    def stable(h: float) -> bool:
+        radius = float(np.max(np.abs(np.linalg.eigvals(step(h)))))
+        return radius <= (1.0 + GROWTH * min(1.0, h * fastest)) * float(np.exp(min(h * growth, 50.0)))
+
+    tried = np.geomspace(0.05, 1e3, 120) / fastest
+    for low, high in zip(tried[:-1], tried[1:], strict=True):
+        if not stable(high):
+            for _ in range(40):
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if stable(middle) else (low, middle)
+            return float(low)
+    return float("inf")
+
+
+def formula(linear: Linear, method: Method) -> str:
+    """The boundary in words: the printed special case where the fastest mode is one."""
+    mode = linear.fastest
+    undamped, decay = abs(mode.imag) > 20.0 * abs(mode.real), abs(mode.real) > 20.0 * abs(mode.imag)
+    if method.integrator == "RK4":
+        return "h = 2.83/omega" if undamped else "h = 2.79 tau" if decay else "RK4: |R(h lambda)| = 1"
+    return "h = 2/omega" if undamped else "h^2 omega^2 + 2 h c = 4"

@@ -1,0 +1,217 @@
+"""Running a plan: a reference for each row, every method at every timestep, and what became of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.energy import energy, kinetic_energy, potential_energy
+from mechlab.experiment.motion import Trace
+from mechlab.experiment.prices import OBSERVED
+from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
+from mechlab.lab.methods import METHODS, Method, Problem, method
+from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.stability.data import Cell, Outcome, Panel
+from mechlab.studies.stability.plan import Plan
+from mechlab.studies.stability.vary import rough_parts
+
+REFERENCE_TOLERANCE = 1e-9
+REFERENCE_SHARE = 0.6
+"""Of the work of a map, for all its reference runs."""
+RUNAWAY = 1e2
+"""A run that is off by so many times the whole motion, or its energy by so many times what is turned over, has blown up."""
+TRUSTED = 1e-4
+"""Share of its energy that a reference run may lose."""
+EVERY = 2
+SMALLEST_SPAN = 1e-3
+"""A motion of less than this [rad or m] counts as one of this size."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A reference run: coordinates and energies at the outputs, how far each coordinate moves with those of its kind, and
+    the energy that is turned over [J]."""
+
+    q: Array
+    energies: Array
+    spans: Array
+    turnover: float
+    method: str
+
+
+def sharp_method(problem: Problem) -> Method:
+    """The method that a row is held against: located friction events where there are any, else rigid dynamics at a sharp
+    tolerance. Raises MechlabError when Pinocchio is missing."""
+    named = {m.name: m for m in METHODS}
+    hybrid, rigid = named["hybrid DOP853"], named["Pinocchio DOP853"]
+    if not hybrid.available(problem):
+        return hybrid
+    why = rigid.available(problem)
+    if why:
+        raise MechlabError(f"{problem.design.name}: a stability map needs Pinocchio as reference: {why}")
+    return rigid
+
+
+def truth_of(problem: Problem, reference: str = "") -> Truth:
+    """The reference run of a row. Where nothing takes or gives energy, the run must keep its own: one that does not (it
+    passed a singular position) is replaced by the next best.
+
+    Raises MechlabError when no reference reaches the end or keeps its energy.
+    """
+    reasons = []
+    named = {m.name: m for m in METHODS}
+    first = method(reference) if reference else sharp_method(problem)
+    steps = [
+        (named["Pinocchio RK4, stiff stabilisation"], problem.scene.duration / problem.outputs / k) for k in (40, 100)
+    ]
+    for way, value in [(first, REFERENCE_TOLERANCE), *steps]:
+        why = way.available(problem)
+        if why:
+            continue
+        found = way.run(problem, value)
+        if not found.complete or not np.all(np.isfinite(found.q)):
+            reasons.append(f"{way.name} does not reach the end: {found.reason or 'not finite'}")
+            continue
+        truth, drift = _truth(problem, found, way)
+        if drift <= TRUSTED:
+            return truth
+        reasons.append(f"{way.name} loses {drift:.1e} of its energy")
+    raise MechlabError(f"no reference run can be trusted: {'; '.join(reasons)}")
+
+
+def conservative(problem: Problem) -> bool:
+    """Whether nothing gives or takes energy in the scene."""
+    m = problem.mechanism
+    damped = [x.damping for x in m.joints] + [x.damping for x in m.shafts] + [x.damping for x in m.springs]
+    return not problem.scene.laws and not any(damped) and not rough_parts(m)
+
+
+def _truth(problem: Problem, run: Trace, way: Method) -> tuple[Truth, float]:
+    """The run as a reference, and how much energy it lost that it should have kept."""
+    m = problem.mechanism
+    kinetic, potential = kinetic_energy(m, run.q, run.v), potential_energy(m, run.q)
+    turnover = max(float(np.max(kinetic)), float(np.ptp(potential)), 1e-12)
+    total, drift = kinetic + potential, 0.0
+    if conservative(problem):
+        drift = float(np.max(np.abs(total - total[0]))) / turnover
+        total = np.full_like(total, total[0])
+    return Truth(run.q, total[::EVERY], _spans(m, run.q), turnover, way.name), drift
+
+
+def _spans(m: Mechanism, q: Array) -> Array:
+    """(nq,) for each coordinate how far the one of its kind that moves most goes."""
+    reach = np.ptp(q, axis=0)
+    most: dict[str, float] = {}
+    for joint in m.joints:
+        most[joint.kind] = max(most.get(joint.kind, SMALLEST_SPAN), float(np.max(reach[m.q_slice[joint.name]])))
+    return np.array([most[j.kind] for j in m.joints for _ in range(j.nq)])
+
+
+def judge(plan: Plan, problem: Problem, truth: Truth | None, run: Trace) -> Cell:
+    """The outcome of a run that came back."""
+    count_work(OBSERVED.of(problem.mechanism) * len(run.q) / EVERY)
+    if not run.complete or not np.all(np.isfinite(run.q)) or not np.all(np.isfinite(run.v)):
+        return Cell(Outcome.BLOWN_UP, math.nan, run.reason or "the state is not finite")
+    if truth is None:
+        value = _gap(problem.mechanism, run.q)
+        gone = not math.isfinite(value)
+    else:
+        error = float(np.max(np.abs(run.q - truth.q) / truth.spans))
+        with np.errstate(over="ignore", invalid="ignore"):
+            now = energy(problem.mechanism, run.q[::EVERY], run.v[::EVERY])
+            drift = float(np.max(np.abs(now - truth.energies))) / truth.turnover
+        gone = not (error < RUNAWAY and drift < RUNAWAY)
+        value = drift if plan.measure == "energy" else error
+    if gone or not math.isfinite(value):
+        return Cell(Outcome.BLOWN_UP, value, "it ran away")
+    if value <= plan.right:
+        return Cell(Outcome.RIGHT, value)
+    return Cell(Outcome.DRIFTING if value <= plan.wrong else Outcome.WRONG, value)
+
+
+def _gap(m: Mechanism, q: Array) -> float:
+    tree, constraints = TreeKinematics(m), ConstraintSet(m)
+    return float(max(np.max(np.abs(constraints.residual(tree.set(x))), initial=0.0) for x in q))
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a plan made ready: its problem and its reference, or why there is none."""
+
+    y: float
+    problem: Problem | None
+    truth: Truth | None
+    reason: str = ""
+    outcome: Outcome = Outcome.REFUSED
+
+
+def rows_of(plan: Plan, seconds: float) -> list[Row]:
+    """The rows of a plan, each with its reference run; a row that cannot be had is told of, not dropped."""
+    out = []
+    began = work_done()
+    for k, y in enumerate(plan.y.values):
+        share = REFERENCE_SHARE * seconds - (work_done() - began)
+        left = max(0.2, 3.0 * share / (len(plan.y.values) - k + 2))
+        try:
+            with work_limit(left):
+                problem = plan.problem(y)
+                out.append(Row(y, problem, truth_of(problem, plan.reference) if plan.compare else None))
+        except OutOfWork:
+            late = f"its reference run takes more than {left:.2g} s of work"
+            out.append(Row(y, None, None, late, Outcome.NOT_RUN))
+        except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as failed:
+            out.append(Row(y, None, None, str(failed)))
+    return out
+
+
+def panels(plan: Plan, seconds: float, progress: Callable[[str], None]) -> tuple[tuple[Panel, ...], dict[str, str]]:
+    """All methods of a plan over its grid, coarse timesteps first, within `seconds` of work; and why methods are missing."""
+    began = work_done()
+    rows = rows_of(plan, seconds)
+    usable = next((r.problem for r in rows if r.problem is not None), None)
+    skipped: dict[str, str] = {}
+    able = []
+    for m in plan.methods:
+        why = m.available(usable) if usable is not None else ""
+        if why:
+            skipped[m.name] = why
+        else:
+            able.append(m)
+    out = []
+    for k, m in enumerate(able):
+        progress(f"{plan.kind}: {m.name}")
+        left = (seconds - (work_done() - began)) / (len(able) - k)
+        out.append(_panel(plan, rows, m, max(0.3, left)))
+    return tuple(out), skipped
+
+
+def _panel(plan: Plan, rows: list[Row], way: Method, seconds: float) -> Panel:
+    end = work_done() + seconds
+    cells: dict[tuple[int, int], Cell] = {}
+    for i in sorted(range(len(plan.steps)), key=lambda i: -plan.steps[i]):
+        for k, row in enumerate(rows):
+            cells[k, i] = _cell(plan, row, way, plan.steps[i], end - work_done())
+    return Panel(way.name, tuple(tuple(cells[k, i] for i in range(len(plan.steps))) for k in range(len(rows))))
+
+
+def _cell(plan: Plan, row: Row, way: Method, step: float, left: float) -> Cell:
+    if row.problem is None:
+        return Cell(row.outcome, math.nan, row.reason)
+    if left <= 0.0:
+        return Cell(Outcome.NOT_RUN, math.nan, "the work that this method may take was done")
+    try:
+        with work_limit(left):
+            run = plan.tune(way, row.y).run(row.problem, step)
+            return judge(plan, row.problem, row.truth, run)
+    except OutOfWork:
+        return Cell(Outcome.NOT_RUN, math.nan, f"stopped after {left:.3g} s of work")
+    except MechlabError as refused:
+        return Cell(Outcome.REFUSED, math.nan, str(refused))
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
+        # a state that ran away: Python's floats raise where numpy's become infinite
+        return Cell(Outcome.BLOWN_UP, math.nan, str(problem))

@@ -1,0 +1,212 @@
+"""What a block gives: numbers, how each point went, and sentences for those that went wrong.
+
+What a sweep asks: axes, quantities, what stays fixed, how it is computed. One picklable object, and its fingerprint.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import EngineMissing, MechlabError, user_fault
+from mechlab.lab.design import Design
+from mechlab.mechanism.geometry import Array
+
+GOOD, BAD_INPUT, UNTRUSTED, NO_SOLUTION = 0, 1, 3, 4
+"""How a point went; the numbers are those of exit codes."""
+LONGEST = 300
+"""Characters of a sentence that are kept."""
+
+
+@dataclass
+class Block:
+    """values (m, quantities), NaN where there is none; outcomes (m,); reasons: point in the block -> sentence."""
+
+    values: Array
+    outcomes: np.ndarray
+    reasons: dict[int, str]
+
+    @classmethod
+    def empty(cls, points: int, quantities: int) -> Block:
+        """All gaps without reason."""
+        return cls(np.full((points, quantities), np.nan), np.zeros(points, dtype=np.int8), {})
+
+    def gap(self, points: Any, outcome: int, reason: str) -> None:
+        """Points (an index or indices) have no numbers, and why."""
+        self.outcomes[points] = outcome
+        sentence = " ".join(reason.split())
+        short = sentence if len(sentence) <= LONGEST else f"{sentence[: LONGEST - 3]}..."
+        self.reasons |= dict.fromkeys(np.atleast_1d(points).tolist(), short)
+
+    def failed(self, points: Any, cause: BaseException) -> None:
+        """Points that raised. A missing engine is nothing that other points could do better: it is raised again."""
+        if isinstance(cause, EngineMissing):
+            raise cause
+        if isinstance(cause, MechlabError):
+            self.gap(points, cause.exit_code, str(cause))
+        elif (fault := user_fault(cause)) is not None:
+            self.gap(points, BAD_INPUT, fault)
+        else:
+            self.gap(points, UNTRUSTED, f"internal error: {type(cause).__name__}: {cause}")
+
+
+CLOSED_FORM, ANSWERS, ROLLOUT, RUNS = "closed form", "answers", "rollout", "runs"
+METHODS = {
+    CLOSED_FORM: "the closed form takes a block of points at once",
+    ANSWERS: "one question for each point",
+    ROLLOUT: "mujoco.rollout steps a block of initial states in the engine",
+    RUNS: "one run or check for each point",
+}
+"""How points are computed, and what that means."""
+BLOCK = {CLOSED_FORM: 16384, ANSWERS: 256, ROLLOUT: 1024, RUNS: 32}
+"""Most points of a block: the unit of work, of what is kept when a sweep is interrupted, and of what a lost worker costs."""
+FEWEST_BLOCKS = 64
+"""Sweeps point by point have as many blocks, or one for each point: workers share them evenly."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One key and its values. role: "parameter", "given" (a quantity of the question) or "initial" (X_0, X_rate_0, X_force)."""
+
+    key: str
+    values: tuple[Any, ...]
+    role: str
+    unit: str = ""
+    text: str = ""
+
+    @property
+    def is_text(self) -> bool:
+        """Whether the values are words."""
+        return any(isinstance(x, str) for x in self.values)
+
+    @property
+    def coordinates(self) -> Array | list[str]:
+        """The values as a dataset has them: (n,) floats, or words."""
+        return [str(x) for x in self.values] if self.is_text else np.array([float(x) for x in self.values])
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number to find at every point. `label` names it in the dataset; kind: "answer", "channel", "difference" or "passed"
+    (of the check `name`), "finding" (of the health record) or "trusted"; `reduce`: what is made of a channel."""
+
+    label: str
+    kind: str
+    name: str
+    reduce: str = "final"
+    unit: str = ""
+
+    @property
+    def of_run(self) -> bool:
+        """Whether it takes a simulation."""
+        return self.kind in ("channel", "finding", "trusted")
+
+    @property
+    def of_check(self) -> bool:
+        """Whether it takes a check."""
+        return self.kind in ("difference", "passed")
+
+
+@dataclass(frozen=True)
+class Request:
+    """A sweep, complete: every scheduler computes the same blocks of it, in any order.
+
+    load(source) gives the design without changes; both must be picklable to leave this process. identity: what the source
+    holds, as text. parameters, given: what is the same at all points. Points are numbered in the order of `work`: axes of
+    parameters outside, so that neighbours share a design.
+    """
+
+    load: Callable[..., Design]
+    source: Any
+    identity: str
+    name: str
+    axes: tuple[Axis, ...]
+    quantities: tuple[Quantity, ...]
+    method: str
+    block: int
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    given: Mapping[str, Any] = field(default_factory=dict)
+    witness: str = ""
+    scene: str | None = None
+    engine: str | None = None
+    fidelity: str | None = None
+    duration: float | None = None
+    timestep: float | None = None
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def work(self) -> tuple[Axis, ...]:
+        """The axes in the order of work, the last one fastest."""
+        return tuple(sorted(self.axes, key=lambda a: a.role != "parameter"))
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Points on each axis, in the user's order."""
+        return tuple(len(a.values) for a in self.axes)
+
+    @cached_property
+    def count(self) -> int:
+        """Points."""
+        return math.prod(self.shape)
+
+    @property
+    def blocks(self) -> int:
+        """Blocks."""
+        return -(-self.count // self.block)
+
+    def span(self, block: int) -> tuple[int, int]:
+        """First point of a block, and the one after its last."""
+        return block * self.block, min(self.count, (block + 1) * self.block)
+
+    def places(self, block: int) -> dict[str, np.ndarray]:
+        """Key -> (m,) index into the values of its axis, for the points of a block."""
+        index = np.unravel_index(np.arange(*self.span(block)), tuple(len(a.values) for a in self.work))
+        return {a.key: i for a, i in zip(self.work, index, strict=True)}
+
+    def in_users_order(self, flat: Array) -> Array:
+        """An array over the points (count, ...) as one over the axes in the user's order."""
+        shaped = flat.reshape(*(len(a.values) for a in self.work), *flat.shape[1:])
+        keys = [a.key for a in self.work]
+        order = [keys.index(a.key) for a in self.axes]
+        return np.asarray(shaped.transpose(*order, *range(len(keys), shaped.ndim)))
+
+    def description(self) -> dict[str, Any]:
+        """What makes this request what it is, as plain data: two requests with the same one have the same numbers."""
+        return {
+            "mechanism": self.identity, "axes": {a.key: [_plain(x) for x in a.values] for a in self.axes},
+            "quantities": [[q.label, q.kind, q.name, q.reduce] for q in self.quantities],
+            "parameters": {k: _plain(v) for k, v in sorted(self.parameters.items())},
+            "given": {k: _plain(v) for k, v in sorted(self.given.items())}, "method": self.method, "block": self.block,
+            "witness": self.witness, "scene": self.scene, "engine": self.engine, "fidelity": self.fidelity,
+            "duration": self.duration, "timestep": self.timestep, "versions": dict(self.versions),
+        }  # fmt: skip
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A hash of `description`."""
+        return hashlib.sha256(json.dumps(self.description(), sort_keys=True).encode()).hexdigest()
+
+
+def block_size(method: str, count: int) -> int:
+    """Points of a block. It depends on the request alone, never on who computes it."""
+    if method in (CLOSED_FORM, ROLLOUT):
+        return BLOCK[method]
+    return max(1, min(BLOCK[method], count // FEWEST_BLOCKS))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple | list):
+        return [_plain(x) for x in value]
+    if isinstance(value, Fraction):
+        return str(value)
+    if isinstance(value, bool | str) or value is None:
+        return value
+    return float(value)

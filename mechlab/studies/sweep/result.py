@@ -1,0 +1,259 @@
+"""What a sweep found: numbers over the axes, gaps with their reasons, files.
+
+A sweep as one labelled dataset, and as a netCDF file: names, units, provenance, reasons of the gaps.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import EngineMissing, MechlabError
+from mechlab.files import unfinished
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, Axis, Request
+from mechlab.tables import Told, number, table
+
+SMALL = 2000
+"""Up to so many points stand in the JSON document; more are only told of by their ranges."""
+NUMBER = re.compile(r"-?\d[\d.]*(?:e[+-]?\d+)?")
+TOLD = 5
+"""Reasons of gaps that a person is told."""
+
+
+@dataclass(frozen=True)
+class SweepResult(Told):
+    """A finished sweep. `flat` (points, quantities), `outcomes` (points,) and `reasons` (point -> sentence) are in the order
+    of work; `ds[label]`, `outcome` and `dataset` are over the axes as the user gave them. evaluated: points that were
+    computed now; the others were kept from before."""
+
+    request: Request
+    flat: Array
+    outcomes: np.ndarray
+    reasons: Mapping[int, str]
+    evaluated: int
+    command: str = ""
+    files: Mapping[str, Path] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def __getitem__(self, label: str) -> Array:
+        """A quantity over the axes."""
+        labels = [q.label for q in self.request.quantities]
+        if label not in labels:
+            from mechlab.errors import unknown
+
+            raise unknown(f"{self.request.name}: quantity of the sweep", label, labels)
+        return self.request.in_users_order(self.flat[:, labels.index(label)])
+
+    @cached_property
+    def outcome(self) -> np.ndarray:
+        """How each point went, over the axes: 0 good, 1 bad input, 3 not to be trusted, 4 no solution."""
+        return self.request.in_users_order(self.outcomes)
+
+    @cached_property
+    def reason(self) -> np.ndarray:
+        """Why a point has a gap, over the axes; "" where it has none."""
+        flat = np.full(self.request.count, "", dtype=object)
+        for i, text in self.reasons.items():
+            flat[i] = text
+        return self.request.in_users_order(flat)
+
+    @cached_property
+    def dataset(self) -> Any:
+        """As an xarray.Dataset with names, units and provenance. Raises EngineMissing where xarray is not installed."""
+
+        return dataset(self)
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """Points by how they went."""
+        return {
+            "good": int(np.count_nonzero(self.outcomes == GOOD)),
+            "untrusted": int(np.count_nonzero(self.outcomes == UNTRUSTED)),
+            "no_solution": int(np.count_nonzero(self.outcomes == NO_SOLUTION)),
+            "bad_input": int(np.count_nonzero(self.outcomes == BAD_INPUT)),
+        }
+
+    @property
+    def exit_code(self) -> int:
+        """3 when a point cannot be trusted, 0 when any is good, 4 when none has a solution, 1 when none is good input."""
+        found = self.counts
+        if found["untrusted"]:
+            return 3
+        return 0 if found["good"] else 4 if found["no_solution"] else 1
+
+    @property
+    def message(self) -> str:
+        """How many points went how, in one sentence."""
+        c = self.counts
+        parts = [f"{c['good']} of {self.request.count} points are good"]
+        parts += [f"{c[k]} {text}" for k, text in (
+            ("untrusted", "cannot be trusted"), ("no_solution", "have no solution"), ("bad_input", "are bad input")) if c[k]]  # fmt: skip
+        common = Counter(self.reasons.values()).most_common(1)
+        return ", ".join(parts) + (f"; {common[0][0]}" if not c["good"] and common else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form; the points themselves when they are few."""
+        r = self.request
+        out: dict[str, Any] = {
+            "mechanism": r.name, "method": r.method, "points": r.count, "evaluated": self.evaluated, "counts": self.counts,
+            "axes": {a.key: {"unit": a.unit, "values": list(a.coordinates)} for a in r.axes},
+            "quantities": {q.label: {"unit": q.unit} | self._range(k) for k, q in enumerate(r.quantities)},
+            "fixed": dict(r.parameters) | dict(r.given), "files": {k: str(v) for k, v in self.files.items()},
+            "warnings": list(self.warnings), "message": self.message, "status": self._status(), "fingerprint": r.fingerprint,
+        }  # fmt: skip
+        if r.count <= SMALL:
+            out["data"] = {q.label: self[q.label] for q in r.quantities} | {
+                "outcome": self.outcome,
+                "reason": self.reason,
+            }
+        return out
+
+    def _status(self) -> str:
+        return {0: "answered", 1: "bad input", 3: "finished, do not trust all of it", 4: "no solution exists"}[
+            self.exit_code
+        ]
+
+    def _range(self, k: int) -> dict[str, float | None]:
+        x = self.flat[:, k]
+        x = x[np.isfinite(x)]
+        return {"least": float(x.min()), "largest": float(x.max())} if x.size else {"least": None, "largest": None}
+
+    def _where(self, point: int) -> str:
+        index = np.unravel_index(point, tuple(len(a.values) for a in self.request.work))
+        at = {a.key: a.coordinates[int(i)] for a, i in zip(self.request.work, index, strict=True)}
+        return ", ".join(f"{a.key} {x if isinstance(x := at[a.key], str) else number(x, 6)}" for a in self.request.axes)
+
+    def _told(self) -> list[str]:
+        """Reasons of the gaps; those that differ in numbers alone are one."""
+        first: dict[str, int] = {}
+        times: Counter[str] = Counter()
+        for point, text in self.reasons.items():
+            kind = NUMBER.sub("#", text)
+            first.setdefault(kind, point)
+            times[kind] += 1
+        lines = [
+            f"  {n} x, as at {self._where(first[kind])}: {self.reasons[first[kind]]}"
+            for kind, n in times.most_common(TOLD)
+        ]
+        return lines + ([f"  and {len(times) - TOLD} other reasons"] if len(times) > TOLD else [])
+
+    def text(self) -> str:
+        """Range of each quantity and where it is met; gaps and their reasons; files."""
+        r = self.request
+        axes = " x ".join(f"{a.key} ({len(a.values)})" for a in r.axes)
+        rows = []
+        for k, q in enumerate(r.quantities):
+            x = self.flat[:, k]
+            if not np.isfinite(x).any():
+                rows.append([q.label, q.unit, "-", "", "-", ""])
+                continue
+            low, high = int(np.nanargmin(x)), int(np.nanargmax(x))
+            rows.append([q.label, q.unit, number(x[low], 7), self._where(low), number(x[high], 7), self._where(high)])
+        lines = [f"{r.name}: {axes}, {r.count} points; {METHODS[r.method]}"]
+        if self.evaluated < r.count:
+            lines.append(f"{r.count - self.evaluated} points were kept from before, {self.evaluated} computed now")
+        lines += [table(["quantity", "unit", "least", "at", "largest", "at"], rows), self.message]
+        lines += self._told()
+        lines += [f"{k}: {v}" for k, v in self.files.items()]
+        return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
+
+
+HOW = "pip install 'mechlab[cluster]'"
+
+
+def need_xarray() -> Any:
+    """The package xarray; raises EngineMissing with what to install."""
+    try:
+        import xarray
+    except ModuleNotFoundError as missing:
+        raise EngineMissing(f"a dataset needs xarray ({missing.name} is missing): {HOW}.") from None
+    return xarray
+
+
+def dataset(result: SweepResult) -> Any:
+    """An xarray.Dataset: a variable for each quantity over the axes, `outcome`, `reason`, and where all this comes from."""
+    r = result.request
+    dims = tuple(a.key for a in r.axes)
+    variables: dict[str, Any] = {}
+    for q in r.quantities:
+        values = result[q.label]
+        told = {"long_name": f"{q.kind} {q.name}" + (f", {q.reduce}" if q.kind == "channel" else "")}
+        variables[q.label] = (dims, values, told | ({"units": q.unit} if q.unit else {}))
+    meaning = {
+        "flag_values": np.array([0, 1, 3, 4], dtype=np.int8),
+        "flag_meanings": "good bad_input untrusted no_solution",
+    }
+    variables["outcome"] = (dims, result.outcome, {"long_name": "how the point went"} | meaning)
+    variables["reason"] = (dims, result.reason, {"long_name": "why there is a gap"})
+    coords = {a.key: (a.key, a.coordinates, _told(a)) for a in r.axes}
+    return need_xarray().Dataset(variables, coords, provenance(r, result.command))
+
+
+def provenance(request: Request, command: str) -> dict[str, Any]:
+    """Attributes that say what was computed, by what, from what."""
+    given = request.description()
+    return {
+        "title": f"sweep of {request.name} over {', '.join(a.key for a in request.axes)}", "mechanism": request.name,
+        "command": command, "method": f"{request.method}: {METHODS[request.method]}", "witness": request.witness,
+        "scene": request.scene or "", "parameters": json.dumps(given["parameters"]), "given": json.dumps(given["given"]),
+        "settings": json.dumps({k: given[k] for k in ("engine", "fidelity", "duration", "timestep") if given[k] is not None}),
+        "versions": json.dumps(given["versions"]), "request": json.dumps(given, sort_keys=True), "fingerprint": request.fingerprint,
+        "Conventions": "CF-1.11",
+    }  # fmt: skip
+
+
+def _told(axis: Axis) -> dict[str, str]:
+    """Attributes of an axis."""
+    told = {"long_name": axis.text or axis.key, "role": axis.role}
+    return told | ({"units": axis.unit} if axis.unit else {})
+
+
+def write(result: SweepResult, path: Path) -> Path:
+    """Write netCDF-3 (64-bit offset), which every netCDF reader opens; the file is there complete or not at all."""
+    with unfinished(path) as temporary:
+        result.dataset.to_netcdf(temporary, format="NETCDF3_64BIT", engine="scipy")
+    return path
+
+
+def read(path: Path) -> Any:
+    """The dataset of a file, in memory; raises MechlabError for what is no netCDF file."""
+    xarray = need_xarray()
+    try:
+        with xarray.open_dataset(path, engine="scipy") as found:
+            return found.load()
+    except Exception as cause:  # whatever a damaged file makes the readers of netCDF raise
+        words = " ".join(str(cause).split())[:200].rstrip(".") or type(cause).__name__
+        raise MechlabError(f"{path} is no netCDF file of a sweep: {words}.") from None
+
+
+def kept(path: Path, request: Request) -> tuple[np.ndarray, np.ndarray, dict[int, str]] | None:
+    """Numbers, outcomes and reasons, in the order of work, of a finished file of the same request; None where there is no
+    file. Raises MechlabError where the file holds another sweep, naming what differs."""
+    from mechlab.studies.sweep.resume import description_in, refuse_another
+
+    if not path.is_file():
+        return None
+    found = read(path)
+    refuse_another(description_in(str(found.attrs.get("request", "{}")), path), request, path)
+    order = [a.key for a in request.work]
+
+    def flat(name: str) -> np.ndarray:
+        return np.asarray(found[name].transpose(*order).values).ravel()
+
+    try:
+        reasons = {int(i): str(text) for i, text in enumerate(flat("reason")) if text}
+        values, outcomes = np.column_stack([flat(q.label) for q in request.quantities]).astype(float), flat("outcome")
+    except (KeyError, ValueError, TypeError) as cause:
+        raise MechlabError(f"{path} is no complete file of a sweep: {cause}.") from None
+    if values.shape != (request.count, len(request.quantities)) or outcomes.shape != (request.count,):
+        raise MechlabError(f"{path} holds {len(values)} points, expected {request.count}.")
+    return values, outcomes, reasons

@@ -1,0 +1,128 @@
+"""Finished blocks on disk: what an interrupted sweep need not compute again.
+
+FILE.nc.parts/ holds request.json, what was asked, and files of finished blocks, each written whole or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.files import write
+from mechlab.formats.json_text import parse
+from mechlab.studies.sweep.request import Block, Request
+
+EVERY = 2.0
+"""Seconds between two writes; what was finished since the last one is written when a sweep ends in any way but a kill."""
+
+
+class Parts:
+    """The folder of one sweep. `finished`: block -> what it gave."""
+
+    def __init__(self, folder: Path, request: Request, resume: bool) -> None:
+        """Raises MechlabError where the folder holds another sweep, or one that was not asked to be resumed."""
+        self.folder, self.request = folder, request
+        self.finished: dict[int, Block] = {}
+        self._waiting: dict[int, Block] = {}
+        self._last = time.monotonic()
+        kept = folder / "request.json"
+        if not kept.is_file():
+            return
+        if not resume:
+            raise MechlabError(
+                f"{folder} holds what an interrupted sweep has finished: say --resume to go on, or remove the folder to start anew."
+            )
+        refuse_another(description_in(kept.read_bytes(), kept), request, folder)
+        for file in sorted(folder.glob("blocks-*.npz")):
+            self.finished |= _read(file, request)
+
+    def add(self, index: int, block: Block) -> None:
+        """Keep a finished block."""
+        self._waiting[index] = block
+        if time.monotonic() - self._last > EVERY:
+            self.write()
+
+    def write(self) -> None:
+        """Write what is not written yet."""
+        self._last = time.monotonic()
+        if not self._waiting:
+            return
+        kept = self.folder / "request.json"
+        if not kept.is_file():
+            write(kept, json.dumps(self.request.description(), indent=1))
+        arrays: dict[str, Any] = {"indices": np.array(sorted(self._waiting))}
+        for k, block in self._waiting.items():
+            reasons = json.dumps({str(i): text for i, text in block.reasons.items()}).encode()
+            arrays |= {f"values{k}": block.values, f"outcomes{k}": block.outcomes}
+            arrays[f"reasons{k}"] = np.frombuffer(reasons, dtype=np.uint8)
+        import io
+
+        content = io.BytesIO()
+        np.savez(content, **arrays)
+        write(self.folder / f"blocks-{min(self._waiting):08d}-{len(self._waiting)}.npz", content.getvalue())
+        self._waiting.clear()
+
+    def remove(self) -> None:
+        """The sweep is complete and written: its parts go."""
+        self._waiting.clear()
+        if (self.folder / "request.json").is_file():
+            shutil.rmtree(self.folder)
+
+
+def refuse_another(kept: Mapping[str, Any], request: Request, where: Path) -> None:
+    """Raises MechlabError, naming what differs, where `kept` is the description of another request."""
+    asked = json.loads(json.dumps(request.description()))
+    differ = [k for k in {*kept, *asked} if kept.get(k) != asked.get(k)]
+    if not differ:
+        return
+    inner = []
+    for k in sorted(differ):
+        was, now = kept.get(k), asked.get(k)
+        if isinstance(was, dict) and isinstance(now, dict):
+            inner += [f"{k} {x}" for x in sorted({*was, *now}) if was.get(x) != now.get(x)]
+        else:
+            inner.append(k)
+    raise MechlabError(
+        f"{where} holds another sweep: {', '.join(inner)} differ. Ask for the same, or remove it, or choose another file."
+    )
+
+
+def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
+    """What a sweep was asked, from its JSON; raises MechlabError that names the file."""
+    try:
+        text = content if isinstance(content, str) else content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise MechlabError(f"{where} does not say what was asked: {error}.") from None
+    return parse(text, str(where), finite=False)
+
+
+def _read(file: Path, request: Request) -> dict[int, Block]:
+    """Finished blocks; raises MechlabError for a file that is damaged or of other blocks."""
+    try:
+        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as arrays:
+            return {int(k): _block(arrays, int(k), request) for k in arrays["indices"].tolist()}
+    except MechlabError as error:
+        words = str(error).rstrip(".")
+    except Exception as error:  # whatever a damaged file makes the readers of zip and npy raise
+        words = " ".join(str(error).split())[:200].rstrip(".") or type(error).__name__
+    raise MechlabError(f"{file} is damaged: {words}. Remove it: its points are then computed again.")
+
+
+def _block(arrays: Any, k: int, request: Request) -> Block:
+    if not 0 <= k < request.blocks:
+        raise MechlabError(f"block {k} of {request.blocks}")
+    start, stop = request.span(k)
+    values, outcomes = arrays[f"values{k}"], arrays[f"outcomes{k}"]
+    if values.shape != (stop - start, len(request.quantities)) or outcomes.shape != (stop - start,):
+        raise MechlabError(f"block {k} has the shapes {values.shape} and {outcomes.shape}")
+    if values.dtype != np.float64 or outcomes.dtype != np.int8:
+        raise MechlabError(f"block {k} holds {values.dtype} and {outcomes.dtype}")
+    reasons = parse(arrays[f"reasons{k}"].tobytes().decode(), f"block {k}: reasons")
+    return Block(values, outcomes, {int(i): str(text) for i, text in reasons.items()})

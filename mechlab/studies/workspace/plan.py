@@ -1,0 +1,240 @@
+"""The workspace of any mechanism: a question is asked at every node, and its answer is held to limits.
+
+From key=value to a region on a grid: the mechanism's own recipe, or a question that is asked at every node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.regions import Clause, Region, all_of
+from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.parameters import describe
+from mechlab.experiment.question import Answer, Question, Witness
+from mechlab.experiment.workspace import Coordinates, Map, WorkspaceRecipe
+from mechlab.lab.ask import generic_question, in_si, numeric
+from mechlab.lab.design import Design
+from mechlab.mechanism import Status
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.workspace.grid import SLAB as GRID_SLAB
+from mechlab.studies.workspace.grid import Grid, grid_of
+from mechlab.values import Range
+
+BLOCK = 4096
+"""Nodes that a closed form is asked at once."""
+PARTS = 4
+"""Where one of them has no answer they are asked again in so many parts, down to single nodes."""
+SLAB = 200_000
+WITNESSES = ("analytic", "pinocchio", "mujoco")
+SOLVED = "solved"
+
+
+@dataclass
+class AskedPoses:
+    """Asks one witness. limits: answer -> (low, high), either may be None. `statuses` counts what was said of the nodes."""
+
+    design: Design
+    question: Question
+    given: Mapping[str, float]
+    limits: Mapping[str, tuple[float | None, float | None]]
+    witness: str
+    statuses: dict[Status, int] = field(default_factory=dict)
+    _last: tuple[tuple[Array, ...], dict[str, Array]] | None = None
+
+    def region(self, axes: tuple[str, ...]) -> Region:
+        """Clauses: the question is solved (margin +-infinity), and each limit (in the unit of the answer)."""
+        clauses = [Clause(SOLVED, lambda p: self._value(p, SOLVED), axes, text=f"{self.question.name} has an answer")]
+        for name, (low, high) in self.limits.items():
+            if low is not None:
+                clauses.append(Clause(f"{name}_min", self._side(name, low, 1.0), axes, text=f"{name} >= {low:.6g}"))
+            if high is not None:
+                clauses.append(Clause(f"{name}_max", self._side(name, high, -1.0), axes, text=f"{name} <= {high:.6g}"))
+        return all_of(clauses)
+
+    def _side(self, name: str, bound: float, sign: float) -> Any:
+        def margin(points: Coordinates) -> Array:
+            value = self._value(points, name)
+            return np.where(np.isnan(value), np.inf, sign * (value - bound))
+
+        return margin
+
+    def _value(self, points: Coordinates, name: str) -> Array:
+        """SOLVED, or an answer (NaN where there is none); the last nodes asked are remembered."""
+        arrays = tuple(points.values())
+        if self._last is None or any(a is not b for a, b in zip(arrays, self._last[0], strict=True)):
+            self._last = (arrays, self._ask_all(points))
+        return self._last[1][name]
+
+    def _ask_all(self, points: Coordinates) -> dict[str, Array]:
+        shape = np.broadcast_shapes(*(np.shape(v) for v in points.values()))
+        flat = {k: np.broadcast_to(v, shape).ravel() for k, v in points.items()}
+        count = int(np.prod(shape))
+        out = {SOLVED: np.full(count, -np.inf)} | {n: np.full(count, np.nan) for n in self.limits}
+        size = BLOCK if self.witness == "analytic" else 1
+        for i in range(0, count, size):
+            self._ask(flat, i, min(i + size, count), out)
+        return {k: v.reshape(shape) for k, v in out.items()}
+
+    def _ask(self, flat: Mapping[str, Array], i: int, j: int, out: dict[str, Array]) -> None:
+        """Nodes i to j - 1. A closed form answers many at once when all have an answer; else in parts."""
+        nodes = {k: float(v[i]) if j - i == 1 else v[i:j] for k, v in flat.items()}
+        said = self._answer(nodes)
+        if said.cannot:
+            raise EngineMissing(f"{self.design.name}: {self.witness} cannot answer: {said.cannot}")
+        good = said.status.exit_code == 0 and bool(said.values)
+        if not good and j - i > 1:
+            part = -(-(j - i) // PARTS)
+            for k in range(i, j, part):
+                self._ask(flat, k, min(k + part, j), out)
+            return
+        self.statuses[said.status] = self.statuses.get(said.status, 0) + j - i
+        if not good:
+            return
+        out[SOLVED][i:j] = np.inf
+        for name in self.limits:
+            if name not in said.values:
+                raise MechlabError(
+                    f"{self.design.name}: {self.witness} does not answer {name}, on which there is a limit; "
+                    f"it answers {', '.join(said.values)}."
+                )
+            out[name][i:j] = said.values[name]
+
+    def _answer(self, nodes: Mapping[str, Any]) -> Answer:
+        optional = {k: v for k, v in self.question.optional.items() if v is not None}
+        ask: Witness = self.question.witnesses[self.witness]
+        return ask(self.design.parameters, optional | dict(self.given) | dict(nodes))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is counted. text: what a node is; how: who answers; margin_unit: "m" where all margins are lengths, else ""."""
+
+    design: Design
+    region: Region
+    grid: Grid
+    units: Mapping[str, str]
+    text: str
+    how: str
+    slab: int = GRID_SLAB
+    margin_unit: str = ""
+    maps: Mapping[str, Map] = field(default_factory=dict)
+    poses: AskedPoses | None = None
+
+
+def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> Plan:
+    """The plan for quantities that are no parameters. Raises MechlabError that lists what can be given."""
+    asked = in_si(design, asked)
+    recipe = design.entry.workspace
+    if recipe is not None and witness is None and set(asked) <= {*recipe.grid, *recipe.limits}:
+        return _own(design, recipe, asked)
+    ranges = [k for k, v in asked.items() if isinstance(v, Range)]
+    if not ranges:
+        raise MechlabError(f"{design.name}: no axis is given. {_what_to_give(design)}")
+    question = _question(design, asked)
+    return _asked(design, question, asked, witness)
+
+
+def _own(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> Plan:
+    limits: dict[str, float] = {}
+    ranges: dict[str, Range] = {}
+    fixed: dict[str, float] = {}
+    for name, limit in recipe.limits.items():
+        if name in asked:
+            limits[name] = _scalar(design, name, asked[name], limit.unit)
+    for name, usual in recipe.grid.items():
+        value = asked.get(name, usual)
+        if isinstance(value, Range):
+            ranges[name] = value
+        else:
+            fixed[name] = _scalar(design, name, value, recipe.units[name])
+    return Plan(
+        design, recipe.make(design.parameters, limits), grid_of(ranges, fixed), recipe.units, recipe.text, "closed form",
+        margin_unit="m", maps=recipe.maps(design.parameters),
+    )  # fmt: skip
+
+
+def _scalar(design: Design, name: str, value: Any, unit: str) -> float:
+    number = numeric(name, value)
+    if not isinstance(number, float) or getattr(value, "unit", unit) != unit:
+        raise MechlabError(f"{design.name}: {name}: expected a number{f' [{unit}]' if unit else ''}, got {value!r}.")
+    return number
+
+
+def _question(design: Design, asked: Mapping[str, Any]) -> Question:
+    """The question whose given keys are all there; what is left over must be limits on its answers."""
+    fits = []
+    for q in design.entry.questions:
+        known = {*q.given, *q.optional}
+        axes = [k for k in asked if k in known and isinstance(asked[k], Range)]
+        if set(q.given) <= set(asked) and set(asked) - known <= set(q.answers) and axes:
+            fits.append(q)
+    if fits:
+        return max(fits, key=lambda q: len(q.given))
+    touched = [q for q in design.entry.questions if {*q.given} & {*asked}]
+    for q in touched:
+        missing = [k for k in q.given if k not in asked]
+        if missing and set(asked) <= {*q.given, *q.optional, *q.answers}:
+            raise MechlabError(
+                f"{design.name}: the question {q.name!r} also needs {', '.join(missing)}: give a number, or a range for an "
+                f"axis. {_what_to_give(design)}"
+            )
+    counted = [k for k, v in asked.items() if isinstance(v, Range) and v.count is not None]
+    inputs = [k for k, v in asked.items() if not isinstance(v, Range) or not counted or k in counted]
+    try:
+        return generic_question(design, dict.fromkeys(inputs, 0.0))
+    except MechlabError as error:
+        exists = {k for q in design.entry.questions for k in (*q.given, *q.optional, *q.answers)}
+        exists |= {i.name for i in describe(design.entry.parameters)}
+        recipe = design.entry.workspace
+        exists |= {*recipe.grid, *recipe.limits} if recipe else set()
+        strange = [k for k in asked if k not in exists]
+        raise (unknown(f"{design.name}: quantity", strange[0], exists) if strange else error) from None
+
+
+def _asked(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> Plan:
+    name = witness or next((w for w in WITNESSES if w in question.witnesses), "")
+    if name not in question.witnesses:
+        raise unknown(f"{design.name}: witness", name, question.witnesses)
+    inputs = {*question.given, *question.optional}
+    axes = {k: v for k, v in asked.items() if k in inputs and isinstance(v, Range)}
+    given = {k: _scalar(design, k, v, _unit(question, k)) for k, v in asked.items() if k in inputs and k not in axes}
+    limits = _joint_ranges(design, question)
+    for k, v in asked.items():
+        if k not in inputs:
+            if not isinstance(v, Range) or v.count is not None:
+                raise MechlabError(f"{design.name}: {k} is an answer; limit it with a range, {k}=low:high, got {v!r}.")
+            limits[k] = (float(v.low), float(v.high))
+    grid = grid_of(axes)
+    poses = AskedPoses(design, question, given, limits, name)
+    fixed = ", ".join(f"{k} = {v:.6g}" for k, v in given.items())
+    text = f"{', '.join(axes)} of the question {question.name!r}" + (f", at {fixed}" if fixed else "")
+    units = {k: _unit(question, k) for k in axes}
+    return Plan(design, poses.region(grid.names), grid, units, text, name, SLAB, poses=poses)
+
+
+def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float | None, float | None]]:
+    """The ranges of joints that the question answers."""
+    level = design.entry.default_fidelity
+    joints = design.mechanism("minimal" if level == "kinematic" else level).joints
+    return {j.name: j.range for j in joints if j.range is not None and j.name in question.answers}
+
+
+def _unit(question: Question, name: str) -> str:
+    """The unit of a quantity, as far as the question says; angles are told by it too."""
+    if name in question.units:
+        return question.units[name]
+    rates = {"_rate": "/s", "_accel": "/s2"}
+    suffix = next((s for s in rates if name.endswith(s)), "")
+    base = question.units.get(name.removesuffix(suffix), "rad" if name.removesuffix(suffix) in question.angles else "m")
+    return base + rates.get(suffix, "")
+
+
+def _what_to_give(design: Design) -> str:
+    recipe = design.entry.workspace
+    parts = [f"{' '.join(f'{a}=low:high:n' for a in recipe.grid)} [{' '.join(recipe.limits)}]"] if recipe else []
+    parts += [" ".join(q.given) for q in design.entry.questions]
+    return f"Give ranges key=low:high:n for one to three of: {'; '.join(parts) or 'joints and points'}."

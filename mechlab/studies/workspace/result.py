@@ -1,0 +1,135 @@
+"""A workspace in numbers: what was counted, its clauses, maps, comparison and files; text and JSON."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mechlab.experiment.parameters import describe
+from mechlab.studies.workspace.grid import Comparison, MapSummary
+from mechlab.studies.workspace.plan import Plan
+from mechlab.studies.workspace.survey import Survey
+from mechlab.tables import Told, number, table
+
+DEEPEST = "largest_margin"
+
+
+@dataclass(frozen=True)
+class WorkspaceResult(Told):
+    """The plan, what its survey found, and what else was asked for."""
+
+    plan: Plan
+    survey: Survey
+    maps: Mapping[str, MapSummary] = field(default_factory=dict)
+    comparison: Comparison | None = None
+    against: Mapping[str, Any] = field(default_factory=dict)
+    surface_volume: float | None = None
+    files: Mapping[str, Path] = field(default_factory=dict)
+
+    @property
+    def exit_code(self) -> int:
+        """0; 3 when a witness did not converge somewhere, so that nodes may be missing; 4 when no node is inside."""
+        if self.doubtful:
+            return 3
+        return 0 if self.survey.voxels else 4
+
+    @property
+    def doubtful(self) -> int:
+        """Nodes where the witness could not say."""
+        poses = self.plan.poses
+        return sum(n for s, n in poses.statuses.items() if s.exit_code == 3) if poses else 0
+
+    @property
+    def message(self) -> str:
+        """What was found, in one sentence."""
+        s, name = self.survey, self.plan.design.name
+        if self.doubtful:
+            return (
+                f"{name}: {self.plan.how} did not converge at {self.doubtful} of {s.grid.size} nodes, which count as outside; "
+                "the workspace may be larger"
+            )
+        if not s.voxels:
+            worst = Counter({k: c.decides_outside for k, c in s.clauses.items()}).most_common(1)[0][0]
+            return (
+                f"{name}: the workspace is empty on this grid of {s.grid.size} nodes; the clause that most often decides is "
+                f"{worst!r}. Relax it, or move the grid"
+            )
+        return f"{name}: {s.voxels} of {s.grid.size} nodes are inside"
+
+    @property
+    def volume_unit(self) -> str:
+        """Unit of the volume: the product of the units of the axes."""
+        return product([self.plan.units.get(a, "") for a in self.survey.grid.names])
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        s, p = self.survey, self.plan
+        out: dict[str, Any] = {
+            "status": "empty" if not s.voxels else "counted", "message": self.message, "nodes": p.text, "answered_by": p.how,
+        }  # fmt: skip
+        if s.columns is not None:
+            out[f"{''.join(s.grid.names[:2])}_nodes" if set(s.grid.names) == set("xyz") else "columns"] = s.columns
+        out |= {
+            "voxels": s.voxels, "volume": s.volume, "bounds": s.bounds,
+            "centroid": dict(zip(s.grid.names, s.centroid, strict=True)) if s.voxels else {},
+            DEEPEST: {"margin": s.margin, "at": dict(zip(s.grid.names, s.deepest, strict=True))} if p.margin_unit else None,
+            "clauses": {c.name: s.clauses[c.name].to_dict() | {"text": c.text} for c in p.region.clauses},
+            "maps": {k: m.to_dict() for k, m in self.maps.items()},
+            "grid": {k: {"low": a, "high": b, "count": n} for k, (a, b, n) in s.grid.axes.items()} | dict(s.grid.fixed),
+            "units": {"volume": self.volume_unit, "margin": p.margin_unit} | {a: p.units.get(a, "") for a in s.grid.names},
+            "parameters": {i.name: getattr(p.design.parameters, i.name) for i in describe(p.design.entry.parameters)},
+            "warnings": list(p.design.warnings),
+        }  # fmt: skip
+        if p.poses is not None:
+            out["statuses"] = {status.value: n for status, n in p.poses.statuses.items()}
+        if self.comparison is not None:
+            out["against"] = {"parameters": dict(self.against)} | self.comparison.to_dict()
+        if self.surface_volume is not None:
+            out["surface_volume"] = self.surface_volume
+        return out | ({"files": {k: str(f) for k, f in self.files.items()}} if self.files else {})
+
+    def text(self) -> str:
+        """Counts, clauses, maps, comparison, files."""
+        s, p = self.survey, self.plan
+        axes = ", ".join(f"{k} {a:g} to {b:g} ({n})" for k, (a, b, n) in s.grid.axes.items())
+        lines = [f"{self.message}.", f"nodes: {p.text}; answered by {p.how}", f"grid: {axes}"]
+        if s.columns is not None:
+            lines.append(f"{', '.join(s.grid.names[:2])} nodes: {s.columns}")
+        lines.append(f"voxels: {s.voxels}    volume: {s.volume:.6g} {self.volume_unit}")
+        if s.bounds:
+            lines.append(
+                "inside: " + ", ".join(f"{k} {a:.4g} to {b:.4g} {p.units.get(k, '')}" for k, (a, b) in s.bounds.items())
+            )
+        if s.voxels and p.margin_unit:
+            where = ", ".join(f"{v:.4g}" for v in s.deepest)
+            lines.append(f"largest margin: {s.margin:.4g} {p.margin_unit} at ({where})")
+        heads = ("clause", "holds at", "decides outside", "alone", "decides inside", "meaning")
+        rows = []
+        for c in p.region.clauses:
+            n = s.clauses[c.name]
+            rows.append((c.name, n.keeps, n.decides_outside, n.alone, n.decides_inside, c.text))
+        lines += ["", table(heads, rows)]
+        if self.maps:
+            cells = [
+                (k, m.unit, *(number(x, 4) for x in (m.smallest, m.median, m.largest)), m.text)
+                for k, m in self.maps.items()
+            ]
+            lines += ["", table(("map", "unit", "smallest", "median", "largest", "meaning"), cells)]
+        if self.comparison is not None:
+            cell = self.comparison.cell
+            cells = [(k, str(n), f"{n * cell:.6g}") for k, n in self.comparison.voxels.items()]
+            what = ", ".join(f"{k} = {v}" for k, v in self.against.items())
+            lines += ["", f"against {what}:", table(("part", "voxels", f"volume [{self.volume_unit}]"), cells)]
+        if self.surface_volume is not None:
+            lines.append(f"volume inside the surface: {self.surface_volume:.6g} {self.volume_unit}")
+        lines += [f"{k}: {f}" for k, f in self.files.items()]
+        return "\n".join([*lines, *(f"warning: {w}" for w in p.design.warnings)])
+
+
+def product(units: list[str]) -> str:
+    """The product of units: m, m, m -> m3; m, m, rad -> m2 rad."""
+    counts = Counter(u for u in units if u)
+    return " ".join(u if n == 1 else f"{u}{n}" for u, n in counts.items())

@@ -1,0 +1,137 @@
+"""Counting a region on a grid, slab by slab: nodes inside, columns, which clause decides, where it lies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.analytic.regions import Region
+from mechlab.studies.workspace.grid import SLAB, Grid
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ClauseCount:
+    """keeps: nodes where the clause holds; decides_outside, decides_inside: nodes where it is the most violated one, or the
+    tightest one; alone: nodes that are outside only because of it."""
+
+    keeps: int = 0
+    decides_outside: int = 0
+    decides_inside: int = 0
+    alone: int = 0
+
+    def to_dict(self) -> dict[str, int]:
+        """JSON-able form."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What the nodes say. voxels: nodes inside. columns: nodes of all axes but the last where every clause holds that does
+    not look at the last axis (None when there is no last axis apart). low, high: indices of the box of the inside.
+    deepest: the node with the largest margin, and that margin [m]."""
+
+    grid: Grid
+    voxels: int
+    columns: int | None
+    clauses: Mapping[str, ClauseCount]
+    low: tuple[int, ...] = ()
+    high: tuple[int, ...] = ()
+    centroid: tuple[float, ...] = ()
+    deepest: tuple[float, ...] = ()
+    margin: float = -np.inf
+
+    @property
+    def volume(self) -> float:
+        """Nodes inside times the volume of a cell."""
+        return self.voxels * self.grid.cell
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Smallest and largest coordinate of a node inside, by axis; empty for an empty region."""
+        if not self.voxels:
+            return {}
+        return {
+            name: (float(nodes[a]), float(nodes[b]))
+            for name, nodes, a, b in zip(self.grid.names, self.grid.nodes, self.low, self.high, strict=True)
+        }
+
+
+def survey(
+    region: Region, grid: Grid, slab: int = SLAB, progress: Callable[[int, int], None] = lambda done, total: None
+) -> Survey:
+    """Count the region on the grid; memory is that of one slab of at most `slab` nodes. progress(done, total) in nodes."""
+    tally = _Tally(region, grid)
+    for cut in grid.slabs(slab):
+        tally.add(cut)
+        progress(tally.seen, grid.size)
+    return tally.result()
+
+
+class _Tally:
+    """Sums over the slabs seen so far."""
+
+    def __init__(self, region: Region, grid: Grid) -> None:
+        self.region, self.grid, self.dims = region, grid, len(grid.shape)
+        self.names = [c.name for c in region.clauses]
+        self.counts = np.zeros((4, len(self.names)), dtype=np.int64)
+        self.columns = self.seen = 0
+        self.along = [np.zeros(n, dtype=np.int64) for n in grid.shape]
+        self.best = -np.inf
+        self.deepest: tuple[float, ...] = ()
+
+    def add(self, cut: tuple[slice, ...]) -> None:
+        """One slab."""
+        points = self.grid.points(*cut)
+        found = self.region.decide(points)
+        inside = found.inside
+        shape = inside.shape
+        self.seen += inside.size
+        kept: list[Mask] = [np.asarray(c.margin(points) >= 0.0) for c in self.region.clauses]
+        self.counts[0] += [int(k.sum()) * (inside.size // k.size) for k in kept]
+        self.counts[1] += np.bincount(found.clause[~inside], minlength=len(self.names))
+        self.counts[2] += np.bincount(found.clause[inside], minlength=len(self.names))
+        self.counts[3] += self._alone(kept, shape)
+        self.columns += self._columns(kept, shape)
+        for axis in range(self.dims):
+            part = cut[axis] if axis < len(cut) else slice(None)
+            self.along[axis][part] += inside.sum(axis=tuple(a for a in range(self.dims) if a != axis))
+        where = int(np.argmax(found.margin))
+        top = float(found.margin.flat[where])
+        if top > self.best:
+            self.best = top
+            index = np.unravel_index(where, shape)
+            self.deepest = tuple(float(points[n].ravel()[i]) for n, i in zip(self.grid.names, index, strict=True))
+
+    def _alone(self, kept: list[Mask], shape: tuple[int, ...]) -> list[int]:
+        """Nodes that break one clause only, by clause."""
+        broken = np.zeros(shape, dtype=np.int8)
+        for k in kept:
+            broken += ~k
+        once = broken == 1
+        return [int(np.count_nonzero(once & ~k)) for k in kept]
+
+    def _columns(self, kept: list[Mask], shape: tuple[int, ...]) -> int:
+        """Columns where every clause holds that does not look along the last axis."""
+        last = self.grid.names[-1]
+        flat = np.ones((*shape[:-1], 1), dtype=bool)
+        for clause, k in zip(self.region.clauses, kept, strict=True):
+            if last not in clause.axes:
+                flat &= k
+        return int(flat.sum())
+
+    def result(self) -> Survey:
+        """What was counted."""
+        voxels = int(self.along[0].sum())
+        by_name = {n: ClauseCount(*(int(x) for x in self.counts[:, i])) for i, n in enumerate(self.names)}
+        columns = self.columns if self.dims == 3 else None
+        if not voxels:
+            return Survey(self.grid, 0, columns, by_name, deepest=self.deepest, margin=self.best)
+        ends = [np.flatnonzero(a)[[0, -1]] for a in self.along]
+        centre = [float(a @ nodes) / voxels for a, nodes in zip(self.along, self.grid.nodes, strict=True)]
+        low, high = (tuple(int(e[k]) for e in ends) for k in (0, 1))
+        return Survey(self.grid, voxels, columns, by_name, low, high, tuple(centre), self.deepest, self.best)

@@ -1,1 +1,0 @@
-"""Questions across runs: designs, answers from all witnesses, checks, claims, files, the whole pipeline."""

@@ -1,5 +1,0 @@
-"""`mechlab doctor`: what is wrong, or will go wrong, with anybody's MJCF or URDF; and the settings to paste."""
-
-from mechlab.study.doctor.result import Diagnosis, Symptom
-
-__all__ = ["Diagnosis", "Symptom"]

@@ -1,6 +1,0 @@
-"""Looking at mechanisms: a Story becomes a page in one file, a live page, or a picture."""
-
-from mechlab.view.html_page import story_to_html, write_page
-from mechlab.view.story import Part, Plot, Story, from_poses
-
-__all__ = ["Part", "Plot", "Story", "from_poses", "story_to_html", "write_page"]

@@ -1,0 +1,151 @@
+"""What is drawn beside the parts: forces and torques, joint axes, names; and how well the page can show the motion."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from mechlab.experiment.recording import Recording
+from mechlab.mechanism import GROUND, Mechanism, Shape, TreeKinematics
+from mechlab.mechanism.geometry import Array
+from mechlab.viewer.pack import quaternions
+from mechlab.viewer.story import Arrow, Mark, Part
+
+MOST_ARROWS = 12
+FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
+
+
+def arrows(recording: Recording, keep: Array) -> tuple[Arrow, ...]:
+    """Forces and torques of a recording at its samples `keep` (k,): drives along their axes, reactions of loops on
+    their body b, world axes. Those that stay zero are left out, the largest of each unit come first."""
+    m = recording.mechanism
+    tree = TreeKinematics(m)
+    readers: list[tuple[str, str, tuple[str, ...]]] = []
+    columns = {j.name: m.v_slice[j.name].start for j in m.joints if j.nv == 1}
+    for name in m.scalar_names:
+        if f"{name}_force" in recording.channels:
+            readers.append(("drive", name, (f"{name}_force",)))
+    for loop in m.loops:
+        for parts in (FORCES, MOMENTS):
+            names = tuple(f"{loop.name}_{x}" for x in parts)
+            if all(n in recording.channels for n in names):
+                readers.append(("loop", loop.name, names))
+    values = [np.column_stack([recording.channels[n][keep] for n in names]) for _, _, names in readers]
+    order = sorted(
+        (k for k, v in enumerate(values) if np.all(np.isfinite(v)) and np.any(np.abs(v) > 1e-12)),
+        key=lambda k: -float(np.abs(values[k]).max()),
+    )[:MOST_ARROWS]
+    points = {k: np.zeros((len(keep), 3)) for k in order}
+    vectors = {k: np.zeros((len(keep), 3)) for k in order}
+    loops = {x.name: x for x in m.loops}
+    shafts = {x.name: x for x in m.shafts}
+    for i, row in enumerate(recording.q[keep]):
+        tree.set(row)
+        for k in order:
+            kind, name, _ = readers[k]
+            if kind == "loop":
+                rotation, origin = tree.pose(loops[name].body_b)
+                points[k][i] = origin + rotation @ loops[name].placement_b.translation
+                vectors[k][i] = values[k][i]
+            elif name in columns:
+                points[k][i], axis = tree.anchors[columns[name]], tree.axes[columns[name]]
+                vectors[k][i] = axis * values[k][i, 0]
+            else:
+                shaft = shafts[name]
+                rotation, origin = tree.pose(shaft.body)
+                points[k][i] = origin + rotation @ shaft.placement.translation
+                vectors[k][i] = rotation @ shaft.placement.rotation[:, 2] * values[k][i, 0]
+    out = []
+    for k in order:
+        unit = recording.units.get(readers[k][2][0], "")
+        label = readers[k][1] if readers[k][0] == "loop" else f"{readers[k][1]} (drive)"
+        out.append(Arrow(label, "force" if unit == "N" else "torque", unit, points[k], vectors[k]))
+    return tuple(out)
+
+
+def marks(mechanism: Mechanism, parts: Sequence[Part]) -> tuple[Mark, ...]:
+    """Joint axes (kind: that of the joint), frames (kind "frame") and names of bodies that are drawn (kind "body")."""
+    found = []
+    for body in mechanism.bodies:
+        if len(body.joints) > 1 and body.joints[0].nv == 1:
+            joint, place = body.joints[0], body.placement
+            found.append(
+                _axis(body.parent, joint.name, place.translation, place.rotation @ np.array(joint.axis), joint.kind)
+            )
+        if body.joints and body.joints[-1].nv == 1:
+            joint = body.joints[-1]
+            found.append(_axis(body.name, joint.name, np.zeros(3), np.array(joint.axis), joint.kind))
+    for frame in mechanism.frames:
+        found.append(Mark(frame.body, frame.name, _triple(frame.placement.translation), None, "frame"))
+    for name in dict.fromkeys(p.body for p in parts if p.body != GROUND):
+        own = [p.vertices @ p.placement[:3, :3].T + p.placement[:3, 3] for p in parts if p.body == name]
+        points = np.concatenate(own)
+        found.append(Mark(name, name, _triple((points.min(axis=0) + points.max(axis=0)) / 2.0), None, "body"))
+    return tuple(found)
+
+
+def _axis(body: str, name: str, point: Array, direction: Array, kind: str) -> Mark:
+    return Mark(body, name, _triple(point), _triple(direction), kind)
+
+
+def _triple(values: Array) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def turn_per_step(mechanism: Mechanism, q: Array) -> float:
+    """Largest turn of a revolute joint or shaft [rad] from one row of q (n, nq) to the next."""
+    slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
+    angles = [mechanism.value(n, q) for n in mechanism.scalar_names if n not in slides]
+    return max((float(np.abs(np.diff(a)).max()) for a in angles if len(a) > 1), default=0.0)
+
+
+def turning_rates(poses: Array, t: Array) -> Array:
+    """(nb,) largest angular velocity [rad/s] of each body along poses (n, nb, 4, 4); turns of less than pi a frame."""
+    if len(t) < 2:
+        return np.zeros(poses.shape[1])
+    step = np.einsum("nbji,nbjk->nbik", poses[:-1, :, :3, :3], poses[1:, :, :3, :3])
+    angle = 2.0 * np.arccos(np.clip(np.abs(quaternions(step)[..., 3]), 0.0, 1.0))
+    return np.asarray((angle / np.diff(t)[:, None]).max(axis=0), dtype=np.float64)
+
+
+def tooth_rate(owners: Sequence[tuple[str, Sequence[Shape]]], names: Sequence[str], rates: Array) -> float:
+    """Teeth that pass a fixed point in a second [1/s], at most, of all gears that are drawn."""
+    found = [0.0]
+    for owner, shapes in owners:
+        teeth = max((s.parameters.get("teeth", 0.0) for s in shapes if s.kind != "rack"), default=0.0)
+        found.append(teeth * float(rates[list(names).index(owner)]) / (2.0 * np.pi))
+    return max(found)
+
+
+def playback_error(poses: Array, names: Sequence[str], parts: Sequence[Part]) -> float:
+    """How far a point of a part is off, at most [m], in the middle between two frames of poses (n, nb, 4, 4).
+
+    The page moves positions linearly and turns along the shortest arc. The error of that over two frames is measured at
+    the frame between them; over one frame it is a quarter of it (second order).
+    """
+    worst = 0.0
+    for k, name in enumerate(names):
+        own = [p for p in parts if p.body == name]
+        if not own or len(poses) < 3 or np.all(poses[:, k] == poses[0, k]):
+            continue
+        points = np.concatenate([p.vertices @ p.placement[:3, :3].T + p.placement[:3, 3] for p in own])
+        box = itertools.product(*zip(points.min(axis=0), points.max(axis=0), strict=True))
+        corners = np.array(list(box))
+        q = quaternions(poses[:, k, :3, :3])
+        q[1:] *= np.cumprod(np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0, -1.0, 1.0))[:, None]
+        middle = q[:-2] + q[2:]
+        turned = _rotate(middle / np.linalg.norm(middle, axis=1, keepdims=True), corners)
+        seen = turned + 0.5 * (poses[:-2, k, None, :3, 3] + poses[2:, k, None, :3, 3])
+        true = np.einsum("nij,cj->nci", poses[1:-1, k, :3, :3], corners) + poses[1:-1, k, None, :3, 3]
+        worst = max(worst, float(np.linalg.norm(seen - true, axis=-1).max()) / 4.0)
+    return worst
+
+
+def _rotate(q: Array, points: Array) -> Array:
+    """(n, c, 3): points (c, 3) turned by unit quaternions (n, 4), x y z w."""
+    axis, w = q[:, None, :3], q[:, None, 3:]
+    twice = 2.0 * np.cross(axis, points[None])
+    return np.asarray(points[None] + w * twice + np.cross(axis, twice), dtype=np.float64)

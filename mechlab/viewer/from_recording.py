@@ -1,0 +1,230 @@
+"""All channels of a Recording as a table that any spreadsheet reads.
+
+From a Mechanism or a Recording to a Story: poses of all parts, plots of the channels, facts and health in words.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mechlab.experiment.recording import Health, Recording, frame_positions
+from mechlab.files import write
+from mechlab.mechanism import GROUND, Mechanism, Shape
+from mechlab.mechanism.geometry import Array
+from mechlab.shapes import mesh
+from mechlab.viewer import annotate
+from mechlab.viewer.explore.many import ManyPoses
+from mechlab.viewer.explore.sweep import Surface
+from mechlab.viewer.story import Arrow, Part, Plot, Severity, Story
+
+
+def recording_to_csv(recording: Recording) -> str:
+    """CSV text: the time, then every channel, each column headed "name [unit]"; one row for each recorded time.
+
+    Numbers are written so that they read back bit for bit; a value that is not finite is an empty field.
+    """
+    heads = ["t [s]"]
+    for name in recording.channels:
+        unit = recording.units.get(name, "")
+        heads.append(f"{name} [{unit}]" if unit else name)
+    columns = [recording.t, *recording.channels.values()]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\r\n")
+    writer.writerow(heads)
+    for row in zip(*(column.tolist() for column in columns), strict=True):
+        writer.writerow([repr(x) if abs(x) < float("inf") else "" for x in row])
+    return out.getvalue()
+
+
+def write_csv(recording: Recording, path: str | os.PathLike[str]) -> Path:
+    """Writes `recording_to_csv` to `path`, whole or not at all, and returns the path. Raises OSError."""
+    return write(path, recording_to_csv(recording))
+
+
+MAX_FRAMES = 501
+MAX_TURN = 1.0
+MAX_SERIES = 6
+WORDS: dict[str, Severity] = {"ok": "ok", "warning": "warning", "error": "error"}
+
+
+def mechanism_story(mechanism: Mechanism, title: str = "", facts: Mapping[str, str] | None = None) -> Story:
+    """A still Story of the reference pose."""
+    still = mechanism.reference()[None]
+    return motion_story(mechanism, np.zeros(1), still, title or mechanism.name, mechanism.summary, facts=facts)
+
+
+def recording_story(
+    recording: Recording,
+    drawn: tuple[Mechanism, Array] | None = None,
+    title: str = "",
+    summary: str = "",
+    facts: Mapping[str, str] | None = None,
+    channels: Sequence[str] | None = None,
+) -> Story:
+    """A moving Story of a run. `drawn`: a richer Mechanism and its coordinates (n, nq) along the run, drawn instead."""
+    mechanism, q = drawn if drawn is not None else (recording.mechanism, recording.q)
+    keep = _frames(recording.t, mechanism, q)
+    known = {b.name for b in recording.mechanism.bodies} | {s.body for s in recording.mechanism.shafts}
+    rebuilt = tuple(b.name for b in mechanism.bodies if b.name not in known)
+    return motion_story(
+        mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
+        facts=facts, health=recording.health, plots=_plots(recording, keep, channels), reconstructed=rebuilt,
+        arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
+    )  # fmt: skip
+
+
+def motion_story(
+    mechanism: Mechanism,
+    t: Array,
+    q: Array,
+    title: str,
+    summary: str = "",
+    facts: Mapping[str, str] | None = None,
+    health: Health | None = None,
+    plots: Sequence[Plot] = (),
+    reconstructed: tuple[str, ...] = (),
+    arrows: tuple[Arrow, ...] = (),
+    recorded: int | None = None,
+) -> Story:
+    """A Story from coordinates q (n, nq) at times t (n,); `recorded`: how many samples the run had."""
+    names, poses, parts, owners = scene_of(mechanism, q)
+    traces = {}
+    if len(t) > 1 and mechanism.frames:
+        points = frame_positions(mechanism, q)
+        for k, frame in enumerate(mechanism.frames):
+            if float(np.ptp(points[:, k], axis=0).max()) > 1e-6:
+                traces[frame.name] = points[:, k]
+    findings = tuple((WORDS[f.severity], f.sentence) for f in (health.findings if health else ()))
+    return Story(
+        title=title, summary=summary, t=t, bodies=names, poses=poses, parts=parts, plots=tuple(plots),
+        facts=tuple((facts or {}).items()), health=findings, traces=traces,
+        reconstructed=tuple(n for n in reconstructed if n in names),
+        arrows=arrows, marks=annotate.marks(mechanism, parts),
+        ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
+        tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
+        playback=_playback(annotate.playback_error(poses, names, parts), len(t), recorded or len(t)),
+    )  # fmt: skip
+
+
+def exploration_story(
+    mechanism: Mechanism,
+    title: str = "",
+    facts: Mapping[str, str] | None = None,
+    rates: Mapping[str, float] | None = None,
+    reach: Surface | None = None,
+) -> Story:
+    """A Story whose drives can be moved in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
+    from mechlab.viewer.explore import explore
+    from mechlab.viewer.framing import frame_story
+
+    still = mechanism_story(mechanism, title, facts)
+    size = 2.0 * frame_story(still).radius
+    found = explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size, rates)
+    return replace(still, explore=replace(found, reach=reach))
+
+
+def _playback(error: float, shown: int, recorded: int) -> str:
+    """How true the picture is between two frames, in words."""
+    if shown < 3:
+        return ""
+    of = "" if shown == recorded else f" of the {recorded}"
+    return (
+        f"Shows {shown}{of} recorded times exactly; between them it interpolates and is off by at most "
+        f"about {error * 1e3:.2g} mm."
+    )
+
+
+def _frames(t: Array, mechanism: Mechanism, q: Array) -> Array:
+    """Every k-th index and the last one, at most MAX_FRAMES and one; a smaller k where a part would turn more than
+    MAX_TURN [rad] from one to the next, because the page turns along the shortest arc."""
+    stride = -(-(len(t) - 1) // (MAX_FRAMES - 1)) if len(t) > 1 else 1
+    turn = annotate.turn_per_step(mechanism, q[::stride])
+    if turn > MAX_TURN:
+        stride = max(1, int(stride * MAX_TURN / turn))
+    return np.unique(np.append(np.arange(0, len(t), stride), len(t) - 1))
+
+
+Owners = list[tuple[str, tuple[Shape, ...]]]
+
+
+def placed(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, Owners]:
+    """Names, poses (n, nb, 4, 4) and shapes of the bodies, of shafts that are drawn, and of the ground."""
+    bodies = ManyPoses(mechanism).set(q).poses()
+    names = [b.name for b in mechanism.bodies]
+    poses = [bodies[:, k] for k in range(len(names))]
+    index = {n: k for k, n in enumerate(names)}
+    owners: Owners = [(b.name, b.shapes) for b in mechanism.bodies] + [(GROUND, mechanism.ground_shapes)]
+    still = np.tile(np.eye(4), (len(q), 1, 1))
+    for shaft in mechanism.shafts:
+        if not shaft.shapes:
+            continue
+        carrier = bodies[:, index[shaft.body]] if shaft.body in index else still
+        turn = still.copy()
+        angle = mechanism.value(shaft.name, q) - shaft.zero
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
+        turn[:, 1, 0], turn[:, 0, 1] = np.sin(angle), -np.sin(angle)
+        names.append(f"{shaft.name} (shaft)" if shaft.name in index else shaft.name)
+        poses.append(carrier @ shaft.placement.matrix() @ turn)
+        owners.append((names[-1], shaft.shapes))
+    names.append(GROUND)
+    poses.append(still)
+    return tuple(names), np.stack(poses, axis=1), owners
+
+
+def scene_of(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tuple[Part, ...], Owners]:
+    """As `placed`, with the parts that the shapes make."""
+    names, poses, owners = placed(mechanism, q)
+    parts: list[Part] = []
+    for owner, shapes in owners:
+        for k, item in enumerate(shapes):
+            solid = mesh(item.kind, item.parameters)
+            name = item.name or f"{item.kind}_{k}"
+            faces = solid.faces.astype(np.int64)
+            parts.append(Part(owner, name, solid.vertices, faces, item.color, item.placement.matrix()))
+    return names, poses, tuple(parts), owners
+
+
+def _plots(recording: Recording, keep: Array, wanted: Sequence[str] | None) -> tuple[Plot, ...]:
+    """One plot for each unit, drives and wanted channels first."""
+    m = recording.mechanism
+    first = list(wanted or ())
+    drives = [d.on for d in m.drives] or [j.name for j in m.joints if j.nv == 1]
+    first += [n for d in drives for n in (d, f"{d}_force")]
+    first += [f"{f.name}_{a}" for f in m.frames for a in "xyz"]
+    groups: dict[tuple[str, str], dict[str, Array]] = {}
+    for name in dict.fromkeys(first):
+        if name not in recording.channels:
+            continue
+        unit = recording.units.get(name, "")
+        kind = (
+            "forces"
+            if name.endswith("_force")
+            else "points"
+            if unit == "m" and name[-2:] in ("_x", "_y", "_z")
+            else "drives"
+        )
+        if wanted and name in wanted:
+            kind = "asked"
+        series = groups.setdefault((kind, unit), {})
+        if len(series) < MAX_SERIES:
+            series[name] = recording.channels[name][keep]
+    titles = {"forces": "drive forces", "points": "points", "drives": "drives", "asked": "channels"}
+    plots = []
+    for (kind, unit), series in groups.items():
+        title = titles[kind]
+        if kind in ("drives", "forces"):
+            title = {
+                "m": "linear drives" if m.drives else "slides",
+                "rad": "rotary drives" if m.drives else "joint angles",
+                "N": "forces of linear drives",
+                "N m": "torques of rotary drives",
+            }.get(unit, title)
+        plots.append(Plot(title, unit, series))
+    return tuple(plots[:6])

@@ -1,0 +1,134 @@
+"""The gallery: one page that shows every mechanism, and links to its run, its sliders and its sheet. Static files only."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mechlab.errors import MechlabError
+from mechlab.files import write
+from mechlab.viewer.html_page import asset
+
+THUMBNAIL = (720, 540)
+
+
+@dataclass(frozen=True, eq=False)
+class Exhibit:
+    """One mechanism: name (of its folder), title, one sentence, picture (PNG bytes), sheet (HTML that is already escaped),
+    whether there is a page to explore, and the plots of its run (SVG, or none)."""
+
+    name: str
+    title: str
+    sentence: str
+    picture: bytes
+    sheet: str
+    explorable: bool
+    motion: str = ""
+
+
+def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
+    """Writes index.html, gallery.png (all pictures in one), and for each exhibit FOLDER/NAME/sheet.html and picture.png;
+    the pages are there already.
+
+    Returns the path of index.html. Raises CannotWrite.
+    """
+    for exhibit in exhibits:
+        write(folder / exhibit.name / "picture.png", exhibit.picture)
+        write(folder / exhibit.name / "sheet.html", sheet_page(exhibit))
+    write(folder / "gallery.png", contact_sheet([(e.title, e.picture) for e in exhibits]))
+    cards = "\n".join(_card(e) for e in exhibits)
+    text = _fill("gallery.html", {"style": asset("gallery.css"), "count": str(len(exhibits)), "cards": cards})
+    return write(folder / "index.html", text)
+
+
+def sheet_page(exhibit: Exhibit) -> str:
+    """The sheet of a mechanism as a page of its own, with the picture in it."""
+    return _fill(
+        "sheet.html",
+        {
+            "style": asset("gallery.css"),
+            "title": html.escape(exhibit.title),
+            "picture": data_address(exhibit.picture),
+            "motion": _drawing(exhibit),
+            "sheet": exhibit.sheet,
+            "links": _links(exhibit, "", sheet=False),
+        },
+    )
+
+
+def data_address(png: bytes) -> str:
+    """A picture as a data: address of a smaller JPEG, so that the page stays one file."""
+    from PIL import Image
+
+    with Image.open(io.BytesIO(png)) as image:
+        small = image.convert("RGB")
+        small.thumbnail(THUMBNAIL)
+        buffer = io.BytesIO()
+        small.save(buffer, format="jpeg", quality=88, optimize=True)
+    return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def contact_sheet(pictures: Sequence[tuple[str, bytes]], columns: int = 5, width: int = 1500) -> bytes:
+    """All pictures with their titles as one PNG: (title, picture as PNG bytes) in rows of `columns`, `width` pixels wide.
+
+    Raises MechlabError where there is no picture.
+    """
+    from PIL import Image, ImageDraw, ImageFont, ImageOps
+
+    if not pictures:
+        raise MechlabError("contact sheet: expected at least one picture.")
+    gap, line = 12, 30
+    size = (width - gap * (columns + 1)) // columns
+    tall = size * 3 // 4
+    rows = -(-len(pictures) // columns)
+    sheet = Image.new("RGB", (width, gap + rows * (tall + line + gap)), "#f6f8fa")
+    pen, large, small_type = ImageDraw.Draw(sheet), ImageFont.load_default(17), ImageFont.load_default(14)
+    for k, (title, png) in enumerate(pictures):
+        x, y = gap + (k % columns) * (size + gap), gap + (k // columns) * (tall + line + gap)
+        with Image.open(io.BytesIO(png)) as image:
+            small = ImageOps.fit(image.convert("RGB"), (size, tall), Image.Resampling.LANCZOS)
+        pen.rounded_rectangle((x - 1, y - 1, x + size, y + tall + line), 6, "white", "#dde2e9")
+        sheet.paste(small, (x, y))
+        font = large if pen.textlength(title, large) <= size - 12 else small_type
+        while pen.textlength(title, font) > size - 12:
+            title = title[:-2].rstrip(" ,…") + "…"
+        pen.text((x + size / 2, y + tall + line / 2), title, "#1c2430", font, "mm")
+    out = io.BytesIO()
+    sheet.quantize(256, dither=Image.Dither.NONE).save(out, format="png", optimize=True)
+    return out.getvalue()
+
+
+def _drawing(exhibit: Exhibit) -> str:
+    """The plots of the run as an image: a drawing in an image element cannot run scripts."""
+    if not exhibit.motion:
+        return ""
+    address = "data:image/svg+xml;base64," + base64.b64encode(exhibit.motion.encode("utf-8")).decode("ascii")
+    words = f"Plots of the run of {html.escape(exhibit.title, quote=True)}"
+    return f'<div class="drawing"><img src="{address}" alt="{words}"></div>'
+
+
+def _card(exhibit: Exhibit) -> str:
+    title, folder = html.escape(exhibit.title), html.escape(exhibit.name, quote=True)
+    return (
+        f'<article><a class="picture" href="{folder}/run.html" tabindex="-1" aria-hidden="true">'
+        f'<img src="{data_address(exhibit.picture)}" alt="" loading="lazy"></a>'
+        f"<h2>{title}</h2><p>{html.escape(exhibit.sentence)}</p>"
+        f'<p class="links">{_links(exhibit, folder + "/")}</p></article>'
+    )
+
+
+def _links(exhibit: Exhibit, folder: str, sheet: bool = True) -> str:
+    title = html.escape(exhibit.title, quote=True)
+    items = [("run.html", "Watch it run")]
+    items += [("explore.html", "Move it")] if exhibit.explorable else []
+    items += [("sheet.html", "Sheet")] if sheet else [("../index.html", "All mechanisms")]
+    return "".join(f'<a href="{folder}{page}" aria-label="{words}: {title}">{words}</a>' for page, words in items)
+
+
+def _fill(template: str, parts: dict[str, str]) -> str:
+    pieces = asset(template).split("@@")
+    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))

@@ -1,0 +1,180 @@
+"""Parameters that the page of explore mode can change: designs that are solved beforehand, one parameter at a time.
+
+The lab page: a Story as one HTML file that needs no server, no network and no installation.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import importlib.util
+import json
+import os
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from mechlab.errors import EngineMissing, MechlabError
+from mechlab.experiment.parameters import describe
+from mechlab.files import write
+from mechlab.lab.design import Design, design
+from mechlab.values import Range, in_unit
+from mechlab.viewer.pack import pack
+from mechlab.viewer.story import Story, Variation
+
+MOST_KEYS, COUNT, MOST_COUNT = 2, 9, 41
+SPREAD = 0.2
+"""A parameter is varied by this share of its value either way, unless a range is given."""
+
+
+def variations(
+    d: Design, vary: Mapping[str, Range | Sequence[float] | None], story: Story, tell: Callable[[Design], Story]
+) -> tuple[Variation, ...]:
+    """Variants of a design whose own exploration is `story`: key -> range, values, or None for SPREAD about its value.
+
+    tell(design) -> the Story of a variant. A value without a mechanism becomes the sentence that says why. Raises
+    MechlabError for a parameter that is not a number, and for more than two.
+    """
+    if len(vary) > MOST_KEYS:
+        raise MechlabError(
+            f"{d.name}: {len(vary)} parameters to vary; expected at most {MOST_KEYS}: {', '.join(vary)}."
+        )
+    known = {i.name: i for i in describe(d.entry.parameters)}
+    out = []
+    for key, asked in vary.items():
+        if key not in known or known[key].kind not in ("number", "integer"):
+            numbers = [n for n, i in known.items() if i.kind in ("number", "integer")]
+            what = f"is a {known[key].kind}" if key in known else "does not exist"
+            raise MechlabError(f"{d.name}: parameter {key} {what}; can be varied: {', '.join(numbers) or 'none'}.")
+        own = float(getattr(d.parameters, key))
+        values = _values(d.name, key, own, in_unit(f"{d.name}: {key}", asked, known[key].unit))
+        home = int(np.argmin(np.abs(values - own)))
+        stories = [story if k == home else _variant(d, key, float(x), story, tell) for k, x in enumerate(values)]
+        values[home] = own
+        out.append(Variation(key, known[key].unit, tuple(map(float, values)), home, tuple(stories)))
+    return tuple(out)
+
+
+def _values(name: str, key: str, own: float, asked: Range | Sequence[float] | None) -> np.ndarray:
+    """Increasing values, the design's own among them."""
+    if isinstance(asked, Range):
+        found = np.array(asked.points(COUNT))
+    elif asked is not None:
+        found = np.array([float(x) for x in asked])
+    else:
+        found = own * np.linspace(1.0 - SPREAD, 1.0 + SPREAD, COUNT)
+    found = np.unique(found[~np.isclose(found, own, rtol=1e-9)])
+    found = np.unique(np.append(found, own))
+    if not 2 <= len(found) <= MOST_COUNT:
+        raise MechlabError(f"{name}: {key} has {len(found)} values to vary over; expected 2 to {MOST_COUNT}.")
+    return found
+
+
+def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[Design], Story]) -> Story | str:
+    try:
+        told = tell(design(d.entry, dict(d.given) | {key: value}))
+    except MechlabError as error:
+        return str(error)
+    if told.bodies != story.bodies or told.explore is None or story.explore is None:
+        return f"with {key} = {value:g} the mechanism has other parts"
+    names = [s.name for s in story.explore.sweeps]
+    if [s.name for s in told.explore.sweeps] != names:
+        return f"with {key} = {value:g} the mechanism is driven otherwise"
+    return replace(told, explore=replace(told.explore, reach=None))
+
+
+STYLES = ("page.css",)
+SCRIPTS = (
+    "util.js",
+    "motion.js",
+    "stage.js",
+    "traces.js",
+    "arrows.js",
+    "labels.js",
+    "show.js",
+    "sweep.js",
+    "explore.js",
+    "camera.js",
+    "player.js",
+    "plots.js",
+    "panel.js",
+    "live.js",
+    "main.js",
+)
+
+
+def story_to_html(
+    story: Story, *, live: bool = False, connect: str = "data:", controls: Sequence[Mapping[str, str]] = ()
+) -> str:
+    """The page as text. `live` makes it listen to the server that serves it; `connect` is what its policy
+    lets it connect to; `controls` are the parameters that a live page can change.
+
+    Raises EngineMissing where meshcat, whose viewer the page contains, is not installed.
+    """
+    document, block = pack(story)
+    document["live"], document["controls"] = live, list(controls)
+    parts = {
+        "title": html.escape(story.title),
+        "connect": html.escape(connect),
+        "style": "\n".join(asset(name) for name in STYLES),
+        "viewer": viewer_script(),
+        "licences": viewer_licences().replace("<", "&lt;"),
+        "story": json.dumps(document, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
+        "block": base64.b64encode(zlib.compress(block, 9)).decode("ascii"),
+        "script": "\n".join(asset(name) for name in SCRIPTS).replace("</script", "<\\/script"),
+    }
+    # One pass over the template: a text that looks like a placeholder is never replaced itself.
+    pieces = asset("page.html").split("@@")
+    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
+
+
+def write_page(story: Story, path: str | os.PathLike[str]) -> Path:
+    """Writes the page to `path`, whole or not at all, and returns the path. Raises like `story_to_html`, and
+    CannotWrite."""
+    return write(path, story_to_html(story))
+
+
+@cache
+def asset(name: str) -> str:
+    """The text of a file in the folder page."""
+    return (files("mechlab.viewer") / "page" / name).read_text(encoding="utf-8")
+
+
+def _viewer_folder() -> Path:
+    # The folder is found without importing meshcat, whose import loads ZMQ and a web server that a file does
+    # not need.
+    spec = importlib.util.find_spec("meshcat")
+    if spec is None or not spec.submodule_search_locations:
+        raise EngineMissing(
+            "The page contains the viewer of meshcat, which is not installed. Try: pip install meshcat==0.3.2"
+        )
+    folder = Path(next(iter(spec.submodule_search_locations))) / "viewer"
+    if not (folder / "dist" / "main.min.js").is_file():
+        raise EngineMissing(
+            f"meshcat is installed without its viewer ({folder / 'dist' / 'main.min.js'} is missing). "
+            "Try: pip install --force-reinstall meshcat==0.3.2"
+        )
+    return folder
+
+
+@cache
+def viewer_script() -> str:
+    """The JavaScript of meshcat's viewer, with three.js in it, safe to stand inside a script element."""
+    return (_viewer_folder() / "dist" / "main.min.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
+
+
+@cache
+def viewer_licences() -> str:
+    """The licence texts that must travel with the viewer's code."""
+    folder = _viewer_folder()
+    names = (
+        folder / "LICENSE",
+        folder / "dist" / "main.min.js.LICENSE.txt",
+        folder / "dist" / "main.min.js.THIRD_PARTY_LICENSES.json",
+    )
+    return "\n\n".join(path.read_text(encoding="utf-8") for path in names if path.is_file())

@@ -1,0 +1,319 @@
+"""A simulation on a live page, while it runs: a thread runs the scene and sends what the watch sees.
+
+The live page: a small web server on this computer only, which sends poses to every browser that looks.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ipaddress
+import json
+import socket
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from tornado import httpserver, web, websocket
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.recording import Recording
+from mechlab.lab.design import Design
+from mechlab.lab.run import run_scene
+from mechlab.viewer.from_recording import mechanism_story, placed
+from mechlab.viewer.html_page import story_to_html
+from mechlab.viewer.pack import quaternions
+from mechlab.viewer.story import Story
+from mechlab.viewer.watch import Stopped, Watch, glimpse, watched
+
+_STARTUP_SECONDS = 10.0
+_LARGEST_MESSAGE = 65536
+
+
+@dataclass(frozen=True)
+class Control:
+    """A parameter in the form of a live page: its name, value as text, unit, and what it is."""
+
+    key: str
+    value: str
+    unit: str
+    text: str
+
+
+def serve(story: Story, host: str = "127.0.0.1", port: int = 0, *, quiet: bool = False) -> Server:
+    """Serves the page of `story` until the Server is closed or the process ends, and prints its address
+    unless `quiet`.
+
+    port: 0 takes a free one. A host that other computers can reach is allowed, with a warning on stderr.
+    Raises MechlabError where the address cannot be used.
+    """
+    server = Server(story, host, port)
+    if not server.loopback:
+        print(
+            f"warning: {host} can be reached by other computers; everybody on the network can see this page "
+            "and change its parameters.",
+            file=sys.stderr,
+        )
+    if not quiet:
+        print(server.url, flush=True)
+    return server
+
+
+class Server:
+    """A running live page; made by `serve`. A context manager; every method may be called from any thread."""
+
+    def __init__(self, story: Story, host: str, port: int) -> None:
+        self.story = story
+        self.host = host
+        self.loopback = _is_loopback(host)
+        self.controls: tuple[Control, ...] = ()
+        self.on_values: Callable[[Mapping[str, str], Callable[[str], None]], None] | None = None
+        """Called with the parameters that a browser sends, and how to tell that browser why they are refused."""
+        self._last: str | None = None
+        self._clients: set[_Live] = set()
+        self._closed = False
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        try:
+            self._socket = socket.create_server((host, port), family=family)
+        except OSError as error:
+            raise MechlabError(
+                f"Cannot listen on {host}, port {port}: {error}. Try port 0, which takes a free one."
+            ) from error
+        self._socket.setblocking(False)
+        self.port: int = self._socket.getsockname()[1]
+        shown = f"[{host}]" if ":" in host else host
+        self.url = f"http://{shown}:{self.port}/"
+        self._loop = asyncio.new_event_loop()
+        self._started = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="mechlab-live", daemon=True)
+        self._thread.start()
+        if not self._started.wait(_STARTUP_SECONDS):
+            raise MechlabError(f"The server on {self.url} did not start within {_STARTUP_SECONDS:.0f} s.")
+
+    def update(self, poses: ArrayLike) -> None:
+        """Shows `poses`, (len(bodies), 4, 4) in the order of `story.bodies`, in every browser, also in those
+        that come later.
+
+        Raises MechlabError for a wrong shape or numbers that are not finite, and after `close`.
+        """
+        matrices = np.asarray(poses, dtype=np.float64)
+        expected = (len(self.story.bodies), 4, 4)
+        if matrices.shape != expected:
+            raise MechlabError(
+                f"poses: expected shape {expected}, one for each of {', '.join(self.story.bodies)}; "
+                f"got {matrices.shape}."
+            )
+        if not np.all(np.isfinite(matrices)):
+            raise MechlabError("poses: every number must be finite.")
+        message = json.dumps(
+            {
+                "type": "poses",
+                "position": matrices[:, :3, 3].tolist(),
+                "quaternion": quaternions(matrices[:, :3, :3]).tolist(),
+            }
+        )
+        self._call(lambda: self._send(message, keep=message))
+
+    def show(self, story: Story) -> None:
+        """Replaces the story; every browser reloads. Raises MechlabError after `close`."""
+
+        def replace() -> None:
+            self.story = story
+            self._send('{"type": "story"}', keep=None)
+
+        self._call(replace)
+
+    @property
+    def closed(self) -> bool:
+        """True after `close`."""
+        return self._closed
+
+    def wait(self) -> None:
+        """Blocks until the server is closed (Ctrl-C interrupts it as usual)."""
+        while self._thread.is_alive():
+            self._thread.join(0.2)
+
+    def close(self) -> None:
+        """Stops listening and ends every connection; a second call does nothing."""
+        if not self._closed:
+            self._closed = True
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join()
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def accepts(self, host_header: str) -> bool:
+        """Is this the name of our own server? A page elsewhere whose name was pointed at this computer must
+        not read ours."""
+        name = _host_name(host_header)
+        if name in ("localhost", self.host):
+            return True
+        try:
+            address = ipaddress.ip_address(name)
+        except ValueError:
+            return not self.loopback and name == socket.gethostname().lower()
+        return address.is_loopback or not self.loopback
+
+    def _call(self, action: Callable[[], None]) -> None:
+        if self._closed:
+            raise MechlabError(f"The server on {self.url} is closed.")
+        self._loop.call_soon_threadsafe(action)
+
+    def _send(self, message: str, keep: str | None) -> None:
+        self._last = keep
+        for client in list(self._clients):
+            client.push(message)
+
+    def _work(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        arguments = {"server": self}
+        application = web.Application(
+            [("/", _Page, arguments), ("/live", _Live, arguments)], websocket_max_message_size=_LARGEST_MESSAGE
+        )
+        server = httpserver.HTTPServer(application)
+        self._loop.call_soon(server.add_sockets, [self._socket])
+        self._loop.call_soon(self._started.set)
+        try:
+            self._loop.run_forever()
+        finally:
+            server.stop()
+            for client in list(self._clients):
+                client.close()
+            self._loop.run_until_complete(server.close_all_connections())
+            pending = asyncio.all_tasks(self._loop)
+            for task in pending:
+                task.cancel()
+            self._loop.run_until_complete(asyncio.gather(*pending, return_exceptions=True))
+            self._loop.close()
+
+
+def _host_name(header: str) -> str:
+    """The name in a Host header, without port and brackets, in lower case."""
+    header = header.strip().lower()
+    return header[1:].split("]")[0] if header.startswith("[") else header.split(":")[0]
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+class _Page(web.RequestHandler):
+    def initialize(self, server: Server) -> None:
+        self.server = server
+
+    def prepare(self) -> None:
+        if not self.server.accepts(self.request.host):
+            raise web.HTTPError(421)
+
+    def get(self) -> None:
+        self.set_header("Cache-Control", "no-store")
+        self.set_header("X-Frame-Options", "DENY")
+        connect = f"data: 'self' ws://{self.request.host}"
+        controls = [asdict(c) for c in self.server.controls]
+        self.finish(story_to_html(self.server.story, live=True, connect=connect, controls=controls))
+
+
+class _Live(websocket.WebSocketHandler):
+    def initialize(self, server: Server) -> None:
+        self.server = server
+
+    def prepare(self) -> None:
+        if not self.server.accepts(self.request.host):
+            raise web.HTTPError(421)
+
+    def open(self, *args: Any, **kwargs: Any) -> None:
+        self.server._clients.add(self)
+        if self.server._last is not None:
+            self.push(self.server._last)
+
+    def push(self, message: str) -> None:
+        try:
+            self.write_message(message)
+        except websocket.WebSocketClosedError:
+            self.server._clients.discard(self)
+
+    def on_message(self, message: str | bytes) -> None:
+        """Parameters {"type": "values", "values": {key: text}} are handed on; whatever else a browser sends is ignored."""
+        try:
+            said = json.loads(message)
+            values = said["values"] if said["type"] == "values" else None
+        except (ValueError, TypeError, KeyError):
+            return
+        take = self.server.on_values
+        if take is None or not isinstance(values, dict) or not all(isinstance(x, str) for x in values.values()):
+            return
+        take(values, self.refuse)
+
+    def refuse(self, reason: str) -> None:
+        """Tells this browser why its parameters are refused; from any thread."""
+        message = json.dumps({"type": "refused", "message": reason})
+        with contextlib.suppress(MechlabError):
+            self.server._call(lambda: self.push(message))
+
+    def on_close(self) -> None:
+        self.server._clients.discard(self)
+
+
+def stream(
+    server: Server,
+    design: Design,
+    told: Callable[[Recording], Story],
+    scene: str | None = None,
+    speed: float = 1.0,
+    stop: Callable[[], bool] = lambda: False,
+) -> threading.Thread:
+    """Runs a scene of the design in a thread, not faster than `speed` times its own time, and shows every browser where
+    it is; when it has ended, the page of the recording replaces it. What goes wrong is told on the page. `stop()` true: the
+    run is no longer wanted and ends."""
+    lived = design.for_scene(scene)
+    chosen = scene or design.default_scene
+    fidelity = design.entry.scenes[chosen].fidelity
+
+    def over() -> bool:
+        return server.closed or stop()
+
+    def see(t: float, plant: Any) -> None:
+        now = glimpse(plant, t, fidelity)
+        mechanism, q = now.mechanism, now.q
+        if lived.entry.expand is not None:
+            mechanism, q = lived.entry.expand(lived.parameters, now)
+        names, poses, _ = placed(mechanism, q)
+        if names != server.story.bodies:
+            server.show(mechanism_story(mechanism, design.entry.title))
+            return
+        server.update(poses[0])
+
+    def work() -> None:
+        watch = Watch(see, speed, over)
+        try:
+            recording = run_scene(replace(design, entry=watched(design.entry, watch)), scene)
+            if not over():
+                page = told(recording)
+                if not over():
+                    server.show(page)
+        except Stopped:
+            return
+        except MechlabError as error:
+            if not over():
+                failed = replace(
+                    server.story, health=(*server.story.health, ("error", f"the simulation ended: {error}"))
+                )
+                server.show(failed)
+
+    thread = threading.Thread(target=work, name="mechlab-stream", daemon=True)
+    thread.start()
+    return thread

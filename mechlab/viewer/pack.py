@@ -1,0 +1,260 @@
+"""A Story as one JSON document and one block of bytes: what the page in the browser reads."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.viewer.feature_edges import crease
+from mechlab.viewer.framing import (
+    FIELD_OF_VIEW,
+    MARGIN,
+    SPEEDS,
+    THREE_QUARTER,
+    frame_story,
+    nice_step,
+    outermost,
+    tempo,
+)
+from mechlab.viewer.story import Part, Story
+
+Array = NDArray[np.float64]
+
+ARROW_LENGTH = 0.7
+"""Length of the longest arrow, at most, in radii of the mechanism."""
+FEW_ARROWS = 3
+"""Up to so many arrows are shown at once; the page knows the same number."""
+
+
+class Block:
+    """Collects arrays into one block of little-endian bytes; `add` returns the reference that stands for the
+    array in the JSON."""
+
+    def __init__(self) -> None:
+        self._pieces: list[bytes] = []
+        self._length = 0
+        self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
+
+    def add(self, array: NDArray[Any], kind: str) -> dict[str, Any]:
+        """Appends `array` as `kind` (f8, f4, i2, u2, u4), aligned to 8 bytes, unless the same stands there already; the
+        reference is {at, kind, count}."""
+        data = np.ascontiguousarray(array, dtype="<" + kind).tobytes()
+        key = (kind, hashlib.sha256(data).digest())
+        if key in self._known:
+            return self._known[key]
+        reference = {"at": self._length, "kind": kind, "count": int(np.size(array))}
+        padded = data + bytes(-len(data) % 8)
+        self._pieces.append(padded)
+        self._length += len(padded)
+        self._known[key] = reference
+        return reference
+
+    def bytes(self) -> bytes:
+        """Everything added so far."""
+        return b"".join(self._pieces)
+
+
+def quaternions(rotations: Array) -> Array:
+    """Rotation matrices (..., 3, 3) as unit quaternions (..., 4) in the order x, y, z, w (the order of
+    three.js)."""
+    from scipy.spatial.transform import Rotation
+
+    flat = np.asarray(rotations, dtype=np.float64).reshape(-1, 3, 3)
+    if not len(flat):
+        return np.zeros((*rotations.shape[:-2], 4))
+    return np.asarray(Rotation.from_matrix(flat).as_quat()).reshape(*rotations.shape[:-2], 4)
+
+
+def pack(story: Story) -> tuple[dict[str, Any], bytes]:
+    """The story as a JSON-ready dict of plain Python values, and the block of bytes that its references point
+    into.
+
+    Positions keep all 64 bits and quaternions 32: a recorded pose comes back to 2e-7. A body that stands
+    still takes one frame.
+    """
+    block = Block()
+    motion = pack_motion(story.poses, block)
+    pace = tempo(story)
+    geometries, (parts, ghost_parts) = _pack_parts(story.bodies, (story.parts, story.ghost_parts), block)
+    framing = frame_story(story)
+    scales = _scales(story, framing.step, framing.radius)
+    document = {
+        "title": story.title,
+        "summary": story.summary,
+        "t": block.add(story.t, "f8"),
+        "bodies": list(story.bodies),
+        "motion": motion,
+        "geometries": geometries,
+        "parts": parts,
+        "plots": [
+            {
+                "title": plot.title,
+                "unit": plot.unit,
+                "series": [
+                    {"name": name, "values": block.add(values, "f8")}
+                    | ({"against": block.add(plot.against[name], "f8")} if name in plot.against else {})
+                    for name, values in plot.series.items()
+                ],
+            }
+            for plot in story.plots
+        ],
+        "traces": _pack_traces(story.traces, block),
+        "facts": [list(pair) for pair in story.facts],
+        "health": [list(pair) for pair in story.health],
+        "reconstructed": list(story.reconstructed),
+        "arrows": [
+            {
+                "name": a.name,
+                "kind": a.kind,
+                "unit": a.unit,
+                "points": block.add(a.points, "f8"),
+                "vectors": block.add(a.vectors, "f8"),
+            }
+            for a in story.arrows
+        ],
+        "arrowScales": scales,
+        "marks": _pack_marks(story),
+        "ghost": None
+        if story.ghost is None
+        else {
+            "name": story.ghost_name,
+            "shown": story.ghost_shown,
+            "motion": pack_motion(story.ghost, block),
+            "parts": ghost_parts,
+            "traces": _pack_traces(story.ghost_traces, block),
+        },
+        "differences": [list(row) for row in story.differences],
+        "playback": story.playback,
+        "tempo": {
+            "speed": pace.speed,
+            "limit": pace.limit if np.isfinite(pace.limit) else None,
+            "sentence": pace.sentence,
+            "speeds": list(SPEEDS),
+        },
+        "explore": None if story.explore is None else story.explore.packed(block, pack_motion),
+        "variants": [
+            {
+                "key": v.key,
+                "unit": v.unit,
+                "values": list(v.values),
+                "home": v.home,
+                "choices": [x if isinstance(x, str) else _pack_choice(x, block) for x in v.stories],
+            }
+            for v in story.variants
+        ],
+        "framing": {
+            "points": [*framing.points.tolist(), *_tips(story, scales, framing.step)],
+            "low": framing.low.tolist(),
+            "high": framing.high.tolist(),
+            "floor": framing.floor,
+            "step": framing.step,
+            "radius": framing.radius,
+            "fieldOfView": FIELD_OF_VIEW,
+            "margin": MARGIN,
+            "threeQuarter": THREE_QUARTER.tolist(),
+        },
+    }
+    return document, block.bytes()
+
+
+def pack_motion(poses: Array, block: Block, kind: str = "f8") -> list[dict[str, Any]]:
+    """References of positions, of that kind, and quaternions of poses (n, nb, 4, 4), body by body."""
+    rotation = quaternions(poses[:, :, :3, :3])
+    motion = []
+    for k in range(poses.shape[1]):
+        still = bool(np.all(poses[:, k] == poses[0, k]))
+        frames = slice(0, 1) if still else slice(None)
+        motion.append(
+            {
+                "position": block.add(poses[frames, k, :3, 3], kind),
+                "quaternion": block.add(rotation[frames, k], "f4"),
+            }
+        )
+    return motion
+
+
+def _pack_marks(story: Story) -> list[dict[str, Any]]:
+    return [
+        {
+            "body": story.bodies.index(m.body),
+            "name": m.name,
+            "point": list(m.point),
+            "direction": None if m.direction is None else list(m.direction),
+            "kind": m.kind,
+        }
+        for m in story.marks
+    ]
+
+
+def _pack_traces(traces: Mapping[str, Array], block: Block) -> list[dict[str, Any]]:
+    return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
+
+
+def _pack_choice(story: Story, block: Block) -> dict[str, Any]:
+    """What differs from one variant of a mechanism to the next."""
+    geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
+    explore = None if story.explore is None else story.explore.packed(block, pack_motion)
+    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "explore": explore}
+
+
+def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
+    """Unit -> amount of it that an arrow one grid step long stands for: 1, 2 or 5 times a power of ten."""
+    largest: dict[str, float] = {}
+    found = [(a.unit, a.vectors) for a in story.arrows]
+    if story.explore is not None:
+        found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
+    for unit, vectors in found:
+        largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
+    return {unit: nice_step(size * step / (ARROW_LENGTH * radius), 1) for unit, size in largest.items() if size > 0}
+
+
+def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[float]]:
+    """Where arrows that are shown at once reach farthest, so that the camera takes them in."""
+    if not 0 < len(story.arrows) <= FEW_ARROWS:
+        return []
+    tips = [a.points + a.vectors * (step / scales[a.unit]) for a in story.arrows if a.unit in scales]
+    return outermost(np.concatenate(tips)).tolist() if tips else []
+
+
+def geometry_key(part: Part) -> str:
+    """Equal for parts that look the same before they are placed and coloured."""
+    digest = hashlib.sha256(part.vertices.astype("<f4").tobytes())
+    digest.update(b"faces" + part.faces.astype("<i8").tobytes())
+    return digest.hexdigest()
+
+
+def _pack_parts(
+    bodies: Sequence[str], lists: Sequence[Sequence[Part]], block: Block
+) -> tuple[list[dict[str, Any]], list[list[dict[str, Any]]]]:
+    """Geometries that lists of parts share, and the lists."""
+    index: dict[str, int] = {}
+    geometries: list[dict[str, Any]] = []
+    packed: list[list[dict[str, Any]]] = [[] for _ in lists]
+    for k, part in ((k, part) for k, parts in enumerate(lists) for part in parts):
+        key = geometry_key(part)
+        if key not in index:
+            index[key] = len(geometries)
+            mesh = crease(part.vertices, part.faces)
+            width = "u2" if len(mesh.vertices) <= 0xFFFF else "u4"
+            geometries.append(
+                {
+                    "positions": block.add(mesh.vertices, "f4"),
+                    "normals": block.add(np.rint(mesh.normals * 32767.0), "i2"),
+                    "faces": block.add(mesh.faces, width),
+                    "edges": block.add(mesh.edges, width),
+                }
+            )
+        packed[k].append(
+            {
+                "body": bodies.index(part.body),
+                "name": part.name,
+                "geometry": index[key],
+                "color": list(part.color),
+                "placement": part.placement.T.reshape(-1).tolist(),
+            }
+        )
+    return geometries, packed

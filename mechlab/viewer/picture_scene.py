@@ -1,0 +1,195 @@
+"""The scene of a still picture: parts, floor, light, camera and lines, as MuJoCo wants them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.viewer.feature_edges import crease
+from mechlab.viewer.framing import FIELD_OF_VIEW, Framing, fit_camera
+from mechlab.viewer.pack import geometry_key, quaternions
+from mechlab.viewer.story import Color, Story
+
+SUN = np.array([0.55, 0.6, -1.25]) / math.sqrt(0.55**2 + 0.6**2 + 1.25**2)  # direction in which the light travels
+_SHADOW_PIXELS = 4096
+_TRACE = (0.76, 0.09, 0.36, 1.0)
+
+
+def compile_scene(mujoco: Any, story: Story, frame: int, framing: Framing, size: tuple[int, int]) -> Any:
+    """A compiled model in which nothing moves: the parts where they are at `frame`, a floor with the grid,
+    and light."""
+    spec = mujoco.MjSpec()
+    _set_looks(spec, framing, size)
+    _add_floor(mujoco, spec, framing)
+    names: dict[str, str] = {}
+    for part in story.parts:
+        key = geometry_key(part)
+        if key not in names:
+            names[key] = f"mesh{len(names)}"
+            mesh = crease(part.vertices, part.faces)
+            spec.add_mesh(
+                name=names[key],
+                uservert=mesh.vertices.reshape(-1),
+                usernormal=mesh.normals.reshape(-1),
+                userface=mesh.faces.reshape(-1),
+                userfacenormal=mesh.faces.reshape(-1),
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+            )
+        pose = story.poses[frame, story.bodies.index(part.body)] @ part.placement
+        x, y, z, w = quaternions(pose[:3, :3])
+        spec.worldbody.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=names[key],
+            pos=pose[:3, 3],
+            quat=[w, x, y, z],
+            rgba=part.color,
+            contype=0,
+            conaffinity=0,
+        )
+    return spec.compile()
+
+
+def _set_looks(spec: Any, framing: Framing, size: tuple[int, int]) -> None:
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = size
+    visual.global_.fovy = math.degrees(FIELD_OF_VIEW)
+    visual.quality.offsamples = 4
+    visual.quality.shadowsize = _SHADOW_PIXELS
+    visual.headlight.ambient = [0.48, 0.48, 0.49]
+    visual.headlight.diffuse = [0.1, 0.1, 0.1]
+    visual.headlight.specular = [0.0, 0.0, 0.0]
+    # Lengths below are multiples of the extent.
+    spec.stat.extent = framing.radius
+    spec.stat.center = (framing.low + framing.high) / 2.0
+    # A far limit this large spreads the depth bias of the shadows, so that the floor does not shade itself.
+    visual.map.znear, visual.map.zfar = 0.02, 1000.0
+    visual.map.shadowclip, visual.map.shadowscale = 1.3, 0.9
+
+
+def _add_floor(mujoco: Any, spec: Any, framing: Framing) -> None:
+    white = [1.0, 1.0, 1.0]
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+        rgb1=white,
+        rgb2=white,
+        width=64,
+        height=384,
+    )
+    spec.add_texture(
+        name="grid",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+        rgb1=white,
+        rgb2=white,
+        mark=mujoco.mjtMark.mjMARK_EDGE,
+        markrgb=[0.72, 0.76, 0.82],
+        width=512,
+        height=512,
+    )
+    material = spec.add_material(
+        name="floor",
+        texuniform=True,
+        rgba=[0.75, 0.75, 0.75, 1.0],
+        texrepeat=[1.0 / framing.step] * 2,
+        emission=0.35,
+        specular=0.0,
+    )
+    textures = list(material.textures)
+    textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = "grid"
+    material.textures = textures
+    reach = 60.0 * framing.radius
+    centre = (framing.low + framing.high) / 2.0
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[reach, reach, framing.step],
+        material="floor",
+        pos=[0.0, 0.0, framing.floor],
+        contype=0,
+        conaffinity=0,
+    )
+    spec.worldbody.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=centre - 4.0 * framing.radius * SUN,
+        dir=SUN,
+        castshadow=True,
+        diffuse=[0.55] * 3,
+        ambient=[0.0] * 3,
+        specular=[0.15] * 3,
+    )
+
+
+def place_camera(mujoco: Any, framing: Framing, toward: NDArray[np.float64], aspect: float) -> Any:
+    """A free camera in the direction `toward` (3,) that sees everything the mechanism ever reaches."""
+    target, distance = fit_camera(framing.points, toward, aspect)
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = target
+    camera.distance = distance
+    flat = math.hypot(toward[0], toward[1])
+    # Straight from above, x points to the right.
+    camera.azimuth = math.degrees(math.atan2(-toward[1], -toward[0])) if flat > 1e-9 * abs(toward[2]) else 90.0
+    camera.elevation = -math.degrees(math.atan2(toward[2], flat))
+    return camera
+
+
+Line = tuple[NDArray[np.float64], NDArray[np.float64], float, Color]
+
+
+class Lines:
+    """What MuJoCo has no geometry for: the feature edges of the parts, and the traces.
+
+    most_edges: only so many of the longest edges are drawn (default: all of them). `most`: upper limit of the lines.
+    """
+
+    def __init__(self, story: Story, framing: Framing, most_edges: int | None = None) -> None:
+        self.story, self.framing = story, framing
+        self._edges: list[tuple[int, NDArray[np.float64], Color]] = []
+        for part in story.parts:
+            mesh = crease(part.vertices, part.faces)
+            in_body = mesh.vertices @ part.placement[:3, :3].T + part.placement[:3, 3]
+            red, green, blue, opacity = part.color
+            color = (0.3 * red, 0.3 * green, 0.3 * blue, 0.7 * opacity)
+            self._edges.append((story.bodies.index(part.body), in_body[mesh.edges], color))
+        if most_edges is not None:
+            lengths = np.concatenate(
+                [np.linalg.norm(e[:, 1] - e[:, 0], axis=1) for _, e, _ in self._edges] or [np.zeros(0)]
+            )
+            limit = np.sort(lengths)[-most_edges] if len(lengths) > most_edges else 0.0
+            self._edges = [(b, e[np.linalg.norm(e[:, 1] - e[:, 0], axis=1) >= limit], c) for b, e, c in self._edges]
+        self.most = sum(len(e) for _, e, _ in self._edges) + len(story.t) * len(story.traces)
+
+    def at(self, frame: int, upto: int | None = None) -> list[Line]:
+        """(start, end, radius or 0, colour) of every line at a recorded frame; traces up to frame `upto`."""
+        found: list[Line] = []
+        for body, edges, color in self._edges:
+            pose = self.story.poses[frame, body]
+            ends = edges @ pose[:3, :3].T + pose[:3, 3]
+            found += [(a, b, 0.0, color) for a, b in ends]
+        for points in self.story.traces.values():
+            seen = points if upto is None else points[: upto + 1]
+            found += [
+                (a, b, 0.003 * self.framing.radius, _TRACE) for a, b in itertools.pairwise(seen) if np.any(a != b)
+            ]
+        return found
+
+
+def draw_lines(mujoco: Any, scene: Any, lines: list[Line]) -> None:
+    """Adds the lines to a scene that already has its cameras and room for them."""
+    eye = np.mean([camera.pos for camera in scene.camera], axis=0)
+    for start, end, radius, color in lines:
+        geom = scene.geoms[scene.ngeom]
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE if radius else mujoco.mjtGeom.mjGEOM_LINE
+        mujoco.mjv_initGeom(
+            geom, kind, np.zeros(3), np.zeros(3), np.eye(3).reshape(-1), np.array(color, dtype=np.float32)
+        )
+        # An edge lies in its surface; a little nearer to the eye it is not hidden by it.
+        nearer = 0.0 if radius else 0.002
+        mujoco.mjv_connector(geom, kind, radius or 1.0, start + nearer * (eye - start), end + nearer * (eye - end))
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+        scene.ngeom += 1

@@ -1,0 +1,160 @@
+"""The comparison of error control with peers: the search for the cheapest setting, ratios, the table; one real chart."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechlab as ml
+from mechlab import api
+from mechlab.engines.peers import INTEGRATORS, PeerStopped, controlled, installed
+from mechlab.errors import MechlabError, UsageError
+from mechlab.experiment.motion import Trace
+from mechlab.lab.methods import METHODS, PEER_METHODS, Method, Problem
+from mechlab.studies.chart import peers as chart_peers
+from mechlab.studies.chart.chart import Budget, chart
+from mechlab.studies.chart.peers import TARGETS, PeerRow, PeerTable, _Search
+from mechlab.studies.chart.score import Reference, reference_of
+
+
+def swing(duration: float = 1.0) -> tuple[Problem, Reference]:
+    d = ml.load("pendulum").for_scene(None)
+    problem = Problem(d, d.scene(None, None, duration))
+    return problem, reference_of(problem)
+
+
+class Pretender:
+    """A method whose error is h^order and whose cost is the number of steps; stands in for a peer."""
+
+    def __init__(self, problem: Problem, order: int, cost: float, stop: float = math.inf) -> None:
+        self.order, self.cost, self.stop = order, cost, stop
+        reference = problem.design.entry.reference
+        assert reference is not None
+        found = reference(problem.design.parameters, problem.scene)
+        at = np.searchsorted(found.t, np.linspace(0.0, problem.scene.duration, problem.outputs + 1) * (1 - 1e-12))
+        self.q, self.v = found.q[at], found.v[at]
+        self.asked: list[float] = []
+
+    def run(self, method: Method, problem: Problem, value: float) -> Trace:
+        self.asked.append(value)
+        cpu = self.cost * problem.scene.duration / value
+        if cpu > self.stop:
+            raise PeerStopped("late")
+        return Trace(self.q + value**self.order, self.v, cpu, 1)
+
+
+@pytest.fixture
+def pretend(monkeypatch: pytest.MonkeyPatch) -> tuple[Problem, Reference, Pretender]:
+    problem, truth = swing()
+    made = Pretender(problem, 2, 1e-5)
+    monkeypatch.setattr(Method, "run", lambda self, p, value: made.run(self, p, value))
+    monkeypatch.setattr(
+        Method, "available", lambda self, p: "" if self.name == "Exudyn generalized-alpha" else "not asked"
+    )
+    return problem, truth, made
+
+
+def test_the_cheapest_setting_is_found_between_two_of_the_sweep(
+    pretend: tuple[Problem, Reference, Pretender],
+) -> None:
+    problem, truth, made = pretend
+    search = _Search(problem, truth, 1.0)
+    method = next(m for m in PEER_METHODS if m.name == "Exudyn generalized-alpha")
+    search.sweep(method)
+    for target in (1e-7, 3e-9):
+        best = search.fastest(target)
+        assert best is not None and best.error <= target
+        # an angle off by e moves the mass by up to e: the largest step that meets the target is sqrt(target), the sweep
+        # halves, three bisections leave a factor 2^(1/8), and steps divide the distance of the outputs (2 %)
+        assert best.cpu_s < 1e-5 / math.sqrt(target) * 2 ** (1 / 8) * 1.02
+    # cost of one run reaches 1 s at 1e-5 s of step, an error of 1e-10
+    assert min(made.asked) < 4e-5
+
+
+def test_a_sweep_ends_when_a_run_is_stopped_and_says_so(pretend: tuple[Problem, Reference, Pretender]) -> None:
+    problem, truth, made = pretend
+    made.stop = 5e-3
+    search = _Search(problem, truth, 1.0)
+    search.sweep(PEER_METHODS[0])
+    assert search.points[-1].status == "not run" and search.points[-1].reason == "late"
+    assert sum(p.status == "not run" for p in search.points) == 1
+    assert search.fastest(1e-9) is None
+
+
+def test_where_no_peer_reaches_a_target_the_table_says_so() -> None:
+    nan = math.nan
+    rows = (
+        PeerRow(1e-3, 0.02, 1e-5, "energy quadrature", True, "Drake RK3", 1e-4, 0.01, 5e-4),
+        PeerRow(1e-9, 0.03, 1e-10, "energy quadrature", True, "", nan, nan, 2e-6),
+        PeerRow(1e-9, 0.03, 1e-8, "energy quadrature", True, "Drake RK3", 1e-4, 0.01, 5e-10),
+    )
+    assert rows[0].ratio == pytest.approx(2.0)
+    assert math.isnan(rows[1].ratio)
+    assert math.isnan(rows[2].ratio)  # ours claims what it does not keep: no ratio to boast of
+    table = PeerTable(rows, (), {}, {"drake": "1.51"}, "m", 0.3)
+    told = table.to_dict()["peers"]
+    assert told[0]["ratio"] == pytest.approx(2.0) and told[0]["peer"] == "Drake RK3"
+    assert told[1]["peer"] is None and told[1]["peer_cpu_s"] is None and told[1]["ratio"] is None
+    assert "none reaches it in 0.3 s" in table.text()
+
+
+def test_peers_stay_out_of_a_chart_that_does_not_ask_for_them() -> None:
+    assert not {m.engine for m in METHODS} & {"exudyn", "drake", "opensim"}
+    for m in PEER_METHODS:
+        assert m.integrator in INTEGRATORS[m.engine]
+        assert (m.control == "tolerance") == controlled(m.engine, m.integrator)
+    assert len({m.name for m in (*METHODS, *PEER_METHODS)}) == len(METHODS) + len(PEER_METHODS)
+
+
+def test_a_chart_without_peers_installed_still_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mechlab.engines.peers.links.find_spec", lambda name: None)
+    monkeypatch.setattr(chart_peers, "REPEATS", 1)
+    some = [m for m in METHODS if m.name == "own equations, scipy DOP853"]
+    d = ml.load("pendulum")
+    found = chart(d, duration=0.5, methods=some, budget=Budget(one=0.01, method=0.5, repeat=0.0), peers=True)
+    data = found.to_dict()
+    assert [r["target"] for r in data["peers"]] == list(TARGETS)
+    for row in data["peers"]:
+        assert row["peer"] is None and row["ours_cpu_s"] > 0.0
+        assert row["ours_error"] <= row["target"]
+    assert all("mechlab[peers]" in found.skipped[m.name] for m in PEER_METHODS)
+
+
+def test_an_mjcf_file_has_no_peers(tmp_path: Path) -> None:
+    with pytest.raises(MechlabError, match="peers are given a mechanism"):
+        api.chart(tmp_path / "some.xml", peers=True)
+
+
+def test_fidelities_and_peers_exclude_each_other() -> None:
+    import argparse
+
+    from mechlab.cli.verbs import chart as verb
+
+    parser = argparse.ArgumentParser()
+    verb.add_options(parser)
+    with pytest.raises(UsageError, match="--peers"):
+        verb.execute(["fourbar"], {}, parser.parse_args(["--peers", "--fidelities"]))
+
+
+@pytest.mark.slow
+def test_a_real_comparison_judges_peers_by_the_reference(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    if not installed("exudyn"):
+        pytest.skip("exudyn is not installed")
+    monkeypatch.setattr(chart_peers, "PEER_METHODS", [m for m in PEER_METHODS if m.name == "Exudyn RK44"])
+    problem, truth = swing(2.0)
+    table = chart_peers.compare(problem, truth)
+    assert [r.peer for r in table.rows] == ["Exudyn RK44"] * 3
+    for row in table.rows:
+        assert row.peer_error <= row.target and row.ours_error <= row.target and row.ratio > 0.0
+    errors = [p.error for p in table.points if 1e-9 < p.error < 1e-3]
+    falls = [b / a for a, b in zip(errors[:-1], errors[1:], strict=True)]
+    assert np.median(falls) == pytest.approx(1 / 16, rel=0.5)  # order 4
+    made = chart(ml.load("pendulum"), duration=0.5, methods=METHODS[:1], budget=Budget(0.01, 0.3, 0.0))
+    drawn = replace(made, points=(*made.points, *table.points), peers=table)
+    files = drawn.save(tmp_path / "chart.svg")
+    assert "Exudyn RK44" in files["svg"].read_text()
+    assert "Exudyn RK44" in drawn.text() and "ratio" in drawn.text()

@@ -1,0 +1,225 @@
+"""What error control is made of: trees and rows of many poses, clocks, checks, ladders, LSODA, each against its theory."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from mechlab import api
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws import law
+from mechlab.experiment.recording import frame_positions
+from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.lab.accuracy import solve_to
+from mechlab.lab.accuracy.batch import BatchTree
+from mechlab.lab.accuracy.clock import Clock, nodes
+from mechlab.lab.accuracy.conservative import Energies, OneJoint
+from mechlab.lab.accuracy.energy_method import EnergyMotion
+from mechlab.lab.accuracy.ladder import Ladder
+from mechlab.lab.accuracy.measure import Measure
+from mechlab.lab.accuracy.rules import LADDERS, BatchRows, fastest_rate
+from mechlab.lab.accuracy.swing import Beat
+from mechlab.lab.methods import Problem, method
+from mechlab.mechanism import Builder, ConstraintSet, Inertia, Spring, TreeKinematics, prismatic, revolute
+from mechlab.studies.chart.score import reference_of, tracked
+
+
+def test_the_check_goes_on_from_where_it_stands() -> None:
+    """A run in parts, another one of the same model between them, gives the same bits."""
+    lived = api.load("andrews", duration=0.02).for_scene(None)
+    problem = Problem(lived, lived.scene(), 20)
+    way = method("MuJoCo RK4, hard")
+    whole = way.stepper(problem, 5e-4).advance(6)
+    one, other = way.stepper(problem, 5e-4), way.stepper(problem, 5e-4)
+    parts = [one.advance(2)]
+    assert np.array_equal(other.advance(3).q, whole.q[:4])
+    parts.append(one.advance(4))
+    assert np.array_equal(parts[1].q[0], parts[0].q[-1])
+    assert np.array_equal(np.concatenate([parts[0].q, parts[1].q[1:]]), whole.q)
+    again = method("Pinocchio RK4, soft stabilisation").stepper(problem, 5e-4)
+    twice = [again.advance(2).q, again.advance(2).q]
+    assert np.array_equal(twice[0][-1], twice[1][0]) and len(twice[1]) == 3
+
+
+def test_dearer_equations_under_the_same_integrator_are_not_tried() -> None:
+    """LSODA takes as many evaluations on Pinocchio's tree, and each is dearer: with MuJoCo's run known, it is left out."""
+    lived = api.load("flyball", duration=0.4).for_scene(None)
+    problem = Problem(lived, lived.scene(), 40)
+    rules = {r.name: r for r in LADDERS}
+    measure = Measure(problem, None)
+    near, dear = (Ladder(rules[f"LSODA on {x}'s tree"], problem, measure, 0.0, 1e-6) for x in ("MuJoCo", "Pinocchio"))
+    assert dear.cost_beside([near, dear]) == dear.next_cost
+    near.climb(5.0)
+    near.first_work = near.work = 1.0
+    assert near.cost_beside([near, dear]) == near.next_cost == pytest.approx(1.6)
+    assert dear.cost_beside([near, dear]) == pytest.approx(dear.expected / near.expected)
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(400.0, 0.0), (400.0, 4.0), (100.0, 60.0)])
+def test_the_fastest_rate_is_that_of_the_oscillator(stiffness: float, damping: float) -> None:
+    """m s^2 + c s + k = 0 with m = 2 kg: the joint's own spring, and the same between two points."""
+    slow = np.roots([2.0, damping, stiffness])
+    for own in (True, False):
+        b = Builder("oscillator", gravity=(0.0, 0.0, 0.0))
+        kept = {"stiffness": stiffness, "damping": damping} if own else {}
+        b.body("mass", prismatic("slide", "x", **kept), inertia=Inertia.box(2.0, 0.1, 0.1, 0.1))
+        if not own:
+            ends = ((-1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            b.spring(Spring("s", "ground", "mass", *ends, stiffness=stiffness, damping=damping, rest_length=1.0))
+        found = fastest_rate(b.build(), Scene("s", "full", 1.0))
+        assert found == pytest.approx(max(abs(slow)), rel=1e-12)
+
+
+def test_the_beat_is_the_integral_and_its_inverse() -> None:
+    """Kepler's equation: t = x - e sin x has dt/dx = 1 - e cos x."""
+    x = np.pi * np.arange(13.0) / 12
+    beat = Beat.of(1.0 - 0.6 * np.cos(x))
+    t = np.linspace(-5.0, 40.0, 50)
+    found, _ = beat.invert(t, 1e-7)
+    assert found - 0.6 * np.sin(found) == pytest.approx(t, abs=1e-13)
+    assert beat.time(2.5) == pytest.approx(2.5 - 0.6 * np.sin(2.5), abs=1e-14)
+
+
+def test_states_of_the_energy_are_rates_and_accelerations() -> None:
+    lived = api.load("slider_crank").for_scene(None)
+    result = solve_to(lived, None, 1e-8, outputs=4000)
+    h = result.t[1]
+    rate = (result.q[2:] - result.q[:-2]) / (2 * h)
+    accel = (result.v[2:] - result.v[:-2]) / (2 * h)
+    assert result.accelerations is not None
+    # central differences: h^2 / 6 times the third derivative, for harmonics of rates w of the size of a few w^3 and w^4
+    w = np.max(np.abs(result.v))
+    assert np.max(np.abs(rate - result.v[1:-1])) < 2.0 * w**3 * h**2
+    assert np.max(np.abs(accel - result.accelerations[1:-1])) < 4.0 * w**4 * h**2
+
+
+@pytest.mark.parametrize("name", ["n_fourbar", "andrews", "bricard", "slider_crank", "quick_return", "platform_3rrr"])
+def test_many_poses_at_once_are_those_of_the_tree(name: str) -> None:
+    m = api.load(name).mechanism()
+    rng = np.random.default_rng(3)
+    q, u = rng.normal(size=(4, m.nv)), rng.normal(size=(4, m.nv))
+    tree, rows = BatchTree(m), None
+    rows = BatchRows(tree)
+    residual, jacobian = rows.evaluate(q)
+    assert np.abs(tree.frame_positions(q) - frame_positions(m, q)).max(initial=0.0) < 1e-13
+    inertia, _, slope = Energies(tree, Scene("s", "full", 1.0))(q, u)
+    single, constraints = TreeKinematics(m), ConstraintSet(m)
+    for k in range(4):
+        single.set(q[k])
+        assert np.sort(residual[k]) == pytest.approx(np.sort(constraints.residual(single)), abs=1e-13)
+        theirs = np.linalg.norm(constraints.jacobian(single), axis=1)
+        assert np.sort(np.linalg.norm(jacobian[k], axis=1)) == pytest.approx(np.sort(theirs), abs=1e-12)
+        assert inertia[k] == pytest.approx(u[k] @ single.mass_matrix() @ u[k], rel=1e-12)
+        from mechlab.mechanism.statics import passive_force
+
+        assert slope[k] == pytest.approx(
+            float((single.bias_force() - passive_force(single)) @ u[k]), rel=1e-9, abs=1e-9
+        )
+
+
+def test_the_clock_is_the_integral_and_its_inverse() -> None:
+    n, cells = 24, 3
+    x = 0.2 + 2.5 / cells * (np.arange(cells)[:, None] + 0.5 * (nodes(n) + 1.0))
+    clock = Clock.of(0.2, 2.7, 1.0 / x)
+    assert clock.total == pytest.approx(np.log(2.7 / 0.2), abs=1e-12)
+    t = np.linspace(0.0, clock.total, 40)
+    cell, xi, _ = clock.invert(t)
+    found = 0.2 + 2.5 / cells * (cell + 0.5 * (xi + 1.0))
+    assert found == pytest.approx(0.2 * np.exp(t), abs=1e-11)
+
+
+@pytest.mark.parametrize("name", ["LSODA on MuJoCo's tree", "LSODA on Pinocchio's tree"])
+def test_lsoda_on_either_engine_follows_the_reference(name: str) -> None:
+    lived = api.load("flyball", duration=0.3).for_scene(None)
+    problem = Problem(lived, lived.scene())
+    truth = reference_of(problem)
+    trace = method(name).run(problem, 1e-9)
+    # the global error of the whole scene is some tens of tolerances (measured: 15 to 30)
+    assert np.max(np.abs(tracked(problem, truth.names, trace.q, trace.v) - truth.values)) < 1e-7
+    loops = api.load("slider_crank").for_scene(None)
+    assert "loops" in method(name).available(Problem(loops, loops.scene()))
+
+
+def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
+    """Central differences of the accelerations, with a damped joint, a constant load and a spring between two points."""
+    import mujoco
+
+    trace = import_module("mechlab.engines.mujoco.trace")
+    b = Builder("two", gravity=(0.0, 0.0, -9.81))
+    b.body("arm", revolute("a", "y", damping=0.3), inertia=Inertia.rod(1.0, (0, 0, 0), (0.5, 0.0, 0.0), 0.02))
+    b.body(
+        "bob",
+        prismatic("s", "x", stiffness=40.0),
+        parent="arm",
+        at=(0.5, 0, 0),
+        inertia=Inertia.box(2.0, 0.1, 0.1, 0.1),
+    )
+    b.spring(
+        Spring("k", "ground", "bob", (1.0, 0.3, 0.2), (0.0, 0.1, 0.0), stiffness=800.0, damping=30.0, rest_length=0.4)
+    )
+    m, scene = b.build(), Scene("s", "full", 1.0, (law("constant", on="a", value=2.0),))
+    model, data, map_ = trace._undriven(m, Settings(integrator="LSODA", tolerance=1e-6), ())
+    trace._start(m, scene, data, map_)
+    trace._driven(m, scene, model, data, map_, sampling=True)
+
+    def slope(y: np.ndarray) -> np.ndarray:
+        data.qpos[:], data.qvel[:] = y[:2], y[2:]
+        mujoco.mj_forward(model, data)
+        return np.concatenate([y[2:], data.qacc])
+
+    y, step = np.array([0.3, -0.1, 1.2, 0.7]), 1e-6
+    told = np.column_stack([(slope(y + step * e) - slope(y - step * e)) / (2 * step) for e in np.eye(4)])
+    found = trace._Linearised(model, data)(0.0, y)
+    # one-sided differences by 1e-7 of accelerations that bend by some hundreds
+    assert found == pytest.approx(told, rel=1e-5, abs=1e-3)
+
+
+def test_the_runner_does_not_take_lsoda_for_something_else() -> None:
+    with pytest.raises(MechlabError, match="LSODA"):
+        api.simulate_values("flyball", duration=0.1, settings=Settings(integrator="LSODA"))
+
+
+def test_a_constant_load_pushes_as_it_should() -> None:
+    """x = F t^2 / (2 m), which RK4 integrates exactly."""
+    from mechlab.engines.mujoco.trace import adaptive, trace
+
+    b = Builder("sledge", gravity=(0.0, 0.0, 0.0))
+    b.body("mass", prismatic("slide", "x"), inertia=Inertia.box(2.0, 0.1, 0.1, 0.1))
+    m = b.build()
+    scene = Scene("s", "full", 1.0, (law("constant", on="slide", value=3.0),))
+    t = np.linspace(0.0, 1.0, 11)
+    assert trace(m, scene, Settings(timestep=0.05), 10).q[:, 0] == pytest.approx(0.75 * t**2, abs=1e-12)
+    exact = adaptive(m, scene, Settings(integrator="LSODA", tolerance=1e-10), 10)
+    assert exact.q[:, 0] == pytest.approx(0.75 * t**2, abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_the_closed_form_of_one_joint_is_that_of_the_tree(kind: str) -> None:
+    b = Builder("one", gravity=(1.0, -2.0, 9.0))
+    joint = revolute if kind == "revolute" else prismatic
+    first = joint("j", (0.6, 0.0, 0.8), stiffness=7.0, spring_rest=0.2, armature=0.3)
+    b.body("arm", first, at=(0.1, 0.2, 0.3), inertia=Inertia.rod(2.0, (0, 0, 0), (0.5, 0.4, 0.1), 0.02))
+    b.spring(Spring("s", "ground", "arm", (1.0, 0.3, 0.2), (0.3, 0.1, 0.0), stiffness=150.0, rest_length=0.2))
+    scene = Scene("s", "full", 1.0, (law("constant", on="j", value=3.0),))
+    tree = BatchTree(b.build())
+    q = np.random.default_rng(1).normal(size=(6, 1))
+    ones = np.ones((6, 1))
+    for mine, theirs in zip(OneJoint(tree, scene)(q, ones), Energies(tree, scene)(q, ones), strict=True):
+        assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12)
+    single = np.array([OneJoint(tree, scene).at(float(x)) for x in q[:, 0]]).T
+    assert single == pytest.approx(np.array(Energies(tree, scene)(q, ones)), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(("name", "changes"), [("pendulum", {}), ("slider_crank", {}), ("andrews", {"duration": 0.02})])
+def test_what_fewer_nodes_would_change_is_what_they_change(name: str, changes: dict) -> None:
+    """Against the motion made of the fewer nodes alone: the same to first order in the change."""
+    lived = api.load(name, **changes).for_scene(None)
+    m, scene = lived.mechanism(), lived.scene()
+    tree = BatchTree(m)
+    t = np.linspace(0.0, scene.duration, 31)
+    coarse, fine = (EnergyMotion(m, scene, *initial_state(m, scene), tree, BatchRows(tree)) for _ in range(2))
+    coarse.refine(8)
+    fine.refine(16)
+    states = fine.states(t)
+    told, done = fine.moved(states, t, every=2), coarse.states(t).q - states.q
+    assert np.max(np.abs(told - done)) < 0.02 * np.max(np.abs(done)) + 1e-12

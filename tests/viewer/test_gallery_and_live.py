@@ -1,0 +1,111 @@
+"""The gallery as static files; a simulation on the live page; the warning before MuJoCo's own viewer."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mechlab import api
+from mechlab.errors import EngineMissing
+from mechlab.experiment.recording import Recording
+from mechlab.mechanism import ConstraintSet, TreeKinematics
+from mechlab.viewer import Story
+from mechlab.viewer import picture as studio
+from mechlab.viewer.explore import explore
+from mechlab.viewer.from_recording import placed
+from mechlab.viewer.gallery import Exhibit, write_gallery
+from mechlab.viewer.live import serve, stream
+
+
+def png() -> bytes:
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(np.full((30, 40, 3), 200, np.uint8)).save(buffer, format="png")
+    return buffer.getvalue()
+
+
+def test_the_gallery_links_what_exists_and_loads_nothing(tmp_path: Path) -> None:
+    exhibits = [
+        Exhibit("a", "A <b>", "One & only.", png(), "<h3>sheet</h3>", True),
+        Exhibit("b", "B", "Two.", png(), "<h3>sheet</h3>", False),
+    ]
+    index = write_gallery(exhibits, tmp_path)
+    text = index.read_text(encoding="utf-8")
+    links = re.findall(r'href="([^"]+)"', text)
+    assert links[:4] == ["a/run.html", "a/run.html", "a/explore.html", "a/sheet.html"]
+    assert links[4:] == ["b/run.html", "b/run.html", "b/sheet.html"]
+    assert "A &lt;b&gt;" in text and "One &amp; only." in text and "<b>" not in text
+    assert "default-src 'none'" in text
+    for path in (index, tmp_path / "a" / "sheet.html"):
+        assert not re.findall(r"""src\s*=\s*["'](?!data:)|https?://|@@""", path.read_text(encoding="utf-8"))
+    assert (tmp_path / "b" / "picture.png").read_bytes() == png()
+
+
+def test_a_running_simulation_is_streamed_and_then_told() -> None:
+    """The pictures are those of the run: each equals a pose of the recorded motion in between, and the crank turns on."""
+    design, seen = api.load("fourbar"), []
+    told: list[Recording] = []
+
+    def tell(recording: Recording) -> Story:
+        told.append(recording)
+        return api.story(recording)
+
+    with serve(api.story("fourbar"), quiet=True) as server:
+        show = server.update
+        server.update = lambda poses: (seen.append(np.array(poses)), show(poses))  # type: ignore[assignment,func-returns-value,method-assign]
+        stream(server, design, tell, speed=4.0).join(60.0)
+    assert len(told) == 1 and told[0].health.trusted
+    assert len(seen) >= 2
+    crank = api.story("fourbar").bodies.index("crank")
+    angles = np.unwrap([np.arctan2(p[crank, 2, 0], p[crank, 0, 0]) for p in seen])
+    assert np.all(np.diff(angles) > 0)
+    recorded = told[0].channel("crank_angle")
+    assert recorded[0] - 1e-6 <= angles[0] and angles[-1] <= recorded[-1] + 1e-6
+
+
+def test_a_stream_ends_with_its_server() -> None:
+    with serve(api.story("fourbar"), quiet=True) as server:
+        thread = stream(server, api.load("fourbar"), api.story, speed=0.05)
+    thread.join(10.0)
+    assert not thread.is_alive()
+
+
+def test_studio_warns_before_it_opens_a_port(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("mujoco.studio")
+    launcher, protocol, app = studio._parts()
+    opened: list[Any] = []
+
+    def run(config: Any, **how: Any) -> None:
+        opened.append((capsys.readouterr().err, how["model"].nq))
+
+    monkeypatch.setattr(launcher, "run", run)
+    api.studio("fourbar")
+    assert opened[0][1] == 3
+    assert "ALL network interfaces, without a password" in opened[0][0]
+
+
+def test_an_old_mujoco_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> Any:
+        raise ImportError(name)
+
+    monkeypatch.setattr(studio.importlib, "import_module", missing)
+    with pytest.raises(EngineMissing, match=r"mujoco>=4\.0"):
+        studio._parts()
+
+
+def test_samples_of_the_sliders_are_closed_and_one_drive_moves() -> None:
+    """Every sample closes the mechanism to rounding, with the drive at its value (independent of the page)."""
+    m = api.load("fourbar").mechanism()
+    found = explore(m, placed(m, m.reference()[None])[0], lambda q: placed(m, q)[1], 0.5)
+    tree, constraints = TreeKinematics(m), ConstraintSet(m)
+    sweep = found.sweeps[0]
+    assert np.abs([constraints.residual(tree.set(q)) for q in sweep.q]).max() < 1e-11
+    np.testing.assert_allclose(m.value("crank_angle", sweep.q), sweep.values, atol=1e-11)

@@ -1,0 +1,144 @@
+"""The live page: ours alone, and complete for everybody who comes late."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mechlab.errors import MechlabError
+from mechlab.viewer import Story, from_poses
+from mechlab.viewer.live import Server, serve
+
+
+@pytest.fixture
+def server(story: Story) -> Iterator[Server]:
+    with serve(story, quiet=True) as running:
+        yield running
+
+
+def status(server: Server, host: str, path: str = "/", **headers: str) -> int:
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)
+    connection.request("GET", path, headers={"Host": host, **headers})
+    answer = connection.getresponse().status
+    connection.close()
+    return answer
+
+
+def test_only_this_computer_can_reach_it(server: Server) -> None:
+    assert server.url == f"http://127.0.0.1:{server.port}/"
+    assert server._socket.getsockname()[0] == "127.0.0.1"
+
+
+def test_a_foreign_name_is_refused(server: Server) -> None:
+    upgrade = {
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+        "Sec-WebSocket-Version": "13",
+    }
+    for host in ("evil.example", f"evil.example:{server.port}", "127.0.0.1.evil.example", "192.0.2.2"):
+        assert status(server, host) == 421, host
+        assert status(server, host, "/live", **upgrade) == 421, host
+    for host in (f"127.0.0.1:{server.port}", f"localhost:{server.port}", f"[::1]:{server.port}"):
+        assert status(server, host) == 200, host
+    ours = f"127.0.0.1:{server.port}"
+    assert status(server, ours, "/live", Origin="http://evil.example", **upgrade) == 403
+    assert status(server, ours, "/live", Origin=f"http://{ours}", **upgrade) == 101
+    assert status(server, ours, "/../etc/passwd") == 404
+
+
+def test_the_address_is_printed(story: Story, capsys: pytest.CaptureFixture[str]) -> None:
+    with serve(story) as running:
+        printed = capsys.readouterr()
+    assert printed.out == running.url + "\n"
+    assert printed.err == ""
+
+
+def test_a_host_that_others_can_reach_is_warned_about(story: Story, capsys: pytest.CaptureFixture[str]) -> None:
+    with serve(story, host="0.0.0.0", quiet=True) as running:
+        assert status(running, f"192.0.2.2:{running.port}") == 200
+        assert status(running, "evil.example") == 421
+    assert "can be reached by other computers" in capsys.readouterr().err
+
+
+def test_after_close_the_port_is_free_and_updates_are_refused(story: Story) -> None:
+    running = serve(story, quiet=True)
+    running.close()
+    running.close()
+    with pytest.raises(MechlabError, match="is closed"):
+        running.update(story.poses[0])
+    with socket.socket() as probe:
+        assert probe.connect_ex(("127.0.0.1", running.port)) != 0
+
+
+def test_a_taken_port_is_named(server: Server, story: Story) -> None:
+    with pytest.raises(MechlabError, match=f"port {server.port}.*Try port 0"):
+        serve(story, port=server.port, quiet=True)
+
+
+@pytest.mark.parametrize(
+    ("poses", "message"),
+    [
+        (np.eye(4), r"expected shape \(3, 4, 4\), one for each of ground, wheel, .*got \(4, 4\)"),
+        (np.full((3, 4, 4), np.nan), "must be finite"),
+    ],
+)
+def test_poses_are_checked(server: Server, poses: np.ndarray, message: str) -> None:
+    with pytest.raises(MechlabError, match=message):
+        server.update(poses)
+
+
+def test_it_ends_with_the_process() -> None:
+    code = (
+        "from mechlab.viewer import from_poses; from mechlab.viewer.live import serve; serve(from_poses('x', {}, ()))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+    port = int(done.stdout.strip().rstrip("/").rsplit(":", 1)[1])
+    with socket.socket() as probe:
+        assert probe.connect_ex(("127.0.0.1", port)) != 0
+
+
+@pytest.mark.browser
+def test_every_browser_follows_also_a_late_one(
+    server: Server, story: Story, look: Callable[..., Any], until: Callable[..., None]
+) -> None:
+    def assert_shows(page: Any, poses: np.ndarray) -> None:
+        until(page, "document.getElementById('notice').textContent === 'live'")
+        until(page, f"Math.abs(lab.pose('wheel')[0][0] - {poses[1, 0, 0]}) < 1e-6")
+        seen = np.array(page.evaluate("names => names.map(name => lab.pose(name))", list(story.bodies)))
+        np.testing.assert_allclose(seen, poses, atol=1e-6)
+
+    early = look(server.url, offline=False)
+    server.update(story.poses[40])
+    assert_shows(early, story.poses[40])
+    server.update(story.poses[90])
+    late = look(server.url, offline=False)
+    assert late.locator("h1").inner_text() == story.title
+    assert_shows(early, story.poses[90])
+    assert_shows(late, story.poses[90])
+    late.evaluate("lab.seek(0)")
+    assert late.locator("#notice").inner_text() == ""
+    np.testing.assert_allclose(late.evaluate("lab.pose('wheel')"), story.poses[0, 1], atol=1e-6)
+
+
+@pytest.mark.browser
+def test_a_new_story_reloads_the_page(server: Server, look: Callable[..., Any], until: Callable[..., None]) -> None:
+    page = look(server.url, offline=False)
+    server.show(from_poses("second", {"only": np.eye(4)}, ()))
+    until(page, "window.lab && lab.ready && lab.bodies[0] === 'only'")
+    assert page.title() == "second"
