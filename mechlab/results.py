@@ -6,7 +6,7 @@ A result is data. How it looks is written in the module `report` of its package,
 
 from __future__ import annotations
 
-from functools import lru_cache, singledispatch
+from functools import cache, singledispatch
 from html import escape
 from importlib import import_module
 from importlib.util import find_spec
@@ -63,7 +63,7 @@ class Result:
         return html_of(self)
 
 
-@lru_cache(maxsize=None)
+@cache
 def load_reports(kind: type) -> None:
     """Import the module `report` beside each class that `kind` is derived from, where there is one."""
     for base in kind.__mro__:
