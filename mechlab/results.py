@@ -6,7 +6,7 @@ A result is data. How it looks is written in the module `report` of its package,
 
 from __future__ import annotations
 
-from functools import cache, singledispatch
+from functools import singledispatch
 from html import escape
 from importlib import import_module
 from importlib.util import find_spec
@@ -63,9 +63,14 @@ class Result:
         return html_of(self)
 
 
-@cache
+_loaded: set[type] = set()
+
+
 def load_reports(kind: type) -> None:
     """Import the module `report` beside each class that `kind` is derived from, where there is one."""
+    if kind in _loaded:
+        return
+    _loaded.add(kind)
     for base in kind.__mro__:
         package = base.__module__.rpartition(".")[0]
         if package.startswith("mechlab.") and find_spec(f"{package}.report"):
