@@ -24,7 +24,7 @@ from tornado import httpserver, web, websocket
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.lab.design import Design
-from mechlab.lab.run import run_scene
+from mechlab.lab.fidelity.choose import run_chosen
 from mechlab.viewer.from_recording import mechanism_story, placed
 from mechlab.viewer.html_page import story_to_html
 from mechlab.viewer.pack import quaternions
@@ -300,7 +300,7 @@ def stream(
     def work() -> None:
         watch = Watch(see, speed, over)
         try:
-            recording = run_scene(replace(design, entry=watched(design.entry, watch)), scene)
+            recording = run_chosen(replace(design, entry=watched(design.entry, watch)), scene)
             if not over():
                 page = told(recording)
                 if not over():

@@ -12,6 +12,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.lab.design import Design, design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.values import parse_value
 from mechlab.viewer.live import Control, Server, stream
 from mechlab.viewer.story import Story
@@ -54,7 +55,7 @@ class Rebuilder:
         asked = {key: parse_value(key, text) for key, text in values.items()}
         changed = design(self.design.entry, dict(self.design.given) | asked)
         story = self.still(changed)
-        changed.scene()
+        chosen_scene(changed)
         self._stop.set()
         self._run.join(PATIENCE)
         self._stop = threading.Event()
