@@ -21,9 +21,8 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
-from mechlab.experiment.motion import Trace
 from mechlab.experiment.prices import Price
-from mechlab.experiment.recording import Recording
+from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.assembly import Assembly

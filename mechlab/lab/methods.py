@@ -15,14 +15,14 @@ import numpy as np
 
 from mechlab.engines.protocol import available, engine
 from mechlab.errors import unknown
-from mechlab.experiment.motion import Trace
-from mechlab.experiment.prices import CALLBACK, OWN, Price, price_of_laws
+from mechlab.experiment.prices import CALLBACK, OWN_EQUATIONS, Price, price_of_laws
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.integrate.work import ADAPTIVE_STAGE, FIXED_STAGE, LSODA_CALL
 from mechlab.lab.design import Design
 from mechlab.mechanism import Mechanism
 
-OWN_EQUATIONS = "analytic"
+OWN = "analytic"
 """Not an engine: the own equations of motion of the entry."""
 KINKED_LAWS = ("floor", "one_sided_stop", "held_rates")
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
@@ -73,7 +73,7 @@ class Method:
 
     def available(self, problem: Problem) -> str:
         """Why it cannot run the problem; empty when it can."""
-        if self.engine == OWN_EQUATIONS:
+        if self.engine == OWN:
             return _why_no_own_equations(problem)
         missing = available(self.engine)
         return missing or engine(self.engine).refuses(
@@ -82,7 +82,7 @@ class Method:
 
     def run(self, problem: Problem, value: float) -> Trace:
         """The problem at a step [s] that divides the output distance, or at a tolerance."""
-        if self.engine == OWN_EQUATIONS:
+        if self.engine == OWN:
             return _own_equations(self, problem, value)
         return engine(self.engine).trace(
             problem.mechanism, problem.scene, self.settings(value), problem.outputs, self.constraints, self.friction
@@ -91,8 +91,8 @@ class Method:
     def price(self, problem: Problem) -> float:
         """Expected counted work [s] of a step, or of an evaluation where a tolerance is what is refined."""
         laws = problem.scene.laws
-        own = self.engine == OWN_EQUATIONS
-        one = Price(OWN) if own else engine(self.engine).price(problem.mechanism, laws)
+        own = self.engine == OWN
+        one = Price(OWN_EQUATIONS) if own else engine(self.engine).price(problem.mechanism, laws)
         stage = one.of(problem.mechanism) + price_of_laws(laws)
         if self.engine == "mujoco":
             stage += 0.0 if all(law.kind == "constant" for law in laws) else CALLBACK
@@ -106,7 +106,7 @@ class Method:
     def stepper(self, problem: Problem, value: float) -> Stepper:
         """The problem at a step [s] or tolerance, to be run as far as is worth it: ready to start."""
         found: Stepper | None = None
-        if self.engine != OWN_EQUATIONS and self.control == "step" and self.constraints != "extrapolated":
+        if self.engine != OWN and self.control == "step" and self.constraints != "extrapolated":
             between = problem.scene.duration / problem.outputs
             found = engine(self.engine).stepper(problem.mechanism, problem.scene, self.settings(value), between)
         return found or _Again(self, problem, value)

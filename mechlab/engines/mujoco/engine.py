@@ -15,9 +15,8 @@ from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, fram
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
 from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
-from mechlab.experiment.motion import Trace
 from mechlab.experiment.prices import MUJOCO, Price
-from mechlab.experiment.recording import Recording
+from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.mechanism.assembly import Assembly
 from mechlab.mechanism.geometry import Array

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from mechlab.engines.protocol import BlowUp, Engine, Instant, available, engine, is_rough
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import energy_finding
+from mechlab.experiment.findings import kinematic_findings, sample_grid, saturation_finding
 from mechlab.experiment.laws import Law
-from mechlab.experiment.observe import kinematic_findings, sample_grid, saturation_finding
 from mechlab.experiment.prices import EQUATIONS, Price
 from mechlab.experiment.recording import Cost, Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state

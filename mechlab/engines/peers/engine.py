@@ -6,8 +6,8 @@ from mechlab.engines.peers.links import PEERS, cannot_carry, installed
 from mechlab.engines.peers.process import trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.laws import Law
-from mechlab.experiment.motion import Trace
-from mechlab.experiment.prices import OWN, Price
+from mechlab.experiment.prices import OWN_EQUATIONS, Price
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.model import Mechanism
 
@@ -36,7 +36,7 @@ class Peer(Engine):
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
         """Nobody counts what a peer does: it is budgeted like own equations."""
-        return Price(OWN)
+        return Price(OWN_EQUATIONS)
 
 
 ENGINES = {name: Peer(name) for name in PEERS}

@@ -19,9 +19,8 @@ from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
 from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
-from mechlab.experiment.motion import Trace
 from mechlab.experiment.prices import CONSTRAINED, EQUATIONS, Price
-from mechlab.experiment.recording import Recording
+from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism

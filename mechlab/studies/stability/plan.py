@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from mechlab.engines.protocol import engine
-from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Method, Problem, method
