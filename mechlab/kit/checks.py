@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.question import Question
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
@@ -20,7 +20,7 @@ from mechlab.mechanism.geometry import Array
 
 def by_witnesses(
     p: Any, question: Question, given: Iterable[Mapping[str, Any]], tolerance: float, note: str, turned: bool = True
-) -> Measured:
+) -> CheckResult:
     """Every answer of a question from every witness, at each of the given quantities.
 
     turned: angles by cosine and sine, so that they agree modulo a turn; otherwise as they are.
@@ -32,7 +32,7 @@ def by_witnesses(
             values = ask(p, asked).values
             plain = [values[a] for a in question.answers if a not in angles]
             rows[witness].append([*plain, *(g(values[a]) for a in angles for g in (np.cos, np.sin))])
-    return Measured(rows, tolerance, note=note)
+    return CheckResult(rows, tolerance, note=note)
 
 
 def moving_check(
@@ -47,7 +47,7 @@ def moving_check(
     from_reference: the first state is at the reference pose, so all its coordinates are 0.
     """
 
-    def run(p: Any) -> Measured:
+    def run(p: Any) -> CheckResult:
         m, found = build(p, fidelity), list(states(p))
         if from_reference:
             found[0] = replace(found[0], is_reference=True)
@@ -73,19 +73,19 @@ def end_of_run(
     note: str = "",
     engines: Sequence[str] = ("mujoco",),
     times: Sequence[float] | None = None,
-) -> Measured:
+) -> CheckResult:
     """Channels at the end of a scene from some engines, against a closed form or own equations. A single name: as a number."""
 
     def last(run: Recording) -> Any:
         return run.channel(names)[-1] if isinstance(names, str) else [run.channel(n)[-1] for n in names]
 
     runs = {e: room(e).run(m, scene, replace(settings, engine=e), times) for e in engines}
-    return Measured({e: last(r) for e, r in runs.items()}, tolerance, last(truth), note)
+    return CheckResult({e: last(r) for e, r in runs.items()}, tolerance, last(truth), note)
 
 
 def driven_run(
     m: Mechanism, scene: Scene, reference: Callable[[Any, Scene], Recording], p: Any, share: float
-) -> Measured:
+) -> CheckResult:
     """Every joint and shaft after a share of a scene whose drives are led: MuJoCo against the closed form."""
     part = replace(scene, duration=share * scene.duration)
     truth = reference(p, part)

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.experiment.entry import Check, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, SceneRecipe
 from mechlab.experiment.laws import Constant, Law, Servo
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.checks import by_witnesses, end_of_run, moving_check
-from mechlab.kit.own_equations import one_freedom_slope, record_own
 from mechlab.kit.mass_check import State
+from mechlab.kit.own_equations import one_freedom_slope, record_own
 from mechlab.kit.planar_mass import bars_state
 from mechlab.kit.questions import RATES, both_spellings, by_engines, not_assembled, with_orders
 from mechlab.mechanism import Mechanism, Status
@@ -137,9 +137,9 @@ class Crank:
     def pose_check(self, id: str, question: Question, source: str) -> Check:
         """Seven positions of the drive across its range, from every witness of the question."""
 
-        def run(p: Any) -> Measured:
+        def run(p: Any) -> CheckResult:
             if not (ranges := self.ranges(p)):
-                return Measured({}, 0.0, note="no assembly exists with these lengths")
+                return CheckResult({}, 0.0, note="no assembly exists with these lengths")
             rates = dict.fromkeys(question.optional, 1.3) | {k: -0.7 for k in question.optional if k.endswith("_accel")}
             given = [{self.drive: float(x)} | rates for x in np.linspace(*ranges[0], 9)[1:-1]]
             note = "7 positions of the drive: angles (as cosine and sine), rates, accelerations"
@@ -152,7 +152,7 @@ class Crank:
     ) -> Check:
         """The rate of the drive at the end of a scene without laws: MuJoCo and Pinocchio against the own equation."""
 
-        def run(p: Any) -> Measured:
+        def run(p: Any) -> CheckResult:
             made = scene(p, "minimal")
             # MuJoCo's loop is soft to second order in the step: 1e-5 relative at 0.7 ms, in a motion of a few turns.
             return end_of_run(

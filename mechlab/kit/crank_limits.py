@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import fourbar as closed_form
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit.checks import range_ends
 
 Lengths = tuple[float, float, float, float]
@@ -35,7 +35,7 @@ def remark(lengths: Lengths) -> str:
 def limits_check(id: str, lengths: Callable[[Any], Lengths]) -> Check:
     """Where the crank can stand, of this four-bar and of two that only rock: by trying."""
 
-    def run(p: Any) -> Measured:
+    def run(p: Any) -> CheckResult:
         expected, found = [], list[float]()
         for crank, coupler, rocker, ground in (lengths(p), *ROCKS):
 
@@ -46,7 +46,7 @@ def limits_check(id: str, lengths: Callable[[Any], Lengths]) -> Check:
                 expected += [low, high]
                 found += range_ends(closes, 0.5 * (low + high), math.pi)
         # The closure itself is blurred where the bars stretch: sqrt(1e-12).
-        return Measured({"tried": found}, 1e-6, expected, "ends of the ranges of the crank [rad]")
+        return CheckResult({"tried": found}, 1e-6, expected, "ends of the ranges of the crank [rad]")
 
     return Check(id, "range of the crank", run, "by trying")
 
@@ -54,7 +54,7 @@ def limits_check(id: str, lengths: Callable[[Any], Lengths]) -> Check:
 def gap_check(id: str, lengths: Callable[[Any], Lengths], mode: Callable[[Any], int]) -> Check:
     """The angle at C and what is missing where C does not exist, from the distance of B and D; also of a four-bar that rocks."""
 
-    def run(p: Any) -> Measured:
+    def run(p: Any) -> CheckResult:
         values, expected, phi = list[Any](), list[Any](), np.linspace(-3.0, 3.0, 13)
         for crank, coupler, rocker, ground in (lengths(p), ROCKS[0]):
             found = closed_form.solve(crank, coupler, rocker, ground, phi, mode=mode(p))
@@ -64,6 +64,6 @@ def gap_check(id: str, lengths: Callable[[Any], Lengths], mode: Callable[[Any], 
             values += [np.where(found.assembles, found.transmission_angle, 0.0), found.gap]
             expected += [np.where(missing > 0.0, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0))), missing]
         # Where the bars stretch the cosine blurs the angle: sqrt(1e-16).
-        return Measured({"analytic": values}, 1e-7, expected, "transmission angle [rad], gap [m] at 13 crank angles")
+        return CheckResult({"analytic": values}, 1e-7, expected, "transmission angle [rad], gap [m] at 13 crank angles")
 
     return Check(id, "transmission angle and gap", run, "law of cosines")

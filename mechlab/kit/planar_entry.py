@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.analytic.linkage import Linkage, Motion
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.experiment.entry import Check, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, SceneRecipe
 from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.question import Answer, Question, with_rates
@@ -188,13 +188,13 @@ class Planar:
             Check(f"{letter}3", mass_check.TEXT, self._check_mass, mass_check.SOURCE),
         )
 
-    def _check_mass(self, p: Any) -> Measured:
+    def _check_mass(self, p: Any) -> CheckResult:
         start = self.start(p)
         rates = {c: 1.3 - 0.4 * k for k, c in enumerate(self.cranks)}
         positions = [{c: (start[c] + turn, rates[c], 0.0) for c in self.cranks} for turn in (0.0, 0.2)]
         return compare_planar(self.build(p, "minimal"), self.linkage(p), positions, self.style(p))
 
-    def _check_pose(self, p: Any) -> Measured:
+    def _check_pose(self, p: Any) -> CheckResult:
         start, sample = self.start(p), list[dict[str, Any]]()
         for k in range(5):
             given: dict[str, Any] = {}
@@ -208,7 +208,7 @@ class Planar:
         note = f"{len(sample)} poses near the start: all quantities with rates and accelerations"
         return by_witnesses(p, self.question(), sample, 1e-8, note)
 
-    def _check_run(self, p: Any) -> Measured:
+    def _check_run(self, p: Any) -> CheckResult:
         scene = self.scenes()["driven-crank"].make(p, "minimal")
         return driven_run(self.build(p, "minimal"), scene, self.reference, p, 0.37)
 

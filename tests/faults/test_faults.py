@@ -39,7 +39,9 @@ def test_a_function_is_replaced_wherever_it_is_held_and_put_back() -> None:
     before = d.mechanism()
     for _ in range(3):  # again and again in one process
         with replaced(fourbar.build, lambda f: lambda p, fidelity: "wrong") as places:
-            assert places == 5  # its module, the entry, what generates from it, the engines as witnesses, the check of masses
+            assert (
+                places == 5
+            )  # its module, the entry, what generates from it, the engines as witnesses, the check of masses
             assert all(x.build(d.parameters, "minimal") == "wrong" for x in (fourbar, fourbar.CRANK))
             assert d.entry.build is fourbar.build and d.mechanism() == "wrong"
     assert d.mechanism() == before and d.entry.build is fourbar.build
