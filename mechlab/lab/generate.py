@@ -24,10 +24,10 @@ from mechlab.engines.mujoco.trace import step_through
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats import from_json, write_files
-from mechlab.formats.mjcf import to_mjcf
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.size import row_units
+from mechlab.mechanism.length_unit import row_units
 from mechlab.studies.doctor.case import Symptom
 from mechlab.studies.doctor.stiff import stiff
 from mechlab.studies.doctor.trial import PUSH, Start, free_push

@@ -13,8 +13,7 @@ import numpy as np
 
 from mechlab.errors import unknown
 from mechlab.mechanism.geometry import Array, Vector
-from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Shape, Spring
 
 
 @dataclass(frozen=True)
@@ -175,8 +174,8 @@ class Mechanism:
 
     @cached_property
     def length_scale(self) -> float:
-        """The unit of length [m] in which it has a size of order 1; see `mechlab.mechanism.size`."""
-        from mechlab.mechanism.size import length_scale
+        """The unit of length [m] in which it has a size of order 1; see `mechlab.mechanism.length_unit`."""
+        from mechlab.mechanism.length_unit import length_scale
 
         return length_scale(self)
 
@@ -186,7 +185,7 @@ class Mechanism:
         return sum(b.inertia.mass for b in self.bodies)
 
     def _repr_html_(self) -> str:
-        from mechlab.mechanism.summary import mechanism_html
+        from mechlab.mechanism.report import mechanism_html
 
         return mechanism_html(self)
 

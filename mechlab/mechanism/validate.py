@@ -10,23 +10,23 @@ from fractions import Fraction
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.depth_first import too_many_bodies
 from mechlab.mechanism.geometry import Vector, unit, vector
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MOST_BODIES, Body, Drive, Joint
+from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, Body, Drive, Joint
 from mechlab.mechanism.tilt import refuse_tilts
+from mechlab.mechanism.tree import too_many_bodies
 
 CLOSURE_TOLERANCE = 1e-12
 
 
 def validate(m: Mechanism, closed: bool = True) -> None:
     """Raise MechlabError for the first thing in a Mechanism that is not sound; `closed` asks for an assembled pose too."""
+    from mechlab.mechanism.length_unit import check_size
     from mechlab.mechanism.naming import refuse_collisions
-    from mechlab.mechanism.size import check_size
 
     if not m.bodies:
         raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
-    if len(m.bodies) > MOST_BODIES:
+    if len(m.bodies) > MAX_BODIES:
         raise too_many_bodies(m.name)
     _names(m)
     _tree(m)
@@ -93,7 +93,7 @@ def _tree(m: Mechanism) -> None:
         if body.parent != GROUND and not path:
             raise MechlabError(
                 f"{m.name}: body {body.name!r} does not follow its parent {body.parent!r} depth-first. "
-                "Sort the bodies with mechlab.mechanism.depth_first (the Builder does)."
+                "Sort the bodies with mechlab.mechanism.tree (the Builder does)."
             )
         path.append(body.name)
 
@@ -289,7 +289,7 @@ def _relations_consistent(m: Mechanism) -> None:
 def _closed(m: Mechanism) -> None:
     from mechlab.mechanism.constraints import ConstraintSet
     from mechlab.mechanism.kinematics import TreeKinematics
-    from mechlab.mechanism.size import row_units
+    from mechlab.mechanism.length_unit import row_units
 
     constraints = ConstraintSet(m)
     if not len(constraints):

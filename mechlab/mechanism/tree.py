@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.parts import GROUND, MOST_BODIES, Body
+from mechlab.mechanism.parts import GROUND, MAX_BODIES, Body
 
 
 def too_many_bodies(name: str) -> MechlabError:
-    """The error for a mechanism with more than MOST_BODIES bodies."""
+    """The error for a mechanism with more than MAX_BODIES bodies."""
     return MechlabError(
-        f"mechanism {name!r} has more than {MOST_BODIES} bodies: mechlab computes with dense matrices, made for fewer. "
+        f"mechanism {name!r} has more than {MAX_BODIES} bodies: mechlab computes with dense matrices, made for fewer. "
         "Weld parts that do not move against each other into one body."
     )
 
