@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
-from mechlab.mechanism.assembly import Status
+from mechlab.mechanism.newton import Status
 
 TOLERANCE = 1e-6
 """Witnesses differ by rounding, 1e-12 of the values, which a position near a singular one raises to its square root."""

@@ -1,7 +1,7 @@
 """What a mechanism is: immutable data, a small numpy kinematics, structure analysis, assembly. No engine."""
 
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
-from mechlab.mechanism.assembly import Assembly, Status, close, follow, mode_sign, newton, same_mode
+from mechlab.mechanism.assembly import close, mode_sign, same_mode
 from mechlab.mechanism.builder import Builder
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.gears import GearMesh, belt, mimic, relation, screw
@@ -9,6 +9,7 @@ from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, body_poses, integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import (
     GROUND,
     Body,

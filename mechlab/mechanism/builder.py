@@ -39,6 +39,7 @@ from mechlab.mechanism.parts import (
 )
 from mechlab.mechanism.tilt import with_balls
 from mechlab.mechanism.tree import depth_first, too_many_bodies
+from mechlab.mechanism.validate import validate
 
 PIN: Color = (0.28, 0.31, 0.36, 1.0)
 
@@ -66,8 +67,6 @@ class _Open(Mechanism):
     """A mechanism under construction: checked in everything but closure."""
 
     def __post_init__(self) -> None:
-        from mechlab.mechanism.validate import validate
-
         validate(self, closed=False)
 
 
@@ -260,7 +259,7 @@ class Builder:
         return Mechanism(**self._parts(self.bodies, m.relations))  # type: ignore[arg-type]
 
     def assemble(self, guess: Mapping[str, float] | None = None, hold: Sequence[str] = ()) -> Mechanism:
-        """The Mechanism, closed by Newton from `guess` (joint name -> value away from the placements as given).
+        """The Mechanism, closed by Newton from `guess` (joint name -> change from the placements as given).
 
         Joints in `hold` keep their guess exactly. The closed pose becomes the reference pose: placements absorb it, and
         it is added to the `zero` of each joint and shaft. Raises MechlabError that names the loop that stays open.
