@@ -8,13 +8,13 @@ from dataclasses import replace
 from importlib import metadata
 from typing import TYPE_CHECKING
 
+from mechlab.engines.protocol import engine as engine_named
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.acting import what_acts
 from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
 from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
-from mechlab.lab.by_engine import run_by_engine
 from mechlab.lab.design import AUTO, Design
 from mechlab.lab.nature import FASTEST, by_nature, drive_step, motor_findings, other_softness, with_static_motors
 from mechlab.lab.step_error import with_step_error
@@ -157,7 +157,8 @@ def _settings(
 
 def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array) -> Recording:
     """One run by an engine."""
-    return run_by_engine(design.mechanism(scene.fidelity), scene, settings, None if len(at) == 0 else list(at))
+    times = None if len(at) == 0 else list(at)
+    return engine_named(settings.engine).run(design.mechanism(scene.fidelity), scene, settings, times)
 
 
 def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:

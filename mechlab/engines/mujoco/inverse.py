@@ -13,8 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.mujoco.drive import passive
-from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
+from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.engines.mujoco.plant import ExactDynamics
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.formats.mjcf.write_loops import site_names

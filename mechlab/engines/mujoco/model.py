@@ -42,6 +42,19 @@ def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[m
     return model, data
 
 
+RELEASED = 30
+"""The group of actuators that is disabled; MuJoCo has groups 0 to 30."""
+
+
+def passive(model: mujoco.MjModel) -> None:
+    """Take the actuators of the file out of a model: their group is disabled, and their damping, which MuJoCo applies
+    also in disabled groups, is set to zero. The control callback still runs."""
+    model.actuator_group[:] = RELEASED
+    model.opt.disableactuator |= 1 << RELEASED
+    model.actuator_damping[:] = 0.0
+    model.actuator_dampingpoly[:] = 0.0
+
+
 class MujocoMap:
     """Where the names of a Mechanism stand in a MuJoCo model: addresses, and conversion of coordinates and rates.
 

@@ -61,7 +61,7 @@ def _engines(m: Mechanism, q: Array, v: Array) -> dict[str, tuple[Array, Array, 
     solve, simulate = room("pinocchio"), room("mujoco")
     kin = solve.PinKinematics(m, q, v)
     plant = solve.PinPlant(m, q, v)
-    from mechlab.engines.mujoco.drive import passive
+    from mechlab.engines.mujoco.model import passive
 
     model, data = simulate.to_mujoco(m)
     passive(

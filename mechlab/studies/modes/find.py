@@ -75,7 +75,7 @@ def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> 
 def _balance(path: OneFreedom, phi: float) -> _Balance:
     def push(at: float, rate: float) -> tuple[float, float, Array, Array]:
         q, u, _, (inertia, _, weight, damping) = path.split(path.columns(at))
-        path.plant.set(0.0, q, u, rate)
+        path.plant.move(0.0, q, u, rate)
         force = applied_force(path.mechanism, path.laws, 0.0, path.plant)[0]
         return float(force @ u) + float(weight) + float(damping) * rate, float(inertia), u, q
 
