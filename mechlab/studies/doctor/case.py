@@ -142,7 +142,7 @@ def read_case(path: Path) -> Case:
 def case_of(mechanism: Mechanism, kind: str) -> Case:
     """The case of a Mechanism: the MJCF that mechlab would write of it."""
     from mechlab.engines.mujoco import to_mujoco
-    from mechlab.formats.mjcf import to_mjcf
+    from mechlab.formats.mjcf.write import to_mjcf
 
     root = ET.fromstring(to_mjcf(mechanism))
     return Case(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)

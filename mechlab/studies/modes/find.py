@@ -26,11 +26,11 @@ from mechlab.kit.witness import room
 from mechlab.lab.design import Design, with_extra
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.run import versions
-from mechlab.mechanism.assembly import newton
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import newton
 from mechlab.mechanism.structure import structure
 from mechlab.studies.modes.eigen import OSCILLATING, RIGID, UNSTABLE, Dynamics, Linear, Mode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
