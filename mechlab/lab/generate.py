@@ -12,19 +12,9 @@ from mechlab.engines.mujoco.file_trial import FileTrial, compiled_mass, try_file
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.formats import from_json, write_files
-<<<<<<< HEAD
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.size import row_units
-=======
-from mechlab.formats.mjcf.write import to_mjcf
-from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
-from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.length_unit import row_units
-from mechlab.studies.doctor.case import Symptom
-from mechlab.studies.doctor.stiff import stiff
-from mechlab.studies.doctor.trial import PUSH, Start, free_push
->>>>>>> main
 
 
 @dataclass(frozen=True)

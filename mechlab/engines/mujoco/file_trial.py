@@ -23,7 +23,7 @@ from mechlab.engines.mujoco.trace import step_through
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
-from mechlab.formats.mjcf import to_mjcf
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.mechanism import Mechanism
 
 DURATION, MOST_STEPS, OUTPUTS = 1.0, 8000, 20
