@@ -14,7 +14,7 @@ from mechlab.experiment.scene import Settings
 from mechlab.formats import from_json, write_files
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.size import row_units
+from mechlab.mechanism.length_unit import row_units
 
 
 @dataclass(frozen=True)
