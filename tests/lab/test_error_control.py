@@ -9,11 +9,11 @@ from mechlab import api
 from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.scene import Scene, initial_state
-from mechlab.lab.accuracy import Result, solve_to
-from mechlab.lab.accuracy.batch import BatchTree
-from mechlab.lab.accuracy.conservative import why_not
-from mechlab.lab.accuracy.energy_method import EnergyMotion
-from mechlab.lab.accuracy.rules import BatchRows
+from mechlab.lab.accuracy.batch import BatchRows, BatchTree
+from mechlab.lab.accuracy.energies import why_energy_is_not_enough
+from mechlab.lab.accuracy.energy_motion import EnergyMotion
+from mechlab.lab.accuracy.result import Solution
+from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import design, entry_of
 from mechlab.lab.methods import Problem, method
 from mechlab.mechanism import Builder, Inertia, prismatic, revolute
@@ -44,7 +44,7 @@ CHANGED = [
 ]
 
 
-def solved(name: str, max_error: float, **parameters: object) -> tuple[Result, float]:
+def solved(name: str, max_error: float, **parameters: object) -> tuple[Solution, float]:
     """The result, and its true error against the entry's own equations (1e-12 or better)."""
     lived = api.load(name, **parameters).for_scene(None)
     problem = Problem(lived, lived.scene())
@@ -213,7 +213,7 @@ def test_damping_goes_by_steps_and_agrees_with_theory() -> None:
     m = b.build()
     lived = design(entry_of(m), {})
     scene = Scene("s", "full", 3.0, (), {"slide": 0.3})
-    assert "damping" in why_not(m, scene)
+    assert "damping" in why_energy_is_not_enough(m, scene)
     result = solve_to(lived, scene, 1e-7)
     decay, omega = 0.2, np.sqrt(25.0 - 0.04)
     exact = 0.3 * np.exp(-decay * result.t) * (np.cos(omega * result.t) + decay / omega * np.sin(omega * result.t))

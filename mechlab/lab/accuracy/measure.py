@@ -32,27 +32,27 @@ class States:
     a: Array | None
 
 
-class Motion(Protocol):
+class ContinuousMotion(Protocol):
     """A motion at any times of its scene."""
 
     def states(self, t: Array, accelerations: bool = False) -> States:
         """The motion at times t (n,)."""
         ...
 
-    def cruder(self) -> Motion:
+    def cruder(self) -> ContinuousMotion:
         """The same motion as less work, or other rounding, gives it: what the error is estimated from."""
         ...
 
 
 TRACKED_UNITS = ("m", "rad")
-MOST_NAMED = 4
+NAMED_AT_MOST = 4
 """Tracked things that a sentence names one by one."""
 
 
 class _Channels(dict[str, Any]):
     """Basic channels of states, computed when they are asked for."""
 
-    def __init__(self, measure: Measure, q: Array, v: Array) -> None:
+    def __init__(self, measure: ErrorMeasure, q: Array, v: Array) -> None:
         super().__init__()
         self.measure, self.states = measure, (q, v)
         self.frames: Array | None = None
@@ -70,7 +70,7 @@ class _Channels(dict[str, Any]):
         return np.asarray(m.value(found, q) if found == name else v @ m.row(found))
 
 
-class Measure:
+class ErrorMeasure:
     """The tracked quantities: channels of the scene in m or rad, else all frames, else all joints. `unit`: of the error;
     `known`: basic channels, as (frame, axis) or the joint or shaft that they tell of."""
 
@@ -101,8 +101,8 @@ class Measure:
             return ", ".join(self.names)
         frames = self.problem.mechanism.frames
         names = [f.name for f in frames] if frames else list(self.names)
-        shown = ", ".join(names) if len(names) <= MOST_NAMED else f"all {len(names)}"
-        return f"the position of {shown}{' frames' if frames and len(names) > MOST_NAMED else ''}"
+        shown = ", ".join(names) if len(names) <= NAMED_AT_MOST else f"all {len(names)}"
+        return f"the position of {shown}{' frames' if frames and len(names) > NAMED_AT_MOST else ''}"
 
     def __call__(self, t: Array, q: Array, v: Array) -> Array:
         """(n, names) tracked quantities of states at times t (n,). Raises MechlabError when a channel needs more."""
@@ -120,29 +120,29 @@ class Measure:
             ) from None
 
 
-def most(difference: Array) -> float:
+def largest(difference: Array) -> float:
     """Largest absolute value; 0 of nothing."""
     return float(np.abs(difference).max(initial=0.0))
 
 
-def compared(measure: Measure, t: Array, states: States, *away: Array) -> tuple[Array, float]:
+def tracked_and_change(measure: ErrorMeasure, t: Array, states: States, *away: Array) -> tuple[Array, float]:
     """The tracked quantities of states, and their largest change when the poses move by `away`."""
     count = len(t)
     q = np.concatenate([states.q, *(states.q + x for x in away)])
     every = measure(np.concatenate([t] * (1 + len(away))), q, np.concatenate([states.v] * (1 + len(away))))
     tracked = every[:count]
-    return tracked, max(most(every[k * count : (k + 1) * count] - tracked) for k in range(1, 1 + len(away)))
+    return tracked, max(largest(every[k * count : (k + 1) * count] - tracked) for k in range(1, 1 + len(away)))
 
 
 @dataclass
-class Told:
+class RunCost:
     """What runs tell of themselves: CPU seconds of stepping, work."""
 
     cpu_s: float = 0.0
     work: float = 0.0
 
 
-class Meter:
+class CostMeter:
     """Counts work and CPU time of this thread from its making; `building` blocks do not count."""
 
     def __init__(self) -> None:
@@ -166,9 +166,9 @@ class Meter:
             yield
 
     @contextmanager
-    def stepping(self) -> Iterator[Told]:
+    def stepping(self) -> Iterator[RunCost]:
         """In this block only what is told counts: CPU time and work of the runs in it."""
-        began, first, told = time.thread_time(), work_done(), Told()
+        began, first, told = time.thread_time(), work_done(), RunCost()
         try:
             yield told
         finally:

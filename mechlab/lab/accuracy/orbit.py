@@ -10,21 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
-from mechlab.lab.accuracy.branch import NEARLY, STRIDE, TURN, Branch
-from mechlab.lab.accuracy.conservative import OneJoint, Potential
+from mechlab.lab.accuracy.branch import NEARLY_CLOSED, STRIDE, TURN, PoseBranch
+from mechlab.lab.accuracy.energies import EnergyFunction, OneJointEnergies
 from mechlab.mechanism.geometry import Array
 
-MARGIN = 1.02
+TIME_MARGIN = 1.02
 MOST_TURNS = 20_000
-SAME = 1e-11
+SAME_ENERGY = 1e-11
 OFFSET = 0.381966
 """Share of a cell by which the nodes of a turn are shifted: places where modes meet like to be simple fractions of it."""
 
-ROUND = TURN * np.linspace(0.0, 1.0, 33)[1:]
+ONE_TURN = TURN * np.linspace(0.0, 1.0, 33)[1:]
 
 
 @dataclass(frozen=True)
-class Orbit:
+class EnergyOrbit:
     """phi as a smooth function of x on [low, high], along which time only increases.
 
     kind "swing": phi = middle - radius cos x; "turn": phi = start + sign x; "run": phi = corner + sign x^2 from a turning
@@ -66,7 +66,7 @@ class Orbit:
 
 
 @dataclass(frozen=True)
-class _End:
+class _Reached:
     what: str
     phi: float
     time: float
@@ -80,13 +80,13 @@ STRAIGHT = 1e-2
 """Nearer than this, a pose is looked for along the tangent of the last one."""
 
 
-class Explorer:
+class OrbitSearch:
     """Follows the branch from its start until it is known where the motion goes within `duration`."""
 
-    def __init__(self, branch: Branch, energies: Potential, rate: float, duration: float) -> None:
+    def __init__(self, branch: PoseBranch, energies: EnergyFunction, rate: float, duration: float) -> None:
         self.branch, self.energies, self.duration = branch, energies, duration
         at = branch.first
-        if isinstance(energies, OneJoint):
+        if isinstance(energies, OneJointEnergies):
             j, v, slope = energies.at(branch.start)
         else:
             j, v, slope = (float(x[0]) for x in energies(branch.q[at][None], branch.u[at][None]))
@@ -98,32 +98,32 @@ class Explorer:
         self.push = -slope
         self.drift: dict[int, float] = {}
 
-    def orbit(self) -> Orbit:
+    def orbit(self) -> EnergyOrbit:
         """The orbit. Raises NoSolution where it cannot be told: an equilibrium, a limit position of the joint."""
         start = self.branch.start
         small = 1e-12 * max(abs(self.energy), abs(self.first[2]), 1e-300)
         if self.rate == 0.0 and abs(self.push) <= small:
             raise NoSolution("it stands in an equilibrium")
         sign = 1 if (self.rate or self.push) > 0 else -1
-        ahead = self.reach(sign, self.duration * MARGIN)
+        ahead = self.reach(sign, self.duration * TIME_MARGIN)
         if ahead.what == "turn":
             cells = 4
             low = OFFSET * TURN / cells
-            return Orbit("turn", low, low + TURN, TURN, True, cells, start, sign=sign)
+            return EnergyOrbit("turn", low, low + TURN, TURN, True, cells, start, sign=sign)
         if self.rate == 0.0:
-            behind = _End("corner", start, 0.0, 0.0)
+            behind = _Reached("corner", start, 0.0, 0.0)
         elif ahead.what == "corner":
-            behind = self.reach(-sign, self.duration * MARGIN - 2.0 * ahead.time)
+            behind = self.reach(-sign, self.duration * TIME_MARGIN - 2.0 * ahead.time)
         else:
             slow = self.rate**2 < 0.2 * ahead.fastest**2
-            behind = self.reach(-sign, self.duration, most=4) if slow else _End("time", start, 0.0, 0.0)
+            behind = self.reach(-sign, self.duration, most=4) if slow else _Reached("time", start, 0.0, 0.0)
         if ahead.what == "corner" and behind.what == "corner":
             low, high = sorted((ahead.phi, behind.phi))
             middle, radius = 0.5 * (low + high), 0.5 * (high - low)
             x0 = math.acos(min(1.0, max(-1.0, (middle - start) / radius)))
             if self.rate == 0.0:
                 x0 = 0.0 if start == low else math.pi
-            return Orbit("swing", 0.0, math.pi, x0, sign > 0, 1, middle, radius)
+            return EnergyOrbit("swing", 0.0, math.pi, x0, sign > 0, 1, middle, radius)
         if ahead.what == "corner" or behind.what == "corner":
             toward = ahead.what == "corner"
             corner = ahead.phi if toward else behind.phi
@@ -132,11 +132,11 @@ class Explorer:
             x0 = float(np.sqrt(abs(start - corner))) * (-1.0 if toward else 1.0)
             high = float(np.sqrt(abs(far - corner)))
             high = max(high, abs(x0))
-            return Orbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=away, square=True)
+            return EnergyOrbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=away, square=True)
         length = abs(ahead.phi - start)
-        return Orbit("run", 0.0, length, 0.0, True, _cells(length), start, sign=sign)
+        return EnergyOrbit("run", 0.0, length, 0.0, True, _cells(length), start, sign=sign)
 
-    def reach(self, sign: int, budget: float, most: int = 10**9) -> _End:
+    def reach(self, sign: int, budget: float, most: int = 10**9) -> _Reached:
         """Go on until a turning point, a full turn after which everything repeats, or the end of the time."""
         phi, _, v = self.first
         w, time, fastest, count = abs(self.rate), 0.0, abs(self.rate), 0
@@ -145,17 +145,17 @@ class Explorer:
             square = 2.0 * (self.energy - v_new) / j_new
             if square <= 0.0:
                 corner = self._corner((phi, v, slope), (new, v_new, slope_new))
-                return _End("corner", corner, time + 2.0 * abs(corner - phi) / max(w, 1e-300), fastest)
+                return _Reached("corner", corner, time + 2.0 * abs(corner - phi) / max(w, 1e-300), fastest)
             w_new = math.sqrt(square)
             time += 2.0 * abs(new - phi) / (w + w_new)
             fastest, count = max(fastest, w_new), count + 1
             phi, v, slope, w = new, v_new, slope_new, w_new
             around = self.branch.turn is not None and abs(phi - self.branch.start) > TURN - 1e-9
-            if around and abs(self.drift[sign]) <= SAME * max(abs(self.energy), abs(v)):
-                return _End("turn", phi, time, fastest)
+            if around and abs(self.drift[sign]) <= SAME_ENERGY * max(abs(self.energy), abs(v)):
+                return _Reached("turn", phi, time, fastest)
             if time > budget or count >= most:
                 break
-        return _End("time", phi, time, fastest)
+        return _Reached("time", phi, time, fastest)
 
     def _nodes(self, sign: int) -> Iterator[Node]:
         """phi, J, V, dV/dphi one after the other; after a full turn those of the first turn again, shifted by its work."""
@@ -181,7 +181,7 @@ class Explorer:
                 if ended:
                     raise ended[0]
         else:
-            phis = b.start + sign * ROUND
+            phis = b.start + sign * ONE_TURN
             seen = _nodes(phis, *self.energies(*b.at(phis)))
             self.drift[sign] = seen[-1][2] - self.first[2]
             yield from seen
@@ -216,14 +216,14 @@ class Explorer:
         phi = _crossing(inside, outside, self.energy)
         q, u, last = None, None, phi
         for _ in range(60):
-            if isinstance(self.energies, OneJoint):
+            if isinstance(self.energies, OneJointEnergies):
                 _, v, slope = self.energies.at(phi)
             else:
                 at = np.array([phi])
                 if q is None or u is None or self.branch.turn is not None or abs(phi - last) > STRAIGHT:
-                    q, u = self.branch.at(at, NEARLY)
+                    q, u = self.branch.at(at, NEARLY_CLOSED)
                 else:
-                    q, u = self.branch.close(at, q + (phi - last) * u, NEARLY)
+                    q, u = self.branch.close(at, q + (phi - last) * u, NEARLY_CLOSED)
                 _, v, slope = (float(x[0]) for x in self.energies(q, u))
             last, missing = phi, self.energy - v
             good, bad = (phi, bad) if missing > 0.0 else (good, phi)

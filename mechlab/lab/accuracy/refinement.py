@@ -13,30 +13,30 @@ from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, work_done, work_limit
-from mechlab.lab.accuracy.measure import Measure
-from mechlab.lab.accuracy.result import Neighbour
-from mechlab.lab.accuracy.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, LadderRule
+from mechlab.lab.accuracy.measure import ErrorMeasure
+from mechlab.lab.accuracy.result import NeighbourMotion
+from mechlab.lab.accuracy.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
 from mechlab.lab.methods import METHODS, Method, Problem, has_kinks
 from mechlab.mechanism.geometry import Array
 
 EPSILON = 2.2e-16
-ERRATIC = 2.0
+TOO_FAST = 2.0
 """A change that falls so many times faster than theory promises is not yet on its way: it is not believed to go on."""
-HALF = 0.5
+CAPTURE_SHARE = 0.5
 """Of the time in which held rates are captured, for what that time does."""
 KINK_RATIO = 16.0
 """No more than this the changes are believed to fall when a step of a motion with kinks is halved."""
 
 
 @dataclass
-class Ladder:
+class RefinedMethod:
     """The runs of one method so far; `estimate` of the best, `work` of the last (`first_work` of the first) that got to the end
     [s], `done`: work, and `cpu_s`: CPU seconds of all that did, `ended`: why it cannot go on,
     `recaptured`: the best in which held rates are captured in half the time."""
 
-    rule: LadderRule
+    rule: MethodRule
     problem: Problem
-    measure: Measure
+    measure: ErrorMeasure
     fastest: float
     target: float
     values: list[float] = field(default_factory=list)
@@ -93,7 +93,7 @@ class Ladder:
             return count * self.expected
         return self.work * (2.0 if self.rule.control == "step" else 1.6)
 
-    def cost_beside(self, others: Sequence[Ladder]) -> float:
+    def cost_beside(self, others: Sequence[RefinedMethod]) -> float:
         """`next_cost`; of a first rung that another ladder has climbed by the same integrator, what it took there, in
         proportion to the equations of motion."""
         alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_work]
@@ -146,7 +146,7 @@ class Ladder:
         """What the time in which held rates are captured adds to the error: twice what half of it does, as it is of first
         order; 0 without such a law."""
         p = self.problem
-        laws = captured(p.scene.laws, HALF)
+        laws = captured(p.scene.laws, CAPTURE_SHARE)
         if laws == p.scene.laws:
             return 0.0
         trace, _ = self._run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
@@ -156,7 +156,7 @@ class Ladder:
         t = np.linspace(0.0, p.scene.duration, p.outputs + 1)
         return 2.0 * _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
 
-    def neighbours(self, rounding: float) -> Iterator[Neighbour]:
+    def neighbours(self, rounding: float) -> Iterator[NeighbourMotion]:
         """What the errors of all channels follow from: the run before the best, with the share of the change that the estimate
         takes of the tracked quantities, and as much again; and the capture of held rates, whose part is of first order.
         rounding: as of the method of this name."""
@@ -165,16 +165,16 @@ class Ladder:
         change, error = _distance(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
         share = error / change if change > 0.0 else 1.0
         q, v = self.tables[-2][-1]
-        yield Neighbour(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
+        yield NeighbourMotion(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
         if self.recaptured is None:
             return
         # beside the plain run, not the extrapolated one, which is another
         other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
         if len(other.q) != len(plain.q):
-            yield Neighbour(math.inf, self.settings, q, v, captured=HALF)
+            yield NeighbourMotion(math.inf, self.settings, q, v, captured=CAPTURE_SHARE)
             return
         q, v = q + other.q - plain.q, v + other.v - plain.v
-        yield Neighbour(2.0 * RULES.safety, self.settings, q, v, captured=HALF)
+        yield NeighbourMotion(2.0 * RULES.safety, self.settings, q, v, captured=CAPTURE_SHARE)
 
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s]; both count, CPU time too."""
@@ -244,7 +244,7 @@ class Ladder:
             self.estimate = max(last, before / KINK_RATIO)
             return
         ratio, theory = before / last if last > 0.0 else math.inf, 2.0**self._order
-        if ratio > ERRATIC * theory and not self.rule.extrapolated:
+        if ratio > TOO_FAST * theory and not self.rule.extrapolated:
             self.estimate = last
             return
         # the observed ratio, never better than theory promises; without a falling error the change itself counts
