@@ -75,7 +75,7 @@ def test_the_benchmarks_meet_1e_5(name: str, changes: dict) -> None:
     assert result.reached and error <= 1e-5
     # the estimate is not below the true error, but for what the reference itself (1e-10) may miss
     assert error <= result.estimate + 1e-9
-    assert result.checked is not None and not result.checked.contradicts(result.estimate, 1.0)
+    assert result.check is not None and not result.check.contradicts(result.estimate, 1.0)
 
 
 @pytest.mark.parametrize(("name", "changes"), CHANGED)
@@ -248,4 +248,4 @@ def test_a_stiff_tree_reaches_1e_9_by_lsoda() -> None:
     assert result.reached and error <= 1e-9
     assert "LSODA" in result.method
     # the check is by the other engine's equations
-    assert result.checked is not None and "Pinocchio" in result.checked.method
+    assert result.check is not None and "Pinocchio" in result.check.method

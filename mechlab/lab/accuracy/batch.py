@@ -1,7 +1,7 @@
-"""Kinematics of a tree at many poses at once, with numpy alone: what a path of closed poses needs, without a loop over poses.
+"""Kinematics of a tree, its loops and its relations at many poses at once, with numpy alone.
 
-For mechanisms whose joints have one coordinate each. A pose costs a few microseconds where there are many of them, and a
-single one some tens: what counts then is the number of calls, hence homogeneous matrices and products of whole arrays.
+For mechanisms whose joints have one coordinate each. Many poses cost a few microseconds each; of a single one the number of
+numpy calls decides, hence homogeneous matrices and products of whole arrays.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ _GROUND = np.eye(4)
 
 @dataclass(frozen=True)
 class Poses:
-    """All joints at P poses: frames (n + 1, P, 4, 4) of what each joint carries, the last one the ground; their origins
-    (n, P, 3) and axes (n, P, 3) in the world."""
+    """All joints at P poses: frames (n + 1, P, 4, 4) of their links in the world, the last one the ground; origins (n, P, 3) and
+    axes (n, P, 3) of the joints in the world."""
 
     frames: Array
     origins: Array
@@ -30,7 +30,7 @@ class Poses:
 
 
 class BatchTree:
-    """The tree of a Mechanism. A "link" is what a joint carries; link nv is the ground.
+    """The tree of a Mechanism; a "link" is what a joint carries, and link nv is the ground.
 
     Raises ValueError for a spherical joint.
     """

@@ -1,4 +1,8 @@
-"""The check."""
+"""The check of a motion by another engine, over as much of the scene as a share of the work done so far allows.
+
+The engine runs twice, once sharper than the other. The difference of its two runs is its own error; as long as that is small,
+the difference of the sharper one from the motion in hand must be explained by the errors of both.
+"""
 
 from __future__ import annotations
 
@@ -11,22 +15,22 @@ import numpy as np
 from mechlab.engines.protocol import is_rough
 from mechlab.errors import MechlabError
 from mechlab.integrate import work_done
-from mechlab.lab.accuracy.measure import CostMeter, ErrorMeasure, largest
-from mechlab.lab.accuracy.rules import METHOD_RULES, RULES, MethodRule
-from mechlab.lab.methods import METHODS, Method, Problem, Stepper
+from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
+from mechlab.lab.accuracy.rules import METHOD_RULES, RULES
+from mechlab.lab.methods import Method, Problem, Stepper
 from mechlab.mechanism.geometry import Array
 
 CHECK_ENGINES = ("mujoco", "pinocchio")
 _FAILURES = (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 LEAST_CHECK_WORK = 1e-4
-"""Work that a check may take at least [s]."""
+"""A check may always take this much work [s]."""
 FIRST_INTERVAL = 20.0
-"""What an adaptive method spends on the first output interval, in later ones: the start of a stiff motion is rough."""
+"""Work of an adaptive method on the first output interval over that on a later one: a stiff motion starts with a transient."""
 
 
 @dataclass(frozen=True)
 class MethodCheck:
-    """What the check method says: it differs by `difference` up to time `until`; by itself it is good to `own`."""
+    """Up to the time `until` [s] the check method differs by `difference`; its own error is `own` (both in the unit tracked)."""
 
     method: str
     difference: float
@@ -35,53 +39,52 @@ class MethodCheck:
     sentence: str
 
     def contradicts(self, estimate: float, size: float) -> bool:
-        """Whether the difference is more than both errors explain; `size`: of the tracked quantities."""
+        """Whether the difference is more than the errors of both explain. estimate: error of the motion; size: of what is tracked."""
         return self.difference > RULES.contradiction * (self.own + estimate) + 1e-11 * size
 
 
 class CheckRunner:
-    """Another engine than `used`, ready to follow a motion over its first output times, at two sharpnesses: the cheapest that
-    can. None can where there is dry friction.
+    """Runs the cheapest other engine than `used` that can follow the scene, at two steps or tolerances. Dry friction has none.
 
-    fastest: rate of the mechanism [1/s]; sharp: False where a quarter of the steps may do for a tree, which has no softness
-    that goes with them, and ten times the tolerance. Making one builds models.
+    fastest: rate of the mechanism [1/s]. sharp: False for a low accuracy: a tree, which has no rows whose softness goes with the
+    step, may take a quarter of the steps, and a tolerance may be ten times as large. Making one builds models.
     """
 
     def __init__(self, problem: Problem, used: str, fastest: float, sharp: bool = True) -> None:
         self.problem = problem
         rough = is_rough(problem.mechanism)
-        self.ways = [] if rough else sorted(_check_settings(problem, used, fastest, sharp), key=lambda x: x.cost)
+        self.settings = [] if rough else sorted(_check_settings(problem, used, fastest, sharp), key=lambda x: x.cost)
         self.pair: list[Stepper] = []
         self._prepare()
 
     def _prepare(self) -> None:
-        """Drops the ways that cannot run the problem, and gets the first that can ready."""
-        while self.ways:
-            way = self.ways[0]
-            if not way.method.available(self.problem):
+        """Makes the two runs of the first setting that can run the problem ready, and drops those before it."""
+        while self.settings:
+            setting = self.settings[0]
+            if not setting.method.available(self.problem):
                 try:
-                    self.pair = [way.method.stepper(self.problem, x) for x in way.values]
+                    self.pair = [setting.method.stepper(self.problem, x) for x in setting.values]
                 except _FAILURES:
                     pass
                 else:
                     return
-            del self.ways[0]
+            del self.settings[0]
 
-    def check(self, measure: ErrorMeasure, tracked: Array, meter: CostMeter) -> MethodCheck | None:
-        """What it says of tracked (n, names), the accepted motion at all output times; None where nothing could follow it."""
-        while self.ways:
-            found = _compare(self.problem, measure, tracked, self.ways[0], self.pair, meter)
+    def check(self, measure: ErrorMeasure, tracked: Array, counter: CostCounter) -> MethodCheck | None:
+        """The check of `tracked` (n, names), the motion at all output times; None where no other method can follow it."""
+        while self.settings:
+            found = _compare(self.problem, measure, tracked, self.settings[0], self.pair, counter)
             if found is not None:
                 return found
-            with meter.building():
-                del self.ways[0]
+            with counter.building():
+                del self.settings[0]
                 self._prepare()
         return None
 
 
 @dataclass(frozen=True)
 class _CheckSetting:
-    """A method that may check, the two values that it is run at, and the work that the first output interval may take [s]."""
+    """A method that may check, its two steps [s] or tolerances, and the expected work on the first output interval [s]."""
 
     method: Method
     values: tuple[float, float]
@@ -94,7 +97,7 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
     for rule in METHOD_RULES:
         if rule.engine not in CHECK_ENGINES or rule.engine == used or rule.extrapolated:
             continue
-        method = _registered_method(rule, problem)
+        method = rule.method(problem)
         if method is None:
             continue
         price = method.price(problem)
@@ -112,37 +115,33 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
 
 
 def _round_down(count: float) -> int:
-    """The largest of 1, 2, 3, 4, 6, 8, 12, ... that is not more: evaluations of methods with step-size control differ in their last
-    digits between processors, and how far a check goes does not."""
+    """The largest of 1, 2, 3, 4, 6, 8, 12, ... that is not more than `count`. The evaluations of methods with step-size control vary
+    a little between processors; how far a check goes must not."""
     if count < 2.0:
         return 1
     power = 2 ** int(math.log2(count))
     return power + (power // 2 if count >= 1.5 * power else 0)
 
 
-def _registered_method(rule: MethodRule, problem: Problem) -> Method | None:
-    rows = problem.mechanism.loops or problem.mechanism.relations
-    kind = "default" if rule.engine == "mujoco" and rule.control == "step" and not rows else rule.constraints
-    for m in METHODS:
-        if (m.engine, m.integrator, m.constraints) == (rule.engine, rule.integrator, kind):
-            return m
-    return None
-
-
 def _compare(
-    problem: Problem, measure: ErrorMeasure, tracked: Array, way: _CheckSetting, pair: list[Stepper], meter: CostMeter
+    problem: Problem,
+    measure: ErrorMeasure,
+    tracked: Array,
+    setting: _CheckSetting,
+    pair: list[Stepper],
+    counter: CostCounter,
 ) -> MethodCheck | None:
     between = problem.scene.duration / problem.outputs
     size = max(1e-3, largest(tracked - tracked[0]))
-    budget = max(RULES.check_share * meter.work, LEAST_CHECK_WORK)
+    budget = max(RULES.check_share * counter.work, LEAST_CHECK_WORK)
     count, more, spent = 0, 1, 0.0
-    said: Array | None = None  # of both runs: (2, count + 1, names)
+    both: Array | None = None  # of both runs: (2, count + 1, names)
     while True:
         try:
-            with meter.stepping() as told:
+            with counter.stepping() as cost:
                 before = work_done()
                 runs = [stepper.advance(more) for stepper in pair]
-                told.cpu_s, told.work = sum(run.cpu_s for run in runs), work_done() - before
+                cost.cpu_s, cost.work = sum(run.cpu_s for run in runs), work_done() - before
         except _FAILURES:
             return None
         if any(run.reason or len(run.q) != more + 1 for run in runs):
@@ -150,9 +149,9 @@ def _compare(
         q, v = np.concatenate([run.q for run in runs]), np.concatenate([run.v for run in runs])
         t = between * np.arange(count, count + more + 1)
         new = measure(np.concatenate([t, t]), q, v).reshape(2, more + 1, -1)
-        said = new if said is None else np.concatenate([said, new[:, 1:]], axis=1)
-        count, spent = count + more, spent + told.work
-        change = np.abs(said[0] - said[1]).max(axis=1)
+        both = new if both is None else np.concatenate([both, new[:, 1:]], axis=1)
+        count, spent = count + more, spent + cost.work
+        change = np.abs(both[0] - both[1]).max(axis=1)
         good = int(np.argmax(change > RULES.check_own * size)) or count + 1
         if good < 2:
             return None
@@ -160,9 +159,13 @@ def _compare(
         more = min(problem.outputs, reach) - count
         if good <= count or more < 3 * count:
             break
-    own, away, until = float(change[:good].max()), largest(said[1, :good] - tracked[:good]), float(between * (good - 1))
+    own, difference, until = (
+        float(change[:good].max()),
+        largest(both[1, :good] - tracked[:good]),
+        float(between * (good - 1)),
+    )
     sentence = (
-        f"check by {way.method.name} up to t = {until:.4g} s: it differs by {away:.2g} {measure.unit}, and changes by "
+        f"check by {setting.method.name} up to t = {until:.4g} s: it differs by {difference:.2g} {measure.unit}, and changes by "
         f"{own:.2g} {measure.unit} when it is made sharper"
     )
-    return MethodCheck(way.method.name, away, own, until, sentence)
+    return MethodCheck(setting.method.name, difference, own, until, sentence)

@@ -1,4 +1,7 @@
-"""A scene recorded to a stated error."""
+"""A scene recorded to a stated error: the motion that `solve_to` found as a Recording, and the runs it is compared with.
+
+error of a channel = sum over the compared runs of factor x largest difference
+"""
 
 from __future__ import annotations
 
@@ -34,25 +37,25 @@ STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
 
 BETWEEN = 0.125
-"""Share of the change with twice the distance of the states that interpolation between them leaves, at most: it is of fifth degree
-in positions, whose second derivative falls with the fourth power."""
+"""Error of interpolation between the states, over its change when every second state is left out: the interpolation is of fifth
+degree in the positions, so that the error of its second derivative falls with the fourth power of the distance."""
 ComparedRuns = tuple[tuple[Recording, float], ...]
 
 
 @dataclass(frozen=True)
 class ControlledRun:
-    """A Recording, and those that it is compared with: factor times the difference is a part of the error of each channel.
-    None of them where nothing tells it."""
+    """A Recording, and the runs it is compared with: factor times the difference is a part of the error of each channel. No runs
+    where the errors of the channels are not known."""
 
     recording: Recording
     others: ComparedRuns
 
 
 def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[float] = ()) -> ControlledRun:
-    """A Recording of the scene with an error of at most `max_error` of its tracked quantities, or one that says why not.
+    """A Recording of the scene whose tracked quantities are off by at most `max_error` [m or rad], or one that says why not.
 
-    Made from the very states that were estimated where those tell all that the scene needs; else by the runner of the
-    accepted method with its settings, and what that differs by counts as error too.
+    It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
+    scene with the accepted settings, and its difference from those states counts as error too.
     """
     result = solve_to(design, scene, max_error, OUTPUTS)
     m = design.mechanism(scene.fidelity)
@@ -72,7 +75,7 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
 
 
 def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> ComparedRuns:
-    """What a recording of the estimated states is compared with; between them, too, where it is interpolated there."""
+    """The runs that a recording of the estimated states is compared with; one more where it is interpolated between them."""
 
     def make(n: NeighbourMotion) -> Recording:
         return motion_of(m, _captured(scene, n), replace(result, motion=n.motion, q=n.q, v=n.v), at)
@@ -84,8 +87,8 @@ def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]
 
 
 def _compared(result: Solution, make: Callable[[NeighbourMotion], Recording], more: float = 1.0) -> ComparedRuns:
-    """The neighbours of a result as recordings, each with `more` times its factor; none where one of them cannot be made, since
-    what it would have told is missing then."""
+    """The neighbours of a solution as recordings, each with `more` times its factor. None where one of them cannot be made: its
+    part of the error would be missing."""
     try:
         return tuple((make(n), more * n.factor) for n in result.neighbours)
     except MechlabError:
@@ -115,8 +118,8 @@ def solution_findings(result: Solution) -> tuple[Finding, ...]:
     """Findings "max_error" and, where there is one, "check_method"."""
     severity = "ok" if result.reached else "error"
     out = [Finding("max_error", result.estimate, result.max_error, result.unit, severity, result.sentence)]
-    if result.checked is not None:
-        c = result.checked
+    if result.check is not None:
+        c = result.check
         out.append(Finding("check_method", c.difference, c.own, result.unit, "ok", c.sentence))
     return tuple(out)
 

@@ -1,6 +1,6 @@
-"""Energy along a branch: what one freedom under forces of position alone needs to know of its mechanism.
+"""Inertia J and potential energy V of a mechanism with one freedom phi, whose forces depend on the position alone.
 
-J(phi) phi'^2 / 2 + V(phi) = E        J = u^T M u        V: weight, springs, constant loads
+J(phi) phi'^2 / 2 + V(phi) = E,    J = u^T M u,    u = dq/dphi;    V: weight, springs, constant loads
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def joints_and_shafts(mechanism: Mechanism) -> list[Joint | Shaft]:
 
 
 def why_energy_is_not_enough(mechanism: Mechanism, scene: Scene) -> str:
-    """Why the energy alone does not decide the motion; empty when it does."""
+    """Why the energy alone does not determine the motion, in words; empty when it does."""
     m = mechanism
     if any(j.nv != 1 for j in m.joints):
         return "a spherical joint"

@@ -1,7 +1,7 @@
-"""Method "energy": one freedom under forces of position alone, by quadrature: t = integral of dphi / sqrt(2 (E - V) / J).
+"""A motion of one freedom under forces of position alone, from its energy: t = integral of dphi / sqrt(2 (E - V) / J).
 
-No steps, no drift, no constraint rows: the time along the orbit is integrated with Chebyshev polynomials (of a swing: with
-cosines) and inverted where the motion is asked for. Refining doubles the nodes; its error falls geometrically.
+No steps, no drift, no constraint rows: the time along the orbit is integrated with Chebyshev polynomials (between two turning
+points: with cosines) and inverted where the motion is asked for. With twice the nodes the error falls geometrically.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
 PATIENCE = 2
-"""Tries of steps along a joint that may fail while there are other joints to try."""
+"""Steps along a joint that may fail while there are other joints to try."""
 NEAR = 1e-2
-"""Poses farther from the polynomials of coarser samples may be of another branch: they are looked for anew [rad or m]."""
+"""Poses farther than this [rad or m] from the polynomials of the coarser nodes may lie on another branch: they are closed anew."""
 SETTLED = 1e-2
-"""Share by which the time of a swing may change with half of the nodes, or with energy in the last place: a motion that hardly
-leaves its turning point tells nothing of what both miss."""
+"""Largest share by which the time of a swing may change with half the nodes, or with the last digit of the energy. Beyond it the
+motion hardly leaves its turning point, and the change says nothing of the error."""
 
 
 @dataclass(frozen=True)
 class PlacedStates(States):
-    """States, and where on the orbit they are."""
+    """States, and their places on the orbit."""
 
     place: _CellPlace | _SwingPhase
 
 
 @dataclass(frozen=True)
 class _CellPlace:
-    """Where on the orbit: passages done before, cell, basis there, pose without turns."""
+    """Place on an orbit of cells: passages done before, cell, Chebyshev basis there, pose without full turns."""
 
     lap: Array
     cell: NDArray[np.intp]
@@ -63,7 +63,7 @@ class _CellPlace:
 
 @dataclass(frozen=True)
 class _SwingPhase:
-    """Where on a swing: x since the first turning point and its waves; the time of a swing over pi."""
+    """Place on a swing: x since the first turning point and its waves; mean: the time of a swing over pi."""
 
     mean: float
     x: Array
@@ -82,8 +82,8 @@ class _NodeSamples:
 
 
 class EnergyMotion:
-    """The motion of a mechanism from q0, v0 by its energy. closed: last correction of its poses; energies: as of
-    `potential`, where they are known already. Raises NoSolution where no joint counts along it."""
+    """The motion of a mechanism from q0 (nv,), v0 (nv,), by its energy. closed: last correction of its poses [rad or m]; energies:
+    those of the scene, where they are known already. Raises NoSolution where no joint moves all along it."""
 
     def __init__(
         self, mechanism: Mechanism, scene: Scene, q0: Array, v0: Array, tree: BatchTree, rows: BatchRows,
@@ -98,9 +98,9 @@ class EnergyMotion:
         self.closed, self.last_step = closed, max(1e-7, math.sqrt(closed))
 
     def _explore(self, q0: Array, v0: Array, rows: BatchRows, duration: float) -> OrbitSearch:
-        """The orbit along the first joint that counts; one that stops hands on the poses that it has reached."""
+        """The orbit along the first joint that does not stop; the next joint takes over the poses reached so far."""
         order = candidate_joints(self.mechanism, q0, self.tree, rows)
-        # a joint that comes near a limit position is left soon for another; when none is better, all may go to their limits
+        # first a joint near a limit position is soon left for another; if all of them are, each is followed to its limit
         why = ""
         for patience in (PATIENCE, 10**9) if rows.count and len(order) > 1 else (10**9,):
             left, failed = list(order), None
@@ -126,7 +126,7 @@ class EnergyMotion:
 
     @property
     def n(self) -> int:
-        """Nodes of a cell less one."""
+        """Number of nodes of a cell, less one."""
         return 0 if self.samples is None else self.samples.x.shape[1] - 1
 
     @property
@@ -137,7 +137,7 @@ class EnergyMotion:
         return f"{self.n + 1} nodes in each of {self.orbit.cells} cells"
 
     def refine(self, n: int) -> None:
-        """Exact samples at n + 1 nodes of every cell; n twice the last one keeps those."""
+        """Exact values at n + 1 nodes of every cell; with twice the last n those that are known are kept."""
         o = self.orbit
         if o.kind == "swing":
             xs = cosine_nodes(n)
@@ -160,8 +160,8 @@ class EnergyMotion:
         self._paces: Array | None = None
 
     def _poses(self, phi: Array, per_cell: int) -> tuple[Array, Array]:
-        """Closed poses at phi (P,), `per_cell` in each cell: near the polynomials of the coarser samples where these are close
-        enough, so that there is little left to correct."""
+        """Closed poses at phi (P,), `per_cell` in each cell: guessed by the polynomials of the coarser nodes where these are close
+        enough, so that little is left to correct."""
         old = self.samples
         if old is not None and self.branch.rows.count:
             n = self.n
@@ -181,7 +181,7 @@ class EnergyMotion:
         return self.branch.at(phi, self.closed)
 
     def states(self, t: Array, accelerations: bool = False) -> PlacedStates:
-        """The motion at times t (P,). Raises NoSolution where the speed is lost between turning points."""
+        """The motion at times t (P,). Raises NoSolution where its speed vanishes between turning points."""
         assert self.samples is not None
         o = self.orbit
         if o.kind == "swing":
@@ -244,9 +244,11 @@ class EnergyMotion:
         return out
 
     def moved(self, states: PlacedStates, t: Array, every: int = 1, shift: float = 0.0) -> Array:
-        """By how much (P, nv) the poses of `states` at times t would be others from every `every`-th node alone, or with
-        `shift` [J] more energy: what passes between the times at which either motion is in a place, at its rate, and the
-        difference of the polynomials. Raises NoSolution as `states`."""
+        """(P, nv) change of the poses of `states` at times t with only each `every`-th node, or with `shift` [J] more energy.
+
+        It is the rate times the difference of the times at which both motions pass a place, plus the difference of the
+        polynomials. Raises NoSolution as `states`.
+        """
         assert self.samples is not None
         o, place = self.orbit, states.place
         if isinstance(place, _SwingPhase):
@@ -273,7 +275,7 @@ class EnergyMotion:
 
     @property
     def _x0(self) -> float:
-        """Where a swing starts: x grows from there, also on the way back."""
+        """x at the start of a swing; x increases from there, also on the way back."""
         return self.orbit.x0 if self.orbit.forward else -self.orbit.x0
 
     def _clock(self, every: int = 1, shift: float = 0.0) -> PathTime:
@@ -283,7 +285,7 @@ class EnergyMotion:
         return SwingTime.of(self._pace(every, shift)[0])
 
     def _pace(self, every: int, shift: float) -> Array:
-        """dt/dx at every `every`-th node of all cells, with `shift` more energy."""
+        """dt/dx at each `every`-th node of all cells, with `shift` [J] more energy."""
         s, o = self.samples, self.orbit
         assert s is not None
         if not shift and self._paces is not None:

@@ -18,14 +18,15 @@ TIME_MARGIN = 1.02
 MOST_TURNS = 20_000
 SAME_ENERGY = 1e-11
 OFFSET = 0.381966
-"""Share of a cell by which the nodes of a turn are shifted: places where modes meet like to be simple fractions of it."""
+"""Share of a cell by which the nodes of a full turn are shifted: poses where assembly modes meet often lie at simple fractions of
+a turn, and no node should fall on them."""
 
 ONE_TURN = TURN * np.linspace(0.0, 1.0, 33)[1:]
 
 
 @dataclass(frozen=True)
 class EnergyOrbit:
-    """phi as a smooth function of x on [low, high], along which time only increases.
+    """phi as a smooth function of x on [low, high]; time increases with x.
 
     kind "swing": phi = middle - radius cos x; "turn": phi = start + sign x; "run": phi = corner + sign x^2 from a turning
     point, or start + sign x without one. x0: where the motion starts; forward: whether x increases there.
@@ -55,7 +56,7 @@ class EnergyOrbit:
         return 2.0 * np.abs(x) if self.square else np.ones_like(x)
 
     def turning(self, along: Array) -> NDArray[np.bool_] | None:
-        """Which of the slopes |dphi/dx| vanish at a turning point, together with the speed; None where there is none."""
+        """Where |dphi/dx| vanishes together with the speed, at a turning point; None for an orbit without one."""
         if self.kind != "swing" and not self.square:
             return None
         return np.asarray(along < 1e-7 * (self.radius if self.kind == "swing" else 1.0))
@@ -77,11 +78,11 @@ Node = tuple[float, float, float, float]
 """phi, J, V, dV/dphi."""
 AHEAD = 2
 STRAIGHT = 1e-2
-"""Nearer than this, a pose is looked for along the tangent of the last one."""
+"""Nearer than this to the last pose [rad or m], a pose is guessed along the tangent of that one."""
 
 
 class OrbitSearch:
-    """Follows the branch from its start until it is known where the motion goes within `duration`."""
+    """Follows the branch from its start until the orbit of the motion within `duration` [s] is known."""
 
     def __init__(self, branch: PoseBranch, energies: EnergyFunction, rate: float, duration: float) -> None:
         self.branch, self.energies, self.duration = branch, energies, duration
@@ -99,7 +100,7 @@ class OrbitSearch:
         self.drift: dict[int, float] = {}
 
     def orbit(self) -> EnergyOrbit:
-        """The orbit. Raises NoSolution where it cannot be told: an equilibrium, a limit position of the joint."""
+        """The orbit. Raises NoSolution in an equilibrium, and where the joint reaches a limit position."""
         start = self.branch.start
         small = 1e-12 * max(abs(self.energy), abs(self.first[2]), 1e-300)
         if self.rate == 0.0 and abs(self.push) <= small:
@@ -127,17 +128,17 @@ class OrbitSearch:
         if ahead.what == "corner" or behind.what == "corner":
             toward = ahead.what == "corner"
             corner = ahead.phi if toward else behind.phi
-            away = -sign if toward else sign
+            outward = -sign if toward else sign
             far = behind.phi if toward else ahead.phi
             x0 = float(np.sqrt(abs(start - corner))) * (-1.0 if toward else 1.0)
             high = float(np.sqrt(abs(far - corner)))
             high = max(high, abs(x0))
-            return EnergyOrbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=away, square=True)
+            return EnergyOrbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=outward, square=True)
         length = abs(ahead.phi - start)
         return EnergyOrbit("run", 0.0, length, 0.0, True, _cells(length), start, sign=sign)
 
     def reach(self, sign: int, budget: float, most: int = 10**9) -> _Reached:
-        """Go on until a turning point, a full turn after which everything repeats, or the end of the time."""
+        """Follow the motion to a turning point, a full turn after which everything repeats, or the end of `budget` [s]."""
         phi, _, v = self.first
         w, time, fastest, count = abs(self.rate), 0.0, abs(self.rate), 0
         slope = -self.push
@@ -158,21 +159,23 @@ class OrbitSearch:
         return _Reached("time", phi, time, fastest)
 
     def _nodes(self, sign: int) -> Iterator[Node]:
-        """phi, J, V, dV/dphi one after the other; after a full turn those of the first turn again, shifted by its work."""
+        """phi, J, V, dV/dphi pose by pose; after a full turn those of the first turn again, V shifted by the work of a turn."""
         b = self.branch
         seen: list[Node] = []
         if b.turn is None:
             ends = list(range(b.first + 1, len(b.phi)) if sign > 0 else range(b.first - 1, -1, -1))
             if ends:
-                seen += self._told(ends)
+                seen += self._values_at(ends)
                 yield from seen
             ended: list[NoSolution] = []
             while sign not in self.drift:
                 before = len(b.phi)
-                turned = self._ahead(sign, seen[-1] if seen else (*self.first, -self.push), ended)
+                turned = self._extend(sign, seen[-1] if seen else (*self.first, -self.push), ended)
                 more = len(b.phi) - before
                 new = (
-                    self._told(list(range(before, len(b.phi)) if sign > 0 else range(more - 1, -1, -1))) if more else []
+                    self._values_at(list(range(before, len(b.phi)) if sign > 0 else range(more - 1, -1, -1)))
+                    if more
+                    else []
                 )
                 seen += new
                 if turned:
@@ -189,9 +192,9 @@ class OrbitSearch:
             for phi, jk, vk, dk in seen:
                 yield phi + sign * turn * TURN, jk, vk + turn * self.drift[sign], dk
 
-    def _ahead(self, sign: int, last: Node, ended: list[NoSolution]) -> bool:
-        """One pose more, or some together where no turning point is near: evaluations of many cost little more than of one.
-        Whether a turn is full; why the branch ends goes into `ended`."""
+    def _extend(self, sign: int, last: Node, ended: list[NoSolution]) -> bool:
+        """Extend the branch by one pose, or by AHEAD where no turning point is near (many evaluations cost little more than one).
+        Returns whether a turn is full; appends to `ended` why the branch ends."""
         _, _, height, slope = last
         near = self.energy - height < 2.0 * AHEAD * STRIDE * sign * slope
         for _ in range(1 if near else AHEAD):
@@ -204,14 +207,14 @@ class OrbitSearch:
                 return True
         return False
 
-    def _told(self, numbers: list[int]) -> list[Node]:
-        """The poses of these numbers on the branch."""
+    def _values_at(self, numbers: list[int]) -> list[Node]:
+        """phi, J, V, dV/dphi of the poses with these numbers on the branch."""
         b = self.branch
         phi, q, u = (np.array([x[k] for k in numbers]) for x in (b.phi, b.q, b.u))
         return _nodes(phi, *self.energies(q, u))
 
     def _corner(self, inside: tuple[float, float, float], outside: tuple[float, float, float]) -> float:
-        """The turning point between two (phi, V, dV/dphi): Newton from that of the cubic through them, kept between them."""
+        """The turning point between two (phi, V, dV/dphi): Newton's method from that of the cubic through them, kept between them."""
         good, bad = inside[0], outside[0]
         phi = _crossing(inside, outside, self.energy)
         q, u, last = None, None, phi

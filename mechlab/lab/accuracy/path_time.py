@@ -1,12 +1,11 @@
-"""The time that passes along a path, and its inverse: t(x) = integral of g from 0 to x, by Chebyshev polynomials in cells.
+"""The time t(x) along a path from its slope dt/dx at nodes, and the inverse x(t).
 
-g must be smooth and positive. Refining doubles the nodes of every cell; the coarser set is part of the finer one.
+`PathTime`: t(x) = integral of dt/dx from the start, by Chebyshev polynomials in cells of equal width. dt/dx must be smooth and
+positive. `SwingTime`: a motion between two turning points, phi = middle - radius cos x. Then dt/dx is a series of cosines, and
 
-A motion to and fro, by its phase: what is smooth in x of phi = middle - radius cos x is a series of cosines, and time goes as
+    t(x) = mean x + sum over k of times_k sin(k x)
 
-t(x) = mean x + sum of times_k sin(k x),
-
-for all x: there is nothing to fold at the turning points. Evenly spaced nodes make the series; doubling them keeps the old ones.
+holds for all x, also across the turning points. Twice as many nodes contain the coarser ones in both.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ def chebyshev_nodes(n: int) -> Array:
 
 @lru_cache(maxsize=16)
 def chebyshev_fit(n: int) -> Array:
-    """(n + 1, n + 1) values at the nodes to coefficients of Chebyshev polynomials."""
+    """(n + 1, n + 1) matrix from values at the nodes to coefficients of Chebyshev polynomials."""
     k = np.arange(n + 1)
     half = np.where((k == 0) | (k == n), 0.5, 1.0)
     return (2.0 / n) * half[:, None] * half * np.cos(np.pi * np.outer(k, n - k) / n)
@@ -36,7 +35,7 @@ def chebyshev_fit(n: int) -> Array:
 
 @lru_cache(maxsize=16)
 def chebyshev_integral(n: int) -> Array:
-    """(n + 2, n + 1) coefficients of f to those of its integral from -1."""
+    """(n + 2, n + 1) matrix from the coefficients of f to those of its integral from -1."""
     out = np.zeros((n + 2, n + 1))
     for k in range(n + 1):
         out[:, k] = np.pad(np.polynomial.chebyshev.chebint(np.eye(n + 1)[k], lbnd=-1), (0, n + 2))[: n + 2]
@@ -45,7 +44,7 @@ def chebyshev_integral(n: int) -> Array:
 
 @lru_cache(maxsize=16)
 def chebyshev_derivative(n: int) -> Array:
-    """(n + 1, n + 1) coefficients of f to those of df/dxi."""
+    """(n + 1, n + 1) matrix from the coefficients of f to those of df/dxi."""
     out = np.zeros((n + 1, n + 1))
     for k in range(1, n + 1):
         found = np.polynomial.chebyshev.chebder(np.eye(n + 1)[k])
@@ -65,7 +64,8 @@ def _orders(n: int) -> Array:
 
 @dataclass(frozen=True)
 class PathTime:
-    """t(x) on [low, high] in equal cells: slopes (cells, n + 1) coefficients of g, times (cells, n + 2) of t from 0."""
+    """t(x) on [low, high] in cells of equal width: Chebyshev coefficients, slopes (cells, n + 1) of dt/dx and times (cells, n + 2) of t
+    from the start of the cell; starts (cells + 1,): t at the ends of the cells."""
 
     low: float
     width: float
@@ -75,7 +75,7 @@ class PathTime:
 
     @staticmethod
     def of(low: float, high: float, values: Array) -> PathTime:
-        """From g (cells, n + 1) at the nodes of the cells of [low, high]."""
+        """From dt/dx (cells, n + 1) at the nodes of the cells of [low, high]."""
         cells, n = values.shape[0], values.shape[1] - 1
         width = (high - low) / cells
         slopes = values @ chebyshev_fit(n).T
@@ -95,11 +95,13 @@ class PathTime:
         return float(self.starts[cell] + chebyshev_basis(xi, self.times.shape[1] - 1)[0] @ self.times[cell])
 
     def invert(self, t: Array, last_step: float = 1e-7) -> tuple[NDArray[np.intp], Array, Array]:
-        """Cell (P,), local place xi (P,) and its basis (P, n + 2) at times t (P,) of [0, total]; what is left after Newton's
-        `last_step` is its square."""
+        """Cell (P,), local place xi (P,) and its basis (P, n + 2) at times t (P,) of [0, total].
+
+        Newton's method ends after a step below `last_step`, which leaves an error of its square.
+        """
         cells, n = len(self.times), self.slopes.shape[1] - 1
         at = _basis_at_nodes(n)
-        # cubic through the times and slopes at the nodes, then Newton: two steps for what half of the digits were right in
+        # start: the cubic through times and slopes at the nodes; from there two steps of Newton give all digits
         known = (self.times @ at.T + self.starts[:-1, None]).ravel()
         k = np.minimum(np.maximum(np.searchsorted(known, t, side="right") - 1, 0), len(known) - 2)
         k -= k % (n + 1) == n
@@ -132,7 +134,7 @@ def _basis_at_nodes(n: int) -> Array:
 
 @lru_cache(maxsize=32)
 def cosine_fit(n: int) -> Array:
-    """(n + 1, n + 1) values at x = pi j / n, j = 0 to n, to coefficients of cos(k x)."""
+    """(n + 1, n + 1) matrix from values at x = pi j / n, j = 0 to n, to coefficients of cos(k x)."""
     k = np.arange(n + 1)
     half = np.where((k == 0) | (k == n), 0.5, 1.0)
     return (2.0 / n) * half[:, None] * half * np.cos(np.pi * np.outer(k, k) / n)
@@ -146,14 +148,14 @@ def cosine_nodes(n: int) -> Array:
 
 @lru_cache(maxsize=32)
 def cosine_midpoints(n: int) -> Array:
-    """(n, n + 1) values at n + 1 nodes to values of their series half-way between them."""
+    """(n, n + 1) matrix from values at n + 1 nodes to those of their series half-way between the nodes."""
     x = (np.pi / n) * (np.arange(n) + 0.5)
     return np.asarray(np.cos(np.multiply.outer(x, np.arange(n + 1.0))) @ cosine_fit(n))
 
 
 @lru_cache(maxsize=32)
 def wave_numbers(n: int) -> Array:
-    """(n + 1,) k."""
+    """(n + 1,) numbers k of the waves, from 0."""
     return np.arange(n + 1.0)
 
 
@@ -178,7 +180,7 @@ def waves(x: Array, n: int) -> Array:
 
 @dataclass(frozen=True)
 class SwingTime:
-    """t(x) of a swing: slopes (n + 1,) coefficients of dt/dx, mean (of dt/dx), times (n + 1,) as above."""
+    """t(x) of a swing: cosine coefficients slopes (n + 1,) of dt/dx, its mean, and sine coefficients times (n + 1,) of t."""
 
     slopes: Array
     times: Array
@@ -193,7 +195,7 @@ class SwingTime:
 
     @property
     def n(self) -> int:
-        """Nodes less one."""
+        """Number of nodes, less one."""
         return len(self.slopes) - 1
 
     def time(self, x: float) -> float:
@@ -201,12 +203,12 @@ class SwingTime:
         return self.mean * x + float(self.times @ np.sin(x * wave_numbers(self.n)))
 
     def passed(self, x: Array, w: Array) -> Array:
-        """t(x) (P,), w: at least so many waves at x."""
+        """t(x) (P,); w: at least n + 1 waves at x (P,), as of `waves`."""
         return np.asarray(self.mean * x + (self.times @ w[: self.n + 1])[1::2])
 
     def invert(self, t: Array, last_step: float) -> tuple[Array, Array]:
-        """x (P,) and its waves at times t (P,); the last step of Halley's method leaves its cube: no more than the square of
-        `last_step`."""
+        """x (P,) and its waves at times t (P,), by Halley's method, whose last step leaves an error of its cube; that is at most the
+        square of `last_step`."""
         n, period = self.n, 2.0 * np.pi * self.mean
         grid, sines = _start_grid(n)
         known = self.mean * grid
@@ -229,7 +231,7 @@ class SwingTime:
 
 
 START_GRID = 384
-"""Places in half a round between which straight lines begin the inversion; they leave 1e-5 of a bend."""
+"""The inversion starts by straight lines between this many places in half a round; they leave an error of 1e-5 of the curvature."""
 
 
 @lru_cache(maxsize=8)

@@ -1,11 +1,4 @@
-"""The accepted motion against another method: over as much of the scene as a share of the work done allows.
-
-What error control gives: a motion with its error, and the sentence that says how it was found.
-
-Whether an error is met and believed, and the sentence that says so.
-
-A Recording of a motion whose error is known: the states that were estimated, at even times and at those asked for.
-"""
+"""What error control gives: a motion with its error, and the sentence that check_text how it was found and whether it can be believed."""
 
 from __future__ import annotations
 
@@ -19,11 +12,11 @@ from mechlab.mechanism.geometry import Array
 
 @dataclass(frozen=True)
 class NeighbourMotion:
-    """A cruder or slightly other motion of the same scene: `factor` times its difference from the accepted one is, for every
+    """A motion of the same scene that is a little less exact: `factor` times its difference from the accepted one is, for every
     channel, a part of the error.
 
-    motion, or q (n, nq), v (n, nv) at the output times; settings: those that a runner makes it with; captured: held rates are
-    captured in so many times their `time`.
+    q (n, nq), v (n, nv): at the output times; motion: at any time, where it is known; settings: with which an engine makes it;
+    captured: held rates are captured in this multiple of their `time`.
     """
 
     factor: float
@@ -38,11 +31,11 @@ class NeighbourMotion:
 class Solution:
     """A motion with its error.
 
-    t (n,); q (n, nq), v (n, nv): at the output times. estimate [unit]: of the largest error of the tracked quantities;
-    method, step (a step [s], a tolerance, the nodes of a cell, 0 of a closed form; see `control`); cpu_s: all CPU spent, probing and check
-    included, imports and building of models excluded; reached: whether the estimate meets `max_error`; sentence: what was
-    chosen and why, or why it cannot be reached; neighbours: from which the errors of all channels follow, none where there was
-    one run alone.
+    t (n,), q (n, nq), v (n, nv): at the output times. estimate [unit]: largest error of the tracked quantities. method: its name.
+    step: a step [s], a tolerance, the nodes of a cell, or 0 of a closed form; `control` check_text which. cpu_s: all CPU time, with
+    trials and check, without imports and building of models. reached: whether the estimate meets `max_error`. sentence: what was
+    chosen and why, or why the error cannot be reached. neighbours: from which the errors of all channels follow; none where there
+    was a single run.
     """
 
     t: Array
@@ -59,19 +52,19 @@ class Solution:
     reached: bool
     sentence: str
     settings: Settings
-    checked: MethodCheck | None
+    check: MethodCheck | None
     motion: ContinuousMotion | None = None
     extrapolated: bool = False
     neighbours: tuple[NeighbourMotion, ...] = ()
 
     @property
     def accelerations(self) -> Array | None:
-        """(n, nv) where the method knows them."""
+        """Accelerations (n, nv) at the output times, or None where the method does not know them."""
         return None if self.motion is None else self.motion.states(self.t, accelerations=True).a
 
 
 ROUNDING_COUNTS = 1e-7
-"""Below this error, what rounding does to the motion is looked at and told [m or rad]."""
+"""Below this error [m or rad] what rounding does to the motion is estimated too and reported."""
 
 
 LIMITED_BY_ROUNDING = "double precision does not allow it"
@@ -79,19 +72,22 @@ LIMITED_BY_CAPTURE = "it is the time in which the law captures held rates; a sma
 
 
 def conclusion(
-    estimate: float, max_error: float, measure: ErrorMeasure, chosen: str, checked: MethodCheck | None, size: float,
+    estimate: float, max_error: float, measure: ErrorMeasure, chosen: str, check: MethodCheck | None, size: float,
     part: str = "", cause: str = "",
 ) -> tuple[bool, str]:  # fmt: skip
-    """Whether the error is met and believed, and the sentence; `part`: what makes it up most, `cause`: why it cannot be less,
-    where these are known; `size`: of the tracked quantities."""
+    """Whether the error is met and not contradicted by the check, and the sentence that says so.
+
+    size [unit]: largest tracked quantity; part: the largest part of the error in words; cause: why it cannot be less ("" where
+    these are not known).
+    """
     unit = measure.unit
-    told = f"error of {measure.what} estimated at {estimate:.2g} {unit}"
-    told += f" ({max_error:g} {unit} asked for{', of which ' + part if part else ''})"
-    says = checked.sentence if checked is not None else "no other method could check it"
-    against = checked is not None and checked.contradicts(estimate, size)
-    ok = estimate <= max_error and not against
-    text = f"{told}; {chosen}; {says}"
-    if against:
+    text_of_error = f"error of {measure.what} estimated at {estimate:.2g} {unit}"
+    text_of_error += f" ({max_error:g} {unit} asked for{', of which ' + part if part else ''})"
+    check_text = check.sentence if check is not None else "no other method could check it"
+    contradicted = check is not None and check.contradicts(estimate, size)
+    ok = estimate <= max_error and not contradicted
+    text = f"{text_of_error}; {chosen}; {check_text}"
+    if contradicted:
         text += "; the two contradict each other: do not trust this run"
     elif not ok:
         text += f"; the error asked for cannot be reached: {cause or 'this is the best that was found'}"

@@ -1,8 +1,5 @@
-"""The one rule set of error control, as data. Nothing here knows a mechanism.
-
-Residual and Jacobian of all loops and relations at many poses at once.
-
-The fastest rate of a mechanism as it stands: what bounds the steps of an explicit method.
+"""The rules of error control as data; nothing here knows a mechanism. And the fastest rate of a mechanism as it stands, which
+bounds the steps of an explicit method.
 """
 
 from __future__ import annotations
@@ -14,6 +11,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Scene, initial_state
 from mechlab.lab.accuracy.energies import joints_and_shafts
+from mechlab.lab.methods import METHODS, Method, Problem
 from mechlab.mechanism import ConstraintSet, Joint, Mechanism, Shaft, Spring, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import spring_stretch
@@ -21,23 +19,23 @@ from mechlab.mechanism.statics import spring_stretch
 
 @dataclass(frozen=True)
 class ControlRules:
-    """What all problems are held to.
+    """The numbers that hold for all problems.
 
-    safety: an estimate counts this many times; work [s]: counted, of all probing together; nodes: of a cell of the method "energy",
-    first and last; rungs: of a ladder, at least, before the order that it shows is believed; failures: of a ladder
-    at its coarse end, before it is given up; floor [m or rad]: below it the error of "energy" is rounding, which steps do not
-    cure; tolerances: of a ladder that is controlled by them; sharpest: of a
-    ladder that starts near its target; rounding: units in the last place by which the energy is shifted
-    to see what double precision allows; check_share: of the work done so far that the check method may add; check_steps: its
-    steps in an output interval, fewest and most; check_tolerances: of a check method that has no steps;
-    check_own: share of the size of the motion up to which its own error lets
-    it say anything; contradiction: how many times the errors stated by both methods their difference may be.
+    safety: an estimate is multiplied by this. work [s]: counted work that all trials together may take.
+    nodes: of a cell of the energy quadrature, before the first doubling, and at most.
+    runs: of a method, before the order that they show is believed. failures: of the coarsest runs of a method, before it is given
+    up. tolerances: of a method that is refined by them; sharpest: the smallest of a method that starts near its target.
+    floor [m or rad]: below it the error of the energy quadrature is rounding, which steps do not cure.
+    rounding: units in the last place by which energy or start are moved to see what double precision allows.
+    check_share: of the work done so far that the check may add; check_steps: its fewest and most steps in an output interval;
+    check_tolerances: of a check method without steps; check_own: the check goes as far as its own error is below this share of
+    the size of the motion; contradiction: the difference of two methods may be this multiple of the sum of their errors.
     """
 
     safety: float = 2.0
     work: float = 4.5
     nodes: tuple[int, int] = (6, 192)
-    rungs: int = 3
+    runs: int = 3
     failures: int = 6
     floor: float = 1e-8
     tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -55,11 +53,13 @@ RULES = ControlRules()
 
 @dataclass(frozen=True)
 class MethodRule:
-    """A method as error control may use it. engine, integrator, constraints as of `mechlab.lab.methods.Method`; order:
-    of its error in the step; control: "step" or "tolerance"; stable: largest step times the fastest rate of the mechanism
-    (0: no limit); extrapolated: whether the steps of the ladder are combined (Richardson); leaves: (c, p) of the error
-    c x tolerance^p that a run leaves as a rule, so that the ladder starts near its target (c = 0: it starts at the
-    coarsest); evaluations: expected in an output interval under a tolerance, until a run has told."""
+    """How error control uses a method. engine, integrator, constraints: as of `mechlab.lab.methods.Method`.
+
+    control: what is refined, "step" or "tolerance". order: power of the step with which the error falls. stable: largest step
+    times the fastest rate of the mechanism (0: no limit). extrapolated: whether the runs are combined (Richardson).
+    error_left: (c, p) of the usual error c tolerance^p of a run, by which the first tolerance is chosen (c = 0: the coarsest).
+    evaluations: expected in an output interval under a tolerance, before a run has been made.
+    """
 
     name: str
     engine: str
@@ -69,20 +69,28 @@ class MethodRule:
     order: float
     stable: float = 0.0
     extrapolated: bool = False
-    leaves: tuple[float, float] = (0.0, 1.0)
+    error_left: tuple[float, float] = (0.0, 1.0)
     evaluations: float = 1.0
+
+    def method(self, problem: Problem) -> Method | None:
+        """The method of the registry that this rule means for a problem; None where there is none. MuJoCo without loops and
+        relations has no rows to harden, so that its default is meant."""
+        rows = problem.mechanism.loops or problem.mechanism.relations
+        kind = "default" if self.engine == "mujoco" and self.control == "step" and not rows else self.constraints
+        wanted = (self.engine, self.integrator, kind, self.control)
+        return next((m for m in METHODS if (m.engine, m.integrator, m.constraints, m.control) == wanted), None)
 
 
 LSODA_ERROR = (12.0, 0.89)
-"""Measured on a stiff governor over 10 s: 3 x tolerance^0.89 from 1e-5 to 1e-12; a run is believed at half of its target, and
-as much again is left for other problems."""
+"""Measured on a stiff governor over 10 s: 3 tolerance^0.89 from 1e-5 to 1e-12. Times 2, because a run must stay below half of
+its target, and times 2 for other problems."""
 
 METHOD_RULES: tuple[MethodRule, ...] = (
     MethodRule("MuJoCo RK4", "mujoco", "RK4", "hard", "step", 4.0, 2.2),
     MethodRule("MuJoCo discrete, extrapolated", "mujoco", "discrete", "hard", "step", 1.0, 0.0, True),
     MethodRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 2.2),
     MethodRule(
-        "LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5.0, leaves=LSODA_ERROR, evaluations=25.0
+        "LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5.0, error_left=LSODA_ERROR, evaluations=25.0
     ),
     MethodRule(
         "LSODA on Pinocchio's tree",
@@ -91,23 +99,23 @@ METHOD_RULES: tuple[MethodRule, ...] = (
         "exact",
         "tolerance",
         5.0,
-        leaves=LSODA_ERROR,
+        error_left=LSODA_ERROR,
         evaluations=25.0,
     ),
     MethodRule("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8.0, evaluations=8.0),
     MethodRule("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8.0, evaluations=7.0),
 )
-"""The methods; what each is expected to cost a problem is known from its price. "energy" comes before all of them where it
-applies."""
+"""The methods; their prices (`mechlab.experiment.prices`) say what each is expected to cost. Where the energy quadrature applies
+it comes before all of them."""
 
 LOOPS_ORDER = 2.0
-"""Of MuJoCo with loops or gears: their softness goes with the square of the step."""
+"""Order of MuJoCo with loops or gears: their softness goes with the square of the step."""
 EXTRAPOLATED = 3.0
-"""Largest order that the errors of extrapolated runs are believed to fall with: it rises from rung to rung."""
+"""Order up to which the errors of extrapolated runs are believed to fall; it rises from run to run."""
 
 
 MOST_RATES = 24
-"""Mechanisms with more rates are not linearised: it would cost more than it saves."""
+"""Mechanisms with more rates are not linearised, which would cost more than it saves."""
 
 
 def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
@@ -138,7 +146,7 @@ def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
 
 
 def _gradient(tree: TreeKinematics, x: Joint | Shaft | Spring) -> Array:
-    """(nv,) of the stretch of a spring: of a joint or shaft, or of the distance between two points."""
+    """(nv,) gradient of the stretch of a spring: at a joint or shaft, or between two points."""
     if not isinstance(x, Spring):
         return tree.mechanism.row(x.name)
     a, b, length, _ = spring_stretch(tree, x)
@@ -148,7 +156,7 @@ def _gradient(tree: TreeKinematics, x: Joint | Shaft | Spring) -> Array:
 
 
 def _null(rows: Array, nv: int) -> Array:
-    """(nv, k) basis of what the rows leave free."""
+    """(nv, k) basis of the rates that the rows (r, nv) leave free."""
     if not len(rows):
         return np.eye(nv)
     _, sizes, vectors = np.linalg.svd(rows)

@@ -1,10 +1,7 @@
-"""A motion that was found as a whole: checked by an engine, its error judged.
+"""A scene solved to a stated error: the method and its step or tolerance are chosen, the error is estimated and checked.
 
-One hinge under a weight alone: a physical pendulum, whose motion is known in closed form.
-
-One freedom, by its energy: the nodes are doubled until the motion no longer changes.
-
-A scene solved to a stated error: the method and its sharpness are chosen, the error is estimated and checked.
+Three ways, the first that applies: a single hinge under its weight is a pendulum, whose motion is known in elliptic functions;
+one freedom under forces of position alone follows from its energy; everything else is run by steps (`by_refinement`).
 """
 
 from __future__ import annotations
@@ -23,7 +20,7 @@ from mechlab.lab.accuracy.by_refinement import solve_by_refinement
 from mechlab.lab.accuracy.check import CheckRunner
 from mechlab.lab.accuracy.energies import EnergyFunction, OneJointEnergies, energies_of, why_energy_is_not_enough
 from mechlab.lab.accuracy.energy_motion import EnergyMotion, PlacedStates
-from mechlab.lab.accuracy.measure import ContinuousMotion, CostMeter, ErrorMeasure, States, tracked_and_change
+from mechlab.lab.accuracy.measure import ContinuousMotion, CostCounter, ErrorMeasure, States, tracked_and_change
 from mechlab.lab.accuracy.result import LIMITED_BY_ROUNDING, ROUNDING_COUNTS, NeighbourMotion, Solution, conclusion
 from mechlab.lab.accuracy.rules import RULES
 from mechlab.lab.design import Design
@@ -34,8 +31,8 @@ from mechlab.mechanism.structure import structure
 
 @dataclass(frozen=True)
 class SolveTask:
-    """What is asked: a problem at the times t (n,) from q0, v0, within `max_error` of the tracked quantities; the engine that
-    checks it, ready, and the meter that counts."""
+    """A problem at the times t (n,) from q0 (nv,), v0 (nv,), to be solved to `max_error` of what `measure` tracks; the check, ready
+    to run, and the counter of its cost."""
 
     problem: Problem
     measure: ErrorMeasure
@@ -44,14 +41,17 @@ class SolveTask:
     q0: Array
     v0: Array
     checker: CheckRunner
-    meter: CostMeter
+    counter: CostCounter
 
 
 @dataclass(frozen=True)
 class SolvedMotion:
-    """A motion with its states at the output times and their tracked quantities; error: estimated in all, rounding: of
-    which it is; chosen: by what it was found and why, in words; method, step, control, evaluations as of `Result`, integrator
-    as of `Settings`; share: of the difference of `motion.cruder()` that is error."""
+    """A motion, its states at the output times and their tracked quantities.
+
+    error: estimated in all; rounding: the part of it that is rounding; chosen: the method and why it applies, in words; method,
+    step, control, evaluations: as of `Solution`; integrator: as of `Settings`; share: error over the difference from
+    `motion.cruder()`.
+    """
 
     motion: ContinuousMotion
     states: States
@@ -67,20 +67,21 @@ class SolvedMotion:
     share: float = 1.0
 
 
-def with_check(asked: SolveTask, found: SolvedMotion) -> Solution:
-    """The result: `found`, checked by an engine over as much of the scene as its cost allows."""
-    a, x, unit = asked, found, asked.measure.unit
-    checked = a.checker.check(a.measure, x.tracked, a.meter)
-    spent, size = a.meter.cpu_s, float(abs(x.tracked).max(initial=1.0))
+def with_check(asked: SolveTask, solved: SolvedMotion) -> Solution:
+    """The solution: a motion, checked by an engine over as much of the scene as the work done so far allows."""
+    a, x, unit = asked, solved, asked.measure.unit
+    checked = a.checker.check(a.measure, x.tracked, a.counter)
+    spent, size = a.counter.cpu_s, float(abs(x.tracked).max(initial=1.0))
     part, cause = (f"rounding {x.rounding:.1g}", LIMITED_BY_ROUNDING) if a.max_error < ROUNDING_COUNTS else ("", "")
     ok, sentence = conclusion(x.error, a.max_error, a.measure, x.chosen, checked, size, part, cause)
     settings = Settings(
         engine="one_freedom", integrator=x.integrator, timestep=a.problem.scene.duration / a.problem.outputs,
         tolerance=max(x.error, 1e-16), preset="max_error",
     )  # fmt: skip
+    neighbour = NeighbourMotion(x.share, settings, x.states.q, x.states.v, x.motion.cruder())
     return Solution(
         a.t, x.states.q, x.states.v, x.error, a.max_error, unit, x.method, x.step, x.control, spent, x.evaluations,
-        ok, sentence, settings, checked, x.motion, neighbours=(NeighbourMotion(x.share, settings, x.states.q, x.states.v, x.motion.cruder()),),
+        ok, sentence, settings, checked, x.motion, neighbours=(neighbour,),
     )  # fmt: skip
 
 
@@ -90,7 +91,7 @@ EPSILON = 2.2e-16
 
 @dataclass(frozen=True)
 class PendulumMotion:
-    """The motion of the hinge: `pendulum` about the coordinate `lowest` of its lowest position."""
+    """The motion of one hinge under its weight: a physical pendulum about its lowest position, the coordinate `lowest` [rad]."""
 
     pendulum: PhysicalPendulum
     lowest: float
@@ -113,21 +114,21 @@ class PendulumMotion:
         return States((theta + self.lowest)[:, None], rate[:, None], None if a is None else a[:, None])
 
     def cruder(self) -> PendulumMotion:
-        """The motion of a pendulum that is another one by a few units in the last place."""
+        """The motion of a pendulum whose frequency and start differ by a few units in the last place."""
         p, more = self.pendulum, 1.0 + RULES.rounding * EPSILON
         return PendulumMotion(PhysicalPendulum(p.frequency * more, p.angle * more, p.rate * more), self.lowest)
 
     def rounding(self, t: Array, states: States) -> Array:
-        """(P, 1) what a few units in the last place of energy, frequency and time do to the poses, at most."""
+        """(P, 1) largest change [rad] of the poses by a few units in the last place of energy, frequency and time."""
         m, units = self.pendulum.modulus_squared, RULES.rounding * EPSILON
         later, other = self.pendulum.sensitivity()
         energy = units * max(m, math.sqrt(m))
-        away = (units + later * energy) * np.abs(states.v) * t[:, None]
-        return np.asarray(away + other * energy)
+        shifts = (units + later * energy) * np.abs(states.v) * t[:, None]
+        return np.asarray(shifts + other * energy)
 
 
 def solve_as_pendulum(asked: SolveTask, energies: OneJointEnergies) -> Solution:
-    """The scene of a hinge under a weight alone. Raises NoSolution where it is not one, or its motion has no period."""
+    """The solution for one hinge under its weight alone. Raises NoSolution for anything else, and for a motion without a period."""
     motion = PendulumMotion.of(energies, float(asked.q0[0]), float(asked.v0[0]))
     states = motion.states(asked.t)
     tracked, rounding = tracked_and_change(asked.measure, asked.t, states, motion.rounding(asked.t, states))
@@ -135,44 +136,44 @@ def solve_as_pendulum(asked: SolveTask, energies: OneJointEnergies) -> Solution:
         f"{ELLIPTIC}, because the mechanism is one hinge under its weight alone, a physical pendulum; it "
         f"{'goes over' if motion.pendulum.goes_over else 'swings'}"
     )
-    found = SolvedMotion(
+    solved = SolvedMotion(
         motion, states, tracked, rounding, rounding, chosen, ELLIPTIC, 0.0, "closed form", len(asked.t), "elliptic"
     )
-    return with_check(asked, found)
+    return with_check(asked, solved)
 
 
 ENERGY = "energy quadrature"
 CLOSING = 3e-4
-"""Last correction of a pose, in errors asked for: tangents are off by so much, which the whole motion adds up."""
+"""Last correction of a pose over the error asked for: the tangents are off by as much, which adds up along the motion."""
 
 
 def solve_by_energy(asked: SolveTask, tree: BatchTree, rows: BatchRows, energies: EnergyFunction) -> Solution:
-    """The scene along the branch of poses through its start; energies: as of `potential`. Raises NoSolution where the energy
-    does not tell the motion."""
+    """The solution along the branch of closed poses through the start: the nodes are doubled until the motion no longer changes.
+    Raises NoSolution where the energy does not determine the motion."""
     problem, measure, max_error, t = asked.problem, asked.measure, asked.max_error, asked.t
     closed = min(max(CLOSING * max_error, CLOSED_TO), NEARLY_CLOSED)
     motion = EnergyMotion(problem.mechanism, problem.scene, asked.q0, asked.v0, tree, rows, closed, energies)
     n, last = RULES.nodes
     n *= 1 if max_error > ROUNDING_COUNTS else 2
     estimate, states, tracked = math.inf, None, None
-    while n < last and asked.meter.work < RULES.work:
+    while n < last and asked.counter.work < RULES.work:
         n *= 2
         motion.refine(n)
         try:
             states = motion.states(t)
-            away = motion.moved(states, t, every=2)
+            shifts = motion.moved(states, t, every=2)
         except NoSolution:
             tracked = None
             continue
-        tracked, change = tracked_and_change(measure, t, states, away)
+        tracked, change = tracked_and_change(measure, t, states, shifts)
         before, estimate = estimate, change
         if RULES.safety * estimate <= max_error or (estimate <= 1e-9 and estimate > 0.3 * before):
             break
     if states is None or tracked is None:
         raise NoSolution("the speed is not resolved: the motion all but stands still on its way")
-    # a motion that starts all but at rest on a top is told by the last digits of its energy, whatever was asked for
-    told = max_error < ROUNDING_COUNTS or motion.orbit.kind == "run"
-    rounding = _rounding(motion, measure, t, states) if told else 0.0
+    # a motion that starts nearly at rest on a maximum of V depends on the last digits of its energy, whatever error was asked for
+    counts = max_error < ROUNDING_COUNTS or motion.orbit.kind == "run"
+    rounding = _rounding(motion, measure, t, states) if counts else 0.0
     total = estimate + rounding
     share = total / estimate if estimate > 0.0 else 1.0
     orbit = {"swing": "swings between two turning points", "turn": "turns on and on", "run": "runs along"}[
@@ -182,24 +183,24 @@ def solve_by_energy(asked: SolveTask, tree: BatchTree, rows: BatchRows, energies
         f"{ENERGY} along {motion.branch.name} with {motion.resolution}, because the mechanism "
         f"has one freedom and its forces depend on the position alone, so that its energy gives the motion without steps; it {orbit}"
     )
-    found = SolvedMotion(
+    solved = SolvedMotion(
         motion, states, tracked, total, rounding, chosen, ENERGY, float(n), "nodes", motion.evaluations, "energy", share
     )
-    return with_check(asked, found)
+    return with_check(asked, solved)
 
 
 def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: PlacedStates) -> float:
-    """What a change of the energy by a few units in the last place does to the motion."""
+    """Change of the tracked quantities when the energy changes by a few units in the last place."""
     assert motion.samples is not None
     scale = float(np.max(np.abs(motion.samples.height)))
     shift = RULES.rounding * 2.2e-16 * max(scale, abs(motion.energy))
-    away = []
+    shifts = []
     for s in (shift, -shift):
         try:
-            away.append(motion.moved(states, t, shift=s))
+            shifts.append(motion.moved(states, t, shift=s))
         except NoSolution:
             continue
-    return tracked_and_change(measure, t, states, *away)[1] if away else math.inf
+    return tracked_and_change(measure, t, states, *shifts)[1] if shifts else math.inf
 
 
 def solve_to(design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100) -> Solution:
@@ -209,11 +210,11 @@ def solve_to(design: Design, scene: Scene | str | None, max_error: float, output
     """
     if not (math.isfinite(max_error) and max_error > 0.0):
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
-    lived = design
+    made = design
     if not isinstance(scene, Scene):
-        lived = design.for_scene(scene)
-        scene = lived.scene(scene)
-    problem = Problem(lived, scene, outputs)
+        made = design.for_scene(scene)
+        scene = made.scene(scene)
+    problem = Problem(made, scene, outputs)
     m = problem.mechanism
     tree = BatchTree(m) if all(j.nv == 1 for j in m.joints) else None
     measure = ErrorMeasure(problem, tree)
@@ -222,32 +223,32 @@ def solve_to(design: Design, scene: Scene | str | None, max_error: float, output
     if freedoms != 1:
         why = f"{freedoms} degrees of freedom"
     if not why and tree is not None:
-        meter = CostMeter()
+        counter = CostCounter()
         try:
-            found = _solve_without_steps(problem, measure, max_error, tree, meter)
+            solved = _solve_without_steps(problem, measure, max_error, tree, counter)
         except NoSolution as cause:
             why = str(cause)
         else:
-            if found.reached or found.estimate < RULES.floor:
-                return found
+            if solved.reached or solved.estimate < RULES.floor:
+                return solved
             other = solve_by_refinement(
-                problem, measure, max_error, freedoms, f"{found.method} stays at {found.estimate:.2g}", meter
+                problem, measure, max_error, freedoms, f"{solved.method} stays at {solved.estimate:.2g}", counter
             )
-            best = other if other.reached or other.estimate < found.estimate else found
+            best = other if other.reached or other.estimate < solved.estimate else solved
             return replace(best, cpu_s=other.cpu_s)
-    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostMeter())
+    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter())
 
 
 def _solve_without_steps(
-    problem: Problem, measure: ErrorMeasure, max_error: float, tree: BatchTree, meter: CostMeter
+    problem: Problem, measure: ErrorMeasure, max_error: float, tree: BatchTree, counter: CostCounter
 ) -> Solution:
-    """One freedom under forces of position alone: in closed form, else by its energy. Raises NoSolution where neither does."""
-    with meter.building():
+    """One freedom under forces of position alone: in closed form, else by its energy. Raises NoSolution where neither applies."""
+    with counter.building():
         q0, v0 = initial_state(problem.mechanism, problem.scene)
         energies, rows = energies_of(tree, problem.scene), BatchRows(tree)
         t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
         checker = CheckRunner(problem, "one_freedom", 0.0, max_error < ROUNDING_COUNTS)
-        asked = SolveTask(problem, measure, max_error, t, q0, v0, checker, meter)
+        asked = SolveTask(problem, measure, max_error, t, q0, v0, checker, counter)
     if isinstance(energies, OneJointEnergies) and not rows.count:
         try:
             return solve_as_pendulum(asked, energies)
