@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from mechlab.analytic import delta6 as closed
-from mechlab.catalog.delta6.cardan_chain import cardan_chain, turned
 from mechlab.catalog.delta6.checks import CHECKS
 from mechlab.catalog.delta6.checks_head import BETAS, RATES, _head, head_inertias
-from mechlab.catalog.delta6.graded import Quantity, graded
+from mechlab.catalog.delta6.differences import Quantity, graded
+from mechlab.catalog.delta6.elements import cardan_chain, turned
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.probes import SOURCE, reach, without_stops
+from mechlab.catalog.delta6.poses import SOURCE, reach, without_stops
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Measured

@@ -13,7 +13,7 @@ import pytest
 
 from mechlab.catalog.delta6.claims import CLAIMS
 from mechlab.catalog.delta6.claims_velocity import shows
-from mechlab.catalog.delta6.probes import SOURCE
+from mechlab.catalog.delta6.poses import SOURCE
 from mechlab.experiment.entry import Finding, Verdict
 from mechlab.studies.check.claims import ClaimReport
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.checks import CHECKS
 from mechlab.catalog.delta6.claims import CLAIMS
+from mechlab.catalog.delta6.head import HEAD_QUESTIONS
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import expand
 from mechlab.catalog.delta6.questions import QUESTIONS
-from mechlab.catalog.delta6.questions_head import HEAD_QUESTIONS
-from mechlab.catalog.delta6.questions_region import REGION
 from mechlab.catalog.delta6.scenes import CHANNELS, SCENES, reference
-from mechlab.catalog.delta6.workspace import WORKSPACE
+from mechlab.catalog.delta6.workspace import REGION, WORKSPACE
 from mechlab.experiment.entry import Entry
 
 FORMULAS = """\

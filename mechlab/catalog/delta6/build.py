@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from mechlab.catalog.delta6 import looks, masses
+from mechlab.catalog.delta6 import masses
+from mechlab.catalog.delta6 import shapes as looks
 from mechlab.catalog.delta6.masses import BEVEL_OFFSET, PLANET_OFFSET, vec
 from mechlab.catalog.delta6.parameters import Delta6Parameters, Leg, legs
 from mechlab.errors import unknown

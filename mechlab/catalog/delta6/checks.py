@@ -11,7 +11,9 @@ from mechlab.catalog.delta6 import (
     checks_runs,
     checks_source,
     checks_train,
-    moving,
+)
+from mechlab.catalog.delta6 import (
+    particles as moving,
 )
 from mechlab.experiment.entry import Check
 

@@ -9,11 +9,10 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6 import masses
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.graded import Quantity, graded
+from mechlab.catalog.delta6.differences import Quantity, graded
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SOURCE, without_stops
-from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.poses import coordinates, response, without_stops
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, SOURCE
 from mechlab.catalog.delta6.scenes import head_tracking
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.errors import EngineMissing
@@ -22,7 +21,6 @@ from mechlab.experiment.scene import Settings
 from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
-SIX = (*CENTRE, *ANGLES)
 PRINTED_MASS = np.array([[2.613915, 0.0, 4.515541], [0.0, 3.048915, 0.0], [4.515541, 0.0, 11.056019]]) * 1e-3
 PRINTED_BIAS = np.array([6.8836e-5, 4.61241e-4, 1.184085e-3])
 BETAS = (0.0, 0.7, -1.1)

@@ -8,17 +8,15 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.graded import Quantity, graded
+from mechlab.catalog.delta6.differences import Quantity, graded
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE, refuses
-from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.poses import coordinates, refuses, response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism import singularity
 from mechlab.mechanism.geometry import Array
 
-SIX = (*CENTRE, *ANGLES)
 
 
 def a7(p: Delta6Parameters) -> Measured:

@@ -6,17 +6,15 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.graded import Quantity, graded
-from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, probe_motion, random_poses
-from mechlab.catalog.delta6.responses import accelerations, response
+from mechlab.catalog.delta6.differences import Quantity, graded
+from mechlab.catalog.delta6.parameters import Delta6Parameters, DRIVES
+from mechlab.catalog.delta6.poses import accelerations, coordinates, probe_motion, random_poses, response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array
 
 ROUND_TRIPS = 100_000
-SIX = (*CENTRE, *ANGLES)
 
 
 def a3(p: Delta6Parameters) -> Measured:
@@ -66,7 +64,7 @@ def _measured_jacobians(w: Witness, p: Delta6Parameters) -> Array:
     _, centre, angles = _poses(p)
     out = []
     for q in coordinates(p, "full", centre, angles):
-        moves = response(w.at(q), drive_names())
+        moves = response(w.at(q), DRIVES)
         out.append(np.linalg.inv(w.point_jacobian("D") @ moves))
     return np.array(out)
 
@@ -100,7 +98,7 @@ def _drive_accelerations(p: Delta6Parameters) -> Array:
 def _measured_accelerations(w: Witness, p: Delta6Parameters) -> Array:
     motion = probe_motion(p, TIMES)
     out = []
-    rows = np.array([w.mechanism.row(n) for n in drive_names()])
+    rows = np.array([w.mechanism.row(n) for n in DRIVES])
     for k, q in enumerate(coordinates(p, "full", motion.centre, motion.angles)):
         v = response(w.at(q), SIX) @ motion.rate[k]
         out.append(rows @ accelerations(w.at(q, v), SIX, motion.accel[k]))

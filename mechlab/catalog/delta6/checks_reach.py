@@ -6,17 +6,15 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.graded import Quantity, graded
+from mechlab.catalog.delta6.differences import Quantity, graded
 from mechlab.catalog.delta6.parameters import Delta6Parameters, legs
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, random_poses, reach, refuses
-from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.poses import coordinates, random_poses, reach, refuses, response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, SLIDERS
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism import integrate, newton
 from mechlab.mechanism.geometry import Array
 
-SIX = (*CENTRE, *ANGLES)
 
 
 def a13(p: Delta6Parameters) -> Measured:

@@ -7,8 +7,8 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, ROTARY, SLIDERS, random_poses
+from mechlab.catalog.delta6.poses import coordinates, random_poses
+from mechlab.catalog.delta6.parameters import ANGLES, ROTARY, SLIDERS
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array

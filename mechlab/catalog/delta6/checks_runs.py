@@ -8,11 +8,10 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import SERVO_LINEAR, SERVO_ROTARY, build
-from mechlab.catalog.delta6.graded import Quantity, graded
-from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names, legs
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE, probe_motion, reach, without_stops
-from mechlab.catalog.delta6.responses import forces, response
+from mechlab.catalog.delta6.differences import Quantity, graded
+from mechlab.catalog.delta6.parameters import Delta6Parameters, DRIVES, legs
+from mechlab.catalog.delta6.poses import coordinates, forces, probe_motion, reach, response, without_stops
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Check, Measured
 from mechlab.experiment.laws import Servo
@@ -22,7 +21,6 @@ from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import holding_forces
 
-SIX = (*CENTRE, *ANGLES)
 TIMESTEP = 0.97e-3
 """Does not divide the period, so that errors of single steps do not cancel over it [s]."""
 LIMITS = {"minimal": 5e-6, "parts": 1e-4}
@@ -31,7 +29,7 @@ LIMITS = {"minimal": 5e-6, "parts": 1e-4}
 def swing(p: Delta6Parameters, fidelity: str) -> Scene:
     """1 s in which servos swing all six drives at 1 Hz: O by about 0.05 m, less where the reach is short."""
     m = build(p, fidelity)
-    weight = holding_forces(m, m.reference(), drive_names())
+    weight = holding_forces(m, m.reference(), DRIVES)
     stroke, w = min(0.05, 0.3 * reach(p)), 2.0 * math.pi
     laws = []
     for k, leg in enumerate(legs(p)):
@@ -77,7 +75,7 @@ def _drive_forces(w: Witness, p: Delta6Parameters, fidelity: str) -> Array:
     out = []
     for k, q in enumerate(coordinates(p, fidelity, motion.centre, motion.angles)):
         v = response(w.at(q), SIX) @ motion.rate[k]
-        out.append(forces(w.at(q, v), SIX, motion.accel[k], drive_names()))
+        out.append(forces(w.at(q, v), SIX, motion.accel[k], DRIVES))
     return np.array(out)
 
 

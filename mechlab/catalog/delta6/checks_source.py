@@ -8,12 +8,12 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.graded import Quantity, graded
+from mechlab.catalog.delta6.differences import Quantity, graded
+from mechlab.catalog.delta6.elements import loss, sliding
 from mechlab.catalog.delta6.masses import vec
 from mechlab.catalog.delta6.parameters import Delta6Parameters, legs
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
-from mechlab.catalog.delta6.responses import response
-from mechlab.catalog.delta6.tooth_statics import loss, sliding
+from mechlab.catalog.delta6.poses import response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array

@@ -8,11 +8,11 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.cardan_chain import cardan_chain, turned
-from mechlab.catalog.delta6.graded import Quantity, graded
-from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import SOURCE, random_poses
+from mechlab.catalog.delta6.differences import Quantity, graded
+from mechlab.catalog.delta6.elements import cardan_chain, turned
+from mechlab.catalog.delta6.parameters import Delta6Parameters, DRIVES
+from mechlab.catalog.delta6.poses import coordinates, random_poses
+from mechlab.catalog.delta6.parameters import SOURCE
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Check, Measured
 from mechlab.mechanism.geometry import Array
@@ -24,7 +24,7 @@ EXPECTED = {"minimal": (15, 9, 9, 6, 0), "parts": (18, 12, 12, 6, 0), "full": (4
 
 def _freedoms(w: Witness) -> list[int]:
     m, jacobian = w.mechanism, w.jacobian()
-    held = np.vstack([jacobian, *(m.row(n) for n in drive_names())])
+    held = np.vstack([jacobian, *(m.row(n) for n in DRIVES)])
     return [m.nv, len(jacobian), rank(jacobian), m.nv - rank(jacobian), m.nv - rank(held)]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.claims_freedoms import THESIS
-from mechlab.catalog.delta6.probes import SOURCE
+from mechlab.catalog.delta6.parameters import SOURCE
 from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 

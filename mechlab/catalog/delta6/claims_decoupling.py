@@ -8,18 +8,16 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.cardan_chain import cardan_chain, turned
 from mechlab.catalog.delta6.claims_freedoms import THESIS
-from mechlab.catalog.delta6.parameters import drive_names
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
-from mechlab.catalog.delta6.responses import forces, response
+from mechlab.catalog.delta6.elements import cardan_chain, turned
+from mechlab.catalog.delta6.parameters import DRIVES
+from mechlab.catalog.delta6.poses import coordinates, forces, response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
 
-SIX = (*CENTRE, *ANGLES)
 
 
 def _coupling() -> tuple[dict[str, float], dict[str, float]]:
@@ -28,7 +26,7 @@ def _coupling() -> tuple[dict[str, float], dict[str, float]]:
     tool: dict[str, float] = {}
     for w in witnesses(build(SOURCE, "full")):
         w.at(coordinates(SOURCE, "full", [[0.02, -0.03, 0.01]], [[0.3, -0.5, 0.7]])[0])
-        m, moves, driven = w.mechanism, response(w, SIX), response(w, drive_names())
+        m, moves, driven = w.mechanism, response(w, SIX), response(w, DRIVES)
         sliders, rotary = (np.array([m.row(n) for n in names]) for names in (SLIDERS, ROTARY))
         centre[w.name] = float(max(np.abs(sliders @ moves[:, 3:]).max(), np.abs(rotary @ moves[:, :3]).max()))
         tool[w.name] = float(np.abs(w.point_jacobian("D")[:3] @ driven[:, 3:]).max())
@@ -68,8 +66,8 @@ def decoupled_forces() -> Finding:
     found = []
     for k, q in enumerate(coordinates(SOURCE, "minimal", np.zeros((len(t), 3)), angles)):
         v = response(witness.at(q), SIX)[:, 3:] @ rates[k]
-        found.append(forces(witness.at(q, v), SIX, [0.0, 0.0, 0.0, *accel[k]], drive_names())[:3])
-    resting = forces(witness.at(witness.mechanism.reference()), SIX, np.zeros(6), drive_names())[:3]
+        found.append(forces(witness.at(q, v), SIX, [0.0, 0.0, 0.0, *accel[k]], DRIVES)[:3])
+    resting = forces(witness.at(witness.mechanism.reference()), SIX, np.zeros(6), DRIVES)[:3]
     forces_on = np.array(found)
     computed = {
         "numpy: slider force at rest [N]": resting.tolist(),
@@ -121,7 +119,7 @@ def rotation_singular() -> Finding:
     ranks = {}
     for w in witnesses(build(SOURCE, "parts")):
         w.at(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.5 * math.pi, -0.7])[0])
-        ranks[w.name] = rank(w.point_jacobian("D")[3:] @ response(w, drive_names()))
+        ranks[w.name] = rank(w.point_jacobian("D")[3:] @ response(w, DRIVES))
     computed |= {f"{k}: directions of angular velocity at 90 deg": r for k, r in ranks.items()}
     if min(ranks.values()) == 3 and gains[-1] < 10.0 * gains[0]:
         return Finding(computed, Verdict.HOLDS)

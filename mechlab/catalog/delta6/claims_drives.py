@@ -14,8 +14,8 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
-from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.poses import response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array

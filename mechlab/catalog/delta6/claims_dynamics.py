@@ -9,15 +9,13 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.claims_freedoms import THESIS
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
-from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.poses import coordinates, response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.witnesses import NumpyWitness, Witness, witnesses
 from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism import Inertia, Mechanism
 from mechlab.mechanism.geometry import Array
 
-SIX = (*CENTRE, *ANGLES)
 
 
 def _at(w: Witness, angles: tuple[float, float, float]) -> Array:

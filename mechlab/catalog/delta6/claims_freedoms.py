@@ -6,15 +6,14 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import drive_names
+from mechlab.catalog.delta6.parameters import DRIVES
 from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.structure import null_space, rank
 
 THESIS = "thesis abstract on a 6-DOF parallel mechanism with decoupled motions"
-SIX = (*CENTRE, *ANGLES)
 
 
 def _generic(fidelity: str) -> NumpyWitness:
@@ -95,7 +94,7 @@ def without_plain_rods() -> Finding:
     m = w.mechanism
     keep = [k for k, row in enumerate(w.constraints.rows) if not row.startswith("plain")]
     columns = [k for k, name in enumerate(m.rate_names) if not name.startswith("ball")]
-    drives = np.array([m.row(n) for n in drive_names()])
+    drives = np.array([m.row(n) for n in DRIVES])
     basis = null_space(np.vstack([w.jacobian()[keep], drives])[:, columns])
     free = rank(w.point_jacobian("O")[3:, columns] @ basis)
     computed = {"numpy: free rotations of the platform, drives held": free}

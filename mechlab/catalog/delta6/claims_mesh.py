@@ -9,8 +9,8 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.claims_velocity import shows
-from mechlab.catalog.delta6.probes import SOURCE
-from mechlab.catalog.delta6.tooth_statics import sliding
+from mechlab.catalog.delta6.elements import sliding
+from mechlab.catalog.delta6.parameters import SOURCE
 from mechlab.experiment.entry import Claim, Finding, Verdict
 
 PRINTED_CONTACT, PRINTED_SLIDING, PRINTED_RADIUS = (0.024, 0.065), (0.1296, -0.0472), 0.3

@@ -10,8 +10,8 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.parameters import legs
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import SOURCE, random_poses
+from mechlab.catalog.delta6.poses import coordinates, random_poses
+from mechlab.catalog.delta6.parameters import SOURCE
 from mechlab.catalog.delta6.witnesses import witnesses
 from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array

@@ -9,7 +9,7 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.claims_velocity import shows
-from mechlab.catalog.delta6.tooth_statics import loss
+from mechlab.catalog.delta6.elements import loss
 from mechlab.experiment.entry import Claim, Finding, Verdict
 from mechlab.mechanism.geometry import Array
 

@@ -11,8 +11,8 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.claims_drives import gear_matrix
 from mechlab.catalog.delta6.claims_freedoms import THESIS
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, SOURCE
-from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.poses import response
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, SLIDERS, SOURCE
 from mechlab.catalog.delta6.witnesses import witnesses
 from mechlab.experiment.entry import Claim, Finding, Verdict
 

@@ -1,4 +1,4 @@
-"""Parameters of the 6-DOF delta: geometry, masses, control, and the closed-form geometry that follows from them."""
+"""Parameters of the 6-DOF delta, names of its drives and coordinates, and the three legs at home."""
 
 from __future__ import annotations
 
@@ -12,6 +12,14 @@ from mechlab.analytic.delta6 import Delta6
 from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import parameter
 from mechlab.mechanism.geometry import Array
+
+CENTRE = ("O_x", "O_y", "O_z")
+"""Coordinates of the head centre O."""
+ANGLES = ("alpha", "beta", "gamma")
+"""Angles of the output link, R = Rz(gamma) Ry(beta) Rx(alpha)."""
+SLIDERS = ("q1", "q2", "q3")
+ROTARY = ("phi1", "phi2", "phi3")
+DRIVES = (*SLIDERS, *ROTARY)
 
 _THESIS = "read in the source"
 _FITTED = "fitted to the source's velocity example"
@@ -106,6 +114,10 @@ class Delta6Parameters:
         )  # fmt: skip
 
 
+SOURCE = Delta6Parameters()
+"""The parameters of the source: its printed numbers are always compared with these, whatever the user has chosen."""
+
+
 @dataclass(frozen=True)
 class Leg:
     """One leg in the home pose O = 0: unit vectors and points, all (3,) in the base frame."""
@@ -142,8 +154,3 @@ def legs(p: Delta6Parameters) -> tuple[Leg, ...]:
         a = np.array([-b[1], b[0], 0.0])
         out.append(Leg(i + 1, r, t, lower - span, lower, span, a, b))
     return tuple(out)
-
-
-def drive_names() -> tuple[str, ...]:
-    """The six drives."""
-    return ("q1", "q2", "q3", "phi1", "phi2", "phi3")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.analytic import delta6 as closed_form
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
+from mechlab.catalog.delta6.parameters import Delta6Parameters, DRIVES
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question
@@ -21,7 +21,7 @@ from mechlab.tables import up_to
 
 POSE = ("x", "y", "z", "alpha", "beta", "gamma")
 TWIST = ("x_rate", "y_rate", "z_rate", "wx", "wy", "wz")
-DRIVES = drive_names()
+DRIVES = DRIVES
 DRIVE_RATES = tuple(f"{d}_rate" for d in DRIVES)
 ANGLES = ("phi1", "phi2", "phi3", "alpha", "beta", "gamma")
 START_OFFSET = 1e-3

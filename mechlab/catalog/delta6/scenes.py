@@ -8,7 +8,7 @@ import numpy as np
 
 from mechlab.analytic.delta6 import SOURCE_START_ANGLES, SOURCE_START_RATES, error_response, output_axis, source_targets
 from mechlab.catalog.delta6.build import SERVO_LINEAR, SERVO_ROTARY, build
-from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names, legs
+from mechlab.catalog.delta6.parameters import Delta6Parameters, DRIVES, legs
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.toolpath import table_of, toolpath
 from mechlab.experiment.entry import SceneRecipe
@@ -26,7 +26,7 @@ ANGLES = ("alpha", "beta", "gamma")
 
 def _home_forces(p: Delta6Parameters, fidelity: str) -> dict[str, float]:
     m = build(p, fidelity)
-    return holding_forces(m, m.reference(), drive_names())
+    return holding_forces(m, m.reference(), DRIVES)
 
 
 def pose_sweep(p: Delta6Parameters, fidelity: str) -> Scene:
@@ -63,7 +63,7 @@ def head_tracking(p: Delta6Parameters, fidelity: str) -> Scene:
     initial = dict(zip(ANGLES, SOURCE_START_ANGLES.tolist(), strict=True))
     rates = dict(zip(ANGLES, SOURCE_START_RATES.tolist(), strict=True))
     return Scene(
-        "head-tracking", fidelity, 3.0, (ComputedTorque(drive_names(), _targets(p), gains),),
+        "head-tracking", fidelity, 3.0, (ComputedTorque(DRIVES, _targets(p), gains),),
         initial={f"O_{a}": 0.0 for a in "xyz"} | initial, initial_rates={f"O_{a}": 0.0 for a in "xyz"} | rates,
         channels=("error_alpha", "error_beta", "error_gamma"), needs=("poses", "drive_forces"), tolerance=1e-5,
         text="the source's head targets, initial errors and gains under computed torque; the head centre is held",
@@ -75,15 +75,15 @@ def gravity_hold(p: Delta6Parameters, fidelity: str) -> Scene:
     m = build(p, fidelity)
     angles = np.array([0.2, -0.3, 0.4])
     pose = coordinates(p, fidelity, np.array([0.03, -0.02, 0.01]), angles)[0]
-    forces = holding_forces(m, pose, drive_names())
+    forces = holding_forces(m, pose, DRIVES)
     laws, initial = [], {}
-    for name in drive_names():
+    for name in DRIVES:
         gains = SERVO_LINEAR if name.startswith("q") else SERVO_ROTARY
         target = float(m.value(name, pose))
         laws.append(Servo(name, Hold(target), *gains, feedforward=forces[name]))
         initial[name] = target
     return Scene(
-        "gravity-hold", fidelity, 1.0, tuple(laws), initial=initial, initial_rates=dict.fromkeys(drive_names(), 0.0),
+        "gravity-hold", fidelity, 1.0, tuple(laws), initial=initial, initial_rates=dict.fromkeys(DRIVES, 0.0),
         needs=("drive_forces", "reactions"), text="servos hold a pose off home against gravity",
     )  # fmt: skip
 
@@ -94,7 +94,7 @@ def pure_rotation(p: Delta6Parameters, fidelity: str) -> Scene:
         ("alpha", Sine(0.6, 2 * math.pi)), ("beta", Sine(0.5, 2 * math.pi, 1.0)), ("gamma", Sine(0.4, 2 * math.pi, 2.0)),
     )  # fmt: skip
     commands = (*((f"O_{a}", Hold(0.0)) for a in "xyz"), *head)
-    law = ComputedTorque(drive_names(), commands, ((HOLD_GAINS),) * 6)
+    law = ComputedTorque(DRIVES, commands, ((HOLD_GAINS),) * 6)
     return Scene(
         "pure-rotation", fidelity, 1.0, (law,), initial={n: motion.at(0.0)[0] for n, motion in commands},
         initial_rates={n: motion.at(0.0)[1] for n, motion in commands}, needs=("drive_forces",),
@@ -107,7 +107,7 @@ def follow_curve(p: Delta6Parameters, fidelity: str) -> Scene:
     path = toolpath(p)
     times = tuple(path.t.tolist())
     commands = tuple((name, Table(times, values)) for name, values in table_of(path).items())
-    law = ComputedTorque(drive_names(), commands, (HOLD_GAINS,) * 6)
+    law = ComputedTorque(DRIVES, commands, (HOLD_GAINS,) * 6)
     start = dict(zip(ANGLES, path.angles[0].tolist(), strict=True))
     centre = path.tool[0] - p.head_offset * output_axis(path.angles[0])
     start |= {f"O_{a}": float(x) for a, x in zip("xyz", centre, strict=True)}

@@ -18,7 +18,7 @@ from scipy.interpolate import make_interp_spline
 
 from mechlab.analytic import delta6 as closed
 from mechlab.analytic.bspline import BSpline, Ramp, Travel, arc_length
-from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
+from mechlab.catalog.delta6.parameters import Delta6Parameters, DRIVES
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.kit.curve_file import read_curve
 from mechlab.mechanism.geometry import Array
@@ -198,4 +198,4 @@ def _stretch(law: Ramp, slopes: list[Any], bounds: Array) -> float:
 
 def table_of(path: Toolpath) -> dict[str, tuple[float, ...]]:
     """Values of each drive at the times of the path."""
-    return {name: tuple(path.drives[:, k].tolist()) for k, name in enumerate(drive_names())}
+    return {name: tuple(path.drives[:, k].tolist()) for k, name in enumerate(DRIVES)}

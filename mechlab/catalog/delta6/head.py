@@ -14,9 +14,8 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.checks_head import head_inertias
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.poses import coordinates
-from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, without_stops
-from mechlab.catalog.delta6.responses import response
+from mechlab.catalog.delta6.poses import coordinates, response, without_stops
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY
 from mechlab.catalog.delta6.scenes import head_tracking
 from mechlab.catalog.delta6.witnesses import MujocoWitness, PinocchioWitness, Witness
 from mechlab.errors import EngineMissing, MechlabError
