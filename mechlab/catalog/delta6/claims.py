@@ -19,7 +19,7 @@ from mechlab.experiment.entry import Claim
 
 _PARTS = (
     claims_freedoms, claims_decoupling, claims_positions, claims_drives, claims_velocity, claims_dynamics, claims_control,
-    claims_mesh, claims_table, claims_toolpath, claims_regions,
+    claims_mesh, claims_table, claims_toolpath, claims_regions
 )  # fmt: skip
 
 CLAIMS: tuple[Claim, ...] = tuple(c for part in _PARTS for c in part.CLAIMS)

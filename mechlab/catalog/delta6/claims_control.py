@@ -139,5 +139,5 @@ CLAIMS = (
     Claim("C36", "chapter 4, control law",
           "The control law minimises the error in position, velocity and acceleration.", "minimal", minimal_error, THESIS),
     Claim("C37", "conclusion 5",
-          "The control law reaches the dynamic accuracy that is asked for.", "accurate", accuracy, THESIS),
+          "The control law reaches the dynamic accuracy that is asked for.", "accurate", accuracy, THESIS)
 )  # fmt: skip

@@ -19,7 +19,6 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
 
 
-
 def _coupling() -> tuple[dict[str, float], dict[str, float]]:
     """Per witness: slider rates per angle rate with O held, and rates of D per rotary drive with the sliders held."""
     centre: dict[str, float] = {}
@@ -185,5 +184,5 @@ CLAIMS = (
     Claim("C11", "title, conclusions",
           "The mechanism has no singular positions.", "none", translation_singular, THESIS),
     Claim("C12", "introduction, meaning of singular",
-          "There is no position in which the output link can move without its drives.", "none", uncontrolled_motion, THESIS),
+          "There is no position in which the output link can move without its drives.", "none", uncontrolled_motion, THESIS)
 )  # fmt: skip

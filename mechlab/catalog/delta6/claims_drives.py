@@ -88,7 +88,7 @@ def compensation() -> Finding:
     for w in witnesses(build(SOURCE, "parts")):
         rates = np.linalg.lstsq(
             np.vstack([w.jacobian(), *(w.mechanism.row(n) for n in (*CENTRE, "rho1", "rho2", "phi3"))]),
-            np.concatenate([np.zeros(len(w.jacobian()) + 3), np.ones(3)]), rcond=1e-11,
+            np.concatenate([np.zeros(len(w.jacobian()) + 3), np.ones(3)]), rcond=1e-11
         )[0]  # fmt: skip
         computed[f"{w.name}: rates of alpha, beta, gamma"] = _plain(
             np.array([w.mechanism.row(n) @ rates for n in ANGLES])
@@ -165,5 +165,5 @@ CLAIMS = (
           "The cube x = y = z = [-1 m, 1 m] is larger than the workspace.", "[-1, 1] m", grid_is_larger, THESIS),
     Claim("C24", "chapter 3, workspace",
           "A node belongs to the workspace when the three coordinates are real and within their intervals.",
-          "real and within limits", workspace_test, THESIS),
+          "real and within limits", workspace_test, THESIS)
 )  # fmt: skip

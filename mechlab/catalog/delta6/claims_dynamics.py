@@ -17,7 +17,6 @@ from mechlab.mechanism import Inertia, Mechanism
 from mechlab.mechanism.geometry import Array
 
 
-
 def _at(w: Witness, angles: tuple[float, float, float]) -> Array:
     """(nv, 3) motions of the head with O held, the witness moved to these angles."""
     return response(w.at(coordinates(SOURCE, "minimal", np.zeros(3), angles)[0]), SIX)[:, 3:]
@@ -107,5 +106,5 @@ CLAIMS = (
     Claim("C32", "chapter 4, Lagrange equations",
           "The equations of motion contain kinetic energy and drive torques alone.", "no gravity term", no_gravity, THESIS),
     Claim("C33", "chapter 4, generalised forces",
-          "Q_a = M1 dphi1/da + M2 dphi2/da + M3 dphi3/da, and likewise for beta and gamma.", "sum of M dphi", generalised_forces, THESIS),
+          "Q_a = M1 dphi1/da + M2 dphi2/da + M3 dphi3/da, and likewise for beta and gamma.", "sum of M dphi", generalised_forces, THESIS)
 )  # fmt: skip

@@ -118,5 +118,5 @@ CLAIMS = (
           "Together there are six degrees of freedom, three translations and three rotations.", "3 + 3", total_count, THESIS),
     Claim("C05", "chapter 5, figure 15",
           "The platform is moved by the linear drives although the links with spherical joints are left out.",
-          "works without them", without_plain_rods, THESIS),
+          "works without them", without_plain_rods, THESIS)
 )  # fmt: skip

@@ -104,5 +104,5 @@ CLAIMS = (
           "The friction force is at right angles to the line of action, against the sliding velocity.", "90 deg", across_the_line, THESIS),
     Claim("C41", "chapter 5, friction",
           "The reaction deviates from the friction force by the angle arctan f.",
-          "arctan f from the friction force", friction_angle, THESIS),
+          "arctan f from the friction force", friction_angle, THESIS)
 )  # fmt: skip

@@ -161,5 +161,5 @@ CLAIMS = (
     Claim("C16", "chapter 3, remaining angles",
           "The remaining angles are found similarly.", "similarly", remaining_angles, THESIS),
     Claim("C17", "chapter 3, e1 and e2",
-          "Two unit vectors e1 and e2 determine the angles of the output link.", "alpha, beta, gamma", two_vectors, THESIS),
+          "Two unit vectors e1 and e2 determine the angles of the output link.", "alpha, beta, gamma", two_vectors, THESIS)
 )  # fmt: skip

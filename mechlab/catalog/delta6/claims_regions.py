@@ -68,7 +68,7 @@ def boolean_algebra() -> Finding:
     return Finding(
         computed, Verdict.HOLDS_ONLY_IF,
         "sets are counted alike that differ on the border f = 0: {f >= 0} is closed, {-f >= 0} is too, and both have the border; "
-        "the complement of a closed set is open",
+        "the complement of a closed set is open"
     )  # fmt: skip
 
 
@@ -89,7 +89,7 @@ def smooth_algebra() -> Finding:
         return Finding(computed, Verdict.HOLDS)
     return Finding(
         computed, Verdict.HOLDS_ONLY_IF,
-        "corners are left out: where both functions vanish the slope of an R-function jumps as that of min does",
+        "corners are left out: where both functions vanish the slope of an R-function jumps as that of min does"
     )  # fmt: skip
 
 
@@ -100,5 +100,5 @@ CLAIMS = (
           "On the classes of continuous functions with the same sign a Boolean algebra can be built that is isomorphic to the "
           "algebra of sets.", "isomorphic", boolean_algebra, SOURCE),
     Claim("C54", "abstract, continuously differentiable functions",
-          "The same can be done with continuously differentiable functions.", "isomorphic", smooth_algebra, SOURCE),
+          "The same can be done with continuously differentiable functions.", "isomorphic", smooth_algebra, SOURCE)
 )  # fmt: skip

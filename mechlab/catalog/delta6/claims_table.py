@@ -172,5 +172,5 @@ CLAIMS = (
     Claim("C47", "chapter 5, table 1, mesh 2, f = 0.16",
           "Mesh 2 raises the torque from 33.97 to 37.05 N m.", [33.97, 37.05], second_mesh, THESIS),
     Claim("C48", "chapter 5, table 1, meshes 1 and 3, f = 0.16",
-          "Meshes 1 and 3 raise the torques to 33.97 and 41.19 N m.", [33.97, 41.19], other_meshes, THESIS),
+          "Meshes 1 and 3 raise the torques to 33.97 and 41.19 N m.", [33.97, 41.19], other_meshes, THESIS)
 )  # fmt: skip

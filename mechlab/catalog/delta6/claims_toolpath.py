@@ -86,7 +86,7 @@ def start_of_braking() -> Finding:
     left = travel.length - float(travel.length_at(naive))
     computed = {
         "u where braking must begin": found.parameter, "u in proportion to the length": naive,
-        "way needed": found.distance, "way left from there": left,
+        "way needed": found.distance, "way left from there": left
     }  # fmt: skip
     if abs(left - found.distance) > 0.01 * found.distance:
         short = f"without it the tool would begin at u = {naive:.3f} instead of {found.parameter:.3f}, {abs(left - found.distance):.3g} off"
@@ -101,5 +101,5 @@ CLAIMS = (
     Claim("C50", "introduction",
           "The chords of the control polygon give some idea of the length.", "sum of chords", control_polygon, SOURCE),
     Claim("C51", "introduction",
-          "The length must be known to find the point where braking begins.", "needed for braking", start_of_braking, SOURCE),
+          "The length must be known to find the point where braking begins.", "needed for braking", start_of_braking, SOURCE)
 )  # fmt: skip

@@ -142,5 +142,5 @@ CLAIMS = (
           "Unit rates of the rotary drives give (a', b', g') = (0, -0.51, 1) rad/s.", [0.0, -0.51, 1.0], rotation_forward, THESIS),
     Claim("C29", "chapter 4, rotation example, equation", "A V = -(B) w with B = I.", "B = I", rotation_sign, THESIS),
     Claim("C30", "chapter 4, rotation example, inverse",
-          "Unit rates of the angles need drive rates of 1.4, 2.966, 1 rad/s.", [1.4, 2.966, 1.0], rotation_inverse, THESIS),
+          "Unit rates of the angles need drive rates of 1.4, 2.966, 1 rad/s.", [1.4, 2.966, 1.0], rotation_inverse, THESIS)
 )  # fmt: skip

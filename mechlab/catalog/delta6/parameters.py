@@ -110,7 +110,7 @@ class Delta6Parameters:
             rod_length=self.rod_length, radial_offset=self.radial_offset, tangential_offset=self.tangential_offset,
             platform_radius=self.platform_radius, platform_height=self.platform_height, slider_height=self.slider_height,
             leg_azimuths=(a, b, c), head_offset=self.head_offset, k_spur=float(self.k_spur),
-            k_transfer=float(self.k_transfer), k_bevel=float(self.k_bevel),
+            k_transfer=float(self.k_transfer), k_bevel=float(self.k_bevel)
         )  # fmt: skip
 
 

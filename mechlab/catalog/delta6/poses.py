@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, HEAD_POSE, ROTARY, SLIDERS, Delta6Parameters, legs
-from mechlab.catalog.delta6.witnesses import Witness
+from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.errors import NoSolution
 from mechlab.experiment.laws import drive_forces
 from mechlab.experiment.recording import Recording
@@ -212,6 +213,32 @@ def response(witness: Witness, given: Sequence[str] = HEAD_POSE) -> Array:
 def rate_matrix(witness: Witness, wanted: Sequence[str], given: Sequence[str] = HEAD_POSE) -> Array:
     """(wanted, given) rates of joints or shafts per unit rate of others."""
     return rows_of(witness, wanted) @ response(witness, given)
+
+
+Measure: TypeAlias = Callable[[Witness], Any]
+"""What is computed from a witness at its state: a number or an array of fixed shape."""
+
+
+def at_poses(
+    p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: ArrayLike, measure: Measure
+) -> dict[str, Array]:
+    """Witness -> (n, ...) what is measured at rest at each of n poses of a fidelity."""
+    poses = coordinates(p, fidelity, centre, angles)
+    return {w.name: np.array([measure(w.at(q)) for q in poses]) for w in witnesses(build(p, fidelity))}
+
+
+def moving(
+    p: Delta6Parameters, fidelity: str, motion: HeadMotion, measure: Callable[[Witness, Array], Array]
+) -> dict[str, Array]:
+    """Witness -> (n, ...) what is measured on a motion; `measure` gets the witness, which moves, and the six accelerations."""
+    poses = coordinates(p, fidelity, motion.centre, motion.angles)
+    out = {}
+    for w in witnesses(build(p, fidelity)):
+        found = []
+        for q, rate, accel in zip(poses, motion.rate, motion.accel, strict=True):
+            found.append(measure(w.at(q, response(w.at(q)) @ rate), accel))
+        out[w.name] = np.array(found)
+    return out
 
 
 def accelerations(witness: Witness, values: ArrayLike) -> Array:

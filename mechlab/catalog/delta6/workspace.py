@@ -53,7 +53,7 @@ def maps(p: Delta6Parameters) -> dict[str, Map]:
     return {
         "inverse_condition": Map(
             lambda q: closed.inverse_condition(g, _plane(q)), plane, "",
-            "dexterity: smallest singular value of the slider Jacobian over its largest",
+            "dexterity: smallest singular value of the slider Jacobian over its largest"
         ),
         "reach_margin": Map(
             lambda q: closed.reach_margin(g, _plane(q)), plane, "m", "horizontal distance to a rod that lies horizontal"
@@ -61,8 +61,8 @@ def maps(p: Delta6Parameters) -> dict[str, Map]:
         "largest_bend": Map(bend, plane, "rad", "largest bend of a cardan"),
         "clearance": Map(
             lambda q: closed.clearance(g, _plane(q), p.rod_spacing), plane, "m",
-            "distance of centre lines of rods of different legs, and of rods and the guides of other legs",
-        ),
+            "distance of centre lines of rods of different legs, and of rods and the guides of other legs"
+        )
     }  # fmt: skip
 
 
@@ -103,7 +103,7 @@ def _analytic(p: Delta6Parameters, given: Mapping[str, Any]) -> Answer:
     values: dict[str, Any] = {f"{c.name}_margin": at(c.margin(points)) for c in where.clauses}
     values |= {
         "margin": at(where.margin(points)), "any_margin": at(either.margin(points)),
-        "r_conjunction": at(where.margin(points, smooth)), "r_disjunction": at(either.margin(points, smooth)),
+        "r_conjunction": at(where.margin(points, smooth)), "r_disjunction": at(either.margin(points, smooth))
     }  # fmt: skip
     notes: tuple[str, ...] = ()
     if not shape:
@@ -172,11 +172,7 @@ REGION = Question(
     given=CENTRE,
     optional=dict.fromkeys(LIMITS) | {"r_alpha": 0.0},
     answers=(*MARGINS, *JOINED, *SLIDERS),
-    witnesses={
-        "analytic": _analytic,
-        "pinocchio": partial(_engine, "pinocchio"),
-        "mujoco": partial(_engine, "mujoco"),
-    },
+    witnesses={"analytic": _analytic, "pinocchio": partial(_engine, "pinocchio"), "mujoco": partial(_engine, "mujoco")},
     units=dict.fromkeys((*CENTRE, *MARGINS, *JOINED, *SLIDERS, "least_clearance"), "m")
     | dict.fromkeys(("least_condition", "r_alpha"), ""),
     text="how far the head centre is inside every limit of the workspace (negative: outside), inside all and any of them, "
