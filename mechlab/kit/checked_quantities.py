@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.experiment.entry import Measured
+from mechlab.experiment.entry import CheckResult
 from mechlab.mechanism.geometry import Array
 
 
@@ -38,8 +38,8 @@ def _difference(value: Array, reference: Array) -> float:
     return float(np.max(np.abs(value - reference), initial=0.0))
 
 
-def check_quantities(*quantities: CheckedQuantity, note: str = "") -> Measured:
-    """A Measured that passes when every witness keeps every limit. Its values are the worst difference of each witness
+def check_quantities(*quantities: CheckedQuantity, note: str = "") -> CheckResult:
+    """A CheckResult that passes when every witness keeps every limit. Its values are the worst difference of each witness
     in units of the limit (so the tolerance is 1); its note lists every difference as measured."""
     worst: dict[str, float] = {}
     sentences = []
@@ -49,4 +49,4 @@ def check_quantities(*quantities: CheckedQuantity, note: str = "") -> Measured:
             worst[witness] = max(worst.get(witness, 0.0), size / q.limit)
         sentences.append(f"{q.what}: {', '.join(f'{k} {v:.2g}' for k, v in found.items())} (limit {q.limit:.2g})")
     text = "; ".join(sentences + ([note] if note else []))
-    return Measured(worst, 1.0, 0.0, f"differences in units of each limit. {text}")
+    return CheckResult(worst, 1.0, 0.0, f"differences in units of each limit. {text}")

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.catalog.delta6.masses import PLANET_OFFSET
+from mechlab.catalog.delta6.masses import PLANET_OFFSET, vec
 from mechlab.catalog.delta6.parameters import Delta6Parameters, Leg, legs
 from mechlab.kit.palette import BLUE, BRASS, DARK, ORANGE, PALE, RED, STEEL, TEAL
 from mechlab.mechanism import Placement, Shape, shape
@@ -82,7 +82,7 @@ def _along(leg: Leg) -> Array:
 
 def rods(p: Delta6Parameters, leg: Leg) -> Shapes:
     """Both rods of a leg, for the fidelities in which they are one body."""
-    beside = at(*(p.rod_spacing * leg.tangent), _along(leg))
+    beside = at(*vec(p.rod_spacing * leg.tangent), _along(leg))
     return (
         shape("rod", at(rotation=_along(leg)), ORANGE, "rod", length=p.rod_length, radius=0.006),
         shape("rod", beside, STEEL, "plain", length=p.rod_length, radius=0.005),
@@ -94,11 +94,11 @@ def cardan_rod(p: Delta6Parameters, leg: Leg) -> Shapes:
     u = leg.span / np.linalg.norm(leg.span)
     upper = columns(leg.fork_b, np.cross(-u, leg.fork_b))
     lower = columns(leg.fork_b, np.cross(u, leg.fork_b))
-    middle = at(*(0.5 * leg.span), _along(leg))
+    middle = at(*vec(0.5 * leg.span), _along(leg))
     return (
         shape("cylinder", middle, ORANGE, "shaft", radius=0.006, length=p.rod_length - 0.05),
         shape("fork", at(rotation=upper), ORANGE, "upper_fork", span=0.02, pin=0.003),
-        shape("fork", at(*leg.span, lower), ORANGE, "lower_fork", span=0.02, pin=0.003),
+        shape("fork", at(*vec(leg.span), lower), ORANGE, "lower_fork", span=0.02, pin=0.003),
     )
 
 
@@ -168,7 +168,7 @@ def platform(p: Delta6Parameters) -> Shapes:
 
 def shaft_placement(leg: Leg) -> Placement:
     """Where a lower shaft turns: at the lower cross, about the axis of its positive sense."""
-    return at(*leg.lower, np.diag([1.0, -1.0, -1.0]) if leg.index < 3 else None)
+    return at(*vec(leg.lower), np.diag([1.0, -1.0, -1.0]) if leg.index < 3 else None)
 
 
 def spur(p: Delta6Parameters, i: int, in_shaft: bool = False) -> Shapes:
@@ -192,7 +192,7 @@ def idler(p: Delta6Parameters) -> Shapes:
     _, b, module = spur_sizes(p, 3)
     phase = external_phase(b, p.leg_azimuths[2], b, p.leg_azimuths[2])
     size = {"teeth": b, "module": module, "width": 0.007, "bore": 0.004, "phase": phase}
-    return (shape("spur_gear", color=STEEL, name="idler", **size),)
+    return (shape("spur_gear", at(), STEEL, "idler", **size),)
 
 
 def central(p: Delta6Parameters, i: int) -> Shapes:
@@ -232,7 +232,13 @@ def planet(p: Delta6Parameters, i: int) -> Shapes:
     """Planet gear with its bevel Nz; its frame stands on the planet axis at the height of the head centre."""
     c, d, fine = planet_sizes(p)
     z = PLANET_LEVEL[i - 1]
-    gear = {"teeth": d, "module": fine, "width": 0.006, "bore": 0.002, "phase": external_phase(c, _side(i), d, _side(i))}
+    gear = {
+        "teeth": d,
+        "module": fine,
+        "width": 0.006,
+        "bore": 0.002,
+        "phase": external_phase(c, _side(i), d, _side(i)),
+    }
     pin = {"radius": 0.002, "length": z - BEVEL_PITCH + 0.016}
     return (
         shape("spur_gear", at(z=z), BRASS, "planet", **gear),

@@ -16,7 +16,7 @@ from mechlab.catalog.delta6.poses import coordinates, forces, moving, random_pos
 from mechlab.catalog.delta6.scenes import head_tracking, swing
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.errors import EngineMissing
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import preset
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.kit.witness import room
@@ -29,7 +29,7 @@ FREEDOMS = {"minimal": (15, 9, 9, 6, 0), "parts": (18, 12, 12, 6, 0), "full": (4
 """Coordinates, rows, rank, freedoms, freedoms that are left with all drives held."""
 
 
-def a4(p: Delta6Parameters) -> Measured:
+def a4(p: Delta6Parameters) -> CheckResult:
     """Mobility by rank at a generic pose, and the names of the local freedoms."""
     centre, angles = random_poses(p, 1, seed=11)
     counts: dict[str, list[int]] = {}
@@ -55,7 +55,7 @@ def _freedoms(w: Witness) -> list[int]:
 # -- A5: constant ratio of the cardan shafts -------------------------------------------------------------------------------
 
 
-def a5(p: Delta6Parameters) -> Measured:
+def a5(p: Delta6Parameters) -> CheckResult:
     """A double cardan turned once: forks in phase, 45 and 90 deg out of phase, at the bend of the home pose."""
     bend = _bend(p)
     inputs = np.radians(np.arange(0.0, 361.0, 30.0))
@@ -120,7 +120,7 @@ BETAS = (0.0, 0.7, -1.1)
 RATES = np.array([1.0, -2.0, 1.5])
 
 
-def a8(p: Delta6Parameters) -> Measured:
+def a8(p: Delta6Parameters) -> CheckResult:
     """Mass matrix and velocity terms of the head."""
     plus = closed.HeadInertias()
     mass, bias = closed.mass_matrix(SOURCE.geometry, plus, 0.7), closed.bias(plus, 0.7, RATES)
@@ -133,7 +133,9 @@ def a8(p: Delta6Parameters) -> Measured:
             for k, found in enumerate(terms_at_betas(w, p, fidelity)):
                 terms[k][f"{w.name} {fidelity}"] = found / scales[k]
     return check_quantities(
-        CheckedQuantity("M(0.7) of the specification, every mesh +1 [kg m2]", 5.1e-10, {"analytic": mass}, PRINTED_MASS),
+        CheckedQuantity(
+            "M(0.7) of the specification, every mesh +1 [kg m2]", 5.1e-10, {"analytic": mass}, PRINTED_MASS
+        ),
         CheckedQuantity("bias of the specification [N m]", 5.1e-9, {"analytic": bias}, PRINTED_BIAS),
         CheckedQuantity("M against the mechanisms, relative", 1e-12, terms[0], expected[0] / scales[0]),
         # weight and reactions of 10 N cancel in the velocity terms of 1e-3 N m: rounding of 1e-16 x 1e4
@@ -154,7 +156,7 @@ RUN = 0.4
 """Length of the runs of the engines [s]."""
 
 
-def a9(p: Delta6Parameters) -> Measured:
+def a9(p: Delta6Parameters) -> CheckResult:
     """Errors of the controlled head: closed form, matrix exponential, and the whole mechanism in the engines."""
     start = closed.source_targets(0.0)
     e, de = closed.SOURCE_START_ANGLES - start.angles, closed.SOURCE_START_RATES - start.rates
@@ -197,7 +199,7 @@ DRIFT = {"minimal": 5e-6, "parts": 1e-4}
 """Largest distance of D from where the closed form puts it [m]."""
 
 
-def a11(p: Delta6Parameters) -> Measured:
+def a11(p: Delta6Parameters) -> CheckResult:
     """Largest distance of D from where the closed form puts it for the drives of the recording, over 1 s."""
     run = room("mujoco").run
     quantities, notes = [], []
@@ -223,7 +225,7 @@ def a11(p: Delta6Parameters) -> Measured:
 TIMES = (0.03, 0.21, 0.38, 0.55, 0.77, 0.93)
 
 
-def a12(p: Delta6Parameters) -> Measured:
+def a12(p: Delta6Parameters) -> CheckResult:
     """Drive forces on the trial motion by inverse dynamics of the witnesses, the reduced mechanisms against `full`; relative
     to the largest force of a slider and the largest torque of a rotary drive."""
     motion = trial_motion(p, TIMES)

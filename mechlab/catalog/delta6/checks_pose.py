@@ -15,10 +15,10 @@ from mechlab.catalog.delta6.poses import (
     accelerations,
     at_poses,
     coordinates,
+    gear_matrix,
     moderate_poses,
     moving,
     random_poses,
-    rate_matrix,
     reach,
     refuses,
     response,
@@ -26,7 +26,7 @@ from mechlab.catalog.delta6.poses import (
     trial_motion,
 )
 from mechlab.catalog.delta6.witnesses import NumpyWitness, Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.mechanism import integrate, newton, singularity
 from mechlab.mechanism.geometry import Array
@@ -37,7 +37,7 @@ ROUND_TRIPS = 100_000
 TIMES = (0.05, 0.37, 0.71)
 
 
-def a3(p: Delta6Parameters) -> Measured:
+def a3(p: Delta6Parameters) -> CheckResult:
     """Closed forms against themselves, and against the rows of the engines."""
     closure: dict[str, Array] = {}
     for fidelity in ("minimal", "parts", "full"):
@@ -71,7 +71,7 @@ def _round_trip(p: Delta6Parameters) -> float:
 
 def _jacobian(w: Witness) -> Array:
     """(6, 6) drive rates per twist of D, the inverse of the twist per drive rates that the constraint rows give."""
-    return np.linalg.inv(w.point_jacobian("D") @ response(w, DRIVES))
+    return np.asarray(np.linalg.inv(w.point_jacobian("D") @ response(w, DRIVES)))
 
 
 def _difference_error(p: Delta6Parameters) -> float:
@@ -93,14 +93,14 @@ def _difference_error(p: Delta6Parameters) -> float:
 # -- A7: the orientation near beta = 90 deg --------------------------------------------------------------------------------
 
 
-def a7(p: Delta6Parameters) -> Measured:
+def a7(p: Delta6Parameters) -> CheckResult:
     """Determinant, drive rates, angles and flags at and near beta = 90 deg."""
     betas = np.array([0.0, 0.6, 1.2, 1.5, np.pi / 2, 2.0])
     tilts = np.radians([0.0, 60.0, 80.0, 89.0])
     determinant = {"analytic": closed.orientation_determinant(betas)}
     determinant |= _at_tilts(p, betas, lambda w: np.linalg.det(_turning(w)))
     gain = {"analytic": closed.drive_rate_gain(p.geometry, tilts) * np.cos(tilts)}
-    measured = _at_tilts(p, tilts, lambda w: np.linalg.norm(rate_matrix(w, ROTARY)[:, 3:] @ np.linalg.inv(_turning(w)), 2))
+    measured = _at_tilts(p, tilts, lambda w: np.linalg.norm(gear_matrix(w) @ np.linalg.inv(_turning(w)), 2))
     gain |= {k: v * np.cos(tilts) for k, v in measured.items()}
     pole = np.array([0.3, np.pi / 2, -0.7])
     rotation = closed.rotation_matrix(*pole)
@@ -154,7 +154,7 @@ def _serial(p: Delta6Parameters) -> list[float]:
 # -- A13: the edge of the reach --------------------------------------------------------------------------------------------
 
 
-def a13(p: Delta6Parameters) -> Measured:
+def a13(p: Delta6Parameters) -> CheckResult:
     """Out of reach no witness answers; just inside each does."""
     leg = legs(p)[0]
     outward = leg.span[:2] / np.hypot(*leg.span[:2])
@@ -190,7 +190,7 @@ def _closes(w: Witness, start: Array, centre: Array) -> bool:
 # -- A14: turning the head -------------------------------------------------------------------------------------------------
 
 
-def a14(p: Delta6Parameters) -> Measured:
+def a14(p: Delta6Parameters) -> CheckResult:
     """Slider rates when the head turns with O held, and with D held."""
     centre, angles, tool = moderate_poses(p, 4, seed=9)
     drive = closed.jacobian(p.geometry, tool, *angles.T)
@@ -216,14 +216,14 @@ def _slider_rates(w: Witness) -> Array:
 # -- A16: rods and shafts --------------------------------------------------------------------------------------------------
 
 
-def a16(p: Delta6Parameters) -> Measured:
+def a16(p: Delta6Parameters) -> CheckResult:
     """What the closed forms say of rods and shafts, against the points of a few poses of the full mechanism."""
     centre, angles, tool = moderate_poses(p, 3, seed=23)
     values = {"analytic": np.array([_rods_and_shafts(p, *x) for x in zip(centre, angles, tool, strict=True)])}
     values |= at_poses(p, "full", centre, angles, _rods_and_shafts_in_place)
     # Rounding of numbers of the size of 1; a circle through guides that nearly stand in line loses some digits.
     note = "head centre, angles, sliders, heights, discriminant, bends, shafts, matrices A and B"
-    return Measured(values, 1e-10, note=note)
+    return CheckResult(values, 1e-10, note=note)
 
 
 def _rods_and_shafts(p: Delta6Parameters, centre: Array, angles: Array, tool: Array) -> Array:

@@ -10,10 +10,10 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.elements import tooth_loss, tooth_sliding
 from mechlab.catalog.delta6.masses import vec
-from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE, Delta6Parameters, legs
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, HEAD_POSE, ROTARY, SLIDERS, SOURCE, Delta6Parameters, legs
 from mechlab.catalog.delta6.poses import response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array
@@ -21,7 +21,7 @@ from mechlab.mechanism.geometry import Array
 Names = tuple[str, ...]
 
 
-def a1(p: Delta6Parameters) -> Measured:
+def a1(p: Delta6Parameters) -> CheckResult:
     """The source's velocity example of the translation."""
     geom, home, ones = SOURCE.geometry, np.zeros(3), np.ones(3)
     rows, _ = closed.implicit_matrices(geom, home)
@@ -31,31 +31,35 @@ def a1(p: Delta6Parameters) -> Measured:
     expected = [1.27086, 1.79385, -0.06471, 0.0, 0.0, 1.0]
     expected += [-0.39159, 0.23374, -0.58277, -0.00663, -0.456, -0.58277, 0.39822, 0.22226, -0.58277]
     # The expected numbers have five decimals: 5e-6 of rounding.
-    return Measured(values, 1e-5, expected, "slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows of A")
+    return CheckResult(values, 1e-5, expected, "slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows of A")
 
 
 def _translation(w: Witness) -> Array:
     """Slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows 2 (G, -h): 15 numbers."""
     rotation, origin = w.pose("platform")
     rows = [2.0 * (origin + rotation @ vec(leg.lower) - w.pose(f"rod_{leg.index}")[1]) for leg in legs(SOURCE)]
-    return np.concatenate([_unit_rates(w, SLIDERS, CENTRE, ANGLES), _unit_rates(w, CENTRE, SLIDERS, ANGLES), np.ravel(rows)])
+    back, forth = _unit_rates(w, SLIDERS, HEAD_POSE, CENTRE), _unit_rates(w, CENTRE, (*SLIDERS, *ANGLES), SLIDERS)
+    return np.concatenate([back, forth, np.ravel(rows)])
 
 
-def _unit_rates(w: Witness, wanted: Names, driving: Names, held: Names) -> list[float]:
-    """Rates of three joints or shafts for unit rates of three others together, and three more held."""
-    rates = response(w, (*driving, *held))[:, :3].sum(axis=1)
+def _unit_rates(w: Witness, wanted: Names, given: Names, driving: Names) -> list[float]:
+    """Rates of some joints or shafts for unit rates of those in `driving` together, the others of `given` held."""
+    rates = response(w, given)[:, [given.index(n) for n in driving]].sum(axis=1)
     return [w.mechanism.row(n) @ rates for n in wanted]
 
 
-def a2(p: Delta6Parameters) -> Measured:
+def a2(p: Delta6Parameters) -> CheckResult:
     """The source's velocity example of the rotation."""
     geom, ones = SOURCE.geometry, np.ones(3)
-    values = {"analytic": np.concatenate([closed.drives_from_angles(geom, ones), closed.angles_from_drives(geom, ones)])}
+    values = {
+        "analytic": np.concatenate([closed.drives_from_angles(geom, ones), closed.angles_from_drives(geom, ones)])
+    }
     for w in witnesses(build(SOURCE, "parts")):
-        values[w.name] = np.array(_unit_rates(w, ROTARY, ANGLES, CENTRE) + _unit_rates(w, ANGLES, ROTARY, CENTRE))
+        back, forth = _unit_rates(w, ROTARY, HEAD_POSE, ANGLES), _unit_rates(w, ANGLES, (*CENTRE, *ROTARY), ROTARY)
+        values[w.name] = np.array(back + forth)
     # -0.5109 has four decimals: 5e-5 of rounding.
     note = "K (1, 1, 1) and K^-1 (1, 1, 1) through nine gear meshes; the source prints the latter as (0, -0.51, 1): alpha and beta swapped"
-    return Measured(values, 5e-5, [1.4, 2.966, 1.0, -0.5109, 0.0, 1.0], note)
+    return CheckResult(values, 5e-5, [1.4, 2.966, 1.0, -0.5109, 0.0, 1.0], note)
 
 
 def _count_from_parts(bend_limit: float | None) -> list[int]:
@@ -80,7 +84,7 @@ def _count_from_parts(bend_limit: float | None) -> list[int]:
     return [int(reached.sum()), int(inside.sum())]
 
 
-def a6(p: Delta6Parameters) -> Measured:
+def a6(p: Delta6Parameters) -> CheckResult:
     """The workspace on the source's grid, without and with a bend limit of the cardans."""
     values: dict[str, list[int]] = {"analytic": [], "numpy": []}
     for bend in (None, math.radians(45.0), math.radians(60.0)):
@@ -88,12 +92,12 @@ def a6(p: Delta6Parameters) -> Measured:
         values["analytic"] += [counts.xy_nodes, counts.voxels]
         values["numpy"] += _count_from_parts(bend)
     expected = [811, 18_724, 55, 2_003, 362, 10_885]
-    return Measured(
+    return CheckResult(
         values, 0.0, expected, "nodes (x, y) and voxels: no bend limit, 45 deg, 60 deg; sliders 0.25 to 0.65 m"
     )
 
 
-def a10(p: Delta6Parameters) -> Measured:
+def a10(p: Delta6Parameters) -> CheckResult:
     """Sliding and friction in one mesh, against statics of the tooth contact."""
     velocity = closed.sliding_velocity(closed.contact_point(closed.tip_distance(20, 0.03)), 0.3, 0.3).velocity
     losses = [closed.approach_loss(19, 19, 0.16), closed.approach_loss(20, 20, 0.16), closed.recess_loss(20, 20, 0.16)]

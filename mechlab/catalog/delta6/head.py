@@ -21,7 +21,7 @@ from mechlab.catalog.delta6.witnesses import MujocoWitness, PinocchioWitness, Wi
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
+from mechlab.kit.witness import ENGINES, room
 from mechlab.mechanism.geometry import Array
 
 Given = Mapping[str, Any]
@@ -123,10 +123,8 @@ ERROR = Question(
     given=("time",),
     optional=INITIAL,
     answers=(*ERRORS, *ERROR_RATES, *COMMANDS),
-    witnesses={
-        "analytic": _error_analytic, "exponential": _error_exponential,
-        "pinocchio": partial(_error_engine, "pinocchio"), "mujoco": partial(_error_engine, "mujoco"),
-    },
+    witnesses={"analytic": _error_analytic, "exponential": _error_exponential}
+    | {engine: partial(_error_engine, engine) for engine in ENGINES},
     units={"time": "s"}
     | dict.fromkeys((*ERRORS, *(f"{e}_0" for e in ERRORS)), "rad")
     | dict.fromkeys((*ERROR_RATES, *(f"{e}_0" for e in ERROR_RATES)), "rad/s")
@@ -135,7 +133,7 @@ ERROR = Question(
     "initial errors, under the control with position_gain and velocity_gain",
     # softness of MuJoCo's loops and RK4 of both runs: 1e-8 rad measured, times the gains in the commands
     tolerance=1e-4,
-)  # fmt: skip
+)
 
 
 def _settling_analytic(p: Delta6Parameters, given: Given) -> Answer:
@@ -256,10 +254,7 @@ DYNAMICS = Question(
     given=("head_beta",),
     optional=dict.fromkeys((*RATES, *ACCELS), 0.0) | dict.fromkeys(INERTIAS),
     answers=(*MASSES, *BIASES, *TORQUES),
-    witnesses={
-        "analytic": _dynamics_analytic,
-        "pinocchio": partial(_dynamics_engine, "pinocchio"), "mujoco": partial(_dynamics_engine, "mujoco"),
-    },
+    witnesses={"analytic": _dynamics_analytic} | {engine: partial(_dynamics_engine, engine) for engine in ENGINES},
     units={"head_beta": "rad", "planet_sense": ""}
     | dict.fromkeys(RATES, "rad/s")
     | dict.fromkeys(ACCELS, "rad/s2")
@@ -268,6 +263,6 @@ DYNAMICS = Question(
     | dict.fromkeys((*BIASES, *TORQUES), "N m"),
     text="mass matrix and velocity terms of the head in alpha, beta, gamma, and the torques of the rotary drives, O held, "
     "without gravity",
-)  # fmt: skip
+)
 
 QUESTIONS = (ERROR, SETTLED, DYNAMICS)

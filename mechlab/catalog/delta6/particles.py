@@ -16,7 +16,7 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import SHAFT_SENSE, joint_values, random_poses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit import mass_check
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
 from mechlab.mechanism.geometry import Array, axis_rotation
@@ -196,7 +196,7 @@ def _shafts(p: Delta6Parameters) -> Mapping[str, tuple[Array, float]]:
     return rows
 
 
-def a15(p: Delta6Parameters) -> Measured:
+def a15(p: Delta6Parameters) -> CheckResult:
     """Two moving states of every fidelity."""
     poses = list(zip(*random_poses(p, 2, seed=17), strict=True))
     pairs = [(build(p, f), state(p, f, c, 0.7 * a)) for f in FREEDOMS for c, a in poses]

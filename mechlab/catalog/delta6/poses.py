@@ -215,6 +215,11 @@ def rate_matrix(witness: Witness, wanted: Sequence[str], given: Sequence[str] = 
     return rows_of(witness, wanted) @ response(witness, given)
 
 
+def gear_matrix(witness: Witness) -> Array:
+    """(3, 3) K of phi = K (alpha, beta, gamma): rates of the rotary drives per rate of the angles, O held."""
+    return rate_matrix(witness, ROTARY)[:, 3:]
+
+
 Measure: TypeAlias = Callable[[Witness], Any]
 """What is computed from a witness at its state: a number or an array of fixed shape."""
 
@@ -225,6 +230,11 @@ def at_poses(
     """Witness -> (n, ...) what is measured at rest at each of n poses of a fidelity."""
     poses = coordinates(p, fidelity, centre, angles)
     return {w.name: np.array([measure(w.at(q)) for q in poses]) for w in witnesses(build(p, fidelity))}
+
+
+def at_home(p: Delta6Parameters, fidelity: str, measure: Measure) -> dict[str, Any]:
+    """Witness -> what is measured in the reference pose."""
+    return {w.name: measure(w) for w in witnesses(build(p, fidelity))}
 
 
 def moving(

@@ -31,8 +31,8 @@ DRIVE_RATES = tuple(f"{d}_rate" for d in DRIVES)
 OF_FRAME = {key: f"D_{key}" for key in (*TOOL, *TWIST)}
 """Keys of the questions -> quantities of the frame D; the other keys are those of the mechanism."""
 UNITS = (
-    dict.fromkeys((*TOOL, *SLIDERS), "m") | dict.fromkeys((*ROTARY, *ANGLES), "rad")
-    | dict.fromkeys((*TWIST[:3], *DRIVE_RATES[:3]), "m/s") | dict.fromkeys((*TWIST[3:], *DRIVE_RATES[3:]), "rad/s")
+    dict.fromkeys((*TOOL, *SLIDERS), "m") | dict.fromkeys((*ROTARY, *ANGLES), "rad") | dict.fromkeys(TWIST[:3], "m/s")
+    | dict.fromkeys(TWIST[3:], "rad/s") | dict.fromkeys(DRIVE_RATES[:3], "m/s") | dict.fromkeys(DRIVE_RATES[3:], "rad/s")
 )  # fmt: skip
 START_OFFSET = 1e-3
 """The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
@@ -189,7 +189,8 @@ def _forward_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
         beyond = _beyond_bend(p, sliders, answer.values["z"] - p.head_offset * axis[2])
         if beyond is not None:
             return beyond
-    return _reach(answer)
+    # accelerations are not asked for: what was taken for them does not matter
+    return _reach(replace(answer, assumed={}))
 
 
 def _witnesses(analytic: Witness, engine: Callable[..., Answer]) -> dict[str, Witness]:

@@ -17,7 +17,7 @@ from mechlab.catalog.delta6.toolpath import table_of, toolpath
 from mechlab.errors import unknown
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque, Servo
-from mechlab.experiment.motion import Hold, Motion, Sine, Table
+from mechlab.experiment.motion import Hold, PrescribedMotion, Sine, Spline
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
@@ -36,7 +36,13 @@ CHANNELS = {f"error_{name}": ("rad", partial(_error, k)) for k, name in enumerat
 
 
 def _sines(
-    p: Delta6Parameters, fidelity: str, name: str, period: float, strokes: Sequence[Sine], turns: Sequence[Sine], text: str
+    p: Delta6Parameters,
+    fidelity: str,
+    name: str,
+    period: float,
+    strokes: Sequence[Sine],
+    turns: Sequence[Sine],
+    text: str,
 ) -> Scene:
     """Servos make the sliders follow `strokes` about their home positions [m], the rotary drives `turns` [rad]."""
     m = build(p, fidelity)
@@ -61,7 +67,9 @@ def pose_sweep(p: Delta6Parameters, fidelity: str) -> Scene:
     w = 2.0 * math.pi / period
     strokes = [Sine(0.035, 2 * w, phase=2.0 * math.pi * k / 3.0) for k in range(3)]
     turns = [Sine(0.9, w), Sine(0.7, 2 * w, phase=1.1), Sine(0.5, w, phase=2.3)]
-    return _sines(p, fidelity, "pose-sweep", period, strokes, turns, "all six drives follow sines; all six freedoms move")
+    return _sines(
+        p, fidelity, "pose-sweep", period, strokes, turns, "all six drives follow sines; all six freedoms move"
+    )
 
 
 def swing(p: Delta6Parameters, fidelity: str, stroke: float) -> Scene:
@@ -72,7 +80,7 @@ def swing(p: Delta6Parameters, fidelity: str, stroke: float) -> Scene:
     return replace(_sines(p, fidelity, "swing", 1.0, strokes, turns, "all drives swing at 1 Hz"), needs=())
 
 
-def _head_commands(alpha: Sine, beta: Sine, gamma: Sine) -> tuple[tuple[str, Motion], ...]:
+def _head_commands(alpha: Sine, beta: Sine, gamma: Sine) -> tuple[tuple[str, PrescribedMotion], ...]:
     """The head centre held, the angles as given."""
     return (*((n, Hold(0.0)) for n in CENTRE), ("alpha", alpha), ("beta", beta), ("gamma", gamma))
 
@@ -120,7 +128,7 @@ def follow_curve(p: Delta6Parameters, fidelity: str) -> Scene:
     """The output link runs along a B-spline; speed, acceleration and jerk of every drive stay within their limits."""
     path = toolpath(p)
     times = tuple(path.t.tolist())
-    commands = tuple((name, Table(times, values)) for name, values in table_of(path).items())
+    commands = tuple((name, Spline(times, values)) for name, values in table_of(path).items())
     law = ComputedTorque(DRIVES, commands, (HOLD_GAINS,) * 6)
     start = dict(zip(ANGLES, path.angles[0].tolist(), strict=True))
     centre = path.tool[0] - p.head_offset * output_axis(path.angles[0])

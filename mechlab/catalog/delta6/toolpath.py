@@ -18,7 +18,7 @@ from scipy.interpolate import make_interp_spline
 
 from mechlab.analytic import delta6 as closed
 from mechlab.analytic.bspline import BSpline, Ramp, Travel, arc_length
-from mechlab.catalog.delta6.parameters import Delta6Parameters, DRIVES
+from mechlab.catalog.delta6.parameters import DRIVES, Delta6Parameters
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.kit.curve_file import read_curve
 from mechlab.mechanism.geometry import Array
