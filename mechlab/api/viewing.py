@@ -16,6 +16,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.files import whole_folder
 from mechlab.lab.design import Design, design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.results import FilesResult
 from mechlab.lab.sheet import describe_design
 from mechlab.values import Range
@@ -86,7 +87,7 @@ def explore(
 def _explored(d: Design) -> Story:
     from mechlab.viewer.from_recording import exploration_story
 
-    rates = d.scene().initial_rates
+    rates = chosen_scene(d).initial_rates
     return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
 
 

@@ -25,7 +25,7 @@ from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.lab.design import Design
 from mechlab.lab.design import design as made_of
-from mechlab.lab.run import run_scene
+from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
 from mechlab.mechanism.geometry import Array
 from mechlab.values import parse_value
 from mechlab.viewer.from_recording import mechanism_story, placed
@@ -142,7 +142,7 @@ def stream(
     def work() -> None:
         watch = Watch(see, speed, over)
         try:
-            recording = run_scene(replace(design, entry=watched(design.entry, watch)), scene)
+            recording = run_chosen(replace(design, entry=watched(design.entry, watch)), scene)
             if not over():
                 page = final(recording)
                 if not over():
@@ -199,7 +199,7 @@ class Rebuilder:
         asked = {key: parse_value(key, text) for key, text in values.items()}
         changed = made_of(self.design.entry, dict(self.design.given) | asked)
         story = self.still(changed)
-        changed.scene()
+        chosen_scene(changed)
         self._stop.set()
         self._run.join(PATIENCE)
         self._stop = threading.Event()

@@ -16,6 +16,7 @@ import mujoco
 
 from mechlab.engines.mujoco.control import compiling
 from mechlab.errors import MechlabError
+from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import FREEDOMS, Redundancy
@@ -24,20 +25,6 @@ from mechlab.tables import Told, counted, number
 ORDER = {"error": 0, "warning": 1, "note": 2}
 """Severities: "error": results of the file as it is cannot be trusted; "warning": to be known; "note": for other tools."""
 SHOWN = 12
-
-
-@dataclass(frozen=True)
-class Symptom:
-    """One finding: a name, its severity, a sentence with the numbers, and what to paste into the file ("" for nothing)."""
-
-    name: str
-    severity: str
-    sentence: str
-    paste: str = ""
-
-    def to_dict(self) -> dict[str, str]:
-        """JSON-able form."""
-        return {"name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste}
 
 
 @dataclass(frozen=True)

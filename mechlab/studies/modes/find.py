@@ -24,6 +24,7 @@ from mechlab.experiment.recording import Finding, Health, Recording, basic_chann
 from mechlab.experiment.scene import Scene, Settings, initial_pose
 from mechlab.kit.witness import room
 from mechlab.lab.design import Design, with_extra
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.run import versions
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -223,7 +224,7 @@ def _situation(
             f"{design.name}: {moving[0]}: modes are about a rest; give X_0 (where to look) and X_force (constant loads)."
         )
     if scene is not None:
-        made = design.scene(scene, fidelity, None, extra)
+        made = chosen_scene(design, scene, fidelity, None, extra)
         m = design.mechanism(made.fidelity)
         laws, notes = laws_at_rest(m, made)
         return m, made, () if free else laws, notes
