@@ -38,18 +38,13 @@ def save_result(result: Any, path: Path) -> Path:
     raise TypeError(f"no file is registered for {type(result).__name__}")
 
 
-class Result:
-    """Base of results: dataclasses with `repr=False`, whose text, HTML and files stand in the `report` of their package."""
+class Shown:
+    """Base of what is printed: dataclasses with `repr=False`, whose line, text and HTML stand in the `report` of their package."""
 
     def text(self) -> str:
         """What a person reads, as the command line prints it."""
         load_reports(type(self))
         return text_of(self)
-
-    def save(self, path: str | Path) -> Path:
-        """Write to a file, its kind by the ending; returns the path. Raises MechlabError for a kind that does not exist."""
-        load_reports(type(self))
-        return save_result(self, Path(path))
 
     def __str__(self) -> str:
         return self.text()
@@ -61,6 +56,15 @@ class Result:
     def _repr_html_(self) -> str:
         load_reports(type(self))
         return html_of(self)
+
+
+class Result(Shown):
+    """Base of what a verb returns: as Shown, and it can be written to a file."""
+
+    def save(self, path: str | Path) -> Path:
+        """Write to a file, its kind by the ending; returns the path. Raises MechlabError for a kind that does not exist."""
+        load_reports(type(self))
+        return save_result(self, Path(path))
 
 
 _loaded: set[type] = set()

@@ -12,7 +12,7 @@ from mechlab.api.runs import chart, cycle, portrait, simulate, simulate_values, 
 from mechlab.api.studies import fidelities, modes, stability
 from mechlab.api.sweeps import sweep
 from mechlab.api.viewing import explore, gallery, story, studio, view
-from mechlab.experiment.notebook import offer_page
+from mechlab.experiment.report import offer_page
 from mechlab.formats import load_recording
 
 offer_page(recording_page)

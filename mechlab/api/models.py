@@ -14,11 +14,12 @@ from mechlab.api.viewing import story, view, write_run_page
 from mechlab.experiment.entry import Entry
 from mechlab.files import whole_folder, write
 from mechlab.lab.design import Design
-from mechlab.lab.results import FilesResult, RunResult, TableResult
+from mechlab.lab.results import FilesResult, TableResult
+from mechlab.lab.sheet import Description, describe_design
 from mechlab.mechanism import Mechanism
 from mechlab.studies.check.check import CheckReport, run_checks, write_figure
 from mechlab.studies.check.claims import ClaimReport, judge
-from mechlab.studies.sheet import Description, describe_design
+from mechlab.studies.pipeline import RunResult
 
 if TYPE_CHECKING:
     from mechlab.studies.doctor import Diagnosis
@@ -47,7 +48,7 @@ def list_entries() -> TableResult:
 def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None) -> Description:
     """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question."""
     if source == "toolpath" and not values and fidelity is None:
-        from mechlab.studies.sheet import describe_question
+        from mechlab.lab.sheet import describe_question
         from mechlab.studies.toolpath import QUESTION
 
         return describe_question("toolpath", QUESTION)

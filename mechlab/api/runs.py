@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,6 @@ from mechlab.experiment.question import Answers
 from mechlab.experiment.recording import Recording
 from mechlab.lab.ask import ask, parameters_and_rest
 from mechlab.lab.design import without_effect
-from mechlab.lab.results import SimulateResult, SolveResult
 from mechlab.values import one_number
 
 if TYPE_CHECKING:
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 def solve(source: Source, **values: Any) -> Answers:
     """Answers of all witnesses; keyword arguments are parameters and given quantities, numbers or arrays."""
-    return solve_values(source, values).answers
+    return solve_values(source, values)
 
 
-def solve_values(source: Source, values: Mapping[str, Any]) -> SolveResult:
+def solve_values(source: Source, values: Mapping[str, Any]) -> Answers:
     """As `solve`, from a mapping. The source "toolpath" is no mechanism: it asks about the curve of a file."""
     if source == "toolpath":
         from mechlab.studies.toolpath import solve_toolpath
 
-        return SolveResult(solve_toolpath(values))
+        return solve_toolpath(values)
     base = load(source)
     parameters, given = parameters_and_rest(base.entry.parameters, values)
-    return SolveResult(ask(load(base, **parameters), given))
+    return ask(load(base, **parameters), given)
 
 
 def simulate(source: Source, scene: str | None = None, at: Sequence[float] = (), **options: Any) -> Recording:
@@ -46,7 +46,7 @@ def simulate(source: Source, scene: str | None = None, at: Sequence[float] = (),
     """
     names = ("duration", "timestep", "max_error", "engine", "fidelity", "settings", "order_check")
     how = {k: options.pop(k) for k in names if k in options}
-    return simulate_values(source, options, scene=scene, at=at, **how).recording
+    return simulate_values(source, options, scene=scene, at=at, **how)
 
 
 def simulate_values(
@@ -61,8 +61,8 @@ def simulate_values(
     at: Sequence[float] | None = None,
     settings: Any = None,
     order_check: bool = False,
-) -> SimulateResult:
-    """Run a scene; the result carries the samples at the times `at` [s] and an exit code.
+) -> Recording:
+    """Run a scene; the recording's `samples` are read at the times `at` [s].
 
     values: parameters, X_0, X_rate_0 (initial), X_force (constant loads). settings: a Settings or the name of a preset.
     order_check: measure the order of the error in the timestep; the finding "order" names it and the expected one.
@@ -88,7 +88,7 @@ def simulate_values(
             raise MechlabError(f"{base.name}: order_check: the engine analytic takes no steps; leave it out.")
         lived = chosen.for_scene(scene)
         recording = with_order(recording, lived.scene(scene, recording.fidelity or fidelity, duration, numbers))
-    return SimulateResult(recording, tuple(at or ()), chosen.warnings)
+    return replace(recording, sample_times=tuple(at or ()), notes=chosen.warnings)
 
 
 def portrait(

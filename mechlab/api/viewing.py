@@ -16,8 +16,8 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.files import whole_folder
 from mechlab.lab.design import Design, design
-from mechlab.lab.results import FilesResult, SimulateResult
-from mechlab.studies.sheet import describe_design
+from mechlab.lab.results import FilesResult
+from mechlab.lab.sheet import describe_design
 from mechlab.values import Range
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def view(
         if explorable:
             raise MechlabError("to explore takes a mechanism: a run that is recorded has no drives to move.")
     if recording is None and not explorable and any(x is not None for x in (html, glb, mp4, csv, against)):
-        recording = simulate_values(source, values).recording  # type: ignore[arg-type]
+        recording = simulate_values(source, values)  # type: ignore[arg-type]
     if recording is not None:
         told = story(recording, against=against)
     else:
@@ -208,7 +208,7 @@ def gallery(
         for name in names or catalog.NAMES:
             progress(f"{name}: run, page, picture, sheet")
             d = load(name)
-            told = _recorded(simulate_values(name).recording)
+            told = _recorded(simulate_values(name))
             write_page(told, folder / name / "run.html")
             kept = Path(models) / name / "picture.png"
             made = kept if kept.is_file() else write_png(told, folder / name / "picture.png")
@@ -221,7 +221,7 @@ def gallery(
                 write_page(moved, folder / name / "explore.html")
             exhibits.append(
                 Exhibit(
-                    name, d.entry.title, d.entry.summary, made.read_bytes(), describe_design(d).html(),
+                    name, d.entry.title, d.entry.summary, made.read_bytes(), describe_design(d)._repr_html_(),
                     moved is not None, motion_svg(told),
                 )
             )  # fmt: skip
@@ -258,7 +258,7 @@ def _live(
 
 
 def _facts(d: Design) -> dict[str, str]:
-    from mechlab.studies.sheet import parameter_rows
+    from mechlab.lab.sheet import parameter_rows
 
     return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
 
@@ -287,8 +287,8 @@ def _recorded(recording: Recording) -> Story:
     )
 
 
-def write_run_page(d: Design, simulation: SimulateResult, path: Path) -> Path:
+def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
     """Write the page of a run: the last step of the pipeline."""
     from mechlab.viewer import write_page
 
-    return write_page(_recorded(simulation.recording), path)
+    return write_page(_recorded(recording), path)

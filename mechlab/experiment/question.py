@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.assembly import Status
+from mechlab.results import Result
 
 TOLERANCE = 1e-6
 """Witnesses differ by rounding, 1e-12 of the values, which a position near a singular one raises to its square root."""
@@ -92,8 +93,8 @@ class Question:
     size: float = 1.0
 
 
-@dataclass(frozen=True)
-class Answers:
+@dataclass(frozen=True, repr=False)
+class Answers(Result):
     """The answers of all witnesses to one question, and their largest difference over the values they share."""
 
     question: str
@@ -183,10 +184,16 @@ class Answers:
         """0 answered, 3 not to be trusted, 4 no solution exists."""
         return self.status.exit_code
 
-    def _repr_html_(self) -> str:
-        from mechlab.experiment.notebook import answers_html
-
-        return answers_html(self)
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        notes = [*(f"{name}: {note}" for name, a in self.answers.items() for note in a.notes), *self.remarks]
+        status = self.status.value
+        return {
+            "question": self.question, "answers": {name: a.to_dict() for name, a in self.answers.items()},
+            "max_difference": self.max_difference, "status": status, "open": [x.to_dict() for x in self.open],
+            "idle": list(self.idle), "assumed": self.assumed, "parameters": dict(self.parameters), "given": dict(self.given),
+            "warnings": list(self.warnings), "message": status + (f" ({'; '.join(notes)})" if notes else ""),
+        }  # fmt: skip
 
 
 def with_rates(units: Mapping[str, str]) -> dict[str, str]:
@@ -206,8 +213,6 @@ def choose(questions: Sequence[Question], keys: set[str], owner: str) -> Questio
         f"{' '.join(q.given)}" + (f" [{' '.join(q.optional)}]" if q.optional else "") for q in questions
     )
     if strange:
-        from mechlab.errors import unknown
-
         raise unknown(f"{owner}: quantity", strange[0], known)
     raise MechlabError(
         f"{owner}: these quantities make no question: {', '.join(sorted(keys)) or 'none given'}. One can give: {listing}."

@@ -1,12 +1,12 @@
-"""The health record of a run: findings with a number, a limit and a sentence. A run that cannot be trusted says so.
+"""What comes back from a run: states, channels, cost, and the health record that says whether it can be trusted.
 
-What comes back from a run: states, channels, health, cost. `mechlab.formats` saves it as one .npz file.
+`mechlab.formats` saves a Recording as one .npz file; how it is printed stands in `mechlab.experiment.report`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+from mechlab.results import Result
 
 SEVERITIES = ("ok", "warning", "error")
 
@@ -88,13 +89,14 @@ class Cost:
     evaluations: int = 0
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Result):
     """A run of a mechanism.
 
     t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit;
     `errors` name -> the largest error of a channel at any time of the run, as estimated, in its unit (a channel without one
-    has no estimate); `acts`: what acted, in a line (`mechlab.experiment.acting`).
+    has no estimate); `acts`: what acted, in a line (`mechlab.experiment.acting`); `sample_times` [s]: where `samples` reads the
+    channels; `notes`: warnings about the parameters. Files (`mechlab.formats.save_recording`) hold neither of these two.
     """
 
     mechanism: Mechanism
@@ -113,6 +115,26 @@ class Recording:
     versions: dict[str, str] = field(default_factory=dict)
     errors: dict[str, float] = field(default_factory=dict)
     acts: str = ""
+    sample_times: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, channel: str) -> Array:
+        return self.channel(channel)
+
+    @property
+    def recording(self) -> Recording:
+        """The recording itself, for callers that expect a result which holds one."""
+        return self
+
+    @property
+    def exit_code(self) -> int:
+        """0, or 3 when the run must not be trusted."""
+        return self.health.exit_code
+
+    @property
+    def message(self) -> str:
+        """What makes the run doubtful, in words; "finished" when nothing does."""
+        return "; ".join(f.sentence for f in self.health.findings if f.severity == "error") or "finished"
 
     def channel(self, name: str) -> Array:
         """(n,) values of a channel; raises MechlabError that lists the channels."""
@@ -145,10 +167,22 @@ class Recording:
         """The same run with more channels."""
         return replace(self, channels=self.channels | dict(channels), units=self.units | dict(units))
 
-    def _repr_html_(self) -> str:
-        from mechlab.experiment.notebook import recording_html
+    def samples(self) -> list[dict[str, float]]:
+        """Time and all channels at each of the sample times that the run has reached (it may have ended early)."""
+        reached = [t for t in self.sample_times if t <= self.t[-1] * (1 + 1e-12)]
+        return [{"t": t} | {name: self.at(name, t) for name in self.channels} for t in reached]
 
-        return recording_html(self)
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {
+            "scene": self.scene, "acts": self.acts, "fidelity": self.fidelity,
+            "engine": self.settings.engine, "integrator": self.settings.integrator, "timestep": self.settings.timestep,
+            "duration": float(self.t[-1]), "final": self.final(), "samples": self.samples(),
+            "units": dict(self.units), "errors": dict(self.errors),
+            "health": [f.to_dict() for f in self.health.findings], "parameters": dict(self.parameters),
+            "cost": asdict(self.cost), "message": self.message,
+            "status": "finished" if self.health.trusted else "finished, do not trust it", "notes": list(self.notes),
+        }  # fmt: skip
 
 
 def basic_channels(

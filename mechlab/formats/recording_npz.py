@@ -27,6 +27,7 @@ from mechlab.formats.json_text import parse
 from mechlab.formats.mechanism_json import from_json, to_json
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.results import save_result
 
 SCHEMA = 1
 TEXTS = tuple(name for name, kind in get_type_hints(Recording).items() if kind is str)
@@ -174,6 +175,7 @@ CHUNK = 2**16
 NAMES = ("header", "t", "q", "v", "channels")
 
 
+@save_result.register
 def save_recording(recording: Recording, path: str | Path) -> Path:
     """Write a recording to `path`, whole or not at all; raises CannotWrite when that is not possible."""
     path = Path(path)

@@ -17,7 +17,6 @@ from mechlab.lab.design import Design
 from mechlab.lab.lag_question import asks_lag, lag_question
 from mechlab.lab.power_flow import asks_power_flow, power_flow_question
 from mechlab.mechanism import Mechanism, Status
-from mechlab.tables import number, table
 from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
 
@@ -171,42 +170,3 @@ def _wanted(m: Mechanism, values: Mapping[str, Any]) -> tuple[str, ...]:
         wanted += [f"{n}_rate" for n in names if f"{n}_rate" not in values]
         wanted += [f"{n}_accel" for n in names if f"{n}_accel" not in values]
     return tuple(wanted)
-
-
-def answers_text(answers: Answers) -> str:
-    """A table with a column for each witness, the largest difference, the status and the notes."""
-    names = list(answers.answers)
-    keys = list(dict.fromkeys(k for a in answers.answers.values() for k in a.values))
-    rows = [
-        [k, answers.units.get(k, ""), *(number(a.values.get(k), 10) for a in answers.answers.values())] for k in keys
-    ]
-    parts = [table(["quantity", "unit", *names], rows)] if rows else []
-    for name, answer in answers.answers.items():
-        if answer.cannot:
-            parts.append(f"{name}: {answer.cannot}")
-        if answer.modes:
-            labels = list(dict.fromkeys(k for mode in answer.modes for k in mode))
-            parts.append(
-                f"{name}: {len(answer.modes)} modes\n"
-                + table(labels, [[number(mode.get(k), 8) for k in labels] for mode in answer.modes])
-            )
-        parts += [_detail_table(k, v) for k, v in answer.details.items() if _is_table(v)]
-        parts += [f"{name}: {note}" for note in answer.notes]
-    parts += answers.remarks
-    difference = answers.max_difference
-    if difference is not None:
-        parts.append(f"largest difference between witnesses: {difference:.3g}")
-    parts.append(f"status: {answers.status.value}")
-    parts += [f"warning: {w}" for w in answers.warnings]
-    return "\n".join(parts)
-
-
-def _is_table(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)
-
-
-def _detail_table(title: str, rows: list[Mapping[str, Any]]) -> str:
-    """The flat columns of what a witness lists."""
-    heads = [k for k, x in rows[0].items() if not isinstance(x, Mapping)]
-    cells = [[x if isinstance(x := r[k], str) else number(x, 8) for k in heads] for r in rows]
-    return f"{title}\n{table(heads, cells)}"

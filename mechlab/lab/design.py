@@ -20,6 +20,7 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.naming import refuse_parameters
 from mechlab.mechanism.structure import Structure, structure
+from mechlab.results import Shown
 
 HOLD, FREE = "hold", "free-motion"
 """The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
@@ -31,8 +32,8 @@ LONGEST = 1e6
 """Simulated time [s] of a run."""
 
 
-@dataclass(frozen=True)
-class Design:
+@dataclass(frozen=True, repr=False)
+class Design(Shown):
     """An entry and its parameters. `given` are the parameters that the user set (they outrank those of a scene)."""
 
     entry: Entry
@@ -107,14 +108,7 @@ class Design:
 
     def show(self, fidelity: str | None = None) -> None:
         """Print parameters, bodies, freedoms, scenes and questions."""
-        from mechlab.studies.sheet import describe_design
-
-        print(describe_design(self, fidelity).text())
-
-    def _repr_html_(self) -> str:
-        from mechlab.studies.sheet import describe_design
-
-        return describe_design(self, None).html()
+        print(AtFidelity(self, fidelity).text())
 
     # -- scenes --------------------------------------------------------------------------------------------------------
 
@@ -173,6 +167,14 @@ class Design:
         """The same design with the overrides of a scene taken into its parameters."""
         changes = {k: v for k, v in self.recipe(name).overrides.items() if k not in self.given}
         return replace(self, parameters=replace(self.parameters, **changes))
+
+
+@dataclass(frozen=True, repr=False)
+class AtFidelity(Shown):
+    """A design as it is at one of its fidelities (None: the default one): what `Design.show` prints."""
+
+    design: Design
+    fidelity: str | None
 
 
 def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | None = None) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import pytest
 
 import mechlab as ml
 from mechlab.errors import MechlabError
-from mechlab.experiment import notebook
+from mechlab.experiment import report
 from mechlab.experiment.question import Answer, Answers
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism import Mechanism
@@ -93,7 +93,7 @@ def test_a_recording_is_its_page(run: Recording) -> None:
 def test_a_page_too_large_becomes_a_table_that_says_why(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(MechlabError, match=r"1\.0 MB.*run\.html"):
         framed("x" * 1_000_001, "t", limit=1_000_000)
-    monkeypatch.setattr(notebook, "_offered", [lambda r: framed("x" * 2000, "t", limit=1000)])
+    monkeypatch.setattr(report, "_offered", [lambda r: framed("x" * 2000, "t", limit=1000)])
     text = run._repr_html_()
     assert "<iframe" not in text and "is not shown" in text and "first&lt;" in text
     assert ["second", "rad", "-2", "0", "-2"] in [
@@ -102,7 +102,7 @@ def test_a_page_too_large_becomes_a_table_that_says_why(run: Recording, monkeypa
 
 
 def test_nobody_need_offer_a_page(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(notebook, "_offered", [])
+    monkeypatch.setattr(report, "_offered", [])
     assert "Channels" in run._repr_html_()
 
 

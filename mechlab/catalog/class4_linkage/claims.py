@@ -11,11 +11,11 @@ from mechlab.analytic import assur
 from mechlab.catalog.class4_linkage.build import build
 from mechlab.catalog.class4_linkage.geometry import at, solve_all
 from mechlab.catalog.class4_linkage.parameters import Class4Parameters
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence, fails, holds, misprint, only_if, true
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import structure
 
-SOURCE = "Zinchenko 2009, Kinematic analysis of a mechanism of high class"
+LEDGER = Ledger("Zinchenko 2009, Kinematic analysis of a mechanism of high class")
 PRINTED = Class4Parameters()
 TURN = -np.pi + np.radians(5.0) * np.arange(72)
 
@@ -24,7 +24,7 @@ def _rms(x: Array) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
-def _still(point: assur.Point) -> assur.Point:
+def _at_rest(point: assur.Point) -> assur.Point:
     zero = np.zeros_like(point.p)
     return assur.Point(point.p, zero, zero)
 
@@ -33,46 +33,80 @@ def _dyad_3_5(p: Class4Parameters, c: assur.Point) -> assur.Dyad:
     return assur.rrr(c, assur.fixed(*p.F), p.BC, p.BF, 1)
 
 
-def step_four() -> Finding:
-    """The printed algorithm to the letter: C as the pin of a crank about A's position with w = 1, phi2 on its grid, dyad 3-5,
-    then dyad 2-3 from A and B (step 9)."""
-    mode = at(PRINTED, TURN)
-    true2, true5 = mode.angles["theta2"].v, mode.angles["theta5"].v
-    c = assur.driver(_still(mode.points["A"]), PRINTED.AC, _on_grid(mode.angles["theta2"].x), 1.0)
-    dyad = _dyad_3_5(PRINTED, c)
-    literal2 = assur.rrr(mode.points["A"], dyad.joint, PRINTED.AC, PRINTED.BC, 1).angles[0].v
-    errors = {"2": literal2 - true2, "5": dyad.angles[1].v - true5}
-    computed: dict[str, object] = {f"rms error of the rate of link {k}": _rms(e) for k, e in errors.items()}
-    computed["largest error of the rate of link 2"] = float(np.max(np.abs(errors["2"])))
-    computed["true range of the rate of link 2"] = [float(true2.min()), float(true2.max())]
-    if max(_rms(e) for e in errors.values()) < 1e-3:
-        return Finding(computed, Verdict.HOLDS)
-    because = (
-        "pass position, velocity and acceleration of A, and find w2 = -(dL/dphi1)/(dL/dphi2) w1 from the closing link; with "
-        "w2 = w1 and A at rest every rate and acceleration of links 2, 3 and 5 is wrong"
-    )
-    return Finding(computed, Verdict.FAILS, because)
-
-
 def _on_grid(phi2: Array) -> Array:
     """The nearest angle that the printed iteration visits: from -phi1 in steps of d phi / 4."""
     step = np.radians(1.25)
     return np.asarray(-TURN - step * np.round((-TURN - phi2) / step))
 
 
-def rounded_angles() -> Finding:
-    """37.3 deg = 0.65 rad and 28.1 deg = 0.49 rad."""
+@LEDGER.claim(
+    "Z1", "introduction, fig. 2", "a crank and one structural group of class IV, order 2", "one group",
+    holds("with the crank held nothing moves", when=equals("degrees of freedom", 1)),
+    fails("with the crank held nothing moves"),
+)  # fmt: skip
+def one_group() -> Evidence:
+    """Degrees of freedom of the crank with the group."""
+    found = structure(build(PRINTED, "minimal"))
+    return evidence({"degrees of freedom": found.mobility, "void rows": len(found.redundant)})
+
+
+@LEDGER.claim(
+    "Z2", "step 2", "angles 37.3 deg = 0.65 rad, 28.1 deg = 0.49 rad", [0.65, 0.49],
+    holds(when=below(1e-3, "largest shift of *")),
+    only_if("0.1 deg is enough: use the degrees, not the rounded radians"),
+)  # fmt: skip
+def rounded_angles() -> Evidence:
+    """How far the links shift when the rounded radians are used."""
     rough = replace(PRINTED, CAD=0.65, BFE=0.49)
     exact, near = at(PRINTED, TURN), at(rough, TURN)
     shift = {n: float(np.degrees(np.max(np.abs(near.angles[n].x - exact.angles[n].x)))) for n in ("theta2", "theta5")}
     computed = {f"largest shift of {n} [deg]": v for n, v in shift.items()}
-    computed |= {"37.3 deg [rad]": float(np.radians(37.3)), "28.1 deg [rad]": float(np.radians(28.1))}
-    if max(shift.values()) < 1e-3:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, "0.1 deg is enough: use the degrees, not the rounded radians")
+    return evidence(computed | {"37.3 deg [rad]": float(np.radians(37.3)), "28.1 deg [rad]": float(np.radians(28.1))})
 
 
-def iterations() -> Finding:
+@LEDGER.claim(
+    "Z3", "step 2", "Y_F = -108, l_EF = 13", [-108, 13],
+    holds(when=equals("as_printed", 360)),
+    misprint("y_F = -1.08 and l_EF = 1.3, as array PAR1 of step 6 has it: then all positions close"),
+)  # fmt: skip
+def decimal_points() -> Evidence:
+    """Positions that close with each number as printed, and with both decimal points set."""
+    counts = {}
+    changes: tuple[tuple[str, dict[str, Any]], ...] = (
+        ("F = (0, -108)", {"F": (0.0, -108.0)}), ("EF = 13", {"EF": 13.0}), ("F = (0, -1.08), EF = 1.3", {}),
+    )  # fmt: skip
+    for name, change in changes:
+        found = solve_all(replace(PRINTED, **change), np.radians(np.arange(-180.0, 180.0)))
+        counts[f"positions of 360 that close, {name}"] = int(np.count_nonzero(found.modes.count))
+    return evidence(counts, as_printed=list(counts.values())[:2])
+
+
+@LEDGER.claim(
+    "Z4", "step 4", "C is found by ASSURL1 about A with w = 1, eps = 0", "w2 = 1",
+    holds(when=below(1e-3, "rms error of the rate of link *")),
+    fails("pass position, velocity and acceleration of A, and find w2 = -(dL/dphi1)/(dL/dphi2) w1 from the closing link; with "
+          "w2 = w1 and A at rest every rate and acceleration of links 2, 3 and 5 is wrong"),
+)  # fmt: skip
+def step_four() -> Evidence:
+    """The printed algorithm to the letter: C as the pin of a crank about A's position with w = 1, phi2 on its grid, dyad 3-5,
+    then dyad 2-3 from A and B (step 9)."""
+    mode = at(PRINTED, TURN)
+    true2, true5 = mode.angles["theta2"].v, mode.angles["theta5"].v
+    c = assur.driver(_at_rest(mode.points["A"]), PRINTED.AC, _on_grid(mode.angles["theta2"].x), 1.0)
+    dyad = _dyad_3_5(PRINTED, c)
+    literal2 = assur.rrr(mode.points["A"], dyad.joint, PRINTED.AC, PRINTED.BC, 1).angles[0].v
+    errors = {"2": literal2 - true2, "5": dyad.angles[1].v - true5}
+    computed: dict[str, Any] = {f"rms error of the rate of link {k}": _rms(e) for k, e in errors.items()}
+    computed["largest error of the rate of link 2"] = float(np.max(np.abs(errors["2"])))
+    return evidence(computed | {"true range of the rate of link 2": [float(true2.min()), float(true2.max())]})
+
+
+@LEDGER.claim(
+    "Z5", "step 4, step 10", "phi2 is stepped by d phi / 4 until DE equals the given length", 1.25,
+    holds(when=below(1e-6, "largest misfit of DE [m]")),
+    fails("the grid stops up to half a step away; finish with Newton or Brent, or solve the polynomial"),
+)  # fmt: skip
+def iterations() -> Evidence:
     """phi2 in steps of d phi / 4 = 1.25 deg until the length DE fits."""
     mode = at(PRINTED, TURN)
     true = mode.angles["theta2"].x
@@ -85,74 +119,54 @@ def iterations() -> Finding:
         e = f + (b - f) / PRINTED.BF * PRINTED.EF * np.exp(1j * PRINTED.BFE)
         d = a + PRINTED.AD * np.exp(1j * (phi2 + PRINTED.CAD))
         lengths.append(abs(complex(e - d)))
-    miss = np.abs(np.array(lengths) - PRINTED.DE)
-    computed = {
+    return evidence({
         "largest error of phi2 [deg]": float(np.degrees(np.max(np.abs(nearest - true)))),
-        "largest misfit of DE [m]": float(np.max(miss)),
-    }
-    if computed["largest misfit of DE [m]"] < 1e-6:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
-        computed,
-        Verdict.FAILS,
-        "the grid stops up to half a step away; finish with Newton or Brent, or solve the polynomial",
-    )
+        "largest misfit of DE [m]": float(np.max(np.abs(np.array(lengths) - PRINTED.DE))),
+    })  # fmt: skip
 
 
-def step_nine() -> Finding:
-    """C is found once more from A and B with K2; on the other side it is the mirror."""
-    other = at(replace(PRINTED, mode=-1), TURN)
-    printed = at(PRINTED, TURN)
-    gaps = {}
-    for name, mode in (("mode K = +1", printed), ("mode K = -1", other)):
-        again = assur.rrr(mode.points["A"], mode.points["B"], PRINTED.AC, PRINTED.BC, 1).joint.p
-        gaps[name] = float(np.max(np.abs(again - mode.points["C"].p)))
-    computed = {f"C of step 9 with K2 = +1 against C of step 4, {k} [m]": v for k, v in gaps.items()}
-    if gaps["mode K = -1"] < 1e-9:
-        return Finding(computed, Verdict.HOLDS)
-    if gaps["mode K = +1"] > 1e-9:
-        return Finding(computed, Verdict.FAILS, "C of step 9 is not C of step 4")
-    because = (
-        "K2 is the side on which C already lies; with the other sign the mirror image of C and D is returned, unnoticed"
-    )
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
-
-
-def decimal_points() -> Finding:
-    """Y_F = -108 and l_EF = 13 as printed."""
-    counts = {}
-    changes: tuple[tuple[str, dict[str, Any]], ...] = (
-        ("F = (0, -108)", {"F": (0.0, -108.0)}), ("EF = 13", {"EF": 13.0}), ("F = (0, -1.08), EF = 1.3", {}),
-    )  # fmt: skip
-    for name, change in changes:
-        found = solve_all(replace(PRINTED, **change), np.radians(np.arange(-180.0, 180.0)))
-        counts[f"positions of 360 that close, {name}"] = int(np.count_nonzero(found.modes.count))
-    values = list(counts.values())
-    if values[0] == 360 and values[1] == 360:
-        return Finding(dict(counts), Verdict.HOLDS)
-    return Finding(
-        dict(counts),
-        Verdict.MISPRINT,
-        "y_F = -1.08 and l_EF = 1.3, as array PAR1 of step 6 has it: then all positions close",
-    )
-
-
-def signs_of_modes() -> Finding:
-    """K1 = 1 and K2 = 1."""
+@LEDGER.claim(
+    "Z6", "step 5", "K1 = 1, K2 = 1", [1, 1],
+    holds("one mode has K1 = K2 = +1 all the way round; the only other one has both -1",
+          when=equals("K1 over the turn") & equals("K2 over the turn")),
+    fails("no mode has K1 = K2 = +1 all the way round"),
+)  # fmt: skip
+def signs_of_modes() -> Evidence:
+    """Smallest and largest K1 and K2 over the turn, in the mode that the parameters choose."""
     found = solve_all(PRINTED, TURN)
     k = found.chosen[:, None]
     k1, k2 = (np.take_along_axis(x, k, axis=1)[:, 0] for x in (found.k1, found.k2))
-    computed = {"K1 over the turn": [float(k1.min()), float(k1.max())], "K2 over the turn": [float(k2.min()), float(k2.max())],
-                "modes at every position": [int(found.modes.count.min()), int(found.modes.count.max())]}  # fmt: skip
-    if k1.min() == k1.max() == k2.min() == k2.max() == 1.0:
-        return Finding(
-            computed, Verdict.HOLDS, "one mode has K1 = K2 = +1 all the way round; the only other one has both -1"
-        )
-    return Finding(computed, Verdict.FAILS, "no mode has K1 = K2 = +1 all the way round")
+    return evidence({
+        "K1 over the turn": [float(k1.min()), float(k1.max())], "K2 over the turn": [float(k2.min()), float(k2.max())],
+        "modes at every position": [int(found.modes.count.min()), int(found.modes.count.max())],
+    })  # fmt: skip
 
 
-def no_root() -> Finding:
-    """G tells whether each dyad closes; nothing tells whether DE can be met."""
+@LEDGER.claim(
+    "Z7", "step 9", "C and D follow from A and B with K2", "K2 = 1",
+    holds(when=below(1e-9, "*mode K = -1 [m]")),
+    fails("C of step 9 is not C of step 4", when=above(1e-9, "*mode K = +1 [m]")),
+    only_if("K2 is the side on which C already lies; with the other sign the mirror image of C and D is returned, unnoticed"),
+)  # fmt: skip
+def step_nine() -> Evidence:
+    """C found once more from A and B with K2 = +1, in both modes."""
+    gaps = {}
+    for sign in (1, -1):
+        mode = at(replace(PRINTED, mode=sign), TURN)
+        again = assur.rrr(mode.points["A"], mode.points["B"], PRINTED.AC, PRINTED.BC, 1).joint.p
+        name = f"C of step 9 with K2 = +1 against C of step 4, mode K = {sign:+d} [m]"
+        gaps[name] = float(np.max(np.abs(again - mode.points["C"].p)))
+    return evidence(gaps)
+
+
+@LEDGER.claim(
+    "Z8", "steps 8 to 10", "the flag G and the comparison of DE decide whether the mechanism is assembled", "G",
+    holds(when=true("modes")),
+    fails("for l_BC = 0.27 m and phi1 = -102 deg the dyads close over a whole range of phi2, so G says yes, and no position "
+          "exists; count the modes, or watch det J, which vanishes at the ends of the empty arc"),
+)  # fmt: skip
+def no_root() -> Evidence:
+    """G says whether each dyad closes; nothing says whether DE can be met."""
     short = replace(PRINTED, BC=0.27)
     phi1 = np.radians(-102.0)
     a = assur.driver(assur.fixed(), short.OA, phi1)
@@ -161,36 +175,11 @@ def no_root() -> Finding:
     f = complex(*short.F)
     e = f + (dyad.joint.p - f) / short.BF * short.EF * np.exp(1j * short.BFE)
     length = np.abs(e - a.p - short.AD * np.exp(1j * (phi2 + short.CAD)))
-    count = int(solve_all(short, np.array([phi1])).modes.count[0])
-    computed = {
+    return evidence({
         "angles phi2 at which G says that the dyad closes": int(np.count_nonzero(dyad.assembles)),
-        "smallest misfit of DE at them [m]": float(np.nanmin(np.abs(length - short.DE))), "modes": count,
-    }  # fmt: skip
-    if count:
-        return Finding(computed, Verdict.HOLDS)
-    because = (
-        "for l_BC = 0.27 m and phi1 = -102 deg the dyads close over a whole range of phi2, so G says yes, and no position "
-        "exists; count the modes, or watch det J, which vanishes at the ends of the empty arc"
-    )
-    return Finding(computed, Verdict.FAILS, because)
+        "smallest misfit of DE at them [m]": float(np.nanmin(np.abs(length - short.DE))),
+        "modes": int(solve_all(short, np.array([phi1])).modes.count[0]),
+    })  # fmt: skip
 
 
-def one_group() -> Finding:
-    """A crank and one group of class IV and order 2."""
-    found = structure(build(PRINTED, "minimal"))
-    computed = {"degrees of freedom": found.mobility, "void rows": len(found.redundant)}
-    return Finding(
-        computed, Verdict.HOLDS if found.mobility == 1 else Verdict.FAILS, "with the crank held nothing moves"
-    )
-
-
-CLAIMS = (
-    Claim("Z1", "introduction, fig. 2", "a crank and one structural group of class IV, order 2", "one group", one_group, SOURCE),
-    Claim("Z2", "step 2", "angles 37.3 deg = 0.65 rad, 28.1 deg = 0.49 rad", [0.65, 0.49], rounded_angles, SOURCE),
-    Claim("Z3", "step 2", "Y_F = -108, l_EF = 13", [-108, 13], decimal_points, SOURCE),
-    Claim("Z4", "step 4", "C is found by ASSURL1 about A with w = 1, eps = 0", "w2 = 1", step_four, SOURCE),
-    Claim("Z5", "step 4, step 10", "phi2 is stepped by d phi / 4 until DE equals the given length", 1.25, iterations, SOURCE),
-    Claim("Z6", "step 5", "K1 = 1, K2 = 1", [1, 1], signs_of_modes, SOURCE),
-    Claim("Z7", "step 9", "C and D follow from A and B with K2", "K2 = 1", step_nine, SOURCE),
-    Claim("Z8", "steps 8 to 10", "the flag G and the comparison of DE decide whether the mechanism is assembled", "G", no_root, SOURCE),
-)  # fmt: skip
+CLAIMS = LEDGER.claims

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from mechlab.experiment.question import Answers
-from mechlab.lab.results import SolveResult
 from mechlab.studies.sensitivity.derivatives import ALL, NAMED, Corners
 from mechlab.tables import number, table
 
@@ -112,7 +111,7 @@ class Sensitivity:
     def message(self) -> str:
         """What the answers depend on, in one sentence."""
         if self.answers.exit_code:
-            return f"{SolveResult(self.answers).to_dict()['message']}; there is no answer to take a derivative of"
+            return f"{self.answers.to_dict()['message']}; there is no answer to take a derivative of"
         if not self.units:
             return f"no parameter is a number that can vary ({_reasons(self.skipped)}): the answers have no tolerance"
         used = [p for p in self.units if any(np.any(c[p].derivative != 0) for c in self.cells.values() if p in c)]
@@ -127,7 +126,7 @@ class Sensitivity:
     def to_dict(self) -> dict[str, Any]:
         """The answers, then `sensitivity` and `tolerance`."""
         table_ = {a: {p: c.to_dict() for p, c in row.items()} for a, row in self.cells.items()}
-        return SolveResult(self.answers).to_dict() | {
+        return self.answers.to_dict() | {
             "sensitivity": table_, "sensitivity_difference": self.max_difference,
             "tolerance": {a: s.to_dict() for a, s in self.spreads.items()}, "input_tolerances": dict(self.widths),
             "corners": None if self.box is None else {"solved": self.box.solved, "all": self.box.whole, "missing": list(self.box.missing)},
@@ -136,7 +135,7 @@ class Sensitivity:
 
     def text(self) -> str:
         """The answers, a table of derivatives, one of tolerances."""
-        lines = [SolveResult(self.answers).text(), "", self.message + "."]
+        lines = [self.answers.text(), "", self.message + "."]
         rows, idle = [], set(self.units)
         for answer, row in self.cells.items():
             order = sorted(

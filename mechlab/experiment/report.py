@@ -1,0 +1,177 @@
+"""How answers and recordings are printed: in one line, as the tables of the command line, and in a notebook.
+
+In a notebook a Recording shows its page. This room knows no pages: whoever can draw one offers it with `offer_page`. Without
+an offer, or where the page cannot be shown, a table stands in and says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.question import Answers
+from mechlab.experiment.recording import Recording
+from mechlab.results import html_of, line_of, text_of
+from mechlab.tables import html_sheet, number, table
+
+NEGLIGIBLE = 1e-9
+"""Share of the largest value of a channel: a value below it, and below its own error, is printed as 0."""
+
+Page = Callable[[Recording], str]
+_offered: list[Page] = []
+
+
+def offer_page(write: Page) -> None:
+    """From now on recordings show `write(recording)`, HTML that is safe to stand in a notebook. The last offer counts.
+
+    A MechlabError that `write` raises becomes the sentence above the table.
+    """
+    _offered[:] = [write]
+
+
+# -- answers ---------------------------------------------------------------------------------------------------------------
+
+
+@line_of.register
+def _(answers: Answers) -> str:
+    difference = answers.max_difference
+    apart = "" if difference is None else f", largest difference {difference:.3g}"
+    return f"Answers of {', '.join(answers.answers)} to the question {answers.question}: {answers.status.value}{apart}"
+
+
+@text_of.register
+def _(answers: Answers) -> str:
+    """A table with a column for each witness, the largest difference, the status and the notes."""
+    parts = [table(*_values(answers))] if _values(answers)[1] else []
+    for name, answer in answers.answers.items():
+        if answer.cannot:
+            parts.append(f"{name}: {answer.cannot}")
+        if answer.modes:
+            parts.append(f"{name}: {len(answer.modes)} modes\n{table(*_modes(answer.modes))}")
+        parts += [f"{k}\n{table(*_details(v))}" for k, v in answer.details.items() if _is_table(v)]
+        parts += [f"{name}: {note}" for note in answer.notes]
+    parts += answers.remarks
+    if (difference := answers.max_difference) is not None:
+        parts.append(f"largest difference between witnesses: {difference:.3g}")
+    parts.append(f"status: {answers.status.value}")
+    return "\n".join([*parts, *(f"warning: {w}" for w in answers.warnings)])
+
+
+@html_of.register
+def _(answers: Answers) -> str:
+    """A table with a column for each witness; modes in tables of their own; difference, status, notes, warnings."""
+    tables = {"": _values(answers)} if _values(answers)[1] else {}
+    sentences = [f"status: {answers.status.value}"]
+    if (difference := answers.max_difference) is not None:
+        sentences.append(f"largest difference between witnesses: {difference:.3g}")
+    for name, answer in answers.answers.items():
+        sentences += [f"{name}: {text}" for text in ([answer.cannot] if answer.cannot else answer.notes)]
+        if answer.modes:
+            tables[f"{name}: {len(answer.modes)} modes"] = _modes(answer.modes)
+    return html_sheet("", [*sentences, *answers.remarks, *(f"warning: {w}" for w in answers.warnings)], tables)
+
+
+Rows = tuple[list[str], list[list[str]]]
+
+
+def _values(answers: Answers) -> Rows:
+    """Quantity, unit, and the value of each witness."""
+    each = answers.answers.values()
+    keys = dict.fromkeys(k for a in each for k in a.values)
+    rows = [[k, answers.units.get(k, ""), *(number(a.values.get(k), 10) for a in each)] for k in keys]
+    return ["quantity", "unit", *answers.answers], rows
+
+
+def _modes(modes: tuple[dict[str, Any], ...]) -> Rows:
+    labels = list(dict.fromkeys(k for mode in modes for k in mode))
+    return labels, [[number(mode.get(k), 8) for k in labels] for mode in modes]
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)
+
+
+def _details(rows: list[Mapping[str, Any]]) -> Rows:
+    """The columns of what a witness lists, without those that hold tables themselves."""
+    heads = [k for k, x in rows[0].items() if not isinstance(x, Mapping)]
+    return heads, [[x if isinstance(x := r[k], str) else number(x, 8) for k in heads] for r in rows]
+
+
+# -- recordings ------------------------------------------------------------------------------------------------------------
+
+
+@line_of.register
+def _(recording: Recording) -> str:
+    r = recording
+    scene = f", scene {r.scene}" if r.scene else ""
+    trust = "trusted" if r.health.trusted else "not to be trusted"
+    return f"Recording of {r.name or r.mechanism.name}{scene}, {r.t[-1]:g} s, {len(r.t)} samples, {trust}"
+
+
+@text_of.register
+def _(recording: Recording) -> str:
+    """Values at the sample times and at the end, health, cost."""
+    r = recording
+    samples, negligible = [*r.samples(), r.final()], _negligible(r)
+    heads = ["channel", "unit", *(f"t = {s['t']:g} s" for s in samples[:-1]), f"t = {r.t[-1]:g} s (end)"]
+    rows = [
+        [n, r.units.get(n, ""), *(number(s[n] if abs(s[n]) > negligible[n] else 0.0, 7) for s in samples)]
+        for n in r.channels
+    ]
+    if r.errors:
+        heads.append("error, at most")
+        rows = [[*row, number(r.errors.get(row[0]), 2)] for row in rows]
+    lines = [
+        f"{r.name}, scene {r.scene}, fidelity {r.fidelity}, "
+        f"engine {r.settings.engine} ({r.settings.integrator}, {r.settings.timestep:g} s)"
+    ]
+    if r.acts:
+        lines.append(f"what acts: {r.acts}")
+    lines += [table(heads, rows), "", "health"]
+    lines += [f"  {f.severity:8s}{f.sentence}" for f in r.health.findings]
+    lines += [f"  note    {n}" for n in r.notes]
+    lines.append(f"cost: {r.cost.steps} steps, {r.cost.evaluations} evaluations, {r.cost.cpu_s:.3g} s of CPU")
+    return "\n".join(lines)
+
+
+def _negligible(recording: Recording) -> dict[str, float]:
+    """Of each channel the size up to which the table prints a value as 0."""
+    out = {}
+    for name, values in recording.channels.items():
+        largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+        out[name] = min(NEGLIGIBLE * largest, recording.errors.get(name, 0.0))
+    return out
+
+
+@html_of.register
+def _(recording: Recording) -> str:
+    """The page of a recording, or its table with the reason."""
+    if not _offered:
+        return recording_table(recording)
+    try:
+        return _offered[0](recording)
+    except MechlabError as why:
+        return recording_table(recording, f"The page of this run is not shown: {why}")
+
+
+def recording_table(recording: Recording, *sentences: str) -> str:
+    """HTML: engine, health in words, and of every channel the unit, least, largest and last value."""
+    r = recording
+    lines = [
+        *sentences,
+        f"scene {r.scene or '-'}, fidelity {r.fidelity or '-'}, {r.t[-1]:g} s, {len(r.t)} times recorded",
+        f"engine {r.settings.engine}, {r.settings.integrator}, step {r.settings.timestep:g} s",
+    ]
+    if r.acts:
+        lines.append(f"what acts: {r.acts}")
+    rows = [
+        [n, r.units.get(n, ""), number(x.min(), 6), number(x.max(), 6), number(x[-1], 9)] for n, x in r.channels.items()
+    ]
+    tables: dict[str, Rows] = {}
+    if r.health.findings:
+        tables["Health"] = ["", "what was found"], [[f.severity, f.sentence] for f in r.health.findings]
+    tables["Channels"] = ["channel", "unit", "least", "largest", "at the end"], rows
+    return html_sheet(r.name or r.mechanism.name, lines, tables)

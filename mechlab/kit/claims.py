@@ -1,0 +1,219 @@
+"""Printed claims as data: what a source prints, how the witnesses compute it, and which comparison gives which verdict.
+
+    LEDGER = Ledger("Zinchenko 2009")
+
+    @LEDGER.claim(
+        "Z2", "step 2", "37.3 deg = 0.65 rad", 0.65,
+        holds(when=below(1e-3, "largest shift*")),
+        only_if("{worst:.1g} deg is enough: use the degrees"),
+    )
+    def rounded_angles() -> Evidence:
+        ...
+        return evidence({"largest shift of theta2 [deg]": shift, ...}, worst=worst)
+
+The verdicts are tried in the order in which they are written; the first whose comparison is true is given, and the last
+one has no comparison. A comparison names values: those that are reported (`computed`) or the facts beside them, which are
+not. A `*` in a name stands for any text, and then every value of such a name has to pass.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.mechanism.geometry import Array
+
+Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the witnesses computed for a claim (reported), and facts that only comparisons and sentences use."""
+
+    computed: dict[str, Any]
+    facts: dict[str, Any]
+
+
+def evidence(computed: Mapping[str, Any], **facts: Any) -> Evidence:
+    """Reported values by a readable name, and facts by an identifier."""
+    return Evidence(dict(computed), facts)
+
+
+# -- comparisons ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """`test(values, printed)` is true or false. Comparisons are joined with &, |, and negated with ~."""
+
+    test: Callable[[Values, Any], bool]
+
+    def __call__(self, values: Values, printed: Any) -> bool:
+        """The result of the comparison for these values and this printed number."""
+        return self.test(values, printed)
+
+    def __and__(self, other: Comparison) -> Comparison:
+        return Comparison(lambda v, p: self(v, p) and other(v, p))
+
+    def __or__(self, other: Comparison) -> Comparison:
+        return Comparison(lambda v, p: self(v, p) or other(v, p))
+
+    def __invert__(self) -> Comparison:
+        return Comparison(lambda v, p: not self(v, p))
+
+
+def _named(values: Values, name: str) -> list[Any]:
+    """Values of a name, in which * stands for any text. Raises MechlabError when there is none."""
+    if name in values:
+        return [values[name]]
+    pattern = re.compile(".*".join(map(re.escape, name.split("*"))))
+    found = [v for k, v in values.items() if pattern.fullmatch(k)] if "*" in name else []
+    if not found:
+        raise unknown("value of a claim", name, values)
+    return found
+
+
+def _each(names: tuple[str, ...], test: Callable[[Array], Any]) -> Comparison:
+    """True when the test is true for every element of every value of these names."""
+    return Comparison(lambda v, p: all(np.all(test(np.asarray(x))) for name in names for x in _named(v, name)))
+
+
+def _against(name: str, of: Any, test: Callable[[Array, Array], Any]) -> Comparison:
+    """True when test(value, reference) is. of: None for the printed number, the name of a value, or a number."""
+
+    def compare(values: Values, printed: Any) -> bool:
+        reference = printed if of is None else _named(values, of)[0] if isinstance(of, str) else of
+        return all(np.all(test(np.asarray(x), np.asarray(reference))) for x in _named(values, name))
+
+    return Comparison(compare)
+
+
+def below(limit: float, *names: str) -> Comparison:
+    """Every value is less than the limit; not a number is not."""
+    return _each(names, lambda x: x < limit)
+
+
+def above(limit: float, *names: str) -> Comparison:
+    """Every value is greater than the limit; not a number is not."""
+    return _each(names, lambda x: x > limit)
+
+
+def true(*names: str) -> Comparison:
+    """Every value is true, or a number other than 0."""
+    return _each(names, lambda x: x.astype(bool))
+
+
+def none(*names: str) -> Comparison:
+    """Every value is 0 or false."""
+    return _each(names, lambda x: ~x.astype(bool))
+
+
+def equals(name: str, of: Any = None) -> Comparison:
+    """The value is exactly the printed one, or `of`."""
+    return _against(name, of, lambda x, y: x == y)
+
+
+def near(name: str, limit: float, of: Any = None) -> Comparison:
+    """The value differs from the printed number (or `of`) by less than the limit (absolute)."""
+    return _against(name, of, lambda x, y: np.abs(x - y) < limit)
+
+
+def factor(name: str, ratio: float, limit: float, of: Any = None) -> Comparison:
+    """The value is `ratio` times the printed number (or `of`), to the relative limit."""
+    return _against(name, of, lambda x, y: np.abs(x / (ratio * y) - 1.0) < limit)
+
+
+def shows(name: str, decimals: ArrayLike, of: Any = None) -> Comparison:
+    """The value, rounded to the decimals that are printed, is the printed number (or `of`)."""
+    return _against(name, of, lambda x, y: same_digits(x, y, decimals))
+
+
+def same_digits(value: ArrayLike, printed: ArrayLike, decimals: ArrayLike) -> bool:
+    """True when every value, rounded to the decimals that are printed, is the printed number."""
+    half = 0.5 * 10.0 ** -np.broadcast_to(np.asarray(decimals, dtype=float), np.shape(printed))
+    return bool(np.all(np.abs(np.asarray(value) - np.asarray(printed)) <= half * (1.0 + 1e-9)))
+
+
+# -- verdicts ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A verdict, its completion in words ({name} stands for a fact, formatted), and when it is given (None: always)."""
+
+    verdict: Verdict
+    because: str = ""
+    when: Comparison | None = None
+
+
+def holds(because: str = "", when: Comparison | None = None) -> Rule:
+    """The claim is right as printed."""
+    return Rule(Verdict.HOLDS, because, when)
+
+
+def only_if(because: str, when: Comparison | None = None) -> Rule:
+    """The claim holds only if what `because` says is met."""
+    return Rule(Verdict.HOLDS_ONLY_IF, because, when)
+
+
+def misprint(correct: str, when: Comparison | None = None) -> Rule:
+    """The claim is a misprint; what is correct."""
+    return Rule(Verdict.MISPRINT, correct, when)
+
+
+def fails(because: str = "", when: Comparison | None = None) -> Rule:
+    """The claim is wrong; why."""
+    return Rule(Verdict.FAILS, because, when)
+
+
+def cannot(because: str, when: Comparison | None = None) -> Rule:
+    """The source does not give what a test of the claim needs; what is missing."""
+    return Rule(Verdict.CANNOT, because, when)
+
+
+def settle(found: Evidence, printed: Any, rules: tuple[Rule, ...]) -> Finding:
+    """The first rule whose comparison is true for the evidence. Raises MechlabError when none is."""
+    values = {**found.computed, **found.facts}
+    for rule in rules:
+        if rule.when is None or rule.when(values, printed):
+            return Finding(found.computed, rule.verdict, rule.because.format_map(found.facts))
+    raise MechlabError("no verdict of the claim applies; the last one must have no comparison (when=None)")
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """The claims of one source, in the order in which they are declared."""
+
+    source: str
+    entries: list[Claim] = field(default_factory=list)
+
+    @property
+    def claims(self) -> tuple[Claim, ...]:
+        """All claims declared so far."""
+        return tuple(self.entries)
+
+    def claim(
+        self, id: str, where: str, text: str, printed: Any, *rules: Rule
+    ) -> Callable[[Callable[[], Evidence]], Callable[[], Evidence]]:
+        """Decorator of the function that computes the claim's evidence anew each time that the claim is tested.
+
+        id: unique in the ledger. where: place in the source. printed: the number or words as printed. Raises MechlabError
+        for an id that is taken and for rules that leave a case without a verdict.
+        """
+        if any(id == c.id for c in self.entries):
+            raise MechlabError(f"claim {id} is declared twice")
+        if not rules or rules[-1].when is not None or any(r.when is None for r in rules[:-1]):
+            raise MechlabError(f"claim {id}: the last verdict, and only the last, is given without a comparison")
+
+        def declare(compute: Callable[[], Evidence]) -> Callable[[], Evidence]:
+            self.entries.append(Claim(id, where, text, printed, lambda: settle(compute(), printed, rules), self.source))
+            return compute
+
+        return declare
