@@ -9,7 +9,7 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import Bricard
 from mechlab.analytic.benchmarks.bricard import AXES, CORNERS
-from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -125,7 +125,7 @@ def moving(p: Parameters, time: float) -> mass_check.State:
     return mass_check.State(values, rates, particles, points, p.gravity_vector, 1)
 
 
-def _check_masses(p: Parameters) -> Measured:
+def _check_masses(p: Parameters) -> CheckResult:
     m = build(p, "full")
     return mass_check.compare([(m, moving(p, time)) for time in (0.2, 0.5)])
 

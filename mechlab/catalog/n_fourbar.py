@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.benchmarks import ParallelogramChain
-from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -100,7 +100,7 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     return record_own(m, scene, own.slope, start, states, method, tolerance)
 
 
-def _check_masses(p: Parameters) -> Measured:
+def _check_masses(p: Parameters) -> CheckResult:
     """Rockers turn alike about their pivots; couplers go along without turning."""
     m, pairs, gravity = build(p, "full"), [], (0.0, -p.gravity, 0.0)
     for angle, rate in ((1.1, 1.3), (2.5, -0.7)):

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.benchmarks import Pendulum
-from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -85,15 +85,17 @@ PRINTED = {
 }
 
 
-def _check_elliptic(p: Parameters) -> Measured:
+def _check_elliptic(p: Parameters) -> CheckResult:
     """The reference against elliptic functions, at this start, length and gravity."""
     found = reference(p, _swing(p, "full"))
     exact = Pendulum(p.length, p.gravity).in_closed_form(p.start_angle, p.start_rate, found.t)
     # 1e-13 a step, over some hundred steps
-    return Measured({"equations": np.cos(found.channel("angle"))}, 1e-10, np.cos(exact), "x / L over the whole scene")
+    return CheckResult(
+        {"equations": np.cos(found.channel("angle"))}, 1e-10, np.cos(exact), "x / L over the whole scene"
+    )
 
 
-def _check_masses(p: Parameters) -> Measured:
+def _check_masses(p: Parameters) -> CheckResult:
     m, gravity, pairs = build(p, "full"), (0.0, -p.gravity, 0.0), list[mass_check.Pair]()
     for angle, rate in ((p.start_angle, 1.3), (p.start_angle + 0.9, -0.7)):
         place = cmath.rect(p.length, angle)

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import SliderCrank
 from mechlab.analytic.benchmarks.planar import Jet
-from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -99,7 +99,7 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     return record_own(m, scene, own.slope, start, states, method, tolerance)
 
 
-def _check_masses(p: Parameters) -> Measured:
+def _check_masses(p: Parameters) -> CheckResult:
     m, gravity, pairs = build(p, "full"), (0.0, -p.gravity, 0.0), list[mass_check.Pair]()
     found = _own(p).states(np.array([[p.start_angle, p.start_rate], [-p.start_angle, -3.0]]))
     for (phi, psi, x), (rate, turn, speed) in zip(*(a.tolist() for a in found), strict=True):

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.experiment.acting import held_drives
 from mechlab.experiment.laws import Law, Servo
-from mechlab.experiment.recording import Finding, measured
+from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
@@ -160,7 +160,7 @@ def energy_finding(
     value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0
     taken = f" beside the {-at_stops[-1]:.3g} J that stops took" if at_stops[-1] < 0.0 else ""
     text = f"energy balance: at most {np.max(missing):.3g} J of {turnover:.3g} J turned over is unaccounted for{taken}:"
-    return measured("energy_balance", value, limit, "of the turnover", text, warn)
+    return limit_finding("energy_balance", value, limit, "of the turnover", text, warn)
 
 
 def _lost_at_stops(missing: Array, stopped: NDArray[np.bool_]) -> Array:

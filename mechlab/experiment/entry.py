@@ -1,4 +1,6 @@
-"""Checks and claims as data: what is measured, what is expected, what a source says, and the verdict.
+"""What a mechanism brings for its workspace: the region of poses that it can take, the grid it is counted on, maps over it.
+
+Checks and claims as data: what is measured, what is expected, what a source says, and the verdict.
 
 An entry of the catalog: a mechanism with its parameters, scenes, questions, checks and claims.
 """
@@ -12,17 +14,55 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mechlab.analytic.regions import Region
 from mechlab.experiment.question import Question
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
-from mechlab.experiment.workspace import WorkspaceRecipe
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.values import Range
+
+Coordinates = Mapping[str, NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
-class Measured:
+class WorkspaceMap:
+    """A quantity over the workspace: function(points) of the coordinates `axes`, for example a dexterity."""
+
+    function: Callable[[Coordinates], NDArray[np.float64]]
+    axes: tuple[str, ...]
+    unit: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class WorkspaceLimit:
+    """A limit that can be given beside the parameters."""
+
+    unit: str
+    text: str
+
+
+@dataclass(frozen=True)
+class WorkspaceRecipe:
+    """make(parameters, limits) -> the region; `limits` are those of `limits` that were given, by name.
+
+    grid: axis -> range that is used unless the user gives another; unit of the axes; maps(parameters) -> quantities to
+    map over the region; text: what a node is.
+    """
+
+    make: Callable[[Any, Mapping[str, float]], Region]
+    grid: Mapping[str, Range]
+    units: Mapping[str, str]
+    limits: Mapping[str, WorkspaceLimit] = field(default_factory=dict)
+    maps: Callable[[Any], Mapping[str, WorkspaceMap]] = lambda p: {}
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class CheckResult:
     """What the witnesses of a check found. `values` witness -> number or array; `expected` the truth they are held to,
     or None when they are held to each other; `tolerance` absolute. The check passes when all agree."""
 
@@ -53,11 +93,11 @@ class Measured:
 
 @dataclass(frozen=True)
 class Check:
-    """A named check of a mechanism: `run(parameters) -> Measured`. `source` says where the expected value comes from."""
+    """A named check of a mechanism: `run(parameters) -> CheckResult`. `source` says where the expected value comes from."""
 
     id: str
     text: str
-    run: Callable[[Any], Measured]
+    run: Callable[[Any], CheckResult]
     source: str = ""
     slow: bool = False
 
@@ -73,7 +113,7 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class Finding:
+class ClaimResult:
     """What testing a claim gave: numbers by witness, the verdict, and its completion in words."""
 
     computed: dict[str, Any]
@@ -97,7 +137,7 @@ class Claim:
     where: str
     text: str
     printed: Any
-    test: Callable[[], Finding]
+    test: Callable[[], ClaimResult]
     source: str = ""
     tags: tuple[str, ...] = field(default=())
 

@@ -1,4 +1,6 @@
-"""Dry friction that an engine smooths about standstill: does it hide a stick?
+"""What both runners look at after a run: when to sample, did the loops stay closed, did the assembly mode stay.
+
+Dry friction that an engine smooths about standstill: does it hide a stick?
 
 Below a small rate smoothed friction is less than its bound. What is there and would not be accelerated by more than its friction
 can hold stands in truth; here it creeps, by the integral of its rate.
@@ -8,29 +10,251 @@ When a loop counts as torn: open by more than a thousandth of the smallest link.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from mechlab.experiment.recording import Finding
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws import Law
+from mechlab.experiment.recording import Finding, limit_finding
+from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.structure import independent_rows, structure
+
+GAP_LIMIT = 1e-4
+MODE_SAMPLES = 200
+RESTART_JUMP = 0.5
+"""Part of the way made so far: a step back of more than that may be a restart."""
+
+
+def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
+    """(n,) sample times [s], from 0 to the duration: `times` checked and completed by both ends, or a regular grid of
+    whole steps, 10 ms apart or finer, with at least 200 samples if the steps allow it.
+
+    Raises MechlabError for a duration that is not positive or times outside it.
+    """
+    if not np.isfinite(duration) or duration <= 0:
+        raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
+    if times is None:
+        step = min(0.01, duration / 200.0)
+        stride = max(1, int(step / timestep + 1e-9))
+        count = max(1, int(np.ceil(duration / (stride * timestep) - 1e-9)))
+        return np.append(np.arange(count) * (stride * timestep), duration)
+    asked = np.unique(np.asarray(times, dtype=float))
+    if not np.all(np.isfinite(asked)) or (len(asked) and (asked[0] < 0 or asked[-1] > duration * (1 + 1e-12))):
+        raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {asked.tolist()}.")
+    inner = asked[(asked > 0) & (asked < duration)]
+    return np.concatenate([[0.0], inner, [duration]])
+
+
+def kinematic_findings(
+    mechanism: Mechanism,
+    q: Array,
+    v: Array,
+    held: Sequence[str] = (),
+    limit: float = GAP_LIMIT,
+    keep_mode: Sequence[str] = (),
+) -> tuple[Finding, ...]:
+    """Findings "finite", "loop_gap" [m], "loop_angle" [rad], "relation_residual" [rad or m] and "assembly_mode".
+
+    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the others. `held`: names
+    of the driven joints or shafts, default those of the drives; with them held a change of the assembly mode is a change
+    of sign of a determinant (see `mode_sign`). Above `limit` (of a length: times
+    the mechanism's `length_scale`) a gap is an error, above a tenth of it a warning. A change
+    of the assembly mode is a warning; with respect to `keep_mode`, an error.
+    """
+    q, v = np.atleast_2d(q), np.atleast_2d(v)
+    out = [finite_finding(q, v)]
+    q = q[np.all(np.isfinite(q), axis=1)]
+    if not len(q):
+        return tuple(out)
+    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+    residual = np.array([constraints.residual(tree.set(x)) for x in q]).reshape(len(q), len(constraints))
+    offset, angle, relation = _row_kinds(mechanism, constraints)
+    for name, rows, unit, what in (
+        ("loop_gap", offset, "m", "the loops open by up to"),
+        ("loop_angle", angle, "rad", "the loops tilt by up to"),
+        ("relation_residual", relation, "rad or m", "the gears and relations slip by up to"),
+    ):
+        if rows:
+            worst = _largest(residual[:, rows])
+            bound = limit * (mechanism.length_scale if unit == "m" else 1.0)
+            culprit = constraints.rows[rows[int(np.argmax(np.max(np.abs(residual[:, rows]), axis=0)))]]
+            out.append(limit_finding(name, worst, bound, unit, f"{what} (at {culprit})", 0.1 * bound))
+    if len(constraints):
+        watched = keep_mode or held or [d.on for d in mechanism.drives]
+        out.append(mode_finding(mechanism, q, watched, strict=bool(keep_mode)))
+    return tuple(out)
+
+
+def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bool = False) -> Finding:
+    """Finding "assembly_mode": how often the assembly mode for the held joints changed along q (n, nq).
+
+    A warning: a free motion may pass through a toggle position; an error when `strict`. Looks at no more than 200
+    samples, unless `strict`.
+    """
+    signs = mode_signs(mechanism, q if strict else q[:: max(1, len(q) // MODE_SAMPLES)], held)
+    told = signs[signs != 0]
+    if not len(told):
+        text = "the assembly mode cannot be told: the drives do not fix the mechanism"
+        if not held:
+            text = "no drives: the assembly mode was not watched"
+        return Finding("assembly_mode", 0.0, 0.0, "changes", "ok", text)
+    changes = int(np.count_nonzero(np.diff(told)))
+    if changes:
+        text = f"with respect to {', '.join(held)} the assembly mode changed {changes} times: a toggle was passed"
+        if strict:
+            text += (
+                ", which the mechanism itself cannot do; the run stops here, do not trust it. Try a smaller timestep"
+            )
+        return Finding("assembly_mode", float(changes), 0.0, "changes", "error" if strict else "warning", text)
+    return Finding("assembly_mode", 0.0, 0.0, "changes", "ok", f"the assembly mode of {', '.join(held)} was kept")
+
+
+class ModeWatch:
+    """Tells along a run whether the assembly mode with respect to the held ones is still that of the first state."""
+
+    def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
+        self.mechanism, self.held = mechanism, tuple(held)
+        self._first = 0.0
+        self._modes = _Modes(mechanism, self.held) if self.held else None
+
+    def changed(self, q: Array) -> bool:
+        """True when the mode at q (nq,) is another than at the first call; never without held ones."""
+        if self._modes is None or not np.all(np.isfinite(q)):
+            return False
+        sign = self._modes.sign(q)
+        self._first = self._first or sign
+        return self._first * sign < 0.0
+
+
+class _Modes:
+    """The sign of `mode_signs`, pose by pose: what does not change with the pose is looked up once."""
+
+    def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
+        self.tree, self.constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+        self.keep = independent_rows(mechanism, self.constraints)
+        rows = [mechanism.row(n) for n in held]
+        if len(self.keep) + len(rows) < mechanism.nv and structure(mechanism).idle:
+            rows += _idle_rows(mechanism, held)
+        self.square = len(self.keep) + len(rows) == mechanism.nv
+        self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
+
+    def sign(self, q: Array) -> float:
+        """Sign of the determinant at q (nq,); 0 when it is not square or singular."""
+        if not self.square:
+            return 0.0
+        jacobian = self.constraints.jacobian(self.tree.set(q))[self.keep]
+        sign, size = np.linalg.slogdet(np.vstack([jacobian, self.tail]))
+        return float(sign) if size > -60 else 0.0
+
+
+def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
+    """(n,) sign of det [independent rows of J; rows of the held ones; rows of local freedoms] along q (n, nq); 0: not
+    square or singular. Same meaning as `mechlab.mechanism.mode_sign`, but local freedoms do not hide the mode."""
+    modes = _Modes(mechanism, held)
+    return np.array([modes.sign(x) for x in q])
+
+
+def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:
+    """Finding "saturation": share of samples at which a limited law stands at its limit; None when no law has a limit.
+
+    forces: joint or shaft -> (n,) force of all laws on it. A limited drive does not do what it was asked: a warning.
+    """
+    shares = {}
+    for law in laws:
+        bound = getattr(law, "limit", np.inf)
+        on = str(getattr(law, "on", ""))
+        if on in forces and np.isfinite(bound) and sum(on in other.targets() for other in laws) == 1:
+            shares[on] = float(np.mean(np.abs(forces[on]) >= bound * (1 - 1e-12)))
+    if not shares:
+        return None
+    name, worst = max(shares.items(), key=lambda item: item[1])
+    if worst > 0:
+        text = f"the force on {name} stands at its limit in {100 * worst:.3g} % of the samples"
+        return Finding("saturation", worst, 0.0, "of the samples", "warning", text)
+    return Finding("saturation", 0.0, 0.0, "of the samples", "ok", "no law reached its limit")
+
+
+def finite_finding(q: Array, v: Array) -> Finding:
+    """Finding "finite": the number of values that are not finite; any is an error."""
+    bad = int(np.count_nonzero(~np.isfinite(q))) + int(np.count_nonzero(~np.isfinite(v)))
+    severity = "error" if bad else "ok"
+    text = f"{bad} values are not finite; do not trust this run" if bad else "all values are finite"
+    return Finding("finite", float(bad), 0.0, "values", severity, text)
+
+
+def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Finding | None:
+    """Finding "restart" (an error): the sample at which a run goes on from the reference pose, as an engine does that resets
+    itself after a blow-up; None when there is no such sample. Sought are steps back of more than JUMP of the way made so far,
+    to less than a tenth of that way from the reference, at twice the usual speed of the run at least, that end slower than
+    they began."""
+    home, columns = mechanism.reference(), mechanism._q_columns
+    if len(t) < 3 or not len(columns) or not np.all(np.isfinite(q)):
+        return None
+    away = np.max(np.abs(q - home)[:, columns], axis=1)
+    step = np.diff(q[:, columns], axis=0)
+    size = np.max(np.abs(step), axis=1)
+    speed = np.max(np.abs(v), axis=1, initial=0.0)
+    usual = np.diff(t) * float(np.median(speed))
+    reach = np.maximum.accumulate(away)[:-1]
+    back = (size > RESTART_JUMP * reach) & (size > 2.0 * usual) & (away[1:] < 0.1 * reach) & (reach > 1e-9)
+    back &= speed[1:] < speed[:-1]
+    if not np.any(back):
+        return None
+    k = int(np.argmax(back)) + 1
+    text = (
+        f"at t = {t[k]:.6g} s the state jumps back by {size[k - 1]:.3g} rad or m to the reference pose, faster than the run "
+        "ever moves: the engine has restarted itself after a blow-up. Do not trust this run; switch autoreset off"
+    )
+    return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
+
+
+def _row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+    relations = {r.name for r in mechanism.relations}
+    offset: list[int] = []
+    angle: list[int] = []
+    relation: list[int] = []
+    for item in constraints.items:
+        rows = range(constraints.slices[item.name].start, constraints.slices[item.name].stop)
+        for i in rows:
+            if item.name in relations:
+                relation.append(i)
+            else:
+                (angle if "_" in constraints.rows[i].removeprefix(item.name) else offset).append(i)
+    return offset, angle, relation
+
+
+def _largest(values: Array) -> float:
+    """Largest absolute value; NaN anywhere counts as infinite."""
+    return float(np.max(np.abs(values))) if np.all(np.isfinite(values)) else float("inf")
+
+
+def _idle_rows(mechanism: Mechanism, held: Sequence[str]) -> list[Array]:
+    """Rows of independent rates that are not held, one for each local freedom."""
+    best = structure(mechanism)
+    names = list(mechanism.rate_names)
+    free = [n for n in best.independent if n not in held and n in names]
+    return [np.eye(mechanism.nv)[names.index(n)] for n in free[: len(best.idle)]]
+
 
 Flags = NDArray[np.bool_]
 
-BAND = 3.0
+SMOOTHING_BAND = 3.0
 """Widths of a tanh beyond which smoothed friction has all but its bound (.5 % less)."""
 
 
-def stands(rates: Array, accelerations: Array, width: Array, able: Array) -> Flags:
+def sticks(rates: Array, accelerations: Array, width: Array, able: Array) -> Flags:
     """(n, k) whether friction smoothed as able tanh(rate / width) hides a stick: the rate is in the band, and the acceleration
     without friction is less than what friction is able to (width, able: (k,))."""
     free = accelerations + able * np.tanh(rates / width)
-    return np.asarray((np.abs(rates) < BAND * width) & (np.abs(free) < able))
+    return np.asarray((np.abs(rates) < SMOOTHING_BAND * width) & (np.abs(free) < able))
 
 
-def crept(t: Array, rates: Array, standing: Flags) -> Array:
+def creep_distance(t: Array, rates: Array, standing: Flags) -> Array:
     """(k,) ways [rad or m] made between samples at which something stands: t (n,), rates (n, k), standing (n, k)."""
     both = standing[1:] & standing[:-1]
     mean = 0.5 * (np.abs(rates[1:]) + np.abs(rates[:-1]))
@@ -44,7 +268,7 @@ def friction_finding(
     friction. names (k,); `how` says what the engine does to it."""
     if not names:
         return None
-    ways = crept(t, rates, standing)
+    ways = creep_distance(t, rates, standing)
     k = int(np.argmax(ways))
     value, text = float(ways[k]), f"dry friction of {', '.join(dict.fromkeys(names))} {how}"
     if not value > 0.0:
@@ -56,9 +280,9 @@ def friction_finding(
     return Finding("friction", value, tolerance, "rad or m", "error", text)
 
 
-TORN = 1e-3
+OPEN_LOOP = 1e-3
 """Share of the smallest link."""
-SHORTEST = 1e-6
+SAME_JOINT = 1e-6
 """Points of a body nearer than this [m] are one joint, not the ends of a link."""
 
 
@@ -74,13 +298,13 @@ def smallest_link(mechanism: Mechanism) -> float:
             if name in points:
                 points[name].append(place.translation)
     lengths = [float(np.linalg.norm(a - b)) for own in points.values() for i, a in enumerate(own) for b in own[i + 1 :]]
-    return min((x for x in lengths if x > SHORTEST), default=float("inf"))
+    return min((x for x in lengths if x > SAME_JOINT), default=float("inf"))
 
 
-def torn_finding(t: float, gap: float, limit: float, duration: float, row: str) -> Finding:
+def open_loop_finding(t: float, gap: float, limit: float, duration: float, row: str) -> Finding:
     """Finding "loop_open" (an error): when the run was stopped, how far which loop had opened."""
     text = (
-        f"the loop {row} is torn open by {gap:.3g} m at t = {t:.6g} s of {duration:g} s, more than {TORN:g} of the smallest "
+        f"the loop {row} is torn open by {gap:.3g} m at t = {t:.6g} s of {duration:g} s, more than {OPEN_LOOP:g} of the smallest "
         f"link ({limit:.3g} m): the run was stopped. No assembly may exist where the drive goes; ask `solve` there, or take "
         "harder loops or a smaller timestep"
     )

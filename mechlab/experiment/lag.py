@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.memory import Memory
+from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.mechanism.constraints import ConstraintSet
@@ -23,7 +23,7 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.statics import passive_force
 
-LIMIT = 1e-3
+LAG_LIMIT = 1e-3
 """Lag [rad or m] above which a run warns."""
 SAMPLES = 25
 ENGINE_TIMECONST, ENGINE_IMPEDANCE = 0.02, 0.95
@@ -58,8 +58,8 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
     if settings.engine != "mujoco" or not mechanism.relations:
         return ()
     q, v = initial_state(mechanism, scene)
-    plant = _Still(mechanism, q, v)
-    memory = Memory(scene.laws)
+    plant = _StatePlant(mechanism, q, v)
+    memory = LawStates(scene.laws)
     memory.put(plant, memory.initial)
     mass, jacobian, free = plant.mass_matrix(), plant.jacobian(), plant.constraint_bias()
     inverse = np.linalg.solve(mass, jacobian.T)
@@ -91,16 +91,16 @@ def lag_findings(mechanism: Mechanism, scene: Scene, settings: Settings) -> tupl
         return ()
     worst = max(lags, key=lambda x: x.lag)
     text = f"before the run: relation {worst.relation!r} will lag by {worst.lag:.3g} rad or m under {worst.load:.3g} N m or N"
-    if not worst.lag <= LIMIT:
+    if not worst.lag <= LAG_LIMIT:
         text += (
-            f", more than {LIMIT:g}: its lightest part is light for that load (A = {worst.compliance:.3g} 1/(kg m2)). "
+            f", more than {LAG_LIMIT:g}: its lightest part is light for that load (A = {worst.compliance:.3g} 1/(kg m2)). "
             "Take the fidelity 'minimal', which has no soft rows, or a smaller timestep"
         )
-        return (Finding("predicted_lag", worst.lag, LIMIT, "rad or m", "warning", text),)
-    return (Finding("predicted_lag", worst.lag, LIMIT, "rad or m", "ok", text),)
+        return (Finding("predicted_lag", worst.lag, LAG_LIMIT, "rad or m", "warning", text),)
+    return (Finding("predicted_lag", worst.lag, LAG_LIMIT, "rad or m", "ok", text),)
 
 
-class _Still:
+class _StatePlant:
     """A Plant of numpy in one state."""
 
     def __init__(self, mechanism: Mechanism, q: Array, v: Array) -> None:

@@ -1,7 +1,4 @@
-"""Prescribed motions as data: what a servo or a computed-torque law follows. Each gives value, rate and acceleration.
-
-What a timed run gives: states at evenly spaced output times, and the CPU time of stepping alone.
-"""
+"""Prescribed motions as data: what a servo or a computed-torque law follows. Each gives value, rate and acceleration."""
 
 from __future__ import annotations
 
@@ -13,10 +10,9 @@ from typing import Protocol
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.mechanism.geometry import Array
 
 
-class Motion(Protocol):
+class PrescribedMotion(Protocol):
     """A twice differentiable function of time."""
 
     def at(self, t: float) -> tuple[float, float, float]:
@@ -64,7 +60,7 @@ class Sine:
 
 
 @dataclass(frozen=True)
-class Table:
+class Spline:
     """A twice differentiable spline through `values` at `times` [s]: quintic from six points on, else cubic."""
 
     times: tuple[float, ...]
@@ -90,22 +86,3 @@ class Table:
         inside = min(max(t, self.times[0]), self.times[-1])
         a, b, c = (float(f(inside)) for f in self._spline)  # type: ignore[operator]
         return (a, b, c) if inside == t else (a, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Trace:
-    """q (n, nq), v (n, nv) of the mechanism at the first n of the output times; cpu_s: process CPU time of stepping,
-    setting up excluded; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of
-    motion, 0 where the engine does not count them."""
-
-    q: Array
-    v: Array
-    cpu_s: float
-    steps: int
-    reason: str = ""
-    evaluations: int = 0
-
-    @property
-    def complete(self) -> bool:
-        """True when the end was reached."""
-        return not self.reason

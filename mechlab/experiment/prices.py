@@ -49,9 +49,9 @@ ONE_FREEDOM = Price(1.4e-5)
 """The equation of one freedom on its table."""
 CLOSED_POSE = Price(3e-4, rates=2.5e-4)
 """A pose of the table, closed by Newton's method."""
-OWN = 5e-5
+OWN_EQUATIONS = 5e-5
 """An evaluation of an entry's own equations: of all sizes, and by charts alone."""
-OBSERVED = Price(2e-5, rates=3e-6)
+OBSERVED_POSE = Price(2e-5, rates=3e-6)
 """A pose looked at in Python: its energy, its gaps."""
 BATCH, BATCH_POSE, BATCH_SOLVED = 1.5e-4, 4e-7, 6e-10
 """Many poses together in numpy: of a call, and of each pose times nv (kinematics) and nv^3 (linear equations)."""

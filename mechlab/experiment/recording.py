@@ -40,7 +40,7 @@ class Finding:
         }  # fmt: skip
 
 
-def measured(name: str, value: float, limit: float, unit: str, what: str, warn: float | None = None) -> Finding:
+def limit_finding(name: str, value: float, limit: float, unit: str, what: str, warn: float | None = None) -> Finding:
     """A finding from a number and its limit: error above the limit (or not finite), warning above `warn`."""
     if not value <= limit:
         return Finding(
@@ -183,6 +183,25 @@ class Recording(Result):
             "cost": asdict(self.cost), "message": self.message,
             "status": "finished" if self.health.trusted else "finished, do not trust it", "notes": list(self.notes),
         }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Trace:
+    """q (n, nq), v (n, nv) of the mechanism at the first n of the output times; cpu_s: process CPU time of stepping,
+    setting up excluded; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of
+    motion, 0 where the engine does not count them."""
+
+    q: Array
+    v: Array
+    cpu_s: float
+    steps: int
+    reason: str = ""
+    evaluations: int = 0
+
+    @property
+    def complete(self) -> bool:
+        """True when the end was reached."""
+        return not self.reason
 
 
 def basic_channels(

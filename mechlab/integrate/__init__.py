@@ -1,13 +1,20 @@
 """Methods as data: Butcher tableaux, one loop that runs them all; step-size control. Functions of (t, state) only."""
 
-from mechlab.integrate.adaptive import ADAPTIVE, Outcome, Trajectory, integrate_adaptive
-from mechlab.integrate.fixed import EULER, HEUN, RK4, RK38, TABLEAUX, Stopped, Tableau, integrate_fixed, step
+from mechlab.integrate.adaptive import (
+    ADAPTIVE,
+    IntegrationStatus,
+    LsodaStates,
+    Trajectory,
+    integrate_adaptive,
+    integrate_lsoda,
+)
+from mechlab.integrate.fixed import EULER, HEUN, RK4, RK38, TABLEAUX, FixedStepEnd, Tableau, integrate_fixed, step
 from mechlab.integrate.hybrid import Ending, Event, HybridTrajectory, Modes, RoughProblem, integrate_hybrid, modes_at
-from mechlab.integrate.lsoda import Table, integrate_lsoda
 from mechlab.integrate.work import OutOfWork, count_work, work_done, work_limit
 
 __all__ = [
-    "ADAPTIVE", "EULER", "HEUN", "RK4", "RK38", "TABLEAUX", "Ending", "Event", "HybridTrajectory", "Modes", "OutOfWork", "Outcome",
-    "RoughProblem", "Stopped", "Table", "Tableau", "Trajectory", "count_work", "integrate_adaptive", "integrate_fixed",
-    "integrate_hybrid", "integrate_lsoda", "modes_at", "step", "work_done", "work_limit",
+    "ADAPTIVE", "EULER", "HEUN", "RK4", "RK38", "TABLEAUX", "Ending", "Event", "FixedStepEnd", "HybridTrajectory",
+    "IntegrationStatus", "LsodaStates", "Modes", "OutOfWork", "RoughProblem", "Tableau", "Trajectory", "count_work",
+    "integrate_adaptive", "integrate_fixed", "integrate_hybrid", "integrate_lsoda", "modes_at", "step", "work_done",
+    "work_limit",
 ]  # fmt: skip

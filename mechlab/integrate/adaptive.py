@@ -1,4 +1,9 @@
-"""Integration with step-size control: scipy's DOP853 (Hairer & Wanner) and Radau, with dense output and a clear end."""
+"""Integration with step-size control: scipy's DOP853 (Hairer & Wanner) and Radau, with dense output and a clear end.
+
+Integration with step-size control by LSODA (Petzold 1983), which turns implicit by itself where the problem is stiff.
+
+scipy's compiled loop calls the right-hand side; the steps themselves cost no Python.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.integrate.work import ADAPTIVE_STAGE, count_work
+from mechlab.integrate.work import ADAPTIVE_STAGE, LSODA_CALL, count_work
 
 Array = NDArray[np.float64]
 ADAPTIVE = ("DOP853", "Radau")
 
 
-class Outcome(Enum):
+class IntegrationStatus(Enum):
     """How an integration ended, as a sentence."""
 
     COMPLETE = "complete"
@@ -35,13 +40,13 @@ class Trajectory:
     t: Array
     y: Array
     evaluations: int
-    outcome: Outcome
+    outcome: IntegrationStatus
     dense: Callable[[ArrayLike], Array]
 
     @property
     def complete(self) -> bool:
         """True when the end time was reached."""
-        return self.outcome is Outcome.COMPLETE
+        return self.outcome is IntegrationStatus.COMPLETE
 
     @property
     def last_step(self) -> float:
@@ -59,8 +64,8 @@ class Trajectory:
         return np.moveaxis(self.dense(times), 0, -1)
 
 
-class _Stop(Exception):
-    def __init__(self, outcome: Outcome) -> None:
+class _StopIntegration(Exception):
+    def __init__(self, outcome: IntegrationStatus) -> None:
         self.outcome = outcome
 
 
@@ -96,15 +101,15 @@ def integrate_adaptive(
         count += 1
         count_work(ADAPTIVE_STAGE)
         if count > most_evaluations:
-            raise _Stop(Outcome.TOO_MANY)
+            raise _StopIntegration(IntegrationStatus.TOO_MANY)
         dy = np.asarray(f(t, y), dtype=float)
         if not np.all(np.isfinite(dy)):
-            raise _Stop(Outcome.NOT_FINITE)
+            raise _StopIntegration(IntegrationStatus.NOT_FINITE)
         return dy
 
     start = np.array(y0, dtype=float)
     times, states, pieces = [float(t0)], [start], []
-    outcome = Outcome.COMPLETE
+    outcome = IntegrationStatus.COMPLETE
     try:
         first = None if not first_step else min(first_step, abs(t1 - t0), max_step)
         kind = DOP853 if method == "DOP853" else Radau
@@ -112,12 +117,12 @@ def integrate_adaptive(
         while solver.status == "running":
             solver.step()
             if solver.status == "failed":
-                outcome = Outcome.STEP_TOO_SMALL
+                outcome = IntegrationStatus.STEP_TOO_SMALL
                 break
             pieces.append(solver.dense_output())
             times.append(float(solver.t))
             states.append(solver.y.copy())
-    except _Stop as stop:
+    except _StopIntegration as stop:
         outcome = stop.outcome
     if pieces:
         dense: Callable[[ArrayLike], Array] = OdeSolution(times, pieces)
@@ -128,3 +133,60 @@ def integrate_adaptive(
 
 def _constant(y: Array) -> Callable[[ArrayLike], Array]:
     return lambda t: np.multiply.outer(y, np.ones(np.shape(t)))
+
+
+MOST_STEPS = 500_000
+"""Between two times asked for."""
+
+
+@dataclass(frozen=True)
+class LsodaStates:
+    """States y (n, m) at the first n of the times asked for; steps, evaluations, and why it ended early ("": it did not)."""
+
+    y: Array
+    steps: int
+    evaluations: int
+    reason: str
+
+
+def integrate_lsoda(
+    f: Callable[[float, Array], Array],
+    y0: Array,
+    times: Array,
+    tolerance: float,
+    jacobian: Callable[[float, Array], Array] | None = None,
+) -> LsodaStates:
+    """dy/dt = f(t, y) from y0 (m,) at times[0] to all of `times` (n,). `tolerance` is relative; absolute, a tenth of it.
+    jacobian: df/dy (m, m), where it costs less than m calls of f, by which it is found else."""
+    import warnings
+
+    from scipy.integrate import ODEintWarning, odeint
+
+    def counted(t: float, y: Array) -> Array:
+        count_work(LSODA_CALL)
+        return f(t, y)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ODEintWarning)
+        y, told = odeint(
+            counted,
+            y0,
+            times,
+            tfirst=True,
+            rtol=tolerance,
+            atol=0.1 * tolerance,
+            full_output=1,
+            mxstep=MOST_STEPS,
+            Dfun=jacobian,
+        )
+    fine = np.all(np.isfinite(y), axis=1)
+    count = len(times)
+    reason = ""
+    if told["message"] != "Integration successful.":
+        count = 1 + int(np.argmin(np.diff(told["tcur"]) > 0.0)) if len(times) > 2 else 1
+        reason = f"LSODA stopped before t = {times[min(count, len(times) - 1)]:.4g} s: {told['message']}"
+    elif not fine.all():
+        reason = "the state is not finite"
+    if not fine.all():
+        count = min(count, int(np.argmin(fine)))
+    return LsodaStates(np.asarray(y[:count]), int(told["nst"][-1]), int(told["nfe"][-1]), reason)

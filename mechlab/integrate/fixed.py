@@ -110,7 +110,7 @@ RightSide = Callable[[float, Array], Array]
 
 
 @dataclass(frozen=True)
-class Stopped:
+class FixedStepEnd:
     """Where an integration ended: time, state, steps done, and in `reason` why it stopped early (empty: it did not)."""
 
     t: float
@@ -149,7 +149,7 @@ def integrate_fixed(
     steps: int,
     observe: Callable[[int, float, Array], None] | None = None,
     project: Callable[[float, Array], Array] | None = None,
-) -> Stopped:
+) -> FixedStepEnd:
     """`steps` steps of size h from y0 (..., n) at t0; f(t, y) -> dy/dt of the same shape, vectorised over leading axes.
 
     After each step `project(t, y) -> y` brings the state back onto constraints, then `observe(k, t, y)` sees it; k =
@@ -171,8 +171,8 @@ def integrate_fixed(
         if np.all(np.isfinite(new)) and project is not None:
             new = project(after, new)
         if not np.all(np.isfinite(new)):
-            return Stopped(t, y, k, f"the state is not finite after t = {t:.6g} (step {k + 1}, size {h:g})")
+            return FixedStepEnd(t, y, k, f"the state is not finite after t = {t:.6g} (step {k + 1}, size {h:g})")
         y = new
         if observe is not None:
             observe(k + 1, after, y)
-    return Stopped(t0 + steps * h, y, steps)
+    return FixedStepEnd(t0 + steps * h, y, steps)

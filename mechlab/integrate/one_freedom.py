@@ -23,7 +23,7 @@ PROBES = (-0.93, -0.41, 0.17, 0.79)
 
 
 @dataclass(frozen=True)
-class Cell:
+class PolynomialPiece:
     """A polynomial on [low, high]: coefficients (order + 1, columns) of Chebyshev polynomials, and its error."""
 
     low: float
@@ -63,8 +63,8 @@ class PathTable:
         self._probe = np.polynomial.chebyshev.chebvander(np.array(PROBES), ORDER)
         self._powers = np.arange(ORDER + 1)
         self._lows: list[float] = []
-        self._cells: list[Cell] = []
-        self._last: Cell | None = None
+        self._cells: list[PolynomialPiece] = []
+        self._last: PolynomialPiece | None = None
         self.samples = 0
 
     @property
@@ -91,7 +91,7 @@ class PathTable:
         out = basis @ cell.coefficients
         return out + turns * self.turn if turns and self.turn is not None else out
 
-    def _find(self, phi: float) -> Cell:
+    def _find(self, phi: float) -> PolynomialPiece:
         k = bisect_right(self._lows, phi) - 1
         if k >= 0 and phi <= self._cells[k].high:
             return self._cells[k]
@@ -108,7 +108,7 @@ class PathTable:
             low, high = (low, middle) if phi < middle else (middle, high)
         raise NoSolution(f"the path of the one freedom ends at {phi:.9g}: a limit position or a place where modes meet")
 
-    def _try(self, low: float, high: float) -> Cell | None:
+    def _try(self, low: float, high: float) -> PolynomialPiece | None:
         half, middle = 0.5 * (high - low), 0.5 * (low + high)
         try:
             values = np.array([self.sample(middle + half * x) for x in self._nodes])
@@ -119,7 +119,7 @@ class PathTable:
         coefficients = self._fit @ values
         size = np.maximum(np.max(np.abs(values), axis=0), self.floor)
         error = float(np.max(np.abs(self._probe @ coefficients - exact) / size))
-        return Cell(low, high, coefficients, error)
+        return PolynomialPiece(low, high, coefficients, error)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.mass_check import Particles, solid, spread_of
@@ -87,13 +87,13 @@ def engine_check(
     limit: float,
     share: float = 0.1,
     steps: int = 500,
-) -> Callable[[Any], Measured]:
+) -> Callable[[Any], CheckResult]:
     """A check: MuJoCo and Pinocchio over a `share` of the scene against the reference, tracked channels at the end.
 
     limit [m]: what `steps` steps of RK4 may miss; with the default parameters they miss less than a tenth of it.
     """
 
-    def check(p: Any) -> Measured:
+    def check(p: Any) -> CheckResult:
         from mechlab.engines.mujoco import run as run_mujoco
         from mechlab.engines.pinocchio import run as run_pinocchio
 
@@ -108,7 +108,9 @@ def engine_check(
         ends = {n: [float(f(p, r)[-1]) for _, f in channels.values()] for n, r in runs.items()}
         truth = reference(p, scene)
         expected = [float(f(p, truth)[-1]) for _, f in channels.values()]
-        return Measured(ends, limit, expected, f"tracked position [m] after {scene.duration:g} s, {steps} steps of RK4")
+        return CheckResult(
+            ends, limit, expected, f"tracked position [m] after {scene.duration:g} s, {steps} steps of RK4"
+        )
 
     return check
 
@@ -120,16 +122,16 @@ def printed_check(
     channels: Mapping[str, Channel],
     printed: Mapping[float, tuple[float, ...]],
     tolerance: float,
-) -> Callable[[Any], Measured]:
+) -> Callable[[Any], CheckResult]:
     """A check of the reference with default parameters against values t [s] -> channels as printed."""
 
-    def check(p: Any) -> Measured:
+    def check(p: Any) -> CheckResult:
         default = parameters()
         found = reference(default, make(default, "full"))
         values = {n: f(default, found) for n, (_, f) in channels.items()}
         full = replace(found, channels=found.channels | values)
         got = [[full.at(n, t) for n in channels] for t in printed]
-        return Measured({"analytic": got}, tolerance, [list(x) for x in printed.values()], "with default parameters")
+        return CheckResult({"analytic": got}, tolerance, [list(x) for x in printed.values()], "with default parameters")
 
     return check
 

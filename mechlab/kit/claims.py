@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 
 Values = Mapping[str, Any]
@@ -178,12 +178,12 @@ def cannot(because: str, when: Comparison | None = None) -> Rule:
     return Rule(Verdict.CANNOT, because, when)
 
 
-def settle(found: Evidence, printed: Any, rules: tuple[Rule, ...]) -> Finding:
+def settle(found: Evidence, printed: Any, rules: tuple[Rule, ...]) -> ClaimResult:
     """The first rule whose comparison is true for the evidence. Raises MechlabError when none is."""
     values = {**found.computed, **found.facts}
     for rule in rules:
         if rule.when is None or rule.when(values, printed):
-            return Finding(found.computed, rule.verdict, rule.because.format_map(found.facts))
+            return ClaimResult(found.computed, rule.verdict, rule.because.format_map(found.facts))
     raise MechlabError("no verdict of the claim applies; the last one must have no comparison (when=None)")
 
 

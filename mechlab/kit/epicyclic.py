@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.recording import Recording, basic_channels
@@ -93,7 +93,7 @@ def speed_question(
 
 def measured_speeds(
     p: Any, questions: Sequence[Question], values: Sequence[float], tolerance: float, note: str
-) -> Measured:
+) -> CheckResult:
     """All members from each pair (or one) of speeds, from all witnesses of the questions."""
     said: dict[str, list[float]] = {}
     for question in questions:
@@ -101,7 +101,7 @@ def measured_speeds(
         for witness, ask in question.witnesses.items():
             found = ask(p, given).values
             said.setdefault(witness, []).extend(float(found[k]) for k in question.answers)
-    return Measured(said, tolerance, note=note)
+    return CheckResult(said, tolerance, note=note)
 
 
 def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dict[str, Array]:
@@ -164,7 +164,7 @@ def train_state(turns: Mapping[str, float], particles: Particles, rotors: float 
 def moving_check(name: str, build: Callable[[Any, str], Mechanism], state: Callable[[Any, str], State | None]) -> Check:
     """The check of `mechlab.kit.mass_check` in every fidelity that can be built (state None: it cannot)."""
 
-    def run(p: Any) -> Measured:
+    def run(p: Any) -> CheckResult:
         states = {f: state(p, f) for f in FIDELITIES}
         return mass_check.compare([(build(p, f), s) for f, s in states.items() if s is not None])
 
@@ -175,7 +175,7 @@ def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, w
     """Each ray of planets has so many `meshes` and `wheels`. The first one makes the train; every other one repeats as many
     rows as it has meshes more than wheels: that many loads statics cannot share out."""
 
-    def run(p: Any) -> Measured:
+    def run(p: Any) -> CheckResult:
         import mujoco
 
         from mechlab.engines.mujoco.model import equality_jacobian
@@ -190,6 +190,6 @@ def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, w
             for who, jacobian in rows.items():
                 said[who] += [len(jacobian), len(jacobian) - rank(jacobian)]
             expected += [rays * meshes, (rays - 1) * (meshes - wheels)]
-        return Measured(said, 0.0, expected, "rows and redundant rows: parts, full")
+        return CheckResult(said, 0.0, expected, "rows and redundant rows: parts, full")
 
     return Check(name, "rows of the meshes, and how many repeat others", run, "count of meshes and wheels on a ray")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.analytic.assur import Modes, TwoLoops
-from mechlab.experiment.entry import Measured
+from mechlab.experiment.entry import CheckResult
 from mechlab.mechanism.geometry import Array
 
 
@@ -43,7 +43,7 @@ def scan_modes(group: TwoLoops, points: int = 2880) -> int:
     return total
 
 
-def try_modes(group: TwoLoops, modes: Modes) -> Measured:
+def try_modes(group: TwoLoops, modes: Modes) -> CheckResult:
     """Every mode over positions: length of the closing links over theirs, and det J over that of central differences of
     (|z|^2 - l^2) / 2 by both turns."""
     step = 1e-4
@@ -59,7 +59,7 @@ def try_modes(group: TwoLoops, modes: Modes) -> Measured:
         det.append((told / (by_t[0] * by_u[1] - by_u[0] * by_t[1]))[some])
     ratios = np.concatenate([np.ravel(x) for x in (*length, *det)])
     # Central differences of a sine are short by step^2 / 6 = 2e-9; where modes come near det J is a difference of its parts.
-    return Measured({"analytic": ratios}, 1e-6, np.ones(len(ratios)), f"{len(np.concatenate(det))} modes")
+    return CheckResult({"analytic": ratios}, 1e-6, np.ones(len(ratios)), f"{len(np.concatenate(det))} modes")
 
 
 def _changes(values: Array) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
-from mechlab.experiment.prices import OWN
+from mechlab.experiment.prices import OWN_EQUATIONS
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.integrate import count_work, integrate_adaptive
@@ -64,7 +64,7 @@ def record_own(
     """
 
     def counted(t: float, y: Array) -> Array:
-        count_work(OWN)
+        count_work(OWN_EQUATIONS)
         return slope(t, y)
 
     began = time.thread_time()

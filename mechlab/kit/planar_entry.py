@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.analytic.linkage import Linkage, Motion
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.experiment.entry import Check, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, SceneRecipe
 from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.question import Answer, Question, Witness, with_rates
@@ -219,13 +219,13 @@ class Planar:
             Check(f"{letter}3", mass_check.TEXT, self._check_mass, mass_check.SOURCE),
         )
 
-    def _check_mass(self, p: Any) -> Measured:
+    def _check_mass(self, p: Any) -> CheckResult:
         start = self.start(p)
         rates = {c: 1.3 - 0.4 * k for k, c in enumerate(self.cranks)}
         positions = [{c: (start[c] + turn, rates[c], 0.0) for c in self.cranks} for turn in (0.0, 0.2)]
         return compare_planar(self.build(p, "minimal"), self.linkage(p), positions, self.style(p))
 
-    def _check_pose(self, p: Any) -> Measured:
+    def _check_pose(self, p: Any) -> CheckResult:
         said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
         start = self.start(p)
         question = self.question()
@@ -243,13 +243,13 @@ class Planar:
                 plain = [a for a in question.answers if a not in question.angles]
                 turned = [g(values[a]) for a in question.angles for g in (np.cos, np.sin)]
                 said[witness].append([*(values[a] for a in plain), *turned])
-        return Measured(
+        return CheckResult(
             said,
             1e-8,
             note=f"{len(said['analytic'])} poses near the start: all quantities with rates and accelerations",
         )
 
-    def _check_run(self, p: Any) -> Measured:
+    def _check_run(self, p: Any) -> CheckResult:
         from mechlab.engines.mujoco import run
 
         scene = self.scenes()["driven-crank"].make(p, "minimal")
@@ -260,7 +260,7 @@ class Planar:
         names = [n for n in truth.mechanism.scalar_names if n in found.channels]
         expected = [truth.channel(n)[-1] for n in names]
         # Softness of MuJoCo's loops, tc = 2.8 ms: (1 - d) tc^2 x acceleration stays below 1e-6 here.
-        return Measured({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, expected, ", ".join(names))
+        return CheckResult({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, expected, ", ".join(names))
 
 
 @lru_cache(maxsize=64)

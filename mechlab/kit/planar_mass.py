@@ -11,7 +11,7 @@ import numpy as np
 from mechlab.analytic.assur.plane import Point
 from mechlab.analytic.linkage import Linkage, Motion, Step
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import Measured
+from mechlab.experiment.entry import CheckResult
 from mechlab.kit.mass_check import NOTHING, Particles, State, compare, rod, solid
 from mechlab.kit.planar_build import Style, angle_name
 from mechlab.mechanism import Mechanism
@@ -19,7 +19,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import GROUND
 
 
-def compare_planar(m: Mechanism, chain: Linkage, positions: Sequence[dict[str, Any]], style: Style) -> Measured:
+def compare_planar(m: Mechanism, chain: Linkage, positions: Sequence[dict[str, Any]], style: Style) -> CheckResult:
     """The engines against the particles at some positions, the first of them the reference pose: input of the chain -> angle,
     rate, acceleration."""
     states = [planar_state(m, chain, chain.solve(**at).require(), style) for at in positions]

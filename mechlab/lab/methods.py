@@ -15,8 +15,17 @@ from typing import Any, Protocol
 import numpy as np
 
 from mechlab.errors import unknown
-from mechlab.experiment.motion import Trace
-from mechlab.experiment.prices import CALLBACK, CONSTRAINED, EQUATIONS, MUJOCO, ONE_FREEDOM, OWN, Price, price_of_laws
+from mechlab.experiment.prices import (
+    CALLBACK,
+    CONSTRAINED,
+    EQUATIONS,
+    MUJOCO,
+    ONE_FREEDOM,
+    OWN_EQUATIONS,
+    Price,
+    price_of_laws,
+)
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.integrate.work import ADAPTIVE_STAGE, FIXED_STAGE, LSODA_CALL
 from mechlab.kit.witness import ENGINES, room
@@ -291,7 +300,7 @@ def _pinocchio(m: Method, problem: Problem, value: float) -> Trace:
 def _stage(m: Method, problem: Problem) -> Price:
     """The price of an evaluation by the engine of a method."""
     if m.engine != "pinocchio":
-        return {"mujoco": MUJOCO, "one_freedom": ONE_FREEDOM, "hybrid": EQUATIONS}.get(m.engine, Price(OWN))
+        return {"mujoco": MUJOCO, "one_freedom": ONE_FREEDOM, "hybrid": EQUATIONS}.get(m.engine, Price(OWN_EQUATIONS))
     from mechlab.engines.pinocchio.trace import fits
 
     return CONSTRAINED if fits(problem.mechanism, problem.scene.laws) else EQUATIONS

@@ -12,7 +12,7 @@ from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.acting import what_acts
 from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.parameters import describe
-from mechlab.experiment.recording import Finding, Health, Recording, measured
+from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
 from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
 from mechlab.lab.by_engine import run_by_engine
 from mechlab.lab.design import AUTO, Design
@@ -208,7 +208,7 @@ def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_erro
     found = differences(run, looser, 1.0)
     change = max((found[n] for n in run.mechanism.scalar_names), default=math.inf)
     text = f"change of the joints between the tolerances {LOOSER * tolerance:.1g} and {tolerance:.1g}"
-    finding = measured("max_error", change, max_error, "rad or m", text)
+    finding = limit_finding("max_error", change, max_error, "rad or m", text)
     return Controlled(replace(run, health=Health((finding,)) + run.health), ((looser, 1.0),))
 
 
@@ -235,7 +235,7 @@ def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error
         before, coarse = coarse, fine
         if estimate <= max_error:
             break
-    finding = measured(
+    finding = limit_finding(
         "max_error", estimate, max_error, "rad or m", "change of the joints between the last two timesteps"
     )
     # of first order the change is the error; with rows or kinks no more is relied on

@@ -20,7 +20,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.probes import SOURCE, reach, without_stops
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import Measured
+from mechlab.experiment.entry import CheckResult
 from mechlab.experiment.scene import PRESETS
 from mechlab.mechanism import Builder, Inertia
 
@@ -42,7 +42,7 @@ def test_ids() -> None:
 
 
 @cache
-def untouched(id_: str) -> Measured:
+def untouched(id_: str) -> CheckResult:
     """The check as it is, run once: `SOURCE` are the default parameters."""
     return BY_ID[id_].run(SOURCE)
 

@@ -14,7 +14,7 @@ import pytest
 from mechlab.catalog.delta6.claims import CLAIMS
 from mechlab.catalog.delta6.claims_velocity import shows
 from mechlab.catalog.delta6.probes import SOURCE
-from mechlab.experiment.entry import Finding, Verdict
+from mechlab.experiment.entry import ClaimResult, Verdict
 from mechlab.studies.check.claims import ClaimReport
 
 BY_ID = {c.id: c for c in CLAIMS}
@@ -85,11 +85,11 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
 
 
 @lru_cache(maxsize=1)
-def findings() -> dict[str, Finding]:
+def findings() -> dict[str, ClaimResult]:
     return {c.id: c.test() for c in CLAIMS}
 
 
-def numbers(finding: Finding, pattern: str) -> list[Any]:
+def numbers(finding: ClaimResult, pattern: str) -> list[Any]:
     found = [v for k, v in finding.computed.items() if re.search(pattern, k)]
     assert found, f"{pattern} not in {list(finding.computed)}"
     return found

@@ -22,7 +22,7 @@ from mechlab.engines.mujoco import run
 from mechlab.engines.pinocchio import run as run_pinocchio
 from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Verdict
-from mechlab.experiment.observe import ModeWatch
+from mechlab.experiment.findings import ModeWatch
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism import TreeKinematics, structure
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechlab.errors import MechlabError
-from mechlab.integrate import ADAPTIVE, Outcome, integrate_adaptive
+from mechlab.integrate import ADAPTIVE, IntegrationStatus, integrate_adaptive
 
 
 @pytest.mark.parametrize("method", ADAPTIVE)
@@ -25,16 +25,16 @@ def test_backwards():
 
 def test_a_finite_escape_ends_with_an_outcome_and_finite_states():
     found = integrate_adaptive(lambda t, y: y**2, 0.0, [1.0], 2.0)
-    assert found.outcome in (Outcome.STEP_TOO_SMALL, Outcome.NOT_FINITE)
+    assert found.outcome in (IntegrationStatus.STEP_TOO_SMALL, IntegrationStatus.NOT_FINITE)
     assert np.all(np.isfinite(found.y)) and found.t[-1] < 1.0 + 1e-6
 
 
 def test_not_finite_right_side_and_too_many_evaluations():
     bad = integrate_adaptive(lambda t, y: y * (np.nan if t > 0.5 else 1.0), 0.0, [1.0], 1.0)
-    assert bad.outcome is Outcome.NOT_FINITE and np.all(np.isfinite(bad.y))
+    assert bad.outcome is IntegrationStatus.NOT_FINITE and np.all(np.isfinite(bad.y))
     assert integrate_adaptive(lambda t, y: np.array([np.nan]), 0.0, [1.0], 1.0).at(0.0)[0] == 1.0
     many = integrate_adaptive(lambda t, y: -1e6 * (y - np.cos(t)), 0.0, [1.0], 10.0, most_evaluations=500)
-    assert many.outcome is Outcome.TOO_MANY
+    assert many.outcome is IntegrationStatus.TOO_MANY
 
 
 def test_an_exception_of_the_right_side_is_not_swallowed():

@@ -83,10 +83,10 @@ from mechlab.engines.mujoco import run, to_mujoco
 from mechlab.engines.mujoco.findings import _slip
 from mechlab.engines.mujoco.model import equality_jacobian
 from mechlab.errors import MechlabError
+from mechlab.experiment.findings import restart_finding
 from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween, capture_finding
 from mechlab.experiment.laws import Constant, OneSidedStop, Servo
 from mechlab.experiment.motion import Hold, Ramp
-from mechlab.experiment.observe import restart_finding
 from mechlab.experiment.recording import Finding, Health
 from mechlab.experiment.scene import PRESETS, Scene, Settings, preset
 from mechlab.lab.step_error import with_step_error
@@ -422,7 +422,7 @@ def test_large_projections_are_told() -> None:
 
 def test_a_switched_mode_ends_the_run() -> None:
     """The four-bar jumps to its mirrored closure: soft rows let it through a position that rigid bars cannot pass."""
-    from mechlab.experiment.observe import kinematic_findings
+    from mechlab.experiment.findings import kinematic_findings
     from mechlab.mechanism import close
 
     m = fourbar()

@@ -12,7 +12,7 @@ from mechlab.analytic.regions import Clause
 from mechlab.cli import main
 from mechlab.cli.verbs.workspace import changes
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, UsageError
-from mechlab.experiment.workspace import Map
+from mechlab.experiment.entry import WorkspaceMap
 from mechlab.studies.workspace import grid_of, plan, surface, survey
 from mechlab.studies.workspace.grid import Grid, map_over
 from mechlab.values import Range
@@ -188,7 +188,7 @@ def test_no_surface():
     nowhere = ball(-1.0)
     with pytest.raises(NoSolution, match="empty"):
         surface(nowhere, cube, survey(nowhere, cube))
-    assert map_over(nowhere, cube, Map(lambda p: p["x"], ("x", "y", "z"))) is None
+    assert map_over(nowhere, cube, WorkspaceMap(lambda p: p["x"], ("x", "y", "z"))) is None
 
 
 def test_a_platform_is_asked_its_question(capsys):

@@ -9,7 +9,7 @@ import numpy as np
 from mechlab.catalog.andrews.build import build
 from mechlab.catalog.andrews.moving import MOVING
 from mechlab.catalog.andrews.parameters import JOINTS, SOURCE, Parameters, own
-from mechlab.experiment.entry import Check, Entry, Measured, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -55,14 +55,14 @@ TEST_SET_RATES = (
 )  # fmt: skip
 
 
-def _check_test_set(p: Parameters) -> Measured:
+def _check_test_set(p: Parameters) -> CheckResult:
     default = replace(Parameters(), duration=0.03)
     found = reference(default, _squeeze(default, "full"))
     q = [found.channel(n)[-1] for n in JOINTS]
     v = [found.channel(f"{n}_rate")[-1] / 1e3 for n in JOINTS]
     # Printed by PSIDE at 1e-14; coordinates agree to 1.4e-9, rates to 5e-8 relative (measured with DOP853 at 1e-13).
     expected = [*TEST_SET, *(x / 1e3 for x in TEST_SET_RATES)]
-    return Measured({"analytic": [*q, *v]}, 1e-7, expected, "seven angles [rad] and rates [1000 rad/s] at 0.03 s")
+    return CheckResult({"analytic": [*q, *v]}, 1e-7, expected, "seven angles [rad] and rates [1000 rad/s] at 0.03 s")
 
 
 ENTRY = Entry(

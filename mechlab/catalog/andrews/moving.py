@@ -8,7 +8,7 @@ import numpy as np
 
 from mechlab.catalog.andrews.build import build
 from mechlab.catalog.andrews.parameters import JOINTS, Parameters, own
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check
 
@@ -45,7 +45,7 @@ def moving(p: Parameters, angle: float, speed: float) -> mass_check.State:
     )  # fmt: skip
 
 
-def _check(p: Parameters) -> Measured:
+def _check(p: Parameters) -> CheckResult:
     m = build(p, "full")
     states = (moving(p, p.start_angle + 0.4, 1.3), moving(p, p.start_angle + 2.5, -0.8))
     return mass_check.compare([(m, state) for state in states])

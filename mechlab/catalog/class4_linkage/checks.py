@@ -16,7 +16,7 @@ from mechlab.catalog.class4_linkage.questions import ANSWERS, QUESTION
 from mechlab.catalog.class4_linkage.scenes import fold, free
 from mechlab.catalog.class4_linkage.table import rows
 from mechlab.experiment.energy import kinetic_energy
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit import mass_check
 from mechlab.kit.mode_scan import scan_modes, try_modes
@@ -26,7 +26,7 @@ PRINTED = Class4Parameters()
 DEGREES = np.radians(np.arange(-180.0, 180.0))
 
 
-def _table(p: Class4Parameters) -> Measured:
+def _table(p: Class4Parameters) -> CheckResult:
     crank, angle, rate, accel, det = rows()
     mode = at(PRINTED, crank)
     found = [
@@ -36,13 +36,13 @@ def _table(p: Class4Parameters) -> Measured:
         mode.det[:, None],
     ]
     wanted = [angle / 10.0, rate, accel, det[:, None]]
-    return Measured(
+    return CheckResult(
         {"analytic": np.concatenate(found, axis=1)}, 1e-5, np.concatenate(wanted, axis=1),
         "8 rows: angles [10 deg], rates, accelerations, det J; printed to 1e-4 deg and 1e-5",
     )  # fmt: skip
 
 
-def _closure(p: Class4Parameters) -> Measured:
+def _closure(p: Class4Parameters) -> CheckResult:
     angle = np.linspace(-np.pi, np.pi, 73)
     found = solve_all(PRINTED, angle)
     group = family(PRINTED)(angle)
@@ -50,27 +50,27 @@ def _closure(p: Class4Parameters) -> Measured:
     t, u = (np.take_along_axis(x, k, axis=1)[:, 0] for x in (found.modes.theta_t, found.modes.theta_u))
     gap = np.abs(group.z(t, u)[0]) - group.l
     back = [np.sin(t[-1] - t[0]), np.sin(u[-1] - u[0])]
-    return Measured({"closure": np.max(np.abs(gap)), "return after a turn": np.max(np.abs(back))}, 1e-12, 0.0)
+    return CheckResult({"closure": np.max(np.abs(gap)), "return after a turn": np.max(np.abs(back))}, 1e-12, 0.0)
 
 
-def _modes(p: Class4Parameters) -> Measured:
+def _modes(p: Class4Parameters) -> CheckResult:
     found = solve_all(PRINTED, DEGREES)
     k = found.chosen[:, None]
     signs = [np.take_along_axis(x, k, axis=1)[:, 0] for x in (found.k1, found.k2)]
     other = replace(PRINTED, BFE=-PRINTED.BFE)
     empty = int(np.count_nonzero(solve_all(other, DEGREES).modes.count == 0))
     said = [int(np.min(found.modes.count)), int(np.max(found.modes.count)), *(float(np.min(s)) for s in signs), empty]
-    return Measured(
+    return CheckResult(
         {"analytic": said}, 0.0, [2, 2, 1.0, 1.0, 61],
         "fewest and most modes at 360 integer degrees, K1, K2, and empty positions with BFE turned the other way",
     )  # fmt: skip
 
 
-def _fold(p: Class4Parameters) -> Measured:
+def _fold(p: Class4Parameters) -> CheckResult:
     short = replace(PRINTED, BC=0.27)
     low, high = arcs(short)[0]
     inside = assur.all_modes(family(short)(np.linspace(low + 1e-9, high - 1e-9, 50))).count
-    return Measured(
+    return CheckResult(
         {"analytic": [np.degrees(low), np.degrees(high), float(np.max(inside))]}, 1e-5, [-104.261471, -75.738529, 0.0],
         "ends of the empty arc for BC = 0.27 m [deg], and the most modes inside",
     )  # fmt: skip
@@ -88,26 +88,26 @@ def random_groups(kind: str, count: int, seed: int) -> assur.TwoLoops:
     return assur.two_loops(w, p, q, np.abs(w + p * np.exp(1j * turns[0]) + q * np.exp(1j * turns[1]))).flat()
 
 
-def _polynomial(p: Class4Parameters) -> Measured:
+def _polynomial(p: Class4Parameters) -> CheckResult:
     short = {}
     for kind in ("III", "IV"):
         groups = random_groups(kind, 150, 11)
         found = assur.all_modes(groups).count
         scanned = np.array([scan_modes(groups.take(np.array([k])), 2880) for k in range(150)])
         short[f"class {kind}: groups where the scan found more"] = int(np.count_nonzero(found < scanned))
-    return Measured(short, 0.0, 0.0, "150 random groups of each class, scan of 2880 points")
+    return CheckResult(short, 0.0, 0.0, "150 random groups of each class, scan of 2880 points")
 
 
-def _witnesses(p: Class4Parameters) -> Measured:
+def _witnesses(p: Class4Parameters) -> CheckResult:
     said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
     for crank in (-2.6, -1.2, 0.4, 1.5, 2.4):
         for witness, ask in QUESTION.witnesses.items():
             values = ask(PRINTED, {"crank_angle": crank, "crank_rate": 1.3, "crank_accel": -0.7}).values
             said[witness].append([float(values[k]) for k in ANSWERS])
-    return Measured(said, 1e-10, note="theta2 to theta5, rates, accelerations at five crank angles")
+    return CheckResult(said, 1e-10, note="theta2 to theta5, rates, accelerations at five crank angles")
 
 
-def _free_run(p: Class4Parameters) -> Measured:
+def _free_run(p: Class4Parameters) -> CheckResult:
     from mechlab.engines.mujoco import run
 
     m = build(PRINTED, "minimal")
@@ -125,7 +125,7 @@ def _free_run(p: Class4Parameters) -> Measured:
         worst = max(worst, abs(rate[k] / np.sqrt(2.0 * kinetic / inertia) - 1.0))
     gap = found.health.finding("loop_gap").value
     # Measured with MuJoCo 4.0.0: speed 1.1e-4, gap 2.4e-7; the limits leave a factor of 3 to 4.
-    return Measured(
+    return CheckResult(
         {"speed error / 3e-4": worst / 3e-4, "gap / 1e-6 m": gap / 1e-6},
         1.0,
         0.0,
@@ -133,7 +133,7 @@ def _free_run(p: Class4Parameters) -> Measured:
     )
 
 
-def _torn(p: Class4Parameters) -> Measured:
+def _torn(p: Class4Parameters) -> CheckResult:
     from mechlab.engines.mujoco import run
 
     short = replace(PRINTED, BC=0.27)
@@ -141,7 +141,7 @@ def _torn(p: Class4Parameters) -> Measured:
     found = run(build(short, "minimal"), scene, scene.settings)
     stopped = any(f.name == "loop_open" and f.severity == "error" for f in found.health.findings)
     turn = float(found.channel("crank_angle")[-1]) > -np.pi / 2
-    return Measured(
+    return CheckResult(
         {"not stopped, turn finished": [float(not stopped), float(turn)]},
         0.0,
         [0.0, 0.0],
@@ -149,12 +149,12 @@ def _torn(p: Class4Parameters) -> Measured:
     )
 
 
-def _each_mode(p: Class4Parameters) -> Measured:
+def _each_mode(p: Class4Parameters) -> CheckResult:
     angle = np.linspace(-3.0, 3.0, 9)
     return try_modes(family(PRINTED)(angle), solve_all(PRINTED, angle).modes)
 
 
-def _masses(p: Class4Parameters) -> Measured:
+def _masses(p: Class4Parameters) -> CheckResult:
     m, pairs = build(p, "minimal"), []
     for turn in (0.0, 0.3):
         angle = start_angle(p) + turn

@@ -12,7 +12,7 @@ from mechlab.analytic import assur
 from mechlab.analytic.benchmarks import FourbarCrank
 from mechlab.analytic.fourbar import solve as fourbar_motion
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.witness import room
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, revolute
@@ -45,7 +45,7 @@ def _rates(m: Mechanism) -> Array:
     return np.asarray(np.linalg.lstsq(jacobian, np.array([0.0, 0.0, 0.0, SPEED]), rcond=1e-11)[0])
 
 
-def _acceleration(p: Any) -> Measured:
+def _acceleration(p: Any) -> CheckResult:
     import mujoco
 
     m = fourbar(0.9)
@@ -59,10 +59,10 @@ def _acceleration(p: Any) -> Measured:
     k = m.v_slice["crank"].start
     said = {"analytic": closed, "pinocchio": free[k], "mujoco": data.qacc[view.dof][k]}
     # MuJoCo's impedance of .9999 leaves 1e-4 of the constraint force out: 1e-4 relative.
-    return Measured(said, 1e-4 * 33.2, -33.175986, "free crank at 0.9 rad and 2 pi rad/s [rad/s2]")
+    return CheckResult(said, 1e-4 * 33.2, -33.175986, "free crank at 0.9 rad and 2 pi rad/s [rad/s2]")
 
 
-def _energy_speed(p: Any) -> Measured:
+def _energy_speed(p: Any) -> CheckResult:
     m = fourbar(0.3)
     scene = Scene("free-run", "minimal", 5.0, initial_rates={"crank": SPEED})
     run = room("mujoco").run(m, scene, Settings(timestep=1e-3))
@@ -76,12 +76,12 @@ def _energy_speed(p: Any) -> Measured:
     gap = run.health.finding("loop_gap").value
     said = {"mujoco": [gap / 1e-7, (run.channel("crank_rate")[-1] - exact) / (5e-5 * SPEED)]}
     # In units of the limits: gap 1e-7 m; speed 5e-5 of 2 pi after five turns (second-order softness of the loop at 1 ms).
-    return Measured(
+    return CheckResult(
         said, 1.0, [0.0, 0.0], "free run of 5 s at 1 ms: loop gap and crank speed, in units of their limits"
     )
 
 
-def _axes(p: Any) -> Measured:
+def _axes(p: Any) -> CheckResult:
     shared = len({j.axis for j in fourbar(1.0).joints})
     refused = 0
     for tilt in (3.67e-6, 1e-4, 1e-3, 1e-2):
@@ -89,18 +89,18 @@ def _axes(p: Any) -> Measured:
             fourbar(1.0, tilt)
         except MechlabError:
             refused += 1
-    return Measured(
+    return CheckResult(
         {"builder": [shared, refused]}, 0.0, [1, 4], "distinct axes of the planar loop; tilted ones refused, of 4"
     )
 
 
-def _parallelogram(p: Any) -> Measured:
+def _parallelogram(p: Any) -> CheckResult:
     """Turned from 10 to 270 deg at five step sizes: rocker c equal to the crank, a little longer, a little shorter."""
     said: list[list[float]] = []
     for step in (1.0, 2.5, 5.0, 7.0, 10.0):
         phi = np.radians(np.arange(10.0, 270.1, step))
         said.append([_marched(0.1, phi), _marched(0.1001, phi), _marched(0.0999, phi)])
-    return Measured(
+    return CheckResult(
         {"analytic": said},
         0.0,
         [[1.0, 0.0, 2.0]] * 5,

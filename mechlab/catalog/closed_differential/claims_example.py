@@ -13,7 +13,7 @@ from mechlab.catalog.closed_differential.build import build
 from mechlab.catalog.closed_differential.looks import planet_name
 from mechlab.catalog.closed_differential.parameters import SOURCE, STATED_TEETH, USED_TEETH
 from mechlab.catalog.closed_differential.probes import EXAMPLE, answers, rounded
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.kit.witness import room
 
 PRINTED_SPEEDS = (50.0, 33.33, 200.0)
@@ -21,7 +21,7 @@ PRINTED_MOMENTS = (40.0, 60.0, 20.0, 180.0)
 MILLI = 1e-3
 
 
-def _example(keys: Sequence[str], printed: Sequence[float], tolerance: float) -> Finding:
+def _example(keys: Sequence[str], printed: Sequence[float], tolerance: float) -> ClaimResult:
     """A printed row of the example against all witnesses, for both tooth sets."""
     computed: dict[str, Any] = {}
     fits: dict[str, list[bool]] = {name: [] for name in EXAMPLE}
@@ -31,28 +31,28 @@ def _example(keys: Sequence[str], printed: Sequence[float], tolerance: float) ->
             computed[f"{who}, {name}"] = rounded(row)
             fits[name].append(bool(np.allclose(row, printed, rtol=0, atol=tolerance)))
     if all(fits["stated teeth"]):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if all(fits["used teeth"]):
         other = computed["analytic, stated teeth"]
         because = (
             f"the train has the teeth {', '.join(map(str, USED_TEETH))}, which are the radii of the computation over the "
             f"module; the stated teeth {', '.join(map(str, STATED_TEETH))} give {', '.join(f'{x:g}' for x in other)}"
         )
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
-    return Finding(computed, Verdict.FAILS, "no tooth set of the source gives these numbers")
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.FAILS, "no tooth set of the source gives these numbers")
 
 
-def example_speeds() -> Finding:
+def example_speeds() -> ClaimResult:
     """w_H2, w3, w1."""
     return _example(("w_H2", "w3", "w1"), PRINTED_SPEEDS, 5e-3)
 
 
-def example_moments() -> Finding:
+def example_moments() -> ClaimResult:
     """M21, M23, M54, M56."""
     return _example(("M21", "M23", "M54", "M56"), PRINTED_MOMENTS, 1e-9)
 
 
-def carrier_radii() -> Finding:
+def carrier_radii() -> ClaimResult:
     """Radii of the planet axes for module 4 mm and the stated teeth, from the poses of the models."""
     p = replace(EXAMPLE["stated teeth"], module=4 * MILLI)
     m = build(p, "parts")
@@ -67,15 +67,15 @@ def carrier_radii() -> Finding:
     }
     found = list(computed.values())
     if all(np.allclose(x, [240.0, 400.0]) for x in found):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     right = found[0]
     if all(np.allclose(x, right, atol=1e-9) for x in found):
         because = f"{right[0]:g} and {right[1]:g} mm: diameters were taken for radii; harmless, only ratios enter"
-        return Finding(computed, Verdict.MISPRINT, because)
-    return Finding(computed, Verdict.FAILS, "the witnesses disagree")
+        return ClaimResult(computed, Verdict.MISPRINT, because)
+    return ClaimResult(computed, Verdict.FAILS, "the witnesses disagree")
 
 
-def bracket() -> Finding:
+def bracket() -> ClaimResult:
     """The bracket (1+15) in the formula for w3, read as printed and as 1 + 1.5."""
     train = EXAMPLE["used teeth"].train
     read = {
@@ -88,13 +88,13 @@ def bracket() -> Finding:
     }
     good = {k: all(abs(v - x) < 1e-9 for x in engines.values()) for k, v in read.items()}
     if good["15"]:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if good["1.5"]:
-        return Finding(computed, Verdict.MISPRINT, "1 + 1.5, as u13 = -1.5; the printed result 33.33 used it")
-    return Finding(computed, Verdict.FAILS, "neither reading gives the printed result")
+        return ClaimResult(computed, Verdict.MISPRINT, "1 + 1.5, as u13 = -1.5; the printed result 33.33 used it")
+    return ClaimResult(computed, Verdict.FAILS, "neither reading gives the printed result")
 
 
-def step_label() -> Finding:
+def step_label() -> ClaimResult:
     """The step 'from (17)': -1.5 (33.33 - 100) + 100."""
     p = EXAMPLE["used teeth"]
     train, v = p.train, closed.speeds(p.train, w_H1=100.0, w_H2=50.0)
@@ -103,10 +103,10 @@ def step_label() -> Finding:
                 "analytic: w1 by (16)": rounded(by_16), "analytic: w1 by (17)": rounded(by_17)}  # fmt: skip
     computed |= {f"{who}: w1": rounded(x["w1"]) for who, x in answers(p, w_H1=100.0).items() if who != "analytic"}
     if abs(train.u46 + 1.5) < 1e-9:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if abs(train.u13 + 1.5) < 1e-9 and abs(by_16 - by_17) < 1e-9:
-        return Finding(computed, Verdict.MISPRINT, "(16): the factor -1.5 is u13. Both formulas give the same w1")
-    return Finding(computed, Verdict.FAILS, "neither formula has this factor")
+        return ClaimResult(computed, Verdict.MISPRINT, "(16): the factor -1.5 is u13. Both formulas give the same w1")
+    return ClaimResult(computed, Verdict.FAILS, "neither formula has this factor")
 
 
 CLAIMS = (

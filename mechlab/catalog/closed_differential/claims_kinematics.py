@@ -12,13 +12,13 @@ from mechlab.catalog.closed_differential.parameters import SOURCE, Parameters
 from mechlab.catalog.closed_differential.probes import EXAMPLE, LAB, answers, machines, rounded
 from mechlab.catalog.closed_differential.witnesses import ENGINES, machine, mesh_sums
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 
 SMALL = 1e-9
 """Limit of relative differences that only rounding makes."""
 
 
-def kinematics() -> Finding:
+def kinematics() -> ClaimResult:
     """(16), (18) against the gear rows, for random speeds and both tooth sets."""
     rng = np.random.default_rng(5)
     worst = dict.fromkeys(("analytic", *ENGINES), 0.0)
@@ -30,11 +30,11 @@ def kinematics() -> Finding:
                 worst[who] = max(worst[who], gap / 1e3)
     computed = {f"{who}: largest difference of w1, w3, relative": v for who, v in worst.items()}
     if max(worst.values()) < SMALL:
-        return Finding(computed, Verdict.HOLDS, "for z1/z3 other than z4/z6")
-    return Finding(computed, Verdict.FAILS, "the gear rows give other speeds")
+        return ClaimResult(computed, Verdict.HOLDS, "for z1/z3 other than z4/z6")
+    return ClaimResult(computed, Verdict.FAILS, "the gear rows give other speeds")
 
 
-def coaxial() -> Finding:
+def coaxial() -> ClaimResult:
     """(13): the planet axis must lie at m (sun + planet)/2 for the sun and at m (ring - planet)/2 for the ring."""
     computed: dict[str, Any] = {}
     fits = []
@@ -49,11 +49,11 @@ def coaxial() -> Finding:
         computed[f"analytic: axes apart with z3 = z1 + 2 z2 {more:+d} [m]"] = rounded(gap)
         fits.append(accepted == (abs(gap) < 1e-12))
     if all(fits):
-        return Finding(computed, Verdict.HOLDS, "equal spacing and neighbours of the planets must be met besides")
-    return Finding(computed, Verdict.FAILS, "gears fit without it")
+        return ClaimResult(computed, Verdict.HOLDS, "equal spacing and neighbours of the planets must be met besides")
+    return ClaimResult(computed, Verdict.FAILS, "gears fit without it")
 
 
-def power_identity() -> Finding:
+def power_identity() -> ClaimResult:
     """(7): power of the meshes on the blocks against the power of the outer moments, at random speeds."""
     rng = np.random.default_rng(6)
     computed: dict[str, Any] = {}
@@ -75,13 +75,13 @@ def power_identity() -> Finding:
             gaps.append(abs(float(blocks) - m1 * h1 + m2 * h2) / 1e4)
         computed[f"{who}: largest gap, relative"] = float(max(gaps))
     if max(computed.values()) < SMALL:
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS, "an identity for balanced planets, at any speeds and moments: it fixes nothing"
         )
-    return Finding(computed, Verdict.FAILS, "the powers differ")
+    return ClaimResult(computed, Verdict.FAILS, "the powers differ")
 
 
-def equal_moments() -> Finding:
+def equal_moments() -> ClaimResult:
     """(1), (4): with M_H2 = M_H1 the moments on the blocks are opposite; so is dL/dt = 0."""
     p = replace(LAB, M_H2=LAB.M_H1)
     q = closed.block_torques(p.train, p.M_H1, p.M_H2)
@@ -95,11 +95,11 @@ def equal_moments() -> Finding:
             "as the balance of the whole: without a torque from the housing every steady motion needs M_H2 = M_H1, which "
             "is what (10) then contradicts. Each block still has a moment of its own and accelerates"
         )
-        return Finding(computed, Verdict.HOLDS, because)
-    return Finding(computed, Verdict.FAILS, "the moments on the blocks do not cancel")
+        return ClaimResult(computed, Verdict.HOLDS, because)
+    return ClaimResult(computed, Verdict.FAILS, "the moments on the blocks do not cancel")
 
 
-def start_ratio() -> Finding:
+def start_ratio() -> ClaimResult:
     """u_H1-5 with the output held."""
     computed: dict[str, Any] = {}
     good = True
@@ -108,8 +108,8 @@ def start_ratio() -> Finding:
         computed |= {f"{who}, {name}": rounded(v) for who, v in said.items()}
         good &= max(said.values()) - min(said.values()) < SMALL
     if good:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "the gear rows give another ratio")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.FAILS, "the gear rows give another ratio")
 
 
 def only(part: str, p: Parameters = LAB) -> Parameters:
@@ -118,7 +118,7 @@ def only(part: str, p: Parameters = LAB) -> Parameters:
     return replace(p, **light) if part else p
 
 
-def start_moment() -> Finding:
+def start_moment() -> ClaimResult:
     """The moment that the held output feels, in the limits of one inertia each, by each witness."""
     printed = float(closed.start_moment(LAB.train, LAB.M_H1))
     computed: dict[str, Any] = {"analytic: the printed formula [N m]": rounded(printed)}
@@ -130,18 +130,18 @@ def start_moment() -> Finding:
             computed[f"{who}: {text} have inertia"] = rounded(found[part][-1], 4)
     near = {part: all(abs(x / printed - 1.0) < 1e-4 for x in v) for part, v in found.items()}
     if all(near.values()):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if near["J5"]:
         because = (
             "planets 5 alone have inertia: the moment on a held output is purely inertial, -Jh12/Jh11 M_H1, and depends on "
             f"how the inertia is spread ({min(v[0] for v in found.values()):.4g} to {max(v[0] for v in found.values()):.4g} "
             "N m here). It is gone when the input no longer accelerates"
         )
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
-    return Finding(computed, Verdict.FAILS, "no inertia makes it true")
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.FAILS, "no inertia makes it true")
 
 
-def synthesis() -> Finding:
+def synthesis() -> ClaimResult:
     """(12) with (13): z4 = (z1 + z2) F/R - z5, for the example's own z1, z2, z5."""
     computed: dict[str, Any] = {}
     solved = []
@@ -160,12 +160,12 @@ def synthesis() -> Finding:
             sides = [-load["mesh_45"] - load["mesh_12"], load["mesh_23"] + load["mesh_56"]]
             computed[f"{who}: M54 - M21, M23 - M56 [N m], {name}"] = rounded(sides)
     if all(solved):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "it is (11) with w1 = w3 silently taken and says no more than M_H1 = M_H2; for the data of the example it gives a "
         "negative z4. Choose teeth from the ratios with one block braked instead, a/b and (1-a)/(1-b)"
     )
-    return Finding(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, because)
 
 
 CLAIMS = (

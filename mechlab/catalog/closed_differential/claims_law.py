@@ -21,14 +21,14 @@ from mechlab.catalog.closed_differential.probes import (
     speeds,
 )
 from mechlab.catalog.closed_differential.witnesses import ENGINES
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.structure import rank
 
 NOTICED = 1e-3
 """A relative deviation beyond all errors of the runs, which are below 1e-6."""
 
 
-def eight() -> Finding:
+def eight() -> ClaimResult:
     """(8) along a run under constant moments, from 0.1 s before the source's point."""
     rate = closed.power_rate(LAB.train, closed.mass_matrix(LAB.train, LAB.inertias), LAB.M_H1, LAB.M_H2)
     a = answers(LAB, w_H1=100.0, w_H2=50.0)["analytic"]
@@ -44,17 +44,17 @@ def eight() -> Finding:
         kept.append(bool(np.max(np.abs(power)) < NOTICED * 1e4))
         upwards.append(len(changes) == 1 and power[0] < 0.0 < power[-1])
     if all(kept):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if all(upwards):
         because = (
             "the outer power grows at the constant rate Q^T J^-1 Q > 0, so that (8) holds at one instant at most and is "
             "crossed from below. As the steady balance of a lossless gear of one freedom (8) is right"
         )
-        return Finding(computed, Verdict.FAILS, because)
-    return Finding(computed, Verdict.FAILS, "(8) is not kept")
+        return ClaimResult(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, "(8) is not kept")
 
 
-def nine() -> Finding:
+def nine() -> ClaimResult:
     """(9) at the source's point: are the blocks in equilibrium?"""
     computed: dict[str, Any] = {}
     still = []
@@ -66,15 +66,15 @@ def nine() -> Finding:
         computed[f"{who}: accelerations of the blocks [rad/s2]"] = rounded([values["w1_rate"], values["w3_rate"]], 6)
         still.append(max(abs(values["w1_rate"]), abs(values["w3_rate"])) < NOTICED)
     if all(still):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "(9) is one equation for two freedoms: the kinetic energy is stationary for an instant. Equilibrium needs both "
         "moments zero, and as a and b differ, that needs M_H1 = M_H2 = 0"
     )
-    return Finding(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, because)
 
 
-def ten() -> Finding:
+def ten() -> ClaimResult:
     """(10) against w_H2 of the run, and against the steady state with drag."""
     computed: dict[str, Any] = {}
     close = []
@@ -87,15 +87,15 @@ def ten() -> Finding:
             computed[f"{who}: {text}: w_H2, by (10)"] = rounded([h2, law], 4)
             close.append(abs(h2 - law) < NOTICED * abs(law))
     if all(close):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "w_H2 follows from two equations of motion and its own past. A torque ratio other than 1 in steady motion needs a "
         "torque of M_H2 - M_H1 from the housing, which nothing here gives; with drag that gives it, another law holds"
     )
-    return Finding(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, because)
 
 
-def eleven() -> Finding:
+def eleven() -> ClaimResult:
     """(11) with and without (8), and for other trains."""
     computed: dict[str, Any] = {}
     with_8: list[bool] = []
@@ -108,14 +108,14 @@ def eleven() -> Finding:
                 computed[f"{who}: sides of (11) [W], {name}, {label}"] = rounded(sides, 6)
                 kept.append(abs(sides[0] - sides[1]) < 1e-6 * max(1.0, *np.abs(sides)))
     if all(with_8) and all(without_8):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if all(with_8):
         because = "(8) is imposed, whatever the teeth: its sides differ by M_H1 w_H1 - M_H2 w_H2"
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
-    return Finding(computed, Verdict.FAILS, "the sides differ")
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.FAILS, "the sides differ")
 
 
-def circulation() -> Finding:
+def circulation() -> ClaimResult:
     """The 'main proof of the truth of the results', 4000 = 4000: does it tell right results from wrong ones?"""
     computed: dict[str, Any] = {}
     agree, share = [], []
@@ -134,13 +134,13 @@ def circulation() -> Finding:
             f"(with {100 * min(share):.4g} to {100 * max(share):.4g} % of the input). Block 14 gains and block 36 loses that "
             "power as kinetic energy: it does not circulate, but is what a variator between blocks and housing would carry"
         )
-        return Finding(computed, Verdict.FAILS, because)
+        return ClaimResult(computed, Verdict.FAILS, because)
     if all(agree):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "the sides differ")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.FAILS, "the sides differ")
 
 
-def determinate() -> Finding:
+def determinate() -> ClaimResult:
     """Freedoms by rank, and whether input speed and moments fix the output speed."""
     computed: dict[str, Any] = {"analytic: freedoms": 2 if LAB.train.regular else 1}
     counts = []
@@ -156,15 +156,15 @@ def determinate() -> Finding:
         computed[f"{who}: w_H2 after 0.5 s from 20 and 50 rad/s"] = rounded(ends, 6)
         spread.append(abs(ends[1] - ends[0]))
     if set(counts) == {1} and max(spread) < NOTICED:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         f"the closed loop of gears leaves {counts[0]} freedoms; with the same input and moments w_H2 depends on where it "
         "started. The loop imposes no constraint beyond its four kinds of meshes, and (8) is no constraint"
     )
-    return Finding(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, because)
 
 
-def adaptation() -> Finding:
+def adaptation() -> ClaimResult:
     """(10) under every physically passive addition that one may think of."""
     computed: dict[str, Any] = {}
     fits = []
@@ -187,13 +187,13 @@ def adaptation() -> Finding:
                 computed[f"{who}: {text}: w_H1, w_H2"] = rounded(speeds(run(who, p, scene, duration, "minimal")), 4)
         fits.append(np.isfinite(law) and abs(h2 - law) < NOTICED * max(1.0, abs(h2)))
     if all(fits):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "no passive addition makes w_H2 follow M_H1 w_H1/M_H2: the output stops, runs backwards, keeps one fixed ratio, or "
         "slips with losses. With a stop and inner drag the train does change between two ranges, at an efficiency below 1; "
         "only a lossless variator that reacts on the housing would give (10)"
     )
-    return Finding(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, because)
 
 
 CLAIMS = (

@@ -17,7 +17,7 @@ from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.scenes import head_tracking
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
 from mechlab.errors import EngineMissing
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
@@ -53,7 +53,7 @@ def _head(w: Witness, p: Delta6Parameters, fidelity: str) -> tuple[Array, Array]
     return np.array(mass), np.array(bias)
 
 
-def a8(p: Delta6Parameters) -> Measured:
+def a8(p: Delta6Parameters) -> CheckResult:
     """Mass matrix and bias of the head."""
     plus = closed.HeadInertias()
     mass, bias = closed.mass_matrix(SOURCE.geometry, plus, 0.7), closed.bias(plus, 0.7, RATES)
@@ -74,7 +74,7 @@ def a8(p: Delta6Parameters) -> Measured:
     )
 
 
-def a9(p: Delta6Parameters) -> Measured:
+def a9(p: Delta6Parameters) -> CheckResult:
     """Errors of the controlled head: closed form, numerical integration, and the whole mechanism in MuJoCo."""
     start = closed.source_targets(0.0)
     e, de = closed.SOURCE_START_ANGLES - start.angles, closed.SOURCE_START_RATES - start.rates

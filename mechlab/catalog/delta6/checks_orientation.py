@@ -14,14 +14,14 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE, refuses
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.mechanism import singularity
 from mechlab.mechanism.geometry import Array
 
 SIX = (*CENTRE, *ANGLES)
 
 
-def a7(p: Delta6Parameters) -> Measured:
+def a7(p: Delta6Parameters) -> CheckResult:
     """The orientation near beta = 90 deg."""
     betas = np.array([0.0, 0.6, 1.2, 1.5, np.pi / 2, 2.0])
     tilts = np.radians([0.0, 60.0, 80.0, 89.0])

@@ -12,14 +12,14 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, probe_motion, random_poses
 from mechlab.catalog.delta6.responses import accelerations, response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.mechanism.geometry import Array
 
 ROUND_TRIPS = 100_000
 SIX = (*CENTRE, *ANGLES)
 
 
-def a3(p: Delta6Parameters) -> Measured:
+def a3(p: Delta6Parameters) -> CheckResult:
     """Closed forms against themselves, and against the rows of the engines."""
     closure: dict[str, float] = {}
     jacobians: dict[str, Array] = {"analytic": _jacobians(p)}

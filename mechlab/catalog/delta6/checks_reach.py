@@ -12,14 +12,14 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, random_poses, reach, refuses
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.mechanism import integrate, newton
 from mechlab.mechanism.geometry import Array
 
 SIX = (*CENTRE, *ANGLES)
 
 
-def a13(p: Delta6Parameters) -> Measured:
+def a13(p: Delta6Parameters) -> CheckResult:
     """Out of reach nobody answers; just inside everybody does."""
     leg = legs(p)[0]
     outward = leg.span[:2] / np.hypot(*leg.span[:2])
@@ -56,7 +56,7 @@ def _closes(w: Witness, start: Array, centre: Array) -> bool:
     return newton(evaluate, lambda q, dv: integrate(m, q, dv), start).closed
 
 
-def a14(p: Delta6Parameters) -> Measured:
+def a14(p: Delta6Parameters) -> CheckResult:
     """Turning the head with O held, and with D held."""
     centre, angles = random_poses(p, 4, seed=9)
     angles = 0.7 * angles

@@ -10,7 +10,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, ROTARY, SLIDERS, random_poses
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.mechanism.geometry import Array
 
 LEGS = (1, 2, 3)
@@ -53,7 +53,7 @@ def _seen(w: Witness) -> Array:
     ])  # fmt: skip
 
 
-def a16(p: Delta6Parameters) -> Measured:
+def a16(p: Delta6Parameters) -> CheckResult:
     """A few poses of the full mechanism."""
     centre, angles = random_poses(p, 3, seed=23)
     angles = 0.7 * angles
@@ -61,7 +61,7 @@ def a16(p: Delta6Parameters) -> Measured:
     for w in witnesses(build(p, "full")):
         said[w.name] = np.array([_seen(w.at(q)) for q in coordinates(p, "full", centre, angles)])
     # Rounding of numbers of the size of 1; a circle through guides that nearly stand in line loses some digits.
-    return Measured(
+    return CheckResult(
         said, 1e-10, note="head centre, angles, sliders, heights, discriminant, bends, shafts, matrices A and B"
     )
 

@@ -14,7 +14,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE, probe_motion, reach, without_stops
 from mechlab.catalog.delta6.responses import forces, response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.motion import Sine
 from mechlab.experiment.scene import Scene, preset
@@ -47,7 +47,7 @@ def swing(p: Delta6Parameters, fidelity: str) -> Scene:
     )  # fmt: skip
 
 
-def a11(p: Delta6Parameters) -> Measured:
+def a11(p: Delta6Parameters) -> CheckResult:
     """Largest distance of D from where the closed form puts it for the drives as they stand, over 1 s."""
     run = room("mujoco").run
     quantities, told = [], []
@@ -81,7 +81,7 @@ def _drive_forces(w: Witness, p: Delta6Parameters, fidelity: str) -> Array:
     return np.array(out)
 
 
-def a12(p: Delta6Parameters) -> Measured:
+def a12(p: Delta6Parameters) -> CheckResult:
     """Drive forces of the reduced mechanisms against `full`, relative to the largest linear and rotary one."""
     found: dict[str, dict[str, Array]] = {"minimal": {}, "parts": {}, "full": {}}
     for fidelity, said in found.items():

@@ -15,7 +15,7 @@ from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURC
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.tooth_statics import loss, sliding
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.mechanism.geometry import Array
 
 SOURCE_3_1 = "thesis abstract, chapter 4, velocity example of the translation"
@@ -31,7 +31,7 @@ def _translation(w: Witness) -> Array:
     return np.concatenate([rates, np.ravel(rows)])
 
 
-def a1(p: Delta6Parameters) -> Measured:
+def a1(p: Delta6Parameters) -> CheckResult:
     """The source's velocity example of the translation."""
     geom = SOURCE.geometry
     home, ones = np.zeros(3), np.ones(3)
@@ -45,7 +45,7 @@ def a1(p: Delta6Parameters) -> Measured:
     expected = [1.27086, 1.79385, -0.06471, 0.0, 0.0, 1.0]
     expected += [-0.39159, 0.23374, -0.58277, -0.00663, -0.456, -0.58277, 0.39822, 0.22226, -0.58277]
     # The expected numbers have five decimals: 5e-6 of rounding.
-    return Measured(said, 1e-5, expected, "slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows of A")
+    return CheckResult(said, 1e-5, expected, "slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows of A")
 
 
 def _gear_train(w: Witness) -> Array:
@@ -55,14 +55,14 @@ def _gear_train(w: Witness) -> Array:
     return np.array([w.mechanism.row(n) @ forward for n in ROTARY] + [w.mechanism.row(n) @ back for n in ANGLES])
 
 
-def a2(p: Delta6Parameters) -> Measured:
+def a2(p: Delta6Parameters) -> CheckResult:
     """The source's velocity example of the rotation."""
     geom, ones = SOURCE.geometry, np.ones(3)
     said = {"analytic": np.concatenate([closed.drives_from_angles(geom, ones), closed.angles_from_drives(geom, ones)])}
     said |= {w.name: _gear_train(w) for w in witnesses(build(SOURCE, "parts"))}
     # -0.5109 has four decimals: 5e-5 of rounding.
     note = "K (1, 1, 1) and K^-1 (1, 1, 1) through nine gear meshes; the source prints the latter as (0, -0.51, 1): alpha and beta swapped"
-    return Measured(said, 5e-5, [1.4, 2.966, 1.0, -0.5109, 0.0, 1.0], note)
+    return CheckResult(said, 5e-5, [1.4, 2.966, 1.0, -0.5109, 0.0, 1.0], note)
 
 
 def _count_from_parts(bend_limit: float | None) -> list[int]:
@@ -89,7 +89,7 @@ def _count_from_parts(bend_limit: float | None) -> list[int]:
     return [int(reached.sum()), int(inside.sum())]
 
 
-def a6(p: Delta6Parameters) -> Measured:
+def a6(p: Delta6Parameters) -> CheckResult:
     """The workspace on the source's grid, without and with a bend limit of the cardans."""
     said: dict[str, list[int]] = {"analytic": [], "numpy": []}
     for bend in (None, math.radians(45.0), math.radians(60.0)):
@@ -97,12 +97,12 @@ def a6(p: Delta6Parameters) -> Measured:
         said["analytic"] += [counts.xy_nodes, counts.voxels]
         said["numpy"] += _count_from_parts(bend)
     expected = [811, 18_724, 55, 2_003, 362, 10_885]
-    return Measured(
+    return CheckResult(
         said, 0.0, expected, "nodes (x, y) and voxels: no bend limit, 45 deg, 60 deg; sliders 0.25 to 0.65 m"
     )
 
 
-def a10(p: Delta6Parameters) -> Measured:
+def a10(p: Delta6Parameters) -> CheckResult:
     """Sliding and friction in one mesh, against statics of the tooth contact."""
     velocity = closed.sliding_velocity(closed.contact_point(closed.tip_distance(20, 0.03)), 0.3, 0.3).velocity
     losses = [closed.approach_loss(19, 19, 0.16), closed.approach_loss(20, 20, 0.16), closed.recess_loss(20, 20, 0.16)]

@@ -14,7 +14,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import SOURCE, random_poses
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank, structure
 
@@ -28,7 +28,7 @@ def _freedoms(w: Witness) -> list[int]:
     return [m.nv, len(jacobian), rank(jacobian), m.nv - rank(jacobian), m.nv - rank(held)]
 
 
-def a4(p: Delta6Parameters) -> Measured:
+def a4(p: Delta6Parameters) -> CheckResult:
     """Mobility by rank at a generic pose, and the names of the local freedoms."""
     centre, angles = random_poses(p, 1, seed=11)
     counts: dict[str, list[int]] = {}
@@ -58,7 +58,7 @@ def _swing(w: Witness, bend: float) -> float:
     return math.degrees(abs(error[1] - error[0])) / 2.0
 
 
-def a5(p: Delta6Parameters) -> Measured:
+def a5(p: Delta6Parameters) -> CheckResult:
     """A double cardan turned once: forks in phase, 45 and 90 deg out of phase, at the bend of the home pose."""
     bend = _bend(p)
     inputs = np.radians(np.arange(0.0, 361.0, 30.0))

@@ -9,7 +9,7 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.probes import SOURCE
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 
 GAINS = {"velocity 240, position 480": (240.0, 480.0), "velocity 480, position 240": (480.0, 240.0)}
@@ -20,7 +20,7 @@ def _source_errors() -> tuple[Array, Array]:
     return closed.SOURCE_START_ANGLES - start.angles, closed.SOURCE_START_RATES - start.rates
 
 
-def targets() -> Finding:
+def targets() -> ClaimResult:
     """Printed rates and accelerations against differences of the printed angles."""
     t, h = np.linspace(0.0, 3.0, 31), 1e-4
     angles = np.array([[0.1 * np.sin(10 * x), 0.1 * np.cos(10 * x), 0.2 * np.sin(5 * x)] for x in (t - h, t, t + h)])
@@ -30,11 +30,11 @@ def targets() -> Finding:
     second = float(np.abs((angles[2] - 2 * angles[1] + angles[0]) / h**2 - accel).max())
     computed = {"differences: rates off by [rad/s]": first, "differences: accelerations off by [rad/s2]": second}
     if first < 1e-5 and second < 1e-4:  # h^2 of the next derivative: 1e-6 and 1e-5
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.MISPRINT, "the derivatives of the printed angles")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.MISPRINT, "the derivatives of the printed angles")
 
 
-def gain_order() -> Finding:
+def gain_order() -> ClaimResult:
     """'Velocity and position: 240, 480': what each order would do."""
     e, de = _source_errors()
     computed: dict[str, object] = {}
@@ -52,10 +52,10 @@ def gain_order() -> Finding:
         }
         stable.append(bool(roots.max() < 0.0))
     if stable == [True, False]:
-        return Finding(computed, Verdict.HOLDS, "the other order is unstable")
+        return ClaimResult(computed, Verdict.HOLDS, "the other order is unstable")
     if stable == [False, True]:
-        return Finding(computed, Verdict.MISPRINT, "velocity 480, position 240: the printed order is unstable")
-    return Finding(
+        return ClaimResult(computed, Verdict.MISPRINT, "velocity 480, position 240: the printed order is unstable")
+    return ClaimResult(
         computed,
         Verdict.CANNOT,
         "both orders converge and are strongly overdamped; the printed one is far quicker and more plausible, "
@@ -63,7 +63,7 @@ def gain_order() -> Finding:
     )
 
 
-def minimal_error() -> Finding:
+def minimal_error() -> ClaimResult:
     """Integral of the squared error of gamma with the printed gains, and with critical damping for the same position gain."""
     e, de = _source_errors()
     t = np.linspace(0.0, 10.0, 100_001)
@@ -76,9 +76,9 @@ def minimal_error() -> Finding:
     computed = {f"analytic: integral of e^2, {k} [rad2 s]": v for k, v in printed.items()}
     computed |= {f"analytic: integral of e^2, critical damping instead of {k} [rad2 s]": v for k, v in critical.items()}
     if min(printed.values()) <= min(critical.values()):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     ratio = min(printed.values()) / min(critical.values())
-    return Finding(
+    return ClaimResult(
         computed,
         Verdict.FAILS,
         f"critical damping with a gain of 480 makes the squared error {ratio:.2g} times smaller; "
@@ -108,7 +108,7 @@ def _deviation(scale: float, weight: float) -> float:
     return float(np.abs(found.y[:3].T - ideal).max()) if found.success else float("inf")
 
 
-def accuracy() -> Finding:
+def accuracy() -> ClaimResult:
     """The control law on a head that is as modelled, 20 % off, or heavy."""
     weight = SOURCE.output_mass * 9.81 * SOURCE.head_offset
     cases = {
@@ -119,10 +119,10 @@ def accuracy() -> Finding:
     computed = {f"integration: angles off the error law, {k} [rad]": v for k, v in cases.items()}
     good, *others = cases.values()
     if good > 1e-6:
-        return Finding(computed, Verdict.FAILS, "even with the exact model the error does not follow its law")
+        return ClaimResult(computed, Verdict.FAILS, "even with the exact model the error does not follow its law")
     if max(others) < 1e-4:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.HOLDS_ONLY_IF,
         "the controller's model is exact and has gravity in it: the weight of the output link, left out, "

@@ -15,7 +15,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE
 from mechlab.catalog.delta6.responses import forces, response
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
 
@@ -35,29 +35,29 @@ def _coupling() -> tuple[dict[str, float], dict[str, float]]:
     return centre, tool
 
 
-def decoupled_centre() -> Finding:
+def decoupled_centre() -> ClaimResult:
     """Translations of O against rotations."""
     centre, _ = _coupling()
     computed = {f"{k}: largest cross rate": v for k, v in centre.items()}
     if max(centre.values()) < 1e-12:
-        return Finding(computed, Verdict.HOLDS, "for O, where the three axes of the head meet")
-    return Finding(computed, Verdict.FAILS, "sliders and angles of the head are coupled")
+        return ClaimResult(computed, Verdict.HOLDS, "for O, where the three axes of the head meet")
+    return ClaimResult(computed, Verdict.FAILS, "sliders and angles of the head are coupled")
 
 
-def decoupled_tool() -> Finding:
+def decoupled_tool() -> ClaimResult:
     """The same for D, whose velocity the source calls V."""
     _, tool = _coupling()
     computed = {f"{k}: rate of D per rotary drive [m/rad]": v for k, v in tool.items()}
     if max(tool.values()) < 1e-12:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "with the sliders at rest D moves when the head turns, for it stands 50 mm off O; holding D and turning "
         "needs the sliders. It is true of O"
     )
-    return Finding(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, because)
 
 
-def decoupled_forces() -> Finding:
+def decoupled_forces() -> ClaimResult:
     """Forces of the sliders while O stands still and the head turns at 1 Hz."""
     t = np.linspace(0.0, 1.0, 24, endpoint=False)[:, None]
     size, phase, w = np.array([0.6, 0.5, 0.4]), np.array([0.0, 1.0, 2.0]), 2.0 * math.pi
@@ -78,15 +78,15 @@ def decoupled_forces() -> Finding:
     }
     swing = float(np.ptp(forces_on)) / float(np.abs(resting).max())
     if swing < 1e-6:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.FAILS,
         f"the forces of the sliders change by {100 * swing:.1f} % when only the head turns: the output link has its mass 50 mm off O",
     )
 
 
-def constant_ratio() -> Finding:
+def constant_ratio() -> ClaimResult:
     """The cardan shafts by themselves: as built, with forks out of phase, with shafts that are not parallel."""
     bend = float(closed.cardan_bend(SOURCE.geometry, np.zeros(3))[0])
     inputs = np.radians(np.arange(0.0, 361.0, 30.0))
@@ -103,15 +103,15 @@ def constant_ratio() -> Finding:
     computed = {f"{who}: {case}, output - input [deg]": x for case, said in cases.items() for who, x in said.items()}
     good, bad = max(cases["in phase, parallel"].values()), [min(said.values()) for said in list(cases.values())[1:]]
     if good > 1e-8:
-        return Finding(computed, Verdict.FAILS, f"even in phase the output is off by {good:.3g} deg")
+        return ClaimResult(computed, Verdict.FAILS, f"even in phase the output is off by {good:.3g} deg")
     if max(bad) < 1e-8:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.HOLDS_ONLY_IF, "the two forks of every cardan rod are in phase and its shafts are parallel"
     )
 
 
-def rotation_singular() -> Finding:
+def rotation_singular() -> ClaimResult:
     """Rates of the rotary drives for an angular velocity of 1 rad/s, towards beta = 90 deg."""
     tilts = np.array([0.0, 60.0, 80.0, 89.0, 89.99])
     gains = closed.drive_rate_gain(SOURCE.geometry, np.radians(tilts))
@@ -124,15 +124,15 @@ def rotation_singular() -> Finding:
         ranks[w.name] = rank(w.point_jacobian("D")[3:] @ response(w, drive_names()))
     computed |= {f"{k}: directions of angular velocity at 90 deg": r for k, r in ranks.items()}
     if min(ranks.values()) == 3 and gains[-1] < 10.0 * gains[0]:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "at beta = +-90 deg the axes of alpha and gamma coincide and one angular velocity is lost (det E = cos beta). "
         "Constant matrices show only that nothing is singular between the drives and the angles"
     )
-    return Finding(computed, Verdict.FAILS, because)
+    return ClaimResult(computed, Verdict.FAILS, because)
 
 
-def translation_singular() -> Finding:
+def translation_singular() -> ClaimResult:
     """Conditioning of the sliders towards the edge of the reach."""
     g = SOURCE.geometry.leg_offsets[0]
     outward, edge = g / np.linalg.norm(g), float(closed.reach_margin(SOURCE.geometry, np.zeros(3)))
@@ -141,8 +141,8 @@ def translation_singular() -> Finding:
     computed: dict[str, object] = {"analytic: edge of the reach [m]": edge}
     computed |= {f"analytic: condition at {s:.9g} of it": c for s, c in zip(shares, values, strict=True)}
     if values[-1] < 1e3:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.FAILS,
         f"at the edge of the reach, {edge:.4g} m from the middle, a rod lies horizontal and the slider rates have no bound (type I)",
@@ -156,7 +156,7 @@ def _rod_triples(centre: Array) -> Array:
     return np.linalg.det(rods / SOURCE.rod_length)
 
 
-def uncontrolled_motion() -> Finding:
+def uncontrolled_motion() -> ClaimResult:
     """The source's own notion: motions of the output link that no drive sees. A scan of the reach, no proof."""
     nodes = np.arange(-100, 101) / 100.0 * 2.0 * SOURCE.rod_length
     grid = np.stack([*np.meshgrid(nodes, nodes, indexing="ij"), np.zeros((201, 201))], axis=-1).reshape(-1, 3)
@@ -166,10 +166,10 @@ def uncontrolled_motion() -> Finding:
     computed = {"analytic: poses": len(inside), "analytic: smallest |det| of the rods": float(np.abs(triples).min()),
                 "analytic: signs": np.unique(np.sign(triples)).tolist(), "analytic: det K": determinant}  # fmt: skip
     if len(np.unique(np.sign(triples))) == 1 and determinant != 0.0:
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS, "with the drives held nothing moves, in no pose of the scan (which is no proof)"
         )
-    return Finding(computed, Verdict.FAILS, "the rods are linearly dependent somewhere within the reach (type II)")
+    return ClaimResult(computed, Verdict.FAILS, "the rods are linearly dependent somewhere within the reach (type II)")
 
 
 CLAIMS = (

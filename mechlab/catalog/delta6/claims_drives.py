@@ -17,7 +17,7 @@ from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import Witness, witnesses
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 
 
@@ -31,7 +31,7 @@ def gear_matrix(w: Witness) -> Array:
     return np.array([w.mechanism.row(n) for n in ROTARY]) @ response(w, (*CENTRE, *ANGLES))[:, 3:]
 
 
-def drive_law() -> Finding:
+def drive_law() -> ClaimResult:
     """Equation (2) with k_vz in the term of beta too, against the gear meshes, for two values of k_vz."""
     error: dict[str, dict[str, float]] = {}
     for k_vz in (Fraction(1), Fraction(17, 22)):
@@ -41,17 +41,17 @@ def drive_law() -> Finding:
     computed = {f"{who}: meshes - printed, k_vz = {k}": v for k, said in error.items() for who, v in said.items()}
     one, other = (max(said.values()) < 1e-12 for said in error.values())
     if one and other:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if one:
         because = (
             "k_vz = k(VZ, Pz) = 1: turning the T-shaped link by beta turns Pz by beta itself, so k_vz does not belong "
             "to beta. The equal coefficients 0.783 of alpha and beta need k_vz = 1"
         )
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
-    return Finding(computed, Verdict.FAILS, "the meshes give another matrix")
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.FAILS, "the meshes give another matrix")
 
 
-def plus_signs() -> Finding:
+def plus_signs() -> ClaimResult:
     """Sense of the drives: N and Pr mesh externally, seen about +Z."""
     computed = {}
     for w in witnesses(build(SOURCE, "parts")):
@@ -61,28 +61,28 @@ def plus_signs() -> Finding:
         ]
     worst = min(min(v) for v in computed.values())
     if worst > 0.0:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.HOLDS_ONLY_IF,
         "drives 1 and 2 are counted positive about -Z: each external mesh reverses the sense",
     )
 
 
-def one_shaft() -> Finding:
+def one_shaft() -> ClaimResult:
     """Only drive 3, 'responsible for OZ', turns."""
     computed = {}
     for w in witnesses(build(SOURCE, "parts")):
         computed[f"{w.name}: rates of alpha, beta, gamma"] = _plain(np.linalg.solve(gear_matrix(w), [0.0, 0.0, 1.0]))
     moving = {tuple(abs(x) > 1e-9 for x in v) for v in computed.values()}
     if moving == {(True, True, True)}:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.FAILS, "beta stays: the output link turns about Z and about its own axis X', not about Y'"
     )
 
 
-def compensation() -> Finding:
+def compensation() -> ClaimResult:
     """Gears Pr turned together with the central shaft."""
     computed = {}
     for w in witnesses(build(SOURCE, "parts")):
@@ -94,23 +94,23 @@ def compensation() -> Finding:
             np.array([w.mechanism.row(n) @ rates for n in ANGLES])
         )
     if all(np.allclose(v, [0.0, 0.0, 1.0], atol=1e-9) for v in computed.values()):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "alpha or beta move")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.FAILS, "alpha or beta move")
 
 
-def coupled_drives() -> Finding:
+def coupled_drives() -> ClaimResult:
     """K is not diagonal."""
     matrices = {w.name: gear_matrix(w) for w in witnesses(build(SOURCE, "parts"))}
     computed = {f"{k}: K": _plain(m) for k, m in matrices.items()}
     off = min(float(np.abs(m - np.diag(np.diag(m))).max()) for m in matrices.values())
     if off > 1e-9:
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS, "turning about Z needs all three rotary drives, alpha and beta two each"
         )
-    return Finding(computed, Verdict.FAILS, "each drive turns one angle")
+    return ClaimResult(computed, Verdict.FAILS, "each drive turns one angle")
 
 
-def grid_is_larger() -> Finding:
+def grid_is_larger() -> ClaimResult:
     """The cube of 2 m against the positions that exist."""
     counts = closed.workspace_counts(SOURCE.geometry, SOURCE.slider_min, SOURCE.slider_max)
     nodes = np.arange(-100, 101) / 100.0
@@ -123,11 +123,11 @@ def grid_is_larger() -> Finding:
         "analytic: bound of |z| [m]": height,
     }
     if 0 < counts.xy_nodes and width < 1.0 and height < 1.0:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "the workspace reaches the border of the cube")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.FAILS, "the workspace reaches the border of the cube")
 
 
-def workspace_test() -> Finding:
+def workspace_test() -> ClaimResult:
     """Nodes that the source's test accepts, with a limit on the bend of the cardans."""
     limits = (None, 60.0, 45.0, 40.0, 35.0)
     counts = [
@@ -141,12 +141,12 @@ def workspace_test() -> Finding:
     computed |= {f"analytic: voxels, bend up to {b or 90:g} deg": c.voxels for b, c in zip(limits, counts, strict=True)}
     computed["analytic: bend at home [deg]"] = home
     if counts[2].xy_nodes == counts[0].xy_nodes:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         f"the cardans may bend up to 90 deg; at home they bend by {home:.1f} deg already, and a limit of 45 deg leaves "
         f"{counts[2].xy_nodes} of {counts[0].xy_nodes} nodes"
     )
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
 
 
 CLAIMS = (

@@ -13,7 +13,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import NumpyWitness, Witness, witnesses
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism import Inertia, Mechanism
 from mechlab.mechanism.geometry import Array
 
@@ -41,7 +41,7 @@ def _swing_of_mass(m: Mechanism, angle: int) -> float:
     return float(np.ptp(np.array(found), axis=0).max() / np.abs(found[0]).max())
 
 
-def varying_coefficients() -> Finding:
+def varying_coefficients() -> ClaimResult:
     """The mass matrix of the head for an output link of revolution, and for one that is not."""
     body = build(SOURCE, "minimal").body("output").inertia
     xx, yy, zz, xy, xz, yz = body.tensor
@@ -57,16 +57,16 @@ def varying_coefficients() -> Finding:
     }
     depends = {kind: [s > 1e-9 for s in said] for kind, said in swings.items()}
     if all(depends["of revolution"]):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if depends["not of revolution"][0] and not depends["of revolution"][0]:
         extra = "" if depends["not of revolution"][2] else "; on gamma nothing depends even then"
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS_ONLY_IF, f"the output link is not a body of revolution (else on beta alone){extra}"
         )
-    return Finding(computed, Verdict.FAILS, "the coefficients do not depend on these angles")
+    return ClaimResult(computed, Verdict.FAILS, "the coefficients do not depend on these angles")
 
 
-def no_gravity() -> Finding:
+def no_gravity() -> ClaimResult:
     """What gravity asks of alpha, beta, gamma with O held, which the printed equations leave out."""
     computed: dict[str, object] = {}
     sizes: dict[str, float] = {}
@@ -77,17 +77,17 @@ def no_gravity() -> Finding:
             sizes[name] = max(sizes.get(name, 0.0), float(np.abs(load).max()))
     computed["analytic: m g d cos(beta) [N m]"] = float(-closed.gravity(0.2, SOURCE.output_mass, SOURCE.head_offset)[1])
     if sizes["9.81 m/s2"] < 1e-9:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if sizes["none"] < 1e-9:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             "no gravity acts, or the output link is balanced about O: otherwise m g d cos(beta) is missing in the equation of beta",
         )
-    return Finding(computed, Verdict.FAILS, "other torques are missing too")
+    return ClaimResult(computed, Verdict.FAILS, "other torques are missing too")
 
 
-def generalised_forces() -> Finding:
+def generalised_forces() -> ClaimResult:
     """Q = sum of M_k dphi_k/d(angle) against the virtual work of torques on the lower shafts of the gear train."""
     torques = np.array([0.3, -0.7, 1.1])
     expected = closed.generalized_forces(SOURCE.geometry, torques)
@@ -99,8 +99,8 @@ def generalised_forces() -> Finding:
         computed[f"{w.name}: Q [N m]"] = work.round(12).tolist()
         worst = max(worst, float(np.abs(work - expected).max()))
     if worst < 1e-10:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "the virtual work of the drives is another")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.FAILS, "the virtual work of the drives is another")
 
 
 CLAIMS = (

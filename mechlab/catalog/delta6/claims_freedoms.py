@@ -10,7 +10,7 @@ from mechlab.catalog.delta6.parameters import drive_names
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, ROTARY, SOURCE
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.structure import null_space, rank
 
 THESIS = "thesis abstract on a 6-DOF parallel mechanism with decoupled motions"
@@ -23,7 +23,7 @@ def _generic(fidelity: str) -> NumpyWitness:
     return w.at(coordinates(SOURCE, fidelity, [[0.02, -0.03, 0.01]], [[0.3, -0.5, 0.7]])[0])
 
 
-def translation_count() -> Finding:
+def translation_count() -> ClaimResult:
     """Part 1: three formulas against the rank with the rotary drives held."""
     w = _generic("full")
     held = np.vstack([w.jacobian(), *(w.mechanism.row(n) for n in ROTARY)])
@@ -36,14 +36,14 @@ def translation_count() -> Finding:
     }
     computed = counts | {"numpy: motions of the platform": moving, "numpy: freedoms with local spins": basis.shape[1]}
     if moving != 3:
-        return Finding(computed, Verdict.FAILS, f"the platform has {moving} motions")
+        return ClaimResult(computed, Verdict.FAILS, f"the platform has {moving} motions")
     if set(counts.values()) == {3}:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "the cardan shafts are counted as if they could not turn; with turning shafts the formula gives "
         "9 = 3 + 3 shafts + 3 spins of the plain rods. The platform does have three motions (by rank)"
     )
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
 
 
 def _gear_freedoms(joints: tuple[str, ...], meshes: tuple[str, ...]) -> int:
@@ -53,28 +53,28 @@ def _gear_freedoms(joints: tuple[str, ...], meshes: tuple[str, ...]) -> int:
     return len(joints) - rank(rows[:, [m.v_slice[j].start for j in joints]])
 
 
-def _count(formula: int, measured: int, printed: int, what: str) -> Finding:
+def _count(formula: int, measured: int, printed: int, what: str) -> ClaimResult:
     computed = {"analytic: formula": formula, "numpy: rank": measured}
     if formula == printed == measured:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, f"{what}: the formula gives {formula}, the rank {measured}")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.FAILS, f"{what}: the formula gives {formula}, the rank {measured}")
 
 
-def transfer_count() -> Finding:
+def transfer_count() -> ClaimResult:
     """Part 2: N1, N2, Pr1, Pr2, two planets and the carrier."""
     joints = ("phi1", "phi2", "rho1", "rho2", "nu1", "nu2", "gamma")
     measured = _gear_freedoms(joints, ("N1_Pr1", "N2_Pr2", "Pr1_planet1", "Pr2_planet2"))
     return _count(closed.chebyshev(7, 7, 4), measured, 3, "transfer mechanism")
 
 
-def head_count() -> Finding:
+def head_count() -> ClaimResult:
     """Part 3: T-carrier, output gear, two double bevels, two input bevels; its base held."""
     joints = ("alpha", "beta", "p1", "p2", "nu1", "nu2")
     measured = _gear_freedoms(joints, ("Nz1_Pz1", "Nz2_Pz2", "Pz1_VZ", "Pz2_VZ"))
     return _count(closed.artobolevsky(6, 6, 4), measured, 2, "head")
 
 
-def total_count() -> Finding:
+def total_count() -> ClaimResult:
     """The whole: rank of the motions of the output link, and what the drives do not see."""
     computed: dict[str, int] = {}
     for w in witnesses(build(SOURCE, "full")):
@@ -85,11 +85,11 @@ def total_count() -> Finding:
         computed |= {f"{w.name}: motions of the output link": rank(twist), f"{w.name}: of them rotations": spins}
     motions, turns = (set(list(computed.values())[k::2]) for k in (0, 1))
     if motions == {6} and turns == {3}:
-        return Finding(computed, Verdict.HOLDS, "three spins of the plain rods come on top; they are local")
-    return Finding(computed, Verdict.FAILS, f"the output link has {sorted(motions)} motions")
+        return ClaimResult(computed, Verdict.HOLDS, "three spins of the plain rods come on top; they are local")
+    return ClaimResult(computed, Verdict.FAILS, f"the output link has {sorted(motions)} motions")
 
 
-def without_plain_rods() -> Finding:
+def without_plain_rods() -> ClaimResult:
     """The mock-up of figure 15: the cardan rods alone, all six drives held."""
     w = _generic("full")
     m = w.mechanism
@@ -100,8 +100,8 @@ def without_plain_rods() -> Finding:
     free = rank(w.point_jacobian("O")[3:, columns] @ basis)
     computed = {"numpy: free rotations of the platform, drives held": free}
     if free == 0:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.HOLDS_ONLY_IF,
         f"something else holds the platform parallel: the three cardan rods leave it {free} rotations",

@@ -13,11 +13,11 @@ from mechlab.catalog.delta6.parameters import legs
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.probes import SOURCE, random_poses
 from mechlab.catalog.delta6.witnesses import witnesses
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 
 
-def head_centre() -> Finding:
+def head_centre() -> ClaimResult:
     """O = -0.05 e1 + D, with e1 and D taken from the mechanisms."""
     centre, angles = random_poses(SOURCE, 5)
     computed = {}
@@ -28,11 +28,11 @@ def head_centre() -> Finding:
             gaps.append(np.abs(-0.05 * w.pose("output")[0][:, 0] + w.point("D") - w.point("O")).max())
         computed[f"{w.name}: largest difference [m]"] = float(max(gaps))
     if max(computed.values()) < 1e-12:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.FAILS, "O is not where the formula puts it")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.FAILS, "O is not where the formula puts it")
 
 
-def larger_root() -> Finding:
+def larger_root() -> ClaimResult:
     """Equation (1) solved as printed, leg by leg; each root is put into the mechanism."""
     centre, _ = random_poses(SOURCE, 5)
     roots = np.empty((len(centre), 3, 2))
@@ -62,11 +62,13 @@ def larger_root() -> Finding:
         worst = max(worst, float(gaps[1]))
     same = computed["analytic: largest difference of the larger root [m]"] < 1e-12
     if same and worst < 1e-12:
-        return Finding(computed, Verdict.HOLDS, "the smaller root is the assembly with the slider below the platform")
-    return Finding(computed, Verdict.FAILS, "the larger root does not close the rods")
+        return ClaimResult(
+            computed, Verdict.HOLDS, "the smaller root is the assembly with the slider below the platform"
+        )
+    return ClaimResult(computed, Verdict.FAILS, "the larger root does not close the rods")
 
 
-def arctangent() -> Finding:
+def arctangent() -> ClaimResult:
     """g = arctan(-e1y / e1x) must be the angle that turns e1 back into the plane X0Z."""
     gammas = np.radians([-150.0, -100.0, -80.0, -20.0, 35.0, 85.0, 95.0, 150.0])
     e1 = closed.output_axis(np.column_stack([0.0 * gammas, 0.3 + 0.0 * gammas, gammas]))
@@ -79,14 +81,14 @@ def arctangent() -> Finding:
         "analytic: wrong by [deg]": np.degrees(error).round(9).tolist(),
     }
     if right.all():
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if np.array_equal(right, np.abs(gammas) < 0.5 * math.pi):
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             "|gamma| < 90 deg: the arctangent loses the quadrant. And g is the angle to turn back, gamma = -g",
         )
-    return Finding(computed, Verdict.FAILS, "g is not the angle of the turn")
+    return ClaimResult(computed, Verdict.FAILS, "g is not the angle of the turn")
 
 
 def _undo(rotation: Array, order: str) -> Array:
@@ -101,7 +103,7 @@ def _undo(rotation: Array, order: str) -> Array:
     return closed.rotation_matrix(angles["x"], angles["y"], angles["z"])
 
 
-def remaining_angles() -> Finding:
+def remaining_angles() -> ClaimResult:
     """beta and alpha 'similarly': in which order?"""
     angles = np.random.default_rng(4).uniform(-1.3, 1.3, (20, 3))
     rotations = [closed.rotation_matrix(*a) for a in angles]
@@ -112,17 +114,17 @@ def remaining_angles() -> Finding:
     computed = {f"analytic: R off by, order {k}": v for k, v in error.items()}
     good = [k for k, v in error.items() if v < 1e-12]
     if len(good) == len(error):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if good:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             f"the turns are undone in the order {' or '.join(good)} and every angle stays below 90 deg",
         )
-    return Finding(computed, Verdict.FAILS, "no order gives the orientation back")
+    return ClaimResult(computed, Verdict.FAILS, "no order gives the orientation back")
 
 
-def two_vectors() -> Finding:
+def two_vectors() -> ClaimResult:
     """alpha and gamma from e1 and e2 with an error of 1e-9, towards beta = 90 deg."""
     noise = 1e-9
     rng = np.random.default_rng(6)
@@ -143,12 +145,12 @@ def two_vectors() -> Finding:
     }
     computed["analytic: flagged at 90 deg"] = bool(pole.singular)
     if wrong[89.999] < 1e2 * noise and not pole.singular:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         "beta is not +-90 deg: there alpha and gamma turn about one axis and only their sum or difference is defined; "
         "close to it errors grow as 1 / cos(beta)"
     )
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
 
 
 CLAIMS = (

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechlab.analytic.regions import EXACT, SMOOTH, Algebra, indicator
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 
 SOURCE = "Boolean algebras on the basis of continuous and continuously differentiable functions"
@@ -22,7 +22,7 @@ def _values() -> tuple[Array, Array, Array]:
     return values[0], values[1], values[2]
 
 
-def characteristic() -> Finding:
+def characteristic() -> ClaimResult:
     """chi(f) = (1 + sgn f) / 2 as numbers."""
     x, _, _ = _values()
     plain = (1.0 + np.sign(x)) / 2.0
@@ -31,12 +31,12 @@ def characteristic() -> Finding:
         "values with sgn 0 = 1": sorted({float(v) for v in indicator(x)}),
     }
     if computed["values with sgn 0 = 0"] == [0.0, 1.0]:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if computed["values with sgn 0 = 1"] == [0.0, 1.0]:
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS_ONLY_IF, "sgn 0 is taken as +1; with sgn 0 = 0 it gives 1/2 on the border"
         )
-    return Finding(computed, Verdict.FAILS, "more than two values")
+    return ClaimResult(computed, Verdict.FAILS, "more than two values")
 
 
 def _laws(form: Algebra, x: Array, y: Array, z: Array) -> Iterator[tuple[str, Array, Array]]:
@@ -49,7 +49,7 @@ def _laws(form: Algebra, x: Array, y: Array, z: Array) -> Iterator[tuple[str, Ar
     yield "De Morgan", -a(x, y), o(-x, -y)
 
 
-def boolean_algebra() -> Finding:
+def boolean_algebra() -> ClaimResult:
     """The laws of a Boolean algebra on signs, with min and max and with R-functions; and the complement on the border."""
     x, y, z = _values()
     computed: dict[str, object] = {}
@@ -62,17 +62,17 @@ def boolean_algebra() -> Finding:
     both = int(np.count_nonzero(indicator(x) + indicator(-x) == 2))
     computed |= {"points of f and of not f": both, "points with f = 0": int(np.count_nonzero(x == 0.0))}
     if wrong:
-        return Finding(computed, Verdict.FAILS, f"{wrong} signs break a law")
+        return ClaimResult(computed, Verdict.FAILS, f"{wrong} signs break a law")
     if both == 0:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.HOLDS_ONLY_IF,
         "sets are counted alike that differ on the border f = 0: {f >= 0} is closed, {-f >= 0} is too, and both have the border; "
         "the complement of a closed set is open",
     )  # fmt: skip
 
 
-def smooth_algebra() -> Finding:
+def smooth_algebra() -> ClaimResult:
     """Continuously differentiable operations: one-sided slopes of the R-function and of min across the line x = y."""
     h = 1e-7
     x = np.linspace(0.1, 3.0, 50)
@@ -84,10 +84,10 @@ def smooth_algebra() -> Finding:
     computed: dict[str, object] = {f"{k}: jump of the slope where f = g": v for k, v in jump.items()}
     computed["R_0: slopes to both sides where f = g = 0"] = [corner[0], -corner[1]]
     if jump[SMOOTH.name] > 1e-3:
-        return Finding(computed, Verdict.FAILS, "the slope jumps")
+        return ClaimResult(computed, Verdict.FAILS, "the slope jumps")
     if abs(corner[0] + corner[1]) < 1e-6:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.HOLDS_ONLY_IF,
         "corners are left out: where both functions vanish the slope of an R-function jumps as that of min does",
     )  # fmt: skip

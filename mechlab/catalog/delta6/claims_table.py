@@ -10,7 +10,7 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.claims_velocity import shows
 from mechlab.catalog.delta6.tooth_statics import loss
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 
 FREE, ROUGH, FRICTION = closed.SOURCE_TABLE_FRICTIONLESS, closed.SOURCE_TABLE_FRICTION, 0.16
@@ -18,7 +18,7 @@ CENTI = 0.005
 """Half a unit of the last digit of table 1 [N m]."""
 
 
-def stage_ratios() -> Finding:
+def stage_ratios() -> ClaimResult:
     """Torques without friction as products of ratios of small tooth numbers."""
     chain = closed.torque_chain(50.0)
     computed = {
@@ -26,11 +26,11 @@ def stage_ratios() -> Finding:
         "printed [N m]": FREE.tolist(),
     }
     if shows(chain.frictionless, FREE, 2):
-        return Finding(computed, Verdict.HOLDS, "as ratios 11/17, 1, 31/30 and 6/5")
-    return Finding(computed, Verdict.CANNOT, "no ratios of tooth numbers tried give the torques")
+        return ClaimResult(computed, Verdict.HOLDS, "as ratios 11/17, 1, 31/30 and 6/5")
+    return ClaimResult(computed, Verdict.CANNOT, "no ratios of tooth numbers tried give the torques")
 
 
-def same_mechanism() -> Finding:
+def same_mechanism() -> ClaimResult:
     """Output over drive torque against simple products of the coefficients 0.783 and 1.4."""
     total = float(FREE[-1] / FREE[0])
     found = {
@@ -47,34 +47,34 @@ def same_mechanism() -> Finding:
         "drive torque for 50 N m about alpha, two drives [N m]": 50.0 / (2 * 0.783),
     }
     if off < 2.0 * CENTI / float(FREE[-1]):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.FAILS,
         f"no simple product of 0.783 and 1.4 gives the total ratio {total:.4f} (nearest {found[nearest]:.4f})",
     )
 
 
-def percentages() -> Finding:
+def percentages() -> ClaimResult:
     """Percentages of the table, read stage by stage and cumulatively."""
     printed = [5.0, 15.0, 23.0, 23.0]
     total = 100.0 * (ROUGH[1:] / FREE[1:] - 1.0)
     each = 100.0 * (ROUGH[1:] / ROUGH[:-1] / (FREE[1:] / FREE[:-1]) - 1.0)
     computed = {"cumulative [%]": total.round(3).tolist(), "stage by stage [%]": each.round(3).tolist()}
     if shows(each, printed, 0):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if shows(total, printed, 0):
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, "the percentages are read as cumulative")
-    return Finding(computed, Verdict.MISPRINT, str(total.round(1).tolist()))
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, "the percentages are read as cumulative")
+    return ClaimResult(computed, Verdict.MISPRINT, str(total.round(1).tolist()))
 
 
-def worst_case() -> Finding:
+def worst_case() -> ClaimResult:
     """Drive torque with and without friction."""
     growth = 100.0 * float(ROUGH[-1] / FREE[-1] - 1.0)
     computed = {"growth of the drive torque [%]": growth, "efficiency": float(FREE[-1] / ROUGH[-1])}
     if shows([growth], [23.0], 0):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.MISPRINT, f"{growth:.1f} %")
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.MISPRINT, f"{growth:.1f} %")
 
 
 def _losses() -> tuple[Array, Array]:
@@ -84,7 +84,7 @@ def _losses() -> tuple[Array, Array]:
     return factor, factor * (np.array(rounding[:-1]) + np.array(rounding[1:]))
 
 
-def last_mesh() -> Finding:
+def last_mesh() -> ClaimResult:
     """The loss of the last stage against what any standard pair of its ratio loses at least."""
     factor, margin = _losses()
     pairs = [(6 * k, 5 * k) for k in range(3, 25)] + [(5 * k, 6 * k) for k in range(3, 25)]
@@ -96,8 +96,8 @@ def last_mesh() -> Finding:
         "41.19 x 6/5 [N m]": 41.19 * 1.2,
     }
     if factor[3] + margin[3] >= least:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.FAILS,
         f"the last stage has no friction loss in it: factor {factor[3]:.4f}, while a pair of this ratio loses "
@@ -113,7 +113,7 @@ def _fitting(stage: int, pairs: list[tuple[int, int]]) -> tuple[list[str], str, 
     return [k for k, v in found.items() if abs(v - factor[stage]) <= margin[stage]], nearest, found[nearest]
 
 
-def second_mesh() -> Finding:
+def second_mesh() -> ClaimResult:
     """Equal gears with the loss of the second stage."""
     factor, margin = _losses()
     fits, nearest, value = _fitting(1, [(z, z) for z in range(12, 131)])
@@ -124,19 +124,19 @@ def second_mesh() -> Finding:
         f"statics: {nearest}": value,
     }
     if fits:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             f"the pair is {' or '.join(fits)}; one fit in a search over many pairs, no proof",
         )
-    return Finding(
+    return ClaimResult(
         computed,
         Verdict.CANNOT,
         f"tooth numbers are not given, and no pair of equal gears fits (nearest {nearest}: {value:.4f})",
     )
 
 
-def other_meshes() -> Finding:
+def other_meshes() -> ClaimResult:
     """Pairs of the ratio of stages 1 and 3."""
     factor, _ = _losses()
     computed: dict[str, object] = {}
@@ -151,8 +151,8 @@ def other_meshes() -> Finding:
         }
         found.append(bool(fits))
     if all(found):
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, "the pairs are those that fit")
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, "the pairs are those that fit")
+    return ClaimResult(
         computed,
         Verdict.CANNOT,
         "tooth numbers are not given, and no standard spur pair of these ratios up to 130 teeth has these losses",

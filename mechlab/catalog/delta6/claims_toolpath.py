@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mechlab.analytic import bspline
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 
 SOURCE = "Calculation of the length of a B-spline curve"
 CLAMPED = (0.0, 0.0, 0.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0)
@@ -28,7 +28,7 @@ def _orders(curve: bspline.BSpline, length: float) -> tuple[dict[str, float], fl
     return {f"Simpson, {n} panels a span: off by": e for n, e in zip(PANELS, errors, strict=True)}, order, errors[1]
 
 
-def simpson() -> Finding:
+def simpson() -> ClaimResult:
     """The method on a smooth curve and on one with a cusp that no node hits, against adaptive quadrature."""
     computed: dict[str, object] = {}
     good = {}
@@ -42,14 +42,14 @@ def simpson() -> Finding:
         }
         good[name] = error < WANTED and order > 3.5
     if all(good.values()):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if good["smooth"]:
         because = (
             "the curve nowhere stands (nearly) still inside a span: at a cusp |C'| has a corner, the formula loses its fourth "
             "order, and comparing two panel counts underrates the error; splitting the span there restores it"
         )
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, because)
-    return Finding(computed, Verdict.FAILS, "Simpson's formula does not give the length")
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
+    return ClaimResult(computed, Verdict.FAILS, "Simpson's formula does not give the length")
 
 
 def _off_centre(curve: bspline.BSpline) -> bspline.BSpline:
@@ -63,22 +63,22 @@ def _off_centre(curve: bspline.BSpline) -> bspline.BSpline:
     return bspline.BSpline(3, curve.knots, tuple(tuple(p) for p in left))
 
 
-def control_polygon() -> Finding:
+def control_polygon() -> ClaimResult:
     """Sum of the chords between the control points against the length."""
     length, chords = bspline.arc_length(PLANE).length, bspline.control_polygon_length(PLANE)
     computed = {"length": length, "sum of chords": chords, "ratio": chords / length}
     if abs(chords / length - 1.0) < 0.05:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if chords > length:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             f"an upper bound is enough: here it is {100 * (chords / length - 1):.0f} % too long",
         )
-    return Finding(computed, Verdict.FAILS, "the chords are no bound")
+    return ClaimResult(computed, Verdict.FAILS, "the chords are no bound")
 
 
-def start_of_braking() -> Finding:
+def start_of_braking() -> ClaimResult:
     """Braking at the arc length, and at the share of the parameter that the share of the length would be."""
     travel = bspline.Travel(PLANE)
     found = bspline.braking(PLANE, SPEED, 0.0, DECELERATION, travel)
@@ -90,8 +90,8 @@ def start_of_braking() -> Finding:
     }  # fmt: skip
     if abs(left - found.distance) > 0.01 * found.distance:
         short = f"without it the tool would begin at u = {naive:.3f} instead of {found.parameter:.3f}, {abs(left - found.distance):.3g} off"
-        return Finding(computed, Verdict.HOLDS, short)
-    return Finding(computed, Verdict.FAILS, "the parameter itself tells where to brake")
+        return ClaimResult(computed, Verdict.HOLDS, short)
+    return ClaimResult(computed, Verdict.FAILS, "the parameter itself tells where to brake")
 
 
 CLAIMS = (

@@ -14,7 +14,7 @@ from mechlab.catalog.delta6.claims_freedoms import THESIS
 from mechlab.catalog.delta6.probes import ANGLES, CENTRE, SLIDERS, SOURCE
 from mechlab.catalog.delta6.responses import response
 from mechlab.catalog.delta6.witnesses import witnesses
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 
 PRINTED_A = np.array([[-0.39, 0.233, -0.58], [-6.63e-3, -0.456, -0.58], [0.398, 0.222, -0.58]])
 PRINTED_B = 0.58 * np.eye(3)
@@ -31,7 +31,7 @@ def shows(value: ArrayLike, printed: ArrayLike, decimals: ArrayLike) -> bool:
 # -- translation ---------------------------------------------------------------------------------------------------------
 
 
-def digits() -> Finding:
+def digits() -> ClaimResult:
     """Is there a delta of this kind whose A and B round to every printed digit?"""
     shifted = replace(SOURCE, radial_offset=0.22775)
     cases = {
@@ -46,28 +46,28 @@ def digits() -> Finding:
         computed |= {f"analytic: A, {name}": a.round(6).tolist(), f"analytic: every digit, {name}": fit}
         fits.append(fit)
     if fits[0]:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if any(fits):
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS,
             "every digit, for rods of 0.37 m with the guides 0.2278 m outside their platform joints and 3.3 mm beside them",
         )
-    return Finding(computed, Verdict.CANNOT, "no geometry tried gives these digits")
+    return ClaimResult(computed, Verdict.CANNOT, "no geometry tried gives these digits")
 
 
-def translation_forward() -> Finding:
+def translation_forward() -> ClaimResult:
     """V for unit slider rates."""
     computed = {"printed matrices": np.linalg.solve(PRINTED_A, -PRINTED_B @ np.ones(3)).round(9).tolist()}
     for w in witnesses(build(SOURCE, "full")):
         rates = response(w, (*SLIDERS, *ANGLES))[:, :3].sum(axis=1)
         computed[w.name] = [round(float(w.mechanism.row(n) @ rates), 9) for n in CENTRE]
     if all(shows(v, [0.0, 0.0, 1.0], 2) for v in computed.values()):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.MISPRINT, str(computed["numpy"]))
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.MISPRINT, str(computed["numpy"]))
 
 
-def translation_inverse() -> Finding:
+def translation_inverse() -> ClaimResult:
     """Slider rates for V = (1, 1, 1)."""
     printed = [1.27, 1.79, -0.06]
     from_matrices = np.linalg.solve(-PRINTED_B, PRINTED_A @ np.ones(3))
@@ -80,33 +80,35 @@ def translation_inverse() -> Finding:
         computed[w.name] = [round(float(w.mechanism.row(n) @ rates), 5) for n in SLIDERS]
     geometry = all(shows(v, printed, 2) for k, v in computed.items() if k != "printed matrices")
     if shows(from_matrices, printed, 2):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if geometry:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             "A and B are carried with more digits than printed; the printed ones give 1.27, 1.80, -0.07",
         )
-    return Finding(computed, Verdict.MISPRINT, str(from_matrices.round(2).tolist()))
+    return ClaimResult(computed, Verdict.MISPRINT, str(from_matrices.round(2).tolist()))
 
 
 # -- rotation ------------------------------------------------------------------------------------------------------------
 
 
-def rotation_forward() -> Finding:
+def rotation_forward() -> ClaimResult:
     """(alpha', beta', gamma') for unit rates of the rotary drives, signs aside."""
     printed = [0.0, -0.51, 1.0]
     found = {"printed matrix, B = -I": np.linalg.solve(PRINTED_ROTATION, np.ones(3))}
     found |= {w.name: np.linalg.solve(gear_matrix(w), np.ones(3)) for w in witnesses(build(SOURCE, "parts"))}
     computed = {k: v.round(6).tolist() for k, v in found.items()}
     if all(shows(v, printed, 2) for v in found.values()):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if all(shows(v[[1, 0, 2]], printed, 2) for v in found.values()):
-        return Finding(computed, Verdict.MISPRINT, "alpha' = -0.51, beta' = 0, gamma' = 1: alpha and beta are swapped")
-    return Finding(computed, Verdict.FAILS, "the printed matrix gives other rates")
+        return ClaimResult(
+            computed, Verdict.MISPRINT, "alpha' = -0.51, beta' = 0, gamma' = 1: alpha and beta are swapped"
+        )
+    return ClaimResult(computed, Verdict.FAILS, "the printed matrix gives other rates")
 
 
-def rotation_sign() -> Finding:
+def rotation_sign() -> ClaimResult:
     """A V = -(B) w as printed, with B = I."""
     printed = [1.4, 2.966, 1.0]
     found = {
@@ -115,20 +117,22 @@ def rotation_sign() -> Finding:
     }
     computed = {f"printed matrix, {k}": v.round(6).tolist() for k, v in found.items()}
     if shows(found["B = I as printed"], printed, 3):
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     if shows(found["B = -I"], printed, 3):
-        return Finding(computed, Verdict.MISPRINT, "B = -I; with B = I all printed results would have the other sign")
-    return Finding(computed, Verdict.FAILS, "neither sign of B gives the printed results")
+        return ClaimResult(
+            computed, Verdict.MISPRINT, "B = -I; with B = I all printed results would have the other sign"
+        )
+    return ClaimResult(computed, Verdict.FAILS, "neither sign of B gives the printed results")
 
 
-def rotation_inverse() -> Finding:
+def rotation_inverse() -> ClaimResult:
     """Rates of the rotary drives for unit rates of the angles."""
     found = {"analytic": closed.drives_from_angles(SOURCE.geometry, np.ones(3))}
     found |= {w.name: gear_matrix(w) @ np.ones(3) for w in witnesses(build(SOURCE, "parts"))}
     computed = {k: v.round(9).tolist() for k, v in found.items()}
     if all(shows(v, [1.4, 2.966, 1.0], 3) for v in found.values()):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(computed, Verdict.MISPRINT, str(computed["analytic"]))
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.MISPRINT, str(computed["analytic"]))
 
 
 CLAIMS = (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.experiment.entry import Measured
+from mechlab.experiment.entry import CheckResult
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def _difference(value: np.ndarray, truth: np.ndarray) -> float:
     return float(np.max(np.abs(value - truth), initial=0.0))
 
 
-def graded(*quantities: Quantity, note: str = "") -> Measured:
+def graded(*quantities: Quantity, note: str = "") -> CheckResult:
     """A Measured that passes when every witness keeps every limit. Its values are the worst difference of each witness
     in units of the limit (so the tolerance is 1); its note tells every difference as measured."""
     worst: dict[str, float] = {}
@@ -48,4 +48,4 @@ def graded(*quantities: Quantity, note: str = "") -> Measured:
             worst[witness] = max(worst.get(witness, 0.0), size / q.limit)
         told.append(f"{q.what}: {', '.join(f'{k} {v:.2g}' for k, v in found.items())} (limit {q.limit:.2g})")
     text = "; ".join(told + ([note] if note else []))
-    return Measured(worst, 1.0, 0.0, f"differences in units of each limit. {text}")
+    return CheckResult(worst, 1.0, 0.0, f"differences in units of each limit. {text}")

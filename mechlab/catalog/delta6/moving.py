@@ -13,7 +13,7 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.moving_parts import BEVEL, CENTRAL, PLANET, SPUR, STUB, Moment
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.probes import random_poses
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit import mass_check
 from mechlab.kit.mass_check import Particles, State
 from mechlab.mechanism.geometry import Array
@@ -72,7 +72,7 @@ def _shafts(p: Delta6Parameters, angles: Array) -> Mapping[str, tuple[Array, flo
     return rows
 
 
-def a15(p: Delta6Parameters) -> Measured:
+def a15(p: Delta6Parameters) -> CheckResult:
     """Two moving states of every fidelity."""
     poses = list(zip(*random_poses(p, 2, seed=17), strict=True))
     pairs = [(build(p, f), state(p, f, c, 0.7 * a)) for f in FREEDOMS for c, a in poses]

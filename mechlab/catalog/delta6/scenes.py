@@ -13,7 +13,7 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.toolpath import table_of, toolpath
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque, Servo
-from mechlab.experiment.motion import Hold, Motion, Sine, Table
+from mechlab.experiment.motion import Hold, PrescribedMotion, Sine, Spline
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
@@ -48,8 +48,8 @@ def pose_sweep(p: Delta6Parameters, fidelity: str) -> Scene:
     )  # fmt: skip
 
 
-def _targets(p: Delta6Parameters) -> tuple[tuple[str, Motion], ...]:
-    head: tuple[tuple[str, Motion], ...] = (
+def _targets(p: Delta6Parameters) -> tuple[tuple[str, PrescribedMotion], ...]:
+    head: tuple[tuple[str, PrescribedMotion], ...] = (
         ("alpha", Sine(0.1, 10.0)),
         ("beta", Sine(0.1, 10.0, math.pi / 2)),
         ("gamma", Sine(0.2, 5.0)),
@@ -90,7 +90,7 @@ def gravity_hold(p: Delta6Parameters, fidelity: str) -> Scene:
 
 def pure_rotation(p: Delta6Parameters, fidelity: str) -> Scene:
     """The head centre stands still while the head turns: the linear drive forces vary all the same."""
-    head: tuple[tuple[str, Motion], ...] = (
+    head: tuple[tuple[str, PrescribedMotion], ...] = (
         ("alpha", Sine(0.6, 2 * math.pi)), ("beta", Sine(0.5, 2 * math.pi, 1.0)), ("gamma", Sine(0.4, 2 * math.pi, 2.0)),
     )  # fmt: skip
     commands = (*((f"O_{a}", Hold(0.0)) for a in "xyz"), *head)
@@ -106,7 +106,7 @@ def follow_curve(p: Delta6Parameters, fidelity: str) -> Scene:
     """The output link runs along a B-spline; speed, acceleration and jerk of every drive stay within their limits."""
     path = toolpath(p)
     times = tuple(path.t.tolist())
-    commands = tuple((name, Table(times, values)) for name, values in table_of(path).items())
+    commands = tuple((name, Spline(times, values)) for name, values in table_of(path).items())
     law = ComputedTorque(drive_names(), commands, (HOLD_GAINS,) * 6)
     start = dict(zip(ANGLES, path.angles[0].tolist(), strict=True))
     centre = path.tool[0] - p.head_offset * output_axis(path.angles[0])

@@ -9,7 +9,7 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.analytic.regions import Region
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.experiment.workspace import Coordinates, Limit, Map, WorkspaceRecipe
+from mechlab.experiment.entry import Coordinates, WorkspaceLimit, WorkspaceMap, WorkspaceRecipe
 from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
 
@@ -29,7 +29,7 @@ def _plane(points: Coordinates) -> Array:
     return np.stack([x, y, np.zeros(x.shape)], axis=-1)
 
 
-def maps(p: Delta6Parameters) -> dict[str, Map]:
+def maps(p: Delta6Parameters) -> dict[str, WorkspaceMap]:
     """Dexterity, reach and clearance over (x, y)."""
     g = p.geometry
 
@@ -39,15 +39,15 @@ def maps(p: Delta6Parameters) -> dict[str, Map]:
 
     plane = ("x", "y")
     return {
-        "inverse_condition": Map(
+        "inverse_condition": WorkspaceMap(
             lambda q: closed.inverse_condition(g, _plane(q)), plane, "",
             "dexterity: smallest singular value of the slider Jacobian over its largest",
         ),
-        "reach_margin": Map(
+        "reach_margin": WorkspaceMap(
             lambda q: closed.reach_margin(g, _plane(q)), plane, "m", "horizontal distance to a rod that lies horizontal"
         ),
-        "largest_bend": Map(bend, plane, "rad", "largest bend of a cardan"),
-        "clearance": Map(
+        "largest_bend": WorkspaceMap(bend, plane, "rad", "largest bend of a cardan"),
+        "clearance": WorkspaceMap(
             lambda q: closed.clearance(g, _plane(q), p.rod_spacing), plane, "m",
             "distance of centre lines of rods of different legs, and of rods and the guides of other legs",
         ),
@@ -59,8 +59,8 @@ WORKSPACE = WorkspaceRecipe(
     grid=dict.fromkeys("xyz", Range(-1.0, 1.0, 201)),
     units=dict.fromkeys("xyz", "m"),
     limits={
-        "least_condition": Limit("", "smallest inverse condition of the slider Jacobian that is allowed"),
-        "least_clearance": Limit("m", "smallest distance of centre lines that is allowed"),
+        "least_condition": WorkspaceLimit("", "smallest inverse condition of the slider Jacobian that is allowed"),
+        "least_clearance": WorkspaceLimit("m", "smallest distance of centre lines that is allowed"),
     },
     maps=maps,
     text="positions of the head centre O",

@@ -8,7 +8,7 @@ import numpy as np
 
 from mechlab.catalog.flyball.build import build
 from mechlab.catalog.flyball.parameters import Parameters
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit import mass_check
 from mechlab.mechanism.geometry import axis_rotation
 
@@ -49,7 +49,7 @@ def moving(p: Parameters, at: tuple[float, ...], rates: tuple[float, ...]) -> ma
     return mass_check.State(values, speeds, particles, points, (0.0, 0.0, -p.gravity), 4, stored=stored, lost=lost)
 
 
-def _check(p: Parameters) -> Measured:
+def _check(p: Parameters) -> CheckResult:
     m = build(p, "full")
     return mass_check.compare([(m, moving(p, at, rates)) for at, rates in STATES])
 

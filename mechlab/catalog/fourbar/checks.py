@@ -13,15 +13,15 @@ from mechlab.catalog.fourbar.build import build, start_angle, width
 from mechlab.catalog.fourbar.parameters import Parameters
 from mechlab.catalog.fourbar.questions import QUESTION
 from mechlab.catalog.fourbar.scenes import free, reference
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit import mass_check
 
 
-def _check_pose(p: Parameters) -> Measured:
+def _check_pose(p: Parameters) -> CheckResult:
     limits = closed_form.crank_limits(*p.lengths)
     if not limits.full_turn and not limits.ranges:
-        return Measured({}, 0.0, note="no assembly exists with these lengths")
+        return CheckResult({}, 0.0, note="no assembly exists with these lengths")
     low, high = (-math.pi, math.pi) if limits.full_turn else limits.ranges[0]
     grid = np.linspace(low, high, 9)[1:-1]
     said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
@@ -31,10 +31,10 @@ def _check_pose(p: Parameters) -> Measured:
             values = ask(p, given).values
             row = [math.sin(values["coupler_angle"]), math.cos(values["rocker_angle"])]
             said[witness].append([*row, *(values[k] for k in QUESTION.answers[2:])])
-    return Measured(said, 1e-8, note="coupler and rocker at 7 crank angles: angles, rates, accelerations")
+    return CheckResult(said, 1e-8, note="coupler and rocker at 7 crank angles: angles, rates, accelerations")
 
 
-def _check_energy(p: Parameters) -> Measured:
+def _check_energy(p: Parameters) -> CheckResult:
     from mechlab.engines.mujoco import run as run_mujoco
     from mechlab.engines.pinocchio import run as run_pinocchio
 
@@ -48,10 +48,10 @@ def _check_energy(p: Parameters) -> Measured:
         )[-1],
     }
     # MuJoCo's loop is soft to second order in the step: 1e-5 relative at 0.7 ms, in a motion of a few turns.
-    return Measured(end, 1e-4 * max(1.0, abs(p.speed)), expected, "crank speed after a free run of 2 s")
+    return CheckResult(end, 1e-4 * max(1.0, abs(p.speed)), expected, "crank speed after a free run of 2 s")
 
 
-def _check_limits(p: Parameters) -> Measured:
+def _check_limits(p: Parameters) -> CheckResult:
     """Where the crank can stand, of this four-bar and of two that only rock: by trying, then halving the step at each end."""
     expected, found = [], []
     for crank, coupler, rocker, ground in (p.lengths, (1.0, 0.8, 0.5, 1.1), (0.9, 0.6, 1.2, 1.0)):
@@ -59,7 +59,7 @@ def _check_limits(p: Parameters) -> Measured:
         expected += [x for pair in ranges for x in pair]
         found += _tried(crank, coupler, rocker, ground, [0.5 * (a + b) for a, b in ranges])
     # The closure itself is blurred where the bars stretch: sqrt(1e-12).
-    return Measured({"tried": found}, 1e-6, expected, "ends of the ranges of the crank [rad]")
+    return CheckResult({"tried": found}, 1e-6, expected, "ends of the ranges of the crank [rad]")
 
 
 def _tried(crank: float, coupler: float, rocker: float, ground: float, middles: list[float]) -> list[float]:
@@ -82,7 +82,7 @@ def _tried(crank: float, coupler: float, rocker: float, ground: float, middles: 
     return out
 
 
-def _check_sides(p: Parameters) -> Measured:
+def _check_sides(p: Parameters) -> CheckResult:
     """The angle at C and what is missing where C does not exist, from the distance of B and D; also of a four-bar that rocks."""
     said, expected, phi = list[Any](), list[Any](), np.linspace(-3.0, 3.0, 13)
     for crank, coupler, rocker, ground in (p.lengths, (1.0, 0.8, 0.5, 1.1)):
@@ -93,10 +93,10 @@ def _check_sides(p: Parameters) -> Measured:
         said += [np.where(found.assembles, found.transmission_angle, 0.0), found.gap]
         expected += [np.where(missing > 0.0, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0))), missing]
     # Where the bars stretch the cosine blurs the angle: sqrt(1e-16).
-    return Measured({"analytic": said}, 1e-7, expected, "transmission angle [rad], gap [m] at 13 crank angles")
+    return CheckResult({"analytic": said}, 1e-7, expected, "transmission angle [rad], gap [m] at 13 crank angles")
 
 
-def _check_masses(p: Parameters) -> Measured:
+def _check_masses(p: Parameters) -> CheckResult:
     m, gravity, pairs = build(p, "minimal"), (0.0, 0.0, -p.gravity), list[mass_check.Pair]()
     start, limits = start_angle(p), closed_form.crank_limits(*p.lengths)
     room = 1.0 if limits.full_turn or not limits.ranges else limits.ranges[0][1] - start

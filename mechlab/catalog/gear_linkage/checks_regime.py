@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.parameters import Parameters
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.mechanism.geometry import Array
 
 SAMPLES = 40_001
@@ -52,7 +52,7 @@ def _extreme(phi: Array, w: Array) -> tuple[float, float]:
     return float(here - 0.5 * bend * step**2), float(phi[k] + step * (phi[1] - phi[0])) % (2.0 * math.pi)
 
 
-def _regime(p: Parameters) -> Measured:
+def _regime(p: Parameters) -> CheckResult:
     g = p.linkage
     found = closed_form.crank_for("reverse_angle", BACK, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
     if found.crank is None:
@@ -60,12 +60,12 @@ def _regime(p: Parameters) -> Measured:
     reversing = replace(g, crank=found.crank)
     report = astuple(closed_form.regime(reversing))[1:]
     # Parabolas and chords over steps of 1.6e-4 rad: 1e-8 of second derivatives, which grow towards a change point.
-    return Measured(
+    return CheckResult(
         {"closed form": report}, 1e-5, _sampled(reversing), "RegimeReport of a crank that runs back by 2 deg"
     )
 
 
-def _reach(p: Parameters) -> Measured:
+def _reach(p: Parameters) -> CheckResult:
     """The transmission angle over a turn, and what `crank_for` tells besides the crank."""
     g, phi = p.linkage, np.linspace(0.0, 2.0 * math.pi, 101)
     found = closed_form.crank_for("reverse_angle", BACK, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
@@ -76,7 +76,7 @@ def _reach(p: Parameters) -> Measured:
     said = [found.wanted, found.longest, *found.reachable, stops, *closed_form.motion(g, phi).transmission_angle]
     expected = [BACK, longest, 0.0, most, 0.0, *_transmission(g, phi)]
     # The smallest of 40001 samples lies 1e-8 of a second derivative above the minimum; arccos keeps half the digits at 0.
-    return Measured(
+    return CheckResult(
         {"closed form": said}, 1e-6, expected, "reach of the synthesis, rest of its shortest crank, angles BCD"
     )
 

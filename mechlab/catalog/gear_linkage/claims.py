@@ -11,7 +11,7 @@ from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.build import build
 from mechlab.catalog.gear_linkage.parameters import PRESETS, SOURCE, Parameters
 from mechlab.catalog.gear_linkage.questions import MOTION
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 
 EXAMPLES = {"L1": (1.0, 1.0, 0.5), "L2": (1.0, 0.8, 0.4), "L3": (0.9, 0.9, 0.3), "L4": (0.8, 1.0, 0.4)}
 """Coupler, rocker, idler radius in units of the frame: examples of ours, the source prints none."""
@@ -27,7 +27,7 @@ def _linkages(share: float = 0.7) -> dict[str, closed_form.GearLinkage]:
     }
 
 
-def speed_formula() -> Finding:
+def speed_formula() -> ClaimResult:
     """The printed similarity invariant against rolling, in both readings of its first coefficient."""
     worst = {"i - (i + ic) w2 + (1 + ic) w3": 0.0, "1 - (1 + i) w2 + (1 + ic) w3": 0.0}
     engines = 0.0
@@ -46,13 +46,13 @@ def speed_formula() -> Finding:
     computed = {f"{k}: largest error": v for k, v in worst.items()} | {"Pinocchio, MuJoCo against rolling": engines}
     right, other = worst.values()
     if right < TIGHT and engines < TIGHT and other > 0.1:
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS_ONLY_IF, "the damaged coefficients are read as i and (i + ic), not 1 and (1 + i)"
         )
-    return Finding(computed, Verdict.FAILS, "neither reading of the damaged coefficients follows from rolling")
+    return ClaimResult(computed, Verdict.FAILS, "neither reading of the damaged coefficients follows from rolling")
 
 
-def acceleration_formula() -> Finding:
+def acceleration_formula() -> ClaimResult:
     """The printed acceleration against central differences of rolling."""
     h, worst = 1e-5, 0.0
     for g in _linkages().values():
@@ -63,13 +63,13 @@ def acceleration_formula() -> Finding:
     computed = {"largest error against differences, relative": worst}
     # Truncation of the differences: h^2 / 6 times the third derivative over the first, which is below 1e3 here.
     return (
-        Finding(computed, Verdict.HOLDS)
+        ClaimResult(computed, Verdict.HOLDS)
         if worst < 1e-6
-        else Finding(computed, Verdict.FAILS, "it differs from rolling")
+        else ClaimResult(computed, Verdict.FAILS, "it differs from rolling")
     )
 
 
-def position_formula() -> Finding:
+def position_formula() -> ClaimResult:
     """The printed increment of the output angle against the integral of the rolling rate."""
     from scipy.integrate import solve_ivp
 
@@ -83,22 +83,22 @@ def position_formula() -> Finding:
             worst[name] = max(worst[name], abs(float(factor * 2.3 + bars - run.y[0, -1])))
     computed = {f"{k}: largest error [rad]": v for k, v in worst.items()}
     if worst["with i before the crank turn"] < TIGHT:
-        return Finding(computed, Verdict.HOLDS_ONLY_IF, "the damaged first term is read as + i (phi_k - phi_n)")
-    return Finding(computed, Verdict.FAILS, "no reading follows from rolling")
+        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, "the damaged first term is read as + i (phi_k - phi_n)")
+    return ClaimResult(computed, Verdict.FAILS, "no reading follows from rolling")
 
 
-def zero_crank() -> Finding:
+def zero_crank() -> ClaimResult:
     """A vanishing crank: an ordinary gear train with a uniform output."""
     spread = {}
     for name, (b, c, r) in EXAMPLES.items():
         g = closed_form.GearLinkage(1e-9, b, c, r)
         spread[f"{name}: largest |w - i|"] = float(np.max(np.abs(closed_form.rate(g, PHI) - g.ratio)))
     if max(spread.values()) < 1e-7:
-        return Finding(spread, Verdict.HOLDS)
-    return Finding(spread, Verdict.FAILS, "the output is not uniform")
+        return ClaimResult(spread, Verdict.HOLDS)
+    return ClaimResult(spread, Verdict.FAILS, "the output is not uniform")
 
 
-def three_regimes() -> Finding:
+def three_regimes() -> ClaimResult:
     """Curves I, III and II: with a longer crank the rate stays positive, touches zero once, becomes negative."""
     computed: dict[str, object] = {}
     right = True
@@ -113,11 +113,11 @@ def three_regimes() -> Finding:
             closed_form.Regime.REVERSING,
         ]
     if right:
-        return Finding(computed, Verdict.HOLDS, "in all four examples, in this order")
-    return Finding(computed, Verdict.FAILS, "the order of the regimes differs")
+        return ClaimResult(computed, Verdict.HOLDS, "in all four examples, in this order")
+    return ClaimResult(computed, Verdict.FAILS, "the order of the regimes differs")
 
 
-def grows_with_crank() -> Finding:
+def grows_with_crank() -> ClaimResult:
     """The non-uniformity grows with the crank."""
     growing = {}
     for name, (b, c, r) in EXAMPLES.items():
@@ -128,11 +128,11 @@ def grows_with_crank() -> Finding:
             spans.append(float(np.ptp(w)))
         growing[f"{name}: least growth of max - min per step"] = float(np.min(np.diff(spans)))
     if min(growing.values()) > 0.0:
-        return Finding(growing, Verdict.HOLDS)
-    return Finding(growing, Verdict.FAILS, "somewhere a longer crank is more uniform")
+        return ClaimResult(growing, Verdict.HOLDS)
+    return ClaimResult(growing, Verdict.FAILS, "somewhere a longer crank is more uniform")
 
 
-def dwell_within_play() -> Finding:
+def dwell_within_play() -> ClaimResult:
     """With play of the size of the reverse motion: how long does the output stand?"""
     computed: dict[str, object] = {}
     ratios = []
@@ -151,15 +151,15 @@ def dwell_within_play() -> Finding:
         ratios.append(simulated / report.dwell_angle)
     computed["pushed / phi_w"] = ratios
     if min(ratios) > 1.3:
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS_ONLY_IF,
             "the output follows at once when the gears turn forward again; pushed from one side and held by friction it "
             "stands until it is caught up, about 1.5 times as long",
         )  # fmt: skip
-    return Finding(computed, Verdict.HOLDS)
+    return ClaimResult(computed, Verdict.HOLDS)
 
 
-def sheet_delivery() -> Finding:
+def sheet_delivery() -> ClaimResult:
     """A monotone linkage with equal speeds where the sheet is gripped and a slow release."""
     g = Parameters(**PRESETS["sheet-delivery"]).linkage  # type: ignore[arg-type]
     report = closed_form.regime(g)
@@ -170,15 +170,15 @@ def sheet_delivery() -> Finding:
     }  # fmt: skip
     slow = 0.0 < report.slowest_rate < 0.25 * report.fastest_rate
     if slow and abs(float(at.output_accel)) < 1e-6:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS,
             "dimensions exist: at the grip the speed is stationary, at release a fraction of it",
         )
-    return Finding(computed, Verdict.FAILS, "these dimensions do not match the speed and release slowly")
+    return ClaimResult(computed, Verdict.FAILS, "these dimensions do not match the speed and release slowly")
 
 
-def cutter_torque() -> Finding:
+def cutter_torque() -> ClaimResult:
     """The torque of the cutter's main shaft cannot be had without its loads and masses."""
     g = Parameters(**PRESETS["knife-drive"])  # type: ignore[arg-type]
     fastest = closed_form.regime(replace(g.linkage)).fastest_rate
@@ -186,7 +186,7 @@ def cutter_torque() -> Finding:
         "drive torque / output torque: largest (power balance)": fastest,
         "bodies of our model": len(build(g, "minimal").bodies),
     }
-    return Finding(
+    return ClaimResult(
         computed, Verdict.CANNOT, "the source gives neither dimensions, masses nor cutting force of the machine"
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.build import build
 from mechlab.catalog.gear_linkage.parameters import Parameters
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit import mass_check
 from mechlab.kit.benchmark_parts import in_plane
 from mechlab.kit.mass_check import Particles, State, rod, solid
@@ -61,7 +61,7 @@ def state(p: Parameters, phi: float, w: float) -> State:
     return State(values, speeds, particles, points, (0.0, 0.0, 0.0), 1, poses=poses)
 
 
-def _moving(p: Parameters) -> Measured:
+def _moving(p: Parameters) -> CheckResult:
     m = build(p, "minimal")
     return mass_check.compare([(m, state(p, phi, w)) for phi, w in STATES])
 

@@ -25,7 +25,7 @@ from mechlab.catalog.impulse_transmission.moving import MOVING
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
 from mechlab.errors import NoSolution
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
@@ -53,7 +53,7 @@ def _engine_accelerations(p: Parameters, fidelity: str, states: Array) -> Array:
     return np.array(out)
 
 
-def i1(p: Parameters) -> Measured:
+def i1(p: Parameters) -> CheckResult:
     """100 random states, relative to the largest acceleration."""
     rng = np.random.default_rng(5)
     low = np.array([-3.0, -3.0, 50.0, -60.0, -200.0])
@@ -62,10 +62,10 @@ def i1(p: Parameters) -> Measured:
     truth = np.column_stack(accelerations(p.impulse, alpha, beta, u, v, motor, p.M0))
     scale = np.abs(truth).max(axis=0)
     said = {f"pinocchio {f}": _engine_accelerations(p, f, states) / scale for f in ("minimal", "full")}
-    return Measured(said, 1e-12, truth / scale, "alpha'' and beta'' with motor torque, load and spring, relative")
+    return CheckResult(said, 1e-12, truth / scale, "alpha'' and beta'' with motor torque, load and spring, relative")
 
 
-def i2(p: Parameters) -> Measured:
+def i2(p: Parameters) -> CheckResult:
     """Drift of the first integral along 1 s of the motion, relative."""
     i = replace(p.impulse, c=0.0, M0=0.0, M1=0.0)
 
@@ -74,24 +74,24 @@ def i2(p: Parameters) -> Measured:
 
     done = integrate_adaptive(f, 0.0, [0.0, 0.0], 1.0, rtol=1e-10, atol=1e-12)
     value = first_integral(i, SPEED, i.q * (SPEED * done.t - done.y[:, 0]), SPEED - done.y[:, 1], 0.0)
-    return Measured(
+    return CheckResult(
         {"DOP853 1e-10": np.ptp(value) / abs(value[0])}, 1e-9, 0.0, f"{len(done.t)} steps, no load, no friction"
     )
 
 
-def i3_table(p: Parameters) -> Measured:
+def i3_table(p: Parameters) -> CheckResult:
     """The formula against the numbers of the specification, to their last digit."""
     said = []
     for q, M0, M1 in TABLE:
         i = replace(Impulse(), q=q)
         found = unidirectional(i, SPEED, M0, M1)
         said.append(frictionless_mean_speed(i, SPEED) if M1 == 0.0 else float(found.without_sticking))
-    return Measured(
+    return CheckResult(
         {"analytic": said}, 1e-6, list(TABLE.values()), "ten cells; two of them ignore that the output would stick"
     )
 
 
-def i3_events(p: Parameters) -> Measured:
+def i3_events(p: Parameters) -> CheckResult:
     """Mean speed, times and torque by simulation over whole cycles."""
     closed, simulated = [], []
     for q, M0, M1 in TABLE:
@@ -114,10 +114,10 @@ def i3_events(p: Parameters) -> Measured:
             [run.angle / run.time, run.forward_time / TURNS, run.return_time / TURNS, run.torque_integral / run.time]
         )
     note = f"{len(closed)} sets: mean speed, forward and return time, mean motor torque over {TURNS} cycles"
-    return Measured({"analytic": closed, "hybrid": simulated}, 1e-7, None, note)
+    return CheckResult({"analytic": closed, "hybrid": simulated}, 1e-7, None, note)
 
 
-def i3_sticking(p: Parameters) -> Measured:
+def i3_sticking(p: Parameters) -> CheckResult:
     """Where the closed form says that the output sticks, the simulation sticks; and nowhere else."""
     said: dict[str, list[float]] = {"analytic": [], "hybrid": []}
     for q, M0, M1 in TABLE:
@@ -127,7 +127,7 @@ def i3_sticking(p: Parameters) -> Measured:
         run = closed_cycle(i, SPEED)
         said["analytic"].append(float(not unidirectional(i, SPEED).exists))
         said["hybrid"].append(float("nan") if run is None else float(run.stuck_psi > 0.0))
-    return Measured(said, 0.0, None, "1: sticks; set-valued friction, q = 4/5 with M1 = 750 is the case")
+    return CheckResult(said, 0.0, None, "1: sticks; set-valued friction, q = 4/5 with M1 = 750 is the case")
 
 
 def _harmonic_error(kind: str) -> tuple[float, float]:
@@ -141,16 +141,16 @@ def _harmonic_error(kind: str) -> tuple[float, float]:
     return float(error[0]), float(error[1])
 
 
-def i4_consistent(p: Parameters) -> Measured:
+def i4_consistent(p: Parameters) -> CheckResult:
     """The third-order formula against shooting."""
-    return Measured(
+    return CheckResult(
         {"consistent harmonics": _harmonic_error("consistent")[0]}, 1e-3, 0.0, "relative error of beta, figure 7"
     )
 
 
-def i4_printed(p: Parameters) -> Measured:
+def i4_printed(p: Parameters) -> CheckResult:
     """The printed formula: its error is known to two digits."""
-    return Measured(
+    return CheckResult(
         {"printed harmonics": _harmonic_error("printed")[0]}, 5e-5, 0.0118, "relative error of beta, figure 7"
     )
 

@@ -10,7 +10,7 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.runs import end, hybrid_run, mujoco_run, of_scene
 from mechlab.catalog.impulse_transmission.scenes import simulate
 from mechlab.errors import NoSolution
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.portrait import flow
 from mechlab.kit.witness import room
@@ -23,46 +23,48 @@ ENDS = {
 """beta, beta', alpha', Md at the end; DOP853 1e-10 with events, scipy 1.17, from the specification."""
 
 
-def i5(p: Parameters) -> Measured:
+def i5(p: Parameters) -> CheckResult:
     """Ends of two figures by Pinocchio with events and by the closed form with events."""
     said: dict[str, list[Array]] = {"analytic": [], "hybrid": []}
     for scene, duration in ENDS:
         q = of_scene(scene)
         said["analytic"].append(simulate(q, np.array([0.0, duration]))[0][-1][[1, 3, 2, 4]])
         said["hybrid"].append(end(hybrid_run(q, scene, duration)))
-    return Measured({k: np.array(v) for k, v in said.items()}, 1e-6, list(ENDS.values()), "beta, beta', alpha', Md")
+    return CheckResult({k: np.array(v) for k, v in said.items()}, 1e-6, list(ENDS.values()), "beta, beta', alpha', Md")
 
 
-def i6_minimal(p: Parameters) -> Measured:
+def i6_minimal(p: Parameters) -> CheckResult:
     """1 s of figure 7 by MuJoCo; the motor is a law inside the stages of RK4, so that the fourth order is kept."""
     q = of_scene("fig7")
     truth = simulate(q, np.array([0.0, 1.0]))[0][-1][[1, 3, 2, 4]]
     # 0.97e-4 s does not divide the period.
-    return Measured(
+    return CheckResult(
         {"mujoco minimal": end(mujoco_run(q, "fig7", 1.0, 0.97e-4))}, 1e-5, truth, "beta, beta', alpha', Md after 1 s"
     )
 
 
-def i6_order(p: Parameters) -> Measured:
+def i6_order(p: Parameters) -> CheckResult:
     """Order of RK4 in MuJoCo with the motor, from three steps of beta after 0.2 s; at least 3.8."""
     q = of_scene("fig7")
     truth = simulate(q, np.array([0.0, 0.2]))[0][-1][1]
     error = [abs(end(mujoco_run(q, "fig7", 0.2, h))[0] - truth) for h in (0.97e-3, 0.485e-3)]
     order = float(np.log2(error[0] / error[1]))
-    return Measured(
+    return CheckResult(
         {"mujoco RK4": order}, 0.4, 4.0, f"errors {error[0]:.2g} and {error[1]:.2g} rad; an activation would give 1"
     )
 
 
-def i6_full(p: Parameters) -> Measured:
+def i6_full(p: Parameters) -> CheckResult:
     """Slip of the meshes of the full model; every planet a body."""
     recording = mujoco_run(of_scene("fig7"), "fig7", 0.05, 0.97e-4, "full")
     found = recording.health.finding("relation_residual")
     reached = 0.0 if recording.t[-1] > 0.0499 else float("inf")
-    return Measured({"mujoco full": found.value + reached}, 1e-6, 0.0, "largest residual of a relation [rad], 0.05 s")
+    return CheckResult(
+        {"mujoco full": found.value + reached}, 1e-6, 0.0, "largest residual of a relation [rad], 0.05 s"
+    )
 
 
-def i6_motor(p: Parameters) -> Measured:
+def i6_motor(p: Parameters) -> CheckResult:
     """The DC motor of the model file, evaluated by MuJoCo, against the source's motor equation at 20 states."""
     import mujoco
 
@@ -81,12 +83,12 @@ def i6_motor(p: Parameters) -> Measured:
         said.append([float(data.act_dot[0]), float(data.actuator_force[0])])
         truth.append([rate, torque])
     scale = np.abs(truth).max(axis=0)
-    return Measured(
+    return CheckResult(
         {"mujoco dcmotor": np.array(said) / scale}, 1e-10, np.array(truth) / scale, "dMd/dt and torque, relative"
     )
 
 
-def i11(p: Parameters) -> Measured:
+def i11(p: Parameters) -> CheckResult:
     """Portraits of 0.5 s against DOP853: 1000 motions at once, five of them followed singly."""
     q = of_scene("fig7")
     rng = np.random.default_rng(4)
@@ -98,7 +100,7 @@ def i11(p: Parameters) -> Measured:
     _, y = flow(f, start, 0.5, 5e-4, 2)
     truth = [integrate_adaptive(f, 0.0, start[k], 0.5, rtol=1e-10, atol=1e-11).y[-1] for k in range(5)]
     scale = np.abs(truth).max(axis=0)
-    return Measured(
+    return CheckResult(
         {"RK4, 0.5 ms": y[-1, :5] / scale}, 1e-5, np.array(truth) / scale, "all five states, relative to the largest"
     )
 

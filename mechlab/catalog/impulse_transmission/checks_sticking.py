@@ -9,22 +9,22 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.runs import end, hybrid_run, of_scene
 from mechlab.catalog.impulse_transmission.scenes import simulate
 from mechlab.errors import NoSolution
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.mechanism.geometry import Array
 
 
-def i7_effort(p: Parameters) -> Measured:
+def i7_effort(p: Parameters) -> CheckResult:
     """Evaluations of the sticking scene, against the bound; naive sign functions need more than 4e5 and do not end."""
     recording = hybrid_run(of_scene("sticking"), "sticking", 0.3)
-    return Measured({"hybrid": float(recording.cost.evaluations)}, 5e4, 5e4, "evaluations, must lie below 1e5")
+    return CheckResult({"hybrid": float(recording.cost.evaluations)}, 5e4, 5e4, "evaluations, must lie below 1e5")
 
 
-def i7_sticking(p: Parameters) -> Measured:
+def i7_sticking(p: Parameters) -> CheckResult:
     """Sticking by Pinocchio's tree and by the closed form: state at the end."""
     q = of_scene("sticking")
     truth = simulate(q, np.array([0.0, 0.3]))[0][-1][[1, 3, 2, 4]]
-    return Measured(
+    return CheckResult(
         {"analytic": truth, "hybrid": end(hybrid_run(q, "sticking", 0.3))}, 1e-6, None, "beta, beta', alpha', Md"
     )
 
@@ -41,13 +41,13 @@ def smoothed_end(p: Parameters, duration: float, width: float) -> Array:
     return np.asarray(done.y[-1])
 
 
-def i7_tanh(p: Parameters) -> Measured:
+def i7_tanh(p: Parameters) -> CheckResult:
     """Friction smoothed by tanh comes to the sticking solution linearly in its width."""
     q = of_scene("sticking")
     truth = simulate(q, np.array([0.0, 0.3]))[0][-1]
     error = [abs(smoothed_end(q, 0.3, w)[3] - truth[3]) for w in (0.2, 0.1)]
     order = float(np.log2(error[0] / error[1]))
-    return Measured(
+    return CheckResult(
         {"tanh": order}, 0.25, 1.0, f"order in the width; errors of beta' {error[0]:.2g}, {error[1]:.2g} rad/s"
     )
 

@@ -18,7 +18,7 @@ from mechlab.analytic.impulse import (
 )
 from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.mechanism.geometry import Array
 
@@ -66,7 +66,7 @@ def _system(p: Parameters) -> tuple[list[float], list[float]]:
     return list(slope(i, y) / scale), list(expected / scale)
 
 
-def i13(p: Parameters) -> Measured:
+def i13(p: Parameters) -> CheckResult:
     """All of it."""
     pairs = (_turning_points(), _orbit(), _system(p))
     said, expected = ([x for pair in pairs for x in pair[k]] for k in (0, 1))
@@ -74,7 +74,7 @@ def i13(p: Parameters) -> Measured:
     note = (
         "psi [rad] and speed at the turning points, sine; period [s], 100 x amplitudes, start; rates; system, relative"
     )
-    return Measured({"closed form": said}, 1e-7, expected, note)
+    return CheckResult({"closed form": said}, 1e-7, expected, note)
 
 
 TURNING = Check(

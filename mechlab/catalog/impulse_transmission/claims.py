@@ -14,20 +14,22 @@ from mechlab.catalog.impulse_transmission.claims_harmonics import HARMONIC_CLAIM
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
 from mechlab.catalog.impulse_transmission.runs import of_scene
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.structure import structure
 
 PAPER = "paper on the dynamics of an inertial-impulse transmission (source 002)"
 
 
-def coefficients_right() -> Finding:
+def coefficients_right() -> ClaimResult:
     """A1 ... A6 in the equations, against a tree of rigid bodies."""
     worst = i1(Parameters()).difference
     computed = {"pinocchio: largest relative difference of accelerations, 100 states": worst}
-    return Finding(computed, Verdict.HOLDS if worst < 1e-12 else Verdict.FAILS, "" if worst < 1e-12 else "they differ")
+    return ClaimResult(
+        computed, Verdict.HOLDS if worst < 1e-12 else Verdict.FAILS, "" if worst < 1e-12 else "they differ"
+    )
 
 
-def coefficient_derivatives() -> Finding:
+def coefficient_derivatives() -> ClaimResult:
     """A4, A5, A6 as halves of derivatives of A1, A2, A3, by central differences."""
     p, psi, h = Impulse(), np.linspace(0.0, 6.0, 25), 1e-5
     up, down = coefficients(p, psi + p.q * h), coefficients(p, psi - p.q * h)
@@ -40,22 +42,22 @@ def coefficient_derivatives() -> Finding:
     }
     # Central differences with a step of 1e-5: error about 1e-10 of coefficients of order 1.
     good = max(gaps.values()) < 1e-8
-    return Finding(dict(gaps), Verdict.HOLDS if good else Verdict.FAILS, "" if good else "a derivative differs")
+    return ClaimResult(dict(gaps), Verdict.HOLDS if good else Verdict.FAILS, "" if good else "a derivative differs")
 
 
-def two_coordinates() -> Finding:
+def two_coordinates() -> ClaimResult:
     """Degrees of freedom of the full mechanism."""
     p = Parameters()
     freedoms = structure(build(p, "full")).freedoms
     computed = {"mechanism: degrees of freedom of full": freedoms}
     if freedoms == 3:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.MISPRINT, f"i = 1, 2: there are {freedoms} generalised coordinates, alpha and beta"
     )
 
 
-def motor_constants() -> Finding:
+def motor_constants() -> ClaimResult:
     """Torque that the printed constants give at the no-load speed, for the printed sets."""
     computed: dict[str, object] = {}
     good = []
@@ -67,20 +69,20 @@ def motor_constants() -> Finding:
         good.append(abs(left) < 0.1 * i.Mn)
     fits = [n for n, x in zip(("fig2", "fig4", "fig5", "fig5-swapped"), good, strict=True) if x]
     if len(fits) == 4:
-        return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.HOLDS)
     because = (
         f"the set is {', '.join(fits)}; with the others the torque does not vanish at the no-load speed" if fits else ""
     )
-    return Finding(computed, Verdict.HOLDS_ONLY_IF if fits else Verdict.FAILS, because or "no set is consistent")
+    return ClaimResult(computed, Verdict.HOLDS_ONLY_IF if fits else Verdict.FAILS, because or "no set is consistent")
 
 
-def motor_unit() -> Finding:
+def motor_unit() -> ClaimResult:
     """Unit of nu from Md' = (Mn - Md - (alpha' - wn) / (nu wxx)) / tau."""
     computed = {"dimension: nu wxx in rad/s per N m, hence nu in": "1/(N m) = s^2/(kg m^2)"}
-    return Finding(computed, Verdict.HOLDS_ONLY_IF, "the damaged unit is read as s^2/(kg m^2), which is 1/(N m)")
+    return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, "the damaged unit is read as s^2/(kg m^2), which is 1/(N m)")
 
 
-def quadratic() -> Finding:
+def quadratic() -> ClaimResult:
     """The printed balances with t_i = pi / (q (w - w_i)), evaluated in the simulated regime."""
     p = Impulse(M0=2.0, M1=10.0)
     found, run = unidirectional(p, SPEED), closed_cycle(p, SPEED)
@@ -102,15 +104,15 @@ def quadratic() -> Finding:
         "hybrid: forward time of a cycle [s]": run.forward_time / TURNS,
     }
     if abs(momentum - work) < 1e-9 * abs(momentum):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.FAILS,
         "the system is degenerate: momentum, work and t_i = pi/(q (w - w_i)) together say M1 + M2 = 0. The half-phases are "
         "pi (1 -+ M0/M1), equal to pi for M0 = 0 only; the mean speed follows from the first integral",
     )  # fmt: skip
 
 
-def limit_cycles() -> Finding:
+def limit_cycles() -> ClaimResult:
     """Floquet multipliers of the orbit of figure 7, and the spread of the section of a motion beside it."""
     i = of_scene("fig7").impulse
     orbit = periodic_orbit(i, SPEED)
@@ -124,15 +126,15 @@ def limit_cycles() -> Finding:
         "DOP853: the same, turns 101 to 150 [rad]": float(away[101:].max()),
     }
     if np.all(sizes < 1.0 - 1e-3):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.FAILS,
         "no damping, both multipliers lie on the unit circle: neighbouring motions stay beside the orbit and do not come to it. "
         "A limit cycle needs M1 > 0 or the damping of the motor",
     )  # fmt: skip
 
 
-def load_direction() -> Finding:
+def load_direction() -> ClaimResult:
     """Sign of the mean speed over M0/M1."""
     p = replace(Impulse(), M1=750.0)
     ratio = np.linspace(0.0, 0.1, 1001)
@@ -143,7 +145,7 @@ def load_direction() -> Finding:
         "analytic: a6 - a5 [kg m2]": shape(p).a6 - shape(p).a5,
     }
     verdict = Verdict.HOLDS_ONLY_IF if np.any(mean < 0) else Verdict.HOLDS
-    return Finding(
+    return ClaimResult(
         computed,
         verdict,
         f"M0/M1 is below {change:.3g} (set (4), M1 = 750, 150 rad/s); above it the load drives the shaft back",

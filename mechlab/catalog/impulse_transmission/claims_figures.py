@@ -11,7 +11,7 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.problems import ConstantSpeed
 from mechlab.catalog.impulse_transmission.runs import of_scene
 from mechlab.catalog.impulse_transmission.scenes import simulate
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.integrate import integrate_hybrid
 from mechlab.mechanism.geometry import Array
 
@@ -36,7 +36,7 @@ def at_constant_speed(p: Parameters, duration: float) -> tuple[float, float]:
     return float(part.last_y[0]), float(part.last_y[1])
 
 
-def figures_2_and_3() -> Finding:
+def figures_2_and_3() -> ClaimResult:
     """Full model against constant input speed at 0.08 s and 0.45 s, both readings of the torques."""
     computed: dict[str, object] = {}
     gaps = []
@@ -48,15 +48,15 @@ def figures_2_and_3() -> Finding:
             computed[f"{name}: beta at {t} s, with motor and at constant speed [rad]"] = [float(y[k, 1]), constant]
             gaps.append(abs(float(y[k, 1]) - constant))
     if gaps[1] > 2.0 * gaps[0] and gaps[3] > 2.0 * gaps[2]:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS,
             "they part by little early and by a slip of phase later; the printed axes are not matched",
         )
-    return Finding(computed, Verdict.FAILS, "the difference does not grow")
+    return ClaimResult(computed, Verdict.FAILS, "the difference does not grow")
 
 
-def figure_4() -> Finding:
+def figure_4() -> ClaimResult:
     """Range of the loop, and its drift within 1 s."""
     p = of_scene("fig4")
     y = simulate(p, np.linspace(0.0, 1.0, 4001))[0]
@@ -71,12 +71,12 @@ def figure_4() -> Finding:
     }
     inside = -0.4 < early.min() and early.max() < 0.3
     if inside and abs(y[-1, 1]) > 0.3:
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             "one looks at 0.3 s: nothing holds beta (c = 0), it drifts; the loop closes in beta' only",
         )
-    return Finding(
+    return ClaimResult(
         computed, Verdict.HOLDS if inside else Verdict.FAILS, "" if inside else "the loop leaves the printed axes"
     )
 
@@ -87,7 +87,7 @@ def _ripple(t: Array, beta: Array) -> tuple[float, float]:
     return float(fit[0]), float(np.ptp(beta - np.polyval(fit, t)))
 
 
-def figure_5() -> Finding:
+def figure_5() -> ClaimResult:
     """One-way rotation and ripple between 4 s and 5 s, from rest."""
     computed: dict[str, object] = {}
     hits = []
@@ -98,14 +98,14 @@ def figure_5() -> Finding:
         computed[f"{name}: mean speed [rad/s], ripple [rad]"] = list(_ripple(t[1:], y[:, 1]))
         hits.append(18.0 < y[0, 1] < 20.0)
     if any(hits):
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed, Verdict.HOLDS_ONLY_IF,
         "it starts from another state, which is not printed: from rest rotation and ripple appear, the window 18.4 to 19.4 rad does not",
     )  # fmt: skip
 
 
-def figure_7() -> Finding:
+def figure_7() -> ClaimResult:
     """Loop at constant speed against the printed axes, for both readings of q."""
     computed: dict[str, object] = {}
     reach = {}
@@ -119,15 +119,15 @@ def figure_7() -> Finding:
             float(orbit.start[1]),
         ]
     if reach["4/3"] < 0.13 < reach["4/5"]:
-        return Finding(
+        return ClaimResult(
             computed, Verdict.HOLDS_ONLY_IF, "q = 4/3: the axis labels -0.1 to 0.08 do not fit the loop of q = 4/5"
         )
-    return Finding(computed, Verdict.FAILS, "neither reading fits the axes")
+    return ClaimResult(computed, Verdict.FAILS, "neither reading fits the axes")
 
 
-def figures_8_and_9() -> Finding:
+def figures_8_and_9() -> ClaimResult:
     """No parameter values in the text."""
-    return Finding(
+    return ClaimResult(
         {"source: parameter values in the text": "none"},
         Verdict.CANNOT,
         "the text gives no parameter values, only axis labels",

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechlab.catalog.impulse_transmission.build import build
 from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit import mass_check
 from mechlab.kit.benchmark_parts import in_plane
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
@@ -54,7 +54,7 @@ def _flat(mass: float, moment: float, centre: complex, velocity: complex, rate: 
     return solid(mass, in_plane(centre), spread, velocity=in_plane(velocity), turn=(0.0, 0.0, rate))
 
 
-def _moving(p: Parameters) -> Measured:
+def _moving(p: Parameters) -> CheckResult:
     return mass_check.compare([(build(p, f), state(p, f)) for f in ("minimal", "full")])
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mechlab.analytic import planetary_synthesis as closed_form
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 
 SOURCE = "Synthesis of the planetary mechanism 2A-AA with regard to pressure angles"
 CASES = 200_000
@@ -25,7 +25,7 @@ def _cases() -> tuple[np.ndarray, ...]:
     return tuple(x[ok][:CASES] for x in values)
 
 
-def planet_formula() -> Finding:
+def planet_formula() -> ClaimResult:
     """(5) put back into the condition of one ray (2)."""
     i, y, t1, t2, _ = _cases()
     two = closed_form.relative_planet(i, y, t1, t2)
@@ -33,13 +33,13 @@ def planet_formula() -> Finding:
     worst = float(np.max(np.abs(residual) / (1.0 + np.abs(two) * (1.0 + y))))
     computed = {"largest residual of (2), relative": worst, "cases": len(i)}
     return (
-        Finding(computed, Verdict.HOLDS)
+        ClaimResult(computed, Verdict.HOLDS)
         if worst < 1e-12
-        else Finding(computed, Verdict.FAILS, "(5) does not solve (2)")
+        else ClaimResult(computed, Verdict.FAILS, "(5) does not solve (2)")
     )
 
 
-def upper_bound() -> Finding:
+def upper_bound() -> ClaimResult:
     """(9) as printed and corrected, against the neighbour condition (8) itself."""
     i, y, t1, t2, k = _cases()
     truth = closed_form.neighbours_direct(i, y, t1, t2, k)[0]
@@ -51,15 +51,15 @@ def upper_bound() -> Finding:
         "cases": len(i), "k = 3, y = 1, t1 = 1, t2 = 1.1: printed, corrected": example,
     }  # fmt: skip
     if printed.any() and not corrected.any():
-        return Finding(
+        return ClaimResult(
             computed, Verdict.MISPRINT, "the denominator t2 (1 - s) instead of 1 - t2 s; they agree for t2 = 1"
         )
-    return Finding(
+    return ClaimResult(
         computed, Verdict.HOLDS if not printed.any() else Verdict.FAILS, "" if not printed.any() else "neither form"
     )
 
 
-def width_of_t2() -> Finding:
+def width_of_t2() -> ClaimResult:
     """(10): does t2 >= 1 / s forbid the mechanism?"""
     rng = np.random.default_rng(10)
     s = math.sin(math.pi / 3)
@@ -69,11 +69,11 @@ def width_of_t2() -> Finding:
     fits = closed_form.exists(i, y, t1, t2) & both[0] & both[1]
     computed = {"1 / sin(pi / 3)": 1.0 / s, "gears with t2 above it that satisfy (6) and (8)": int(fits.sum()), "of": n}
     if fits.any():
-        return Finding(computed, Verdict.FAILS, "it comes only from the wrong denominator of (9); such gears exist")
-    return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.FAILS, "it comes only from the wrong denominator of (9); such gears exist")
+    return ClaimResult(computed, Verdict.HOLDS)
 
 
-def lower_bound() -> Finding:
+def lower_bound() -> ClaimResult:
     """(11) as printed (a lower bound everywhere) and with its branch, against (8)."""
     i, y, t1, t2, k = _cases()
     truth = closed_form.neighbours_direct(i, y, t1, t2, k)[1]
@@ -86,19 +86,19 @@ def lower_bound() -> Finding:
         "cases": len(i),
     }  # fmt: skip
     if printed.any() and not (printed & ~upper).any() and not branched.any():
-        return Finding(
+        return ClaimResult(
             computed,
             Verdict.HOLDS_ONLY_IF,
             "(1 + t1 (1 + y)) s > y t2; otherwise the same expression is an upper bound",
         )
-    return Finding(
+    return ClaimResult(
         computed,
         Verdict.HOLDS if not printed.any() else Verdict.FAILS,
         "" if not printed.any() else "with the branch too",
     )
 
 
-def range_of_angles() -> Finding:
+def range_of_angles() -> ClaimResult:
     """The pressure angle that belongs to t = 0.8."""
     standard = math.cos(closed_form.STANDARD)
     value = math.degrees(math.acos(0.8 * standard))
@@ -108,11 +108,11 @@ def range_of_angles() -> Finding:
         "angle a with cos 20 deg = 1.2 cos a [deg]": math.degrees(math.acos(standard / 1.2)),
     }
     if abs(value - 44.0) > 0.5:
-        return Finding(computed, Verdict.MISPRINT, f"{value:.2f} deg: cos a / cos 20 deg = 0.8 there")
-    return Finding(computed, Verdict.HOLDS)
+        return ClaimResult(computed, Verdict.MISPRINT, f"{value:.2f} deg: cos a / cos 20 deg = 0.8 there")
+    return ClaimResult(computed, Verdict.HOLDS)
 
 
-def more_solutions() -> Finding:
+def more_solutions() -> ClaimResult:
     """Conclusion 4: more tooth combinations than with equal pressure angles."""
     computed: dict[str, object] = {}
     more = True
@@ -121,7 +121,11 @@ def more_solutions() -> Finding:
         equal = int(np.count_nonzero(found.z4 == found.z1 + 2 * found.z2))
         computed[f"ratio {ratio}, {planets} planets: all, at 20 deg"] = [len(found), equal]
         more &= len(found) > equal > 0
-    return Finding(computed, Verdict.HOLDS) if more else Finding(computed, Verdict.FAILS, "no additional combinations")
+    return (
+        ClaimResult(computed, Verdict.HOLDS)
+        if more
+        else ClaimResult(computed, Verdict.FAILS, "no additional combinations")
+    )
 
 
 CLAIMS = (

@@ -14,7 +14,7 @@ from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, elbows, group, 
 from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
 from mechlab.catalog.platform_3rrr.scenes import driven, reference
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit import mass_check
 from mechlab.kit.mode_scan import scan_modes, try_modes
@@ -26,7 +26,7 @@ def _samples(p: PlatformParameters, count: int) -> np.ndarray:
     return np.array(home(p)) + np.random.default_rng(5).uniform(-0.2, 0.2, (count, 3))
 
 
-def _poses(p: PlatformParameters) -> Measured:
+def _poses(p: PlatformParameters) -> CheckResult:
     said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
     forward = QUESTIONS[0]
     for drives in _samples(p, 4):
@@ -34,10 +34,10 @@ def _poses(p: PlatformParameters) -> Measured:
         for witness, ask in forward.witnesses.items():
             values = ask(p, given).values
             said[witness].append([values[k] for k in forward.answers])
-    return Measured(said, 1e-8, note="x, y, alpha with rates and accelerations at four random drive positions")
+    return CheckResult(said, 1e-8, note="x, y, alpha with rates and accelerations at four random drive positions")
 
 
-def _round_trip(p: PlatformParameters) -> Measured:
+def _round_trip(p: PlatformParameters) -> CheckResult:
     forward, inverse = QUESTIONS
     wanted, got = [], []
     for drives in _samples(p, 4):
@@ -48,10 +48,10 @@ def _round_trip(p: PlatformParameters) -> Measured:
         wanted.append([given[k] for k in inverse.answers])
         got.append([float(back[k]) for k in inverse.answers])
     # Rounding grows with the condition of the pose and of the acceleration: 1e-9 leaves three digits.
-    return Measured({"inverse of forward": got}, 1e-9, wanted, "drives to pose (class III) and back (dyads)")
+    return CheckResult({"inverse of forward": got}, 1e-9, wanted, "drives to pose (class III) and back (dyads)")
 
 
-def _chains(p: PlatformParameters) -> Measured:
+def _chains(p: PlatformParameters) -> CheckResult:
     """Each chain as a dyad between its base pivot and the corner of the platform, against the motion of class III."""
     k = p.elbow or 1
     wanted, got = [], []
@@ -66,10 +66,10 @@ def _chains(p: PlatformParameters) -> Measured:
             got.append([np.cos(crank.x), np.sin(crank.x), crank.v, crank.a, np.cos(back.x), np.sin(back.x), back.v, back.a,
                         *d.joint.xy().ravel(), d.quality, d.discriminant, d.gap])  # fmt: skip
     # As of the round trip.
-    return Measured({"dyads": got}, 1e-9, wanted, "turns, elbows and transmission of the three chains")
+    return CheckResult({"dyads": got}, 1e-9, wanted, "turns, elbows and transmission of the three chains")
 
 
-def _each_mode(p: PlatformParameters) -> Measured:
+def _each_mode(p: PlatformParameters) -> CheckResult:
     g = group(p, elbows(p, _samples(p, 4).T))
     return try_modes(g, assur.all_modes(g))
 
@@ -80,18 +80,18 @@ def _moved(p: PlatformParameters, drives: np.ndarray) -> tuple[Linkage, Motion]:
     return chain, chain.solve(**{f"arm_{k + 1}": (float(x), 0.9 - 0.5 * k, 0.3) for k, x in enumerate(drives)})
 
 
-def _count(p: PlatformParameters) -> Measured:
+def _count(p: PlatformParameters) -> CheckResult:
     drives = np.array(home(p)) + np.random.default_rng(6).uniform(-np.pi, np.pi, (100, 3))
     g = group(p, elbows(p, drives.T)).flat()
     found = assur.all_modes(g).count
     scanned = np.array([scan_modes(g.take(np.array([k])), 720) for k in range(100)])
     short = int(np.count_nonzero(found < scanned))
-    return Measured(
+    return CheckResult(
         {"positions where the scan found more": short}, 0.0, 0.0, f"{int(found.sum())} modes at 100 random positions"
     )
 
 
-def _run(p: PlatformParameters) -> Measured:
+def _run(p: PlatformParameters) -> CheckResult:
     from mechlab.engines.mujoco import run
 
     scene = driven(p, "minimal")
@@ -100,10 +100,10 @@ def _run(p: PlatformParameters) -> Measured:
     found = run(build(p, "minimal"), scene, Settings(timestep=7e-4, timeconst=4.0), [scene.duration])
     names = [n for n in truth.mechanism.scalar_names if n in found.channels]
     # Softness of MuJoCo's loops: (1 - d) tc^2 x acceleration, below 1e-6 here.
-    return Measured({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, [truth.channel(n)[-1] for n in names])
+    return CheckResult({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, [truth.channel(n)[-1] for n in names])
 
 
-def _masses(p: PlatformParameters) -> Measured:
+def _masses(p: PlatformParameters) -> CheckResult:
     m, pairs = build(p, "minimal"), []
     for drives in _samples(p, 2):
         pairs.append((m, planar_state(m, *_moved(p, drives), style(p))))

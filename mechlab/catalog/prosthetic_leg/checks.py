@@ -13,7 +13,7 @@ from mechlab.catalog.prosthetic_leg.moving import MOVING
 from mechlab.catalog.prosthetic_leg.parameters import Parameters
 from mechlab.catalog.prosthetic_leg.scenes import SCENES, SWING_RATES, SWING_START, SWING_TIME, swing_motion
 from mechlab.catalog.prosthetic_leg.sliders import answers
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
@@ -22,7 +22,7 @@ STATES = 50
 DROP_TIMES = (0.08, 0.12, 0.2)
 
 
-def _terms(p: Parameters, k: int, note: str) -> Measured:
+def _terms(p: Parameters, k: int, note: str) -> CheckResult:
     """Term k (M, h, qdd) at random states of the nine freedoms, each state relative to its largest entry."""
     m, t = build(p, "full"), tree(p, FREE["full"])
     q, v = random_states(STATES, len(FREE["full"]))
@@ -33,18 +33,18 @@ def _terms(p: Parameters, k: int, note: str) -> Measured:
     for engine in ("pinocchio", "mujoco"):
         said[engine] = np.array([engine_terms(engine, m, a, b)[k] for a, b in zip(q, v, strict=True)]) / scale
     # Rounding of a 9 x 9 system: 1e-14 for M and h, times the condition of M (about 1e2) for the accelerations.
-    return Measured(said, 1e-12, note=f"{note} at {STATES} random states, relative to the largest entry of each")
+    return CheckResult(said, 1e-12, note=f"{note} at {STATES} random states, relative to the largest entry of each")
 
 
-def _mass(p: Parameters) -> Measured:
+def _mass(p: Parameters) -> CheckResult:
     return _terms(p, 0, "mass matrix")
 
 
-def _bias(p: Parameters) -> Measured:
+def _bias(p: Parameters) -> CheckResult:
     return _terms(p, 1, "velocity, weight, spring and damper terms")
 
 
-def _accelerations(p: Parameters) -> Measured:
+def _accelerations(p: Parameters) -> CheckResult:
     return _terms(p, 2, "accelerations")
 
 
@@ -52,7 +52,7 @@ def _swing_start() -> tuple[Array, Array]:
     return np.array([SWING_START.get(n, 0.0) for n in LEG]), np.array([SWING_RATES.get(n, 0.0) for n in LEG])
 
 
-def _swing(p: Parameters) -> Measured:
+def _swing(p: Parameters) -> CheckResult:
     scene = SCENES["swing"].make(p, "parts")
     own, _ = swing_motion(p, LEG, *_swing_start(), np.array([0.0, SWING_TIME]))
     said = {"analytic": own[-1]}
@@ -61,25 +61,27 @@ def _swing(p: Parameters) -> Measured:
         run = room(engine).run(build(p, "parts"), scene, settings)
         said[engine] = np.array([run.channel(n)[-1] for n in LEG])
     # RK4 at 1 ms with modes of up to 48 Hz: 8.1e-9 measured, of order 4.
-    return Measured(said, 1e-7, note="joints at the end of the swing")
+    return CheckResult(said, 1e-7, note="joints at the end of the swing")
 
 
-def _energy(p: Parameters) -> Measured:
+def _energy(p: Parameters) -> CheckResult:
     free = replace(p, slider_damping=0.0, ankle_damping=0.0)
     q, v = swing_motion(free, LEG, *_swing_start(), np.linspace(0.0, SWING_TIME, 10))
     kinetic, potential = tm.energy(tree(free), q, v)
     total = kinetic + potential
     # DOP853 at 1e-10 relative: a few 1e-9 J of some 30 J.
-    return Measured({"analytic": total}, 1e-7, np.full(len(total), total[0]), "energy of the swing without dampers [J]")
+    return CheckResult(
+        {"analytic": total}, 1e-7, np.full(len(total), total[0]), "energy of the swing without dampers [J]"
+    )
 
 
-def _sliders(p: Parameters) -> Measured:
+def _sliders(p: Parameters) -> CheckResult:
     said = {w: np.array(list(answers(p, w, SWING_TIME).values())) for w in ("pinocchio", "mujoco")}
     # Travel is read at samples; differences of two runs at 1 ms, 1e-8 each, and MuJoCo's clock of whole steps.
-    return Measured(said, 1e-6, note="path errors of the ankle with joints locked, and travels [m]")
+    return CheckResult(said, 1e-6, note="path errors of the ankle with joints locked, and travels [m]")
 
 
-def _drop(p: Parameters) -> Measured:
+def _drop(p: Parameters) -> CheckResult:
     scene = replace(SCENES["stance-drop"].make(p, "full"), duration=DROP_TIMES[-1])
     said = {}
     for engine in ("pinocchio", "mujoco"):
@@ -88,7 +90,7 @@ def _drop(p: Parameters) -> Measured:
         )
         said[engine] = np.array([[run.at(n, t) for t in DROP_TIMES] for n in ("hitch", "thigh", "shin")])
     # The contact switches within a step: first order locally, h^2 x impact acceleration (1e2 m/s2) = 3e-5 m at most.
-    return Measured(said, 3e-5, note="slides during the drop [m]")
+    return CheckResult(said, 3e-5, note="slides during the drop [m]")
 
 
 CHECKS = (

@@ -10,7 +10,7 @@ from mechlab.catalog.prosthetic_leg.parameters import Parameters
 from mechlab.catalog.prosthetic_leg.scenes import SWING_TIME
 from mechlab.catalog.prosthetic_leg.sliders import answers
 from mechlab.engines.pinocchio import PinPlant
-from mechlab.experiment.entry import Claim, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array
 
 SOURCE = "Transition matrices of prismatic links of an above-knee prosthesis (2009)"
@@ -23,14 +23,14 @@ def _difference(placement: Array, q: float) -> Array:
     return np.asarray(placement @ (tm.joint_motion(om, q + STEP) - tm.joint_motion(om, q - STEP)) / (2.0 * STEP))
 
 
-def _inverse() -> Finding:
+def _inverse() -> ClaimResult:
     q, om = 0.3, tm.prismatic((1.0, 0.0))
     printed = np.array([[1.0, 0.0, -q], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     gap = float(np.max(np.abs(printed @ tm.joint_motion(om, q) - np.eye(3))))
-    return Finding({"|A^-1 A - E|": gap}, Verdict.HOLDS if gap < 1e-15 else Verdict.FAILS)
+    return ClaimResult({"|A^-1 A - E|": gap}, Verdict.HOLDS if gap < 1e-15 else Verdict.FAILS)
 
 
-def _derivative() -> Finding:
+def _derivative() -> ClaimResult:
     """dA/dq = Omega A with Omega = [[0,0,1],[0,0,0],[0,0,0]], for a slide along x of the parent and for a turned one."""
     om, q = tm.prismatic((1.0, 0.0)), 0.3
     gaps = {}
@@ -39,16 +39,16 @@ def _derivative() -> Finding:
         gaps[name] = float(np.max(np.abs(om @ b @ tm.joint_motion(om, q) - _difference(b, q))))
     first, turned = gaps.values()
     if first < 1e-9 < turned:
-        return Finding(
+        return ClaimResult(
             gaps,
             Verdict.HOLDS_ONLY_IF,
             "the slide lies along x of the parent link. With a constant turned placement B it is "
             "dA/dq = (B Omega B^-1) A = A Omega",
         )
-    return Finding(gaps, Verdict.HOLDS if turned < 1e-9 else Verdict.FAILS)
+    return ClaimResult(gaps, Verdict.HOLDS if turned < 1e-9 else Verdict.FAILS)
 
 
-def _same_formulas() -> Finding:
+def _same_formulas() -> ClaimResult:
     """With (38) and (39) the formulas of revolute links hold for slides: the whole leg against Pinocchio."""
     p = Parameters()
     q, v = np.full(6, 0.2), np.linspace(-1.0, 2.0, 6)
@@ -58,10 +58,10 @@ def _same_formulas() -> Finding:
         "M: own - pinocchio": float(np.max(np.abs(tm.mass_matrix(tree(p), q) - plant.mass_matrix()))),
         "h: own - pinocchio": float(np.max(np.abs(h - plant.bias())) / np.max(np.abs(h))),
     }
-    return Finding(gaps, Verdict.HOLDS if max(gaps.values()) < 1e-12 else Verdict.FAILS)
+    return ClaimResult(gaps, Verdict.HOLDS if max(gaps.values()) < 1e-12 else Verdict.FAILS)
 
 
-def _rest_length() -> Finding:
+def _rest_length() -> ClaimResult:
     """(40): Q = -C q + weight. A slide whose coordinate is a length s, as drawn, then shrinks to nothing."""
     p = Parameters()
     t = tree(p)
@@ -71,8 +71,8 @@ def _rest_length() -> Finding:
     with_rest = drawn + weight / p.C_thigh
     computed = {"equilibrium by (40), m": printed, "with rest length 0.2 m": with_rest, "drawn length, m": drawn}
     if abs(printed - drawn) < 1e-2:
-        return Finding(computed, Verdict.HOLDS)
-    return Finding(
+        return ClaimResult(computed, Verdict.HOLDS)
+    return ClaimResult(
         computed,
         Verdict.HOLDS_ONLY_IF,
         "q is measured from the unstretched spring; with q the drawn length the force is -C (q - q0), and the leg needs "
@@ -80,7 +80,7 @@ def _rest_length() -> Finding:
     )
 
 
-def _sign() -> Finding:
+def _sign() -> ClaimResult:
     """The sign of the elastic term: the virtual work of the spring, -dV/dq by differences."""
     p = Parameters()
     t = tree(p, ("thigh",))
@@ -89,21 +89,21 @@ def _sign() -> Finding:
     by_energy = -(push[0] - push[1]) / (2.0 * STEP)
     printed = float(-p.C_thigh * q[0] + tm.gravity_force(t, q)[0])
     same = abs(printed - by_energy) < 1e-4 * abs(by_energy)
-    return Finding({"printed form, N": printed, "-dV/dq, N": by_energy}, Verdict.HOLDS if same else Verdict.FAILS)
+    return ClaimResult({"printed form, N": printed, "-dV/dq, N": by_energy}, Verdict.HOLDS if same else Verdict.FAILS)
 
 
-def _which_slides() -> Finding:
+def _which_slides() -> ClaimResult:
     """The conclusion adds slides in thigh and shin and a hitch at the hip: what each does to the ankle in a swing."""
     said = answers(Parameters(), "pinocchio", SWING_TIME)
     small, large = said["lock_thigh_shin_error"], said["lock_hitch_error"]
     if small < 5e-3 < large:
-        return Finding(
+        return ClaimResult(
             said,
             Verdict.HOLDS_ONLY_IF,
             f"the hitch is meant: without it the ankle is {1e3 * large:.1f} mm off; without the slides of thigh and shin "
             f"{1e3 * small:.1f} mm, so a swing needs four freedoms; the slides are for the stance",
         )
-    return Finding(said, Verdict.HOLDS if small > 5e-3 else Verdict.FAILS, "no slide changes the swing by 5 mm")
+    return ClaimResult(said, Verdict.HOLDS if small > 5e-3 else Verdict.FAILS, "no slide changes the swing by 5 mm")
 
 
 CLAIMS = (

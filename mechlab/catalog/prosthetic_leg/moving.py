@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.catalog.prosthetic_leg.build import FREE, build
 from mechlab.catalog.prosthetic_leg.parameters import HEEL, Parameters, body
-from mechlab.experiment.entry import Check, Measured
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit import mass_check
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
 from mechlab.mechanism.geometry import Array
@@ -94,7 +94,7 @@ def _upright(z: complex) -> Array:
     return np.array([z.real, 0.0, z.imag])
 
 
-def _moving(p: Parameters) -> Measured:
+def _moving(p: Parameters) -> CheckResult:
     return mass_check.compare([(build(p, f), state(p, f)) for f in FREE])
 
 

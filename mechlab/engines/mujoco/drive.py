@@ -13,8 +13,8 @@ from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
+from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.laws import AppliedForce, DcMotor, Law, Servo
-from mechlab.experiment.memory import Memory
 from mechlab.experiment.prices import CALLBACK, price_of_laws
 from mechlab.integrate import count_work
 from mechlab.mechanism.geometry import Array
@@ -28,7 +28,7 @@ class Driver:
 
     `forces`: joint or shaft -> force of all laws on it, at the last evaluation. `work` [J] is integrated with the
     weights of the method: the four stages of RK4, or the trapezoidal rule for the methods of one evaluation a step.
-    States of laws (`mechlab.experiment.memory`) are integrated here: with the stages of RK4, which keeps its order (an
+    States of laws (`mechlab.experiment.law_states`) are integrated here: with the stages of RK4, which keeps its order (an
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
 
     Of the laws that are declared drives the engine applies those that `engage` gave to its actuators, which its implicit
@@ -56,7 +56,7 @@ class Driver:
         self._stage = 0
         self._last: tuple[float, float] | None = None
         self.sampling = False
-        self.memory = Memory(laws)
+        self.memory = LawStates(laws)
         self._kept = self._seen = self.memory.initial
         self._slopes: list[Array] = []
         self.memory.put(plant, self._kept)

@@ -19,10 +19,17 @@ import numpy as np
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.stepping import BlowUp
 from mechlab.experiment.energy import dissipation, energy_finding, work
-from mechlab.experiment.findings import TORN, friction_finding, smallest_link, torn_finding
+from mechlab.experiment.findings import (
+    OPEN_LOOP,
+    friction_finding,
+    kinematic_findings,
+    open_loop_finding,
+    restart_finding,
+    saturation_finding,
+    smallest_link,
+)
 from mechlab.experiment.held_rates import capture_finding
 from mechlab.experiment.lag import lag_findings
-from mechlab.experiment.observe import kinematic_findings, restart_finding, saturation_finding
 from mechlab.experiment.recording import Finding, Health
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
@@ -235,7 +242,7 @@ class LoopWatch:
 
     def __init__(self, map_: MujocoMap) -> None:
         self.map = map_
-        self.limit = TORN * smallest_link(map_.mechanism)
+        self.limit = OPEN_LOOP * smallest_link(map_.mechanism)
         self.names = [x.name for x in map_.mechanism.loops if x.kind != "distance"]
         self.worst: tuple[float, float, str] | None = None
 
@@ -254,7 +261,7 @@ class LoopWatch:
         if self.worst is None:
             return None
         t, gap, name = self.worst
-        return torn_finding(t, gap, self.limit, duration, name)
+        return open_loop_finding(t, gap, self.limit, duration, name)
 
 
 LIMIT = 1e-6

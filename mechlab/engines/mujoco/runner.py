@@ -17,7 +17,7 @@ from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.reactions import Reactions
 from mechlab.engines.mujoco.stepping import advance, grid
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.observe import ModeWatch
+from mechlab.experiment.findings import ModeWatch
 from mechlab.experiment.recording import Cost, Health, Recording, basic_channels
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings, initial_state
 from mechlab.mechanism.geometry import Array

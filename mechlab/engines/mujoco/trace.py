@@ -18,8 +18,8 @@ from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.experiment.laws import Law
-from mechlab.experiment.motion import Trace
 from mechlab.experiment.prices import MUJOCO
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate import count_work, integrate_lsoda
 from mechlab.mechanism.geometry import Array

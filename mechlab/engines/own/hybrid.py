@@ -22,8 +22,8 @@ from mechlab.engines.pinocchio.reactions import channels
 from mechlab.engines.pinocchio.runner import versions
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import energy_finding
+from mechlab.experiment.findings import kinematic_findings, sample_grid, saturation_finding
 from mechlab.experiment.laws import Law, applied_force
-from mechlab.experiment.observe import kinematic_findings, sample_grid, saturation_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate import Ending, HybridTrajectory, Modes, count_work, integrate_hybrid

@@ -21,12 +21,11 @@ from numpy.typing import ArrayLike
 from mechlab.engines.own.closed_path import choose_path
 from mechlab.errors import NoSolution, unknown
 from mechlab.experiment.energy import energy_finding
-from mechlab.experiment.findings import friction_finding, stands
+from mechlab.experiment.findings import friction_finding, kinematic_findings, sample_grid, saturation_finding, sticks
+from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.laws import Law, applied_force
-from mechlab.experiment.memory import Memory
-from mechlab.experiment.observe import kinematic_findings, sample_grid, saturation_finding
 from mechlab.experiment.prices import CLOSED_POSE, ONE_FREEDOM, price_of_laws
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, measured
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate import RK4, count_work, integrate_adaptive, integrate_fixed
 from mechlab.integrate.one_freedom import PathTable, Terms, acceleration, right_side
@@ -112,7 +111,7 @@ class OneFreedom:
         for law in laws:
             for name in law.targets():
                 mechanism.row(name)
-        self.mechanism, self.laws, self.memory = mechanism, laws, Memory(laws)
+        self.mechanism, self.laws, self.memory = mechanism, laws, LawStates(laws)
         self.path, self.turn = choose_path(mechanism, q)
         self.coordinate = self.path.coordinate
         self._price, self._pose = ONE_FREEDOM.of(mechanism) + price_of_laws(laws), CLOSED_POSE.of(mechanism)
@@ -160,7 +159,7 @@ class OneFreedom:
         rows = np.array([row for _, row in self._rough]).reshape(-1, self.mechanism.nv)
         along, rates = rows @ u, w * (rows @ u)
         able = np.array([size for size, _ in self._rough]) * along**2 / inertia
-        return stands(rates[None], (rows @ a)[None], self.width, able)[0], rates
+        return sticks(rates[None], (rows @ a)[None], self.width, able)[0], rates
 
     def terms(self, t: float, y: Array) -> Terms:
         """The terms of the equation at y = (phi, phi', work, states of laws), and the forces of the laws in `forces`."""
@@ -272,7 +271,7 @@ def _recording(
         f"along {model.coordinate}, {model.table.cells} cells from {model.table.samples} closed poses; "
         "they are off between the nodes, relative to each column, by"
     )
-    findings.append(measured("path_error", model.table.error, PATH_LIMIT, "", text))
+    findings.append(limit_finding("path_error", model.table.error, PATH_LIMIT, "", text))
     limited = saturation_finding(
         scene.laws, {n: channels[f"{n}_force"] for n in m.scalar_names if f"{n}_force" in channels}
     )

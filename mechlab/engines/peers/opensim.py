@@ -13,7 +13,7 @@ import numpy as np
 
 from mechlab.engines.peers.job import Job
 from mechlab.engines.peers.links import Links, Pose, links_of, loop_points
-from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Trace
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Spring
 

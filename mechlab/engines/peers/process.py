@@ -22,7 +22,7 @@ import numpy as np
 from mechlab.engines.peers.job import Job, job_of
 from mechlab.engines.peers.links import controlled, refusal
 from mechlab.errors import MechlabError
-from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.model import Mechanism
 

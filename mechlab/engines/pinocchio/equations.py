@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.errors import MechlabError
+from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.laws import AppliedForce, Law
-from mechlab.experiment.memory import Memory
 from mechlab.experiment.prices import EQUATIONS, price_of_laws
 from mechlab.integrate import count_work
 from mechlab.mechanism.constraints import ConstraintSet
@@ -64,7 +64,7 @@ class Equations:
         self.mechanism = mechanism
         self.plant = PinPlant(mechanism)
         self.laws = laws
-        self.memory = Memory(laws)
+        self.memory = LawStates(laws)
         self.corrected = 0.0
         self._correction = EQUATIONS.of(mechanism)
         self.price = self._correction + price_of_laws(laws)

@@ -15,10 +15,16 @@ from mechlab.engines.pinocchio.equations import BlowUp, Equations, Instant
 from mechlab.engines.pinocchio.reactions import channels
 from mechlab.errors import unknown
 from mechlab.experiment.energy import energy_finding
-from mechlab.experiment.findings import friction_finding, stands
+from mechlab.experiment.findings import (
+    ModeWatch,
+    friction_finding,
+    kinematic_findings,
+    sample_grid,
+    saturation_finding,
+    sticks,
+)
 from mechlab.experiment.held_rates import capture_finding
-from mechlab.experiment.observe import ModeWatch, kinematic_findings, sample_grid, saturation_finding
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, measured
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import PINOCCHIO_INTEGRATORS, Scene, Settings, initial_state
 from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
 from mechlab.mechanism.geometry import Array
@@ -190,7 +196,7 @@ def _findings(
     out.append(energy_finding(mechanism, t, q, v, power, y[:, -1], laws=scene.laws))
     if len(motion.plant.constraints):
         text = "the largest projection onto the constraints in a step was"
-        out.append(measured("closure_correction", motion.corrected, CORRECTION_LIMIT, "m or rad", text, 1e-4))
+        out.append(limit_finding("closure_correction", motion.corrected, CORRECTION_LIMIT, "m or rad", text, 1e-4))
     forces = {n: found[f"{n}_force"] for n in mechanism.scalar_names if f"{n}_force" in found}
     limits = (saturation_finding(scene.laws, forces), capture_finding(scene.laws, settings))
     out += [f for f in limits if f is not None]
@@ -198,7 +204,7 @@ def _findings(
         rows, able = motion.plant.passive.friction_rows, motion.able
         rates, a = v @ rows.T, np.array([x.a for x in log.instants]) @ rows.T
         how = f"is smoothed below rates of {motion.width.max():.3g}"
-        standing = stands(rates, a, motion.width, able)
+        standing = sticks(rates, a, motion.width, able)
         rubbed = friction_finding(motion.plant.passive.friction_names, t, rates, standing, scene.tolerance, how)
         out += [rubbed] if rubbed is not None else []
     if settings.integrator == "semi_implicit_Euler":

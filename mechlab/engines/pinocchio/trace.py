@@ -26,10 +26,10 @@ from mechlab.engines.pinocchio.model import PinModel, build
 from mechlab.engines.pinocchio.runner import run
 from mechlab.errors import unknown
 from mechlab.experiment.laws import Law
-from mechlab.experiment.motion import Trace
 from mechlab.experiment.prices import CONSTRAINED, price_of_laws
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.integrate import RK4, Outcome, count_work, integrate_adaptive, integrate_fixed, integrate_lsoda
+from mechlab.integrate import RK4, IntegrationStatus, count_work, integrate_adaptive, integrate_fixed, integrate_lsoda
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Loop, Spring
@@ -318,7 +318,7 @@ def _span(motion: Equations, settings: Settings, t0: float, t1: float, y: Array,
         found = integrate_adaptive(
             motion.slope, t0, y, t1, rtol=settings.tolerance, atol=1e-3 * settings.tolerance, most_evaluations=left
         )
-        why = f"it chatters, {MOST} evaluations" if found.outcome is Outcome.TOO_MANY else found.outcome.value
+        why = f"it chatters, {MOST} evaluations" if found.outcome is IntegrationStatus.TOO_MANY else found.outcome.value
         reason = "" if found.complete else f"stopped at t = {found.t[-1]:.4g} s: {why}"
         return len(found.t) - 1, motion.project(t1, found.y[-1]), reason
     if settings.integrator == "RK4":

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws.protocol import OnOne, Plant, register
-from mechlab.experiment.motion import Motion
+from mechlab.experiment.motion import PrescribedMotion
 from mechlab.mechanism.geometry import Array
 
 
@@ -24,7 +24,7 @@ class Servo(OnOne):
     """
 
     on: str
-    motion: Motion
+    motion: PrescribedMotion
     stiffness: float
     damping: float
     feedforward: float = 0.0
@@ -51,7 +51,7 @@ class ComputedTorque:
     """
 
     drives: tuple[str, ...]
-    commands: tuple[tuple[str, Motion], ...]
+    commands: tuple[tuple[str, PrescribedMotion], ...]
     gains: tuple[tuple[float, float], ...]
     kind: ClassVar[str]
 

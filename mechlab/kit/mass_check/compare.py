@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.entry import Measured
+from mechlab.experiment.entry import CheckResult
 from mechlab.kit.mass_check.engines import Reading, by_mujoco, by_numpy, by_pinocchio
 from mechlab.kit.mass_check.particles import Pair, State, coordinates
 from mechlab.mechanism import Mechanism
@@ -17,7 +17,7 @@ TEXT = "masses, momenta, energy, power and points of a moving state"
 SOURCE = "particles in closed form"
 
 
-def compare(pairs: Sequence[Pair], tolerance: float = 1e-9) -> Measured:
+def compare(pairs: Sequence[Pair], tolerance: float = 1e-9) -> CheckResult:
     """Mass, centre of mass, inertia tensor and angular momentum about the world's origin, momentum, kinetic energy, power of
     gravity with springs, power of dampers, points, shafts, opening of loops and relations, freedoms: three implementations
     against closed form, each quantity relative to its size. Raises MechlabError where the closed form leaves out a name."""
@@ -34,7 +34,7 @@ def compare(pairs: Sequence[Pair], tolerance: float = 1e-9) -> Measured:
     values = {k: np.concatenate(x) for k, x in said.items()}
     expected = values.pop("expected")
     # Sums of some dozens of terms at 1e-16, in poses that a closed form closes to 1e-12: three digits are left.
-    found = Measured(values, tolerance, expected, f"{len(pairs)} states, each quantity relative to its size")
+    found = CheckResult(values, tolerance, expected, f"{len(pairs)} states, each quantity relative to its size")
     if found.passed:
         return found
     wrong: dict[str, dict[str, None]] = {}
@@ -42,7 +42,7 @@ def compare(pairs: Sequence[Pair], tolerance: float = 1e-9) -> Measured:
         for k in np.flatnonzero(~(np.abs(row - expected) <= tolerance)):
             wrong.setdefault(labels[k], {})[name] = None
     sentence = "; ".join(f"{label} ({', '.join(names)})" for label, names in wrong.items())
-    return Measured(values, tolerance, expected, f"{found.note}. Not so: {sentence}")
+    return CheckResult(values, tolerance, expected, f"{found.note}. Not so: {sentence}")
 
 
 def _shafts(m: Mechanism) -> list[str]:

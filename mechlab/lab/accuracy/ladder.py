@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.held_rates import captured
-from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, work_done, work_limit
 from mechlab.lab.accuracy.measure import Measure

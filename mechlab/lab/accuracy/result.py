@@ -20,9 +20,9 @@ import scipy
 from mechlab.engines.own.one_freedom import OneFreedomPlant
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import dissipation, energy_finding
+from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.laws import applied_force
-from mechlab.experiment.observe import kinematic_findings
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, measured
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.integrate import work_done
 from mechlab.lab.accuracy.batch import BatchTree
@@ -361,7 +361,7 @@ def with_estimate(recording: Recording, result: Result, difference: float) -> Re
     own = findings(result)
     text = f"{result.sentence}; the recorded run differs from the estimated one by {difference:.2g} {result.unit}"
     if result.reached:
-        first = measured("max_error", total, result.max_error, result.unit, f"{text}; together")
+        first = limit_finding("max_error", total, result.max_error, result.unit, f"{text}; together")
     else:
         first = Finding("max_error", total, result.max_error, result.unit, "error", text)
     return replace(recording, health=Health((first, *own[1:])) + recording.health)

@@ -18,7 +18,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import what_acts
-from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene
 from mechlab.integrate import OutOfWork, work_done, work_limit
 from mechlab.lab.design import Design

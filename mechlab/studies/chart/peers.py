@@ -17,7 +17,7 @@ import numpy as np
 
 from mechlab.engines.peers import PEERS, PeerStopped
 from mechlab.errors import MechlabError
-from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Trace
 from mechlab.lab.methods import PEER_METHODS, Method, Problem
 from mechlab.studies.chart.score import Reference, score
 from mechlab.tables import number, table

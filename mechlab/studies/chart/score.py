@@ -9,8 +9,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.energy import energy
-from mechlab.experiment.motion import Trace
-from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.recording import Recording, Trace, basic_channels
 from mechlab.lab.methods import METHODS, Problem, is_rough
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.mechanism.geometry import Array

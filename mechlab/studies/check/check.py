@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.experiment.entry import Check, Entry, Measured
+from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.files import unfinished
 from mechlab.lab.design import Design
 from mechlab.studies.check.generic_checks import generic_checks
@@ -50,7 +50,7 @@ class Outcome:
 
     mechanism: str
     check: Check
-    measured: Measured | None
+    measured: CheckResult | None
     seconds: float
     error: str = ""
     missing: str = ""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mechlab.experiment.entry import Claim, Entry, Finding, Verdict
+from mechlab.experiment.entry import Claim, ClaimResult, Entry, Verdict
 from mechlab.tables import Told, number, table
 
 
@@ -14,7 +14,7 @@ from mechlab.tables import Told, number, table
 class ClaimReport(Told):
     """Claims with their findings; `figure`: the file of the figure that was drawn, if any."""
 
-    items: tuple[tuple[str, Claim, Finding], ...]
+    items: tuple[tuple[str, Claim, ClaimResult], ...]
     figure: str = ""
     exit_code: int = 0
 

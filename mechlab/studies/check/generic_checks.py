@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.entry import Check, Entry, Measured
+from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.kit.witness import room
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array
@@ -20,10 +20,10 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
     """G1 poses, G2 mass matrix, G3 forces, G4 closure, G5 constraint Jacobian, G6 rows of the engines, each for every fidelity
     that has a Mechanism."""
 
-    def of_each(measure: Callable[[Mechanism], Measured]) -> Callable[[Any], Measured]:
+    def of_each(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
         return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})
 
-    def in_own_unit(measure: Callable[[Mechanism], Measured]) -> Callable[[Any], Measured]:
+    def in_own_unit(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
         """Lengths in the unit that fits the mechanism, as its tolerances are (see `mechlab.mechanism.size`)."""
         return of_each(lambda m: measure(m if m.length_scale == 1.0 else in_unit_of_length(m, m.length_scale)))
 
@@ -38,7 +38,7 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
     )
 
 
-def _together(found: dict[str, Measured]) -> Measured:
+def _together(found: dict[str, CheckResult]) -> CheckResult:
     """The measurements of all fidelities as one; a fidelity that differs from another only in its name is told once."""
     if len(found) == 1:
         return next(iter(found.values()))
@@ -47,7 +47,7 @@ def _together(found: dict[str, Measured]) -> Measured:
     first = next(iter(found.values()))
     expected = None if first.expected is None else np.zeros(next(iter(values.values())).shape)
     notes = "; ".join(f"{f}: {x.note}" for f, x in found.items())
-    return Measured(values, first.tolerance, expected, notes)
+    return CheckResult(values, first.tolerance, expected, notes)
 
 
 def _states(m: Mechanism) -> list[tuple[Array, Array]]:
@@ -99,31 +99,31 @@ def _collect(m: Mechanism, k: int) -> dict[str, list[Array]]:
     return out
 
 
-def _relative(said: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> Measured:
+def _relative(said: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> CheckResult:
     scale = max(least, max(float(np.max(np.abs(x), initial=0.0)) for x in said["numpy"]))
-    return Measured(
+    return CheckResult(
         {k: np.array(v) / scale for k, v in said.items()},
         tolerance,
         note=f"{note}, relative to the largest entry {scale:.3g}",
     )
 
 
-def _poses(m: Mechanism) -> Measured:
+def _poses(m: Mechanism) -> CheckResult:
     return _relative(_collect(m, 0), 1e-12, "rotations, origins, points")
 
 
-def _mass(m: Mechanism) -> Measured:
+def _mass(m: Mechanism) -> CheckResult:
     return _relative(_collect(m, 1), 1e-12, "mass matrix with shafts")
 
 
-def _bias(m: Mechanism) -> Measured:
+def _bias(m: Mechanism) -> CheckResult:
     # A stiff spring, 1e6 N/m, turns the rounding of a length, 1e-16 m, into 1e-10 of small inertia forces.
     # Wheels on fixed axes have none: then the inertia forces at 1 rad/s2 are the measure.
     inertia = max(float(np.max(np.abs(x), initial=0.0)) for x in _collect(m, 1)["numpy"])
     return _relative(_collect(m, 2), 1e-9, "h(q, v) at random rates", inertia)
 
 
-def _closure(m: Mechanism) -> Measured:
+def _closure(m: Mechanism) -> CheckResult:
     constraints = ConstraintSet(m)
     said = {
         "numpy": float(np.max(np.abs(constraints.residual(TreeKinematics(m))), initial=0.0)),
@@ -134,10 +134,10 @@ def _closure(m: Mechanism) -> Measured:
 
     rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
     said["mujoco"] = float(np.max(np.abs(data.efc_pos[rows]), initial=0.0))
-    return Measured(said, 1e-12, 0.0, "largest residual of loops and relations [m, rad]")
+    return CheckResult(said, 1e-12, 0.0, "largest residual of loops and relations [m, rad]")
 
 
-def _jacobian(m: Mechanism) -> Measured:
+def _jacobian(m: Mechanism) -> CheckResult:
     constraints, tree = ConstraintSet(m), TreeKinematics(m)
     analytic, differences, step = [], [], 1e-6
     for q, v in _states(m):
@@ -146,12 +146,12 @@ def _jacobian(m: Mechanism) -> Measured:
         gap = constraints.residual(tree.set(ahead)) - constraints.residual(tree.set(behind))
         differences.append(gap / (2 * step))
     # Central differences of step 1e-6: truncation 1e-12, rounding 1e-10.
-    return Measured(
+    return CheckResult(
         {"formula": np.array(analytic), "differences": np.array(differences)}, 1e-7, note="J v at random rates"
     )
 
 
-def _allowed(m: Mechanism) -> Measured:
+def _allowed(m: Mechanism) -> CheckResult:
     """Freedoms by the rank of each implementation's rows, and the worst violation of the engines' rows by motions that ours
     allow: equal ranks and no violation mean that the rows span the same space."""
     simulate = room("mujoco")
@@ -176,4 +176,4 @@ def _allowed(m: Mechanism) -> Measured:
         said["numpy"] += [m.nv - rank(ours), float(np.max(np.abs(ours @ free), initial=0.0))]
         said["pinocchio"] += [m.nv - rank(theirs), float(np.max(np.abs(theirs @ free), initial=0.0))]
         said["mujoco"] += [model.nv - rank(rows), float(np.max(np.abs(rows @ moved), initial=0.0))]
-    return Measured({k: np.array(x) for k, x in said.items()}, 1e-8, note="freedoms, and violation by a free motion")
+    return CheckResult({k: np.array(x) for k, x in said.items()}, 1e-8, note="freedoms, and violation by a free motion")

@@ -10,7 +10,7 @@ from scipy.optimize.elementwise import find_root
 
 from mechlab.analytic.regions import Clause, Region
 from mechlab.errors import MechlabError
-from mechlab.experiment.workspace import Map, WorkspaceRecipe
+from mechlab.experiment.entry import WorkspaceMap, WorkspaceRecipe
 from mechlab.mechanism.geometry import Array
 
 RAYS, ROUNDS, CLOSER = 72, 3, 17
@@ -71,7 +71,7 @@ def exits(plane: Plane, angles: Array) -> Array:
     return out
 
 
-def least_within(item: Map, radius: float, rays: int = RAYS) -> float:
+def least_within(item: WorkspaceMap, radius: float, rays: int = RAYS) -> float:
     """Smallest value of a map over the disc about the axis."""
     u, v = item.axes
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import energy, kinetic_energy, potential_energy
-from mechlab.experiment.motion import Trace
-from mechlab.experiment.prices import OBSERVED
+from mechlab.experiment.prices import OBSERVED_POSE
+from mechlab.experiment.recording import Trace
 from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.lab.methods import METHODS, Method, Problem, method
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
@@ -114,7 +114,7 @@ def _spans(m: Mechanism, q: Array) -> Array:
 
 def judge(plan: Plan, problem: Problem, truth: Truth | None, run: Trace) -> Cell:
     """The outcome of a run that came back."""
-    count_work(OBSERVED.of(problem.mechanism) * len(run.q) / EVERY)
+    count_work(OBSERVED_POSE.of(problem.mechanism) * len(run.q) / EVERY)
     if not run.complete or not np.all(np.isfinite(run.q)) or not np.all(np.isfinite(run.v)):
         return Cell(Outcome.BLOWN_UP, math.nan, run.reason or "the state is not finite")
     if truth is None:

@@ -10,8 +10,8 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import ENERGY_LIMIT
+from mechlab.experiment.findings import GAP_LIMIT
 from mechlab.experiment.laws import Constant
-from mechlab.experiment.observe import GAP_LIMIT
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.kit.witness import room

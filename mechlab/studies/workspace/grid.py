@@ -16,7 +16,7 @@ import numpy as np
 
 from mechlab.analytic.regions import Region
 from mechlab.errors import MechlabError
-from mechlab.experiment.workspace import Map
+from mechlab.experiment.entry import WorkspaceMap
 from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
 
@@ -136,7 +136,7 @@ class MapSummary:
         }  # fmt: skip
 
 
-def map_over(region: Region, grid: Grid, item: Map) -> MapSummary | None:
+def map_over(region: Region, grid: Grid, item: WorkspaceMap) -> MapSummary | None:
     """The map over the grid; None where no node keeps the clauses."""
     free = [n for n in item.axes if n in grid.axes]
     size = prod(grid.axes[n][2] for n in free)

@@ -13,9 +13,9 @@ import numpy as np
 
 from mechlab.analytic.regions import Clause, Region, all_of
 from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.entry import Coordinates, WorkspaceMap, WorkspaceRecipe
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Answer, Question, Witness
-from mechlab.experiment.workspace import Coordinates, Map, WorkspaceRecipe
 from mechlab.lab.ask import generic_question, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism import Status
@@ -121,7 +121,7 @@ class Plan:
     how: str
     slab: int = GRID_SLAB
     margin_unit: str = ""
-    maps: Mapping[str, Map] = field(default_factory=dict)
+    maps: Mapping[str, WorkspaceMap] = field(default_factory=dict)
     poses: AskedPoses | None = None
 
 

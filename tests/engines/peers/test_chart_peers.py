@@ -13,7 +13,7 @@ import mechlab as ml
 from mechlab import api
 from mechlab.engines.peers import INTEGRATORS, PeerStopped, controlled, installed
 from mechlab.errors import MechlabError, UsageError
-from mechlab.experiment.motion import Trace
+from mechlab.experiment.recording import Trace
 from mechlab.lab.methods import METHODS, PEER_METHODS, Method, Problem
 from mechlab.studies.chart import peers as chart_peers
 from mechlab.studies.chart.chart import Budget, chart

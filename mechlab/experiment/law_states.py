@@ -11,7 +11,7 @@ from mechlab.experiment.laws import Law, Plant
 from mechlab.mechanism.geometry import Array
 
 
-class Memory:
+class LawStates:
     """The states of all laws that have any, as one vector (size,).
 
     Such a law has `start()`, its states at t = 0, `state_rate(t, plant, state)` and `after(t, plant, state, h)`, the
