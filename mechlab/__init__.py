@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         generate_catalog,
         list_entries,
         load,
+        load_recording,
         modes,
         optimize,
         portrait,
@@ -50,10 +51,10 @@ if TYPE_CHECKING:
     )
     from mechlab.experiment.entry import (
         Check,
+        CheckResult,
         Claim,
+        ClaimResult,
         Entry,
-        Finding,
-        Measured,
         SceneRecipe,
         Verdict,
     )
@@ -91,7 +92,6 @@ if TYPE_CHECKING:
         from_json,
         from_mjcf,
         from_urdf,
-        load_recording,
         save_recording,
         to_json,
         to_mjcf,
@@ -138,11 +138,11 @@ if TYPE_CHECKING:
 _HOMES = {
     "mechlab.api": (
         "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "gallery", "generate",
-        "generate_catalog", "list_entries", "load", "modes", "optimize", "portrait", "run", "sensitivity",
+        "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
         "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
-    "mechlab.experiment.entry": ("Check", "Claim", "Entry", "Finding", "Measured", "SceneRecipe", "Verdict",),
+    "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
     "mechlab.experiment.laws": (
         "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "Motor",
         "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous",
@@ -152,7 +152,7 @@ _HOMES = {
     "mechlab.experiment.recording": ("Health", "Recording",),
     "mechlab.experiment.scene": ("PRESETS", "Scene", "Settings",),
     "mechlab.formats": (
-        "from_json", "from_mjcf", "from_urdf", "load_recording", "save_recording", "to_json", "to_mjcf",
+        "from_json", "from_mjcf", "from_urdf", "save_recording", "to_json", "to_mjcf",
         "to_urdf",
     ),
     "mechlab.lab.design": ("Design",),
@@ -169,8 +169,8 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Answer", "Answers", "AppliedForce", "Body", "Builder", "Check", "Claim", "ComputedTorque", "Constant",
-    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "Finding", "Frame", "GROUND",
-    "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "Measured",
+    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "GROUND",
+    "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",

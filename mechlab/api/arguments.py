@@ -7,7 +7,7 @@ called like an option: as a keyword the option wins, `ml.simulate("pendulum", {"
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -64,9 +64,9 @@ def as_range(key: str, value: Value) -> Range | None:
     """
     if isinstance(value, Range):
         return value
-    if isinstance(value, str) or not hasattr(value, "__len__"):
+    if isinstance(value, str) or not isinstance(value, Iterable):
         return None
-    items = list(value)
+    items: list[Any] = list(value)
     try:
         numbers = [float(x) for x in items]
     except (TypeError, ValueError):
@@ -75,6 +75,7 @@ def as_range(key: str, value: Value) -> Range | None:
         return Range(items[0], items[1])
     if len(items) > 2:
         even = Range(items[0], items[-1], len(items))
-        if all(abs(a - b) <= 1e-9 * abs(numbers[-1] - numbers[0]) for a, b in zip(even.points(), numbers, strict=True)):
+        span = abs(numbers[-1] - numbers[0])
+        if all(abs(a - b) <= 1e-9 * span for a, b in zip(even.points(), numbers, strict=True)):
             return even
     raise MechlabError(f"{key}: expected low:high, low:high:count or evenly spaced values, got {value!r}.")

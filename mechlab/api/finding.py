@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Union
 
 from mechlab.api.arguments import Values, key_values
 from mechlab.errors import USER_MODULE, MechlabError, described, unknown
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mechlab.lab.design import Design
     from mechlab.mechanism import Mechanism
 
-Source: TypeAlias = "str | Path | Mechanism | Design | Entry | Callable[..., Mechanism]"
+Source = Union[str, Path, "Mechanism", "Design", "Entry", Callable[..., "Mechanism"]]  # noqa: UP007 - names in quotes
 """What can be loaded; see `load`."""
 
 

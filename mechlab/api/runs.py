@@ -68,7 +68,7 @@ def sensitivity(
 
 def simulate(
     source: Source,
-    values: Values | None = None,
+    values: Values | str | None = None,
     /,
     *,
     scene: str | None = None,

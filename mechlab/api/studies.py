@@ -127,7 +127,7 @@ def stability(
     asked, base = key_values(values, given), load_design(source, {})
     lists = {i.name for i in describe(base.entry.parameters) if i.kind in LISTS}
     ranges = {k: r for k, v in asked.items() if k not in lists and (r := _counted_range(k, v)) is not None}
-    names = _method_names(methods) if isinstance(methods, str) else tuple(methods)
+    names = tuple(n for text in ([methods] if isinstance(methods, str) else methods) for n in _method_names(text))
     found = study(
         load_design(base, {k: v for k, v in asked.items() if k not in ranges}), scene, kinds=tuple(kinds), methods=names,
         ranges=ranges, fidelity=fidelity, budget=BUDGET if budget is None else budget, progress=progress,
@@ -139,10 +139,11 @@ def stability(
 
 def _counted_range(key: str, value: Value) -> Range | None:
     """The range of a value; (low, high, count) as three values is an old way to write one."""
-    old = isinstance(value, tuple) and len(value) == 3 and isinstance(value[2], int | float)
-    if old and float(value[2]).is_integer() and value[2] >= 2:
-        warnings.warn(f"{key}: write Range({value[0]}, {value[1]}, {value[2]})", DeprecationWarning, stacklevel=3)
-        return Range(float(value[0]), float(value[1]), int(value[2]))
+    if isinstance(value, tuple) and len(value) == 3 and isinstance(value[2], int | float):
+        low, high, count = (float(x) for x in value)
+        if count.is_integer() and count >= 2:
+            warnings.warn(f"{key}: write Range({low:g}, {high:g}, {count:g})", DeprecationWarning, stacklevel=3)
+            return Range(low, high, int(count))
     return as_range(key, value)
 
 

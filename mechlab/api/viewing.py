@@ -24,6 +24,22 @@ LOCAL = "127.0.0.1"
 Axis = Range | Sequence[float]
 
 
+def load_recording(path: File, /, most_bytes: float | None = None) -> Recording:
+    """The Recording of a .npz file that `save_recording` wrote; see `mechlab.formats.load_recording`. most_bytes: the largest
+    size of all its numbers. Raises MechlabError, which names the file and what is wrong with it.
+    """
+    from mechlab.formats import load_recording as read
+
+    return read(path) if most_bytes is None else read(path, most_bytes)
+
+
+def page_of_recording(recording: Recording) -> str:
+    """What a notebook shows of a run: its offline page."""
+    from mechlab.api.pages import recording_page
+
+    return recording_page(recording)
+
+
 def story(
     source: Source | Recording,
     values: Values | None = None,
