@@ -261,12 +261,14 @@ def test_an_option_acts_or_is_refused(
 
 # -- keywords of the API ----------------------------------------------------------------------------------------------------
 
-NOT_AN_OPTION = {"source", "sources", "values", "more", "parameters", "options", "progress", "task", "kind", "path"}
+NOT_AN_OPTION = {"source", "sources", "values", "progress", "task", "kind", "path"}
 """What is asked about, and where progress is told."""
 ONLY_FOR_THE_COMMAND_LINE = {("sweep", "command")}
 """The command that a dataset remembers."""
 LIKE: dict[str, dict[str, str]] = {
-    "chart": {"scene": "--scene", "duration": "--duration", "target": "--target", "fidelity": "--fidelity", "peers": "--peers", "out": "-o"},
+    "chart": {
+        "scene": "--scene", "duration": "--duration", "target": "--target", "fidelity": "--fidelity", "peers": "--peers", "out": "-o",
+    },
     "claims": {"figure": "--figure"},
     "cycle": {
         "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
@@ -359,6 +361,7 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("story", "against"): (lambda p: "", lambda p: _refused("only a run", lambda: api.story("pendulum", against="a.npz"))),
     ("fidelities", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.fidelities("pendulum", scene="no"))),
     ("fidelities", "duration"): (lambda p: "", lambda p: _refused("duration", lambda: ml.fidelities("pendulum", duration=-1.0))),
+    ("fidelities", "out"): (lambda p: "", lambda p: _refused("formats", lambda: ml.fidelities("pendulum", duration=0.1, out=p / "a.b"))),
     ("fidelities", "needs"): (lambda p: "", lambda p: _refused("no", lambda: ml.fidelities("pendulum", duration=0.1, needs=("no",)))),
     ("gallery", "out"): (lambda p: "", lambda p: _refused("'no'", lambda: api.gallery(p, ["no"]))),
     ("gallery", "names"): (lambda p: "", lambda p: _refused("'no'", lambda: api.gallery(p, ["no"]))),
@@ -385,7 +388,8 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
 def public_keywords() -> set[tuple[str, str]]:
     """(function, keyword) of every public function."""
     functions = {n: f for n in api.__all__ if inspect.isfunction(f := getattr(api, n))}
-    return {(n, k) for n, f in functions.items() for k in inspect.signature(f).parameters if k not in NOT_AN_OPTION}
+    return {(n, k) for n, f in functions.items() for k, p in inspect.signature(f).parameters.items()
+            if k not in NOT_AN_OPTION and p.kind is not p.VAR_KEYWORD}  # fmt: skip
 
 
 def test_every_keyword_of_the_api_is_in_a_table() -> None:

@@ -107,7 +107,7 @@ class Option:
         stray, values = split_tokens([t for text in texts for t in re.split(r",(?=\s*[\w\[\]]+\s*=)", text)])
         if stray or not values:
             raise UsageError(f"{self.flag}: expected {self.metavar}, got {', '.join(texts)!r}.")
-        if float not in self.mapping:
+        if str not in self.mapping:  # a single value is none of its kinds
             return {key: self._axis(key, value) for key, value in values.items()}
         return values
 
