@@ -15,13 +15,13 @@ from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
 from mechlab.lab.design import Design, design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
 from mechlab.studies.modes import ModesResult
 from mechlab.studies.workspace import Plan, Surface, WorkspaceResult, surface, survey
 from mechlab.viewer import Part, Story, story_to_html, write_page
-from mechlab.viewer.explore import Surface as Border
-from mechlab.viewer.explore import border
+from mechlab.viewer.explore import BorderSurface, border
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.notebook import framed
 
@@ -51,11 +51,11 @@ def still_story(d: Design) -> Story:
 
 def explored_story(d: Design) -> Story:
     """A mechanism whose drives can be moved in the page."""
-    rates = d.scene().initial_rates
+    rates = chosen_scene(d).initial_rates
     return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
 
 
-def _reach(d: Design) -> Border | None:
+def _reach(d: Design) -> BorderSurface | None:
     """The border of the region that an entry states in x, y, z."""
     recipe = d.entry.workspace
     if recipe is None or set(recipe.grid) != set("xyz"):

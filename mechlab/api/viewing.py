@@ -192,7 +192,7 @@ def _live(source: Source | Recording, shown: Story, given: Values, host: str, po
 
     with serve(shown, host=host, port=port) as server:
         if wait and recording_of(source) is None:
-            from mechlab.viewer.rebuild import Rebuilder
+            from mechlab.viewer.streaming import Rebuilder
 
             Rebuilder(server, load_design(source, given), still_story, run_story)  # type: ignore[arg-type]
         if wait:
@@ -205,7 +205,7 @@ def studio(source: Source, values: Values | None = None, /, **parameters: Value)
     import tempfile
 
     from mechlab.lab.results import FilesResult
-    from mechlab.viewer.picture import open_studio
+    from mechlab.viewer.live import open_studio
 
     design = load_design(source, key_values(values, parameters))
     with tempfile.TemporaryDirectory() as folder:
