@@ -1,4 +1,7 @@
-"""Checks of the class IV linkage against its table, scans, engines and exact laws. Ids C... follow the lab's list."""
+"""Rows of the 72-position table of the mechanism, crank rate 1: reading of Zinchenko 2009 with exact angles, mode K = +1.
+
+Checks of the class IV linkage against its table, scans, engines and exact laws. Ids C... follow the lab's list.
+"""
 
 from __future__ import annotations
 
@@ -8,19 +11,47 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import assur
-from mechlab.catalog.class4_linkage.build import build, style
+from mechlab.catalog.class4_linkage.build import build, fold, free, style
 from mechlab.catalog.class4_linkage.checks_fourbar import FOURBAR_CHECKS
-from mechlab.catalog.class4_linkage.geometry import THETAS, arcs, at, family, motion_at, solve_all, start_angle
-from mechlab.catalog.class4_linkage.parameters import Class4Parameters
+from mechlab.catalog.class4_linkage.geometry import (
+    THETAS,
+    Class4Parameters,
+    arcs,
+    at,
+    family,
+    motion_at,
+    solve_all,
+    start_angle,
+)
 from mechlab.catalog.class4_linkage.questions import ANSWERS, QUESTION
-from mechlab.catalog.class4_linkage.scenes import fold, free
-from mechlab.catalog.class4_linkage.table import rows
 from mechlab.experiment.energy import kinetic_energy
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit import mass_check
 from mechlab.kit.mode_scan import scan_modes, try_modes
 from mechlab.kit.planar_mass import planar_state
+from mechlab.mechanism.geometry import Array
+
+COLUMNS = ("theta2", "theta3", "theta4", "theta5")
+
+# crank | theta2 theta3 theta4 theta5 [deg] | rates | accelerations | det J
+_ROWS = (
+    (-180, 140.3972, 38.9264, 209.5873, 112.9889, 0.06723, 0.99604, -0.35951, 0.12126, -0.76997, -0.64054, -0.21318, -0.33920, 0.15040),
+    (-120, 122.5417, 80.4673, 181.5942, 107.5060, -0.59200, 0.39924, -0.52517, -0.31308, -0.27418, -0.61936, 0.09701, -0.33973, 0.08809),
+    (-90, 106.1362, 84.1190, 167.9137, 96.7748, -0.34831, -0.34831, -0.34831, -0.34831, 1.30949, -2.49126, 0.53952, 0.24227, 0.04665),
+    (-60, 103.6476, 61.5732, 162.7002, 88.6120, 0.08501, -0.90623, 0.01818, -0.19391, 0.35446, 0.00928, 0.72564, 0.28890, 0.08809),
+    (0, 111.4277, 9.9569, 180.6179, 84.0194, 0.05789, -0.87091, 0.48463, 0.00386, -0.34623, -0.21680, 0.21056, 0.08454, 0.15040),
+    (60, 95.6683, -57.1490, 213.1927, 84.2902, -0.60491, -1.24231, 0.50422, -0.01864, 0.38447, 1.70903, -0.48388, 0.14690, 0.04271),
+    (90, 88.2683, -73.0062, 223.7874, 86.7316, 0.20530, 0.20530, 0.20530, 0.20530, 1.74964, 2.57546, -0.54019, 0.47831, 0.03516),
+    (120, 107.7191, -45.0983, 225.2435, 96.3410, 0.98856, 1.62596, -0.12057, 0.40229, 0.27932, 1.60388, -0.58904, 0.04175, 0.04271),
+)  # fmt: skip
+
+
+def rows() -> tuple[Array, Array, Array, Array, Array]:
+    """Crank angles (n,) [rad], angles (n, 4) [deg, 0 to 360], rates, accelerations (n, 4), det J (n,)."""
+    data = np.array(_ROWS)
+    return np.radians(data[:, 0]), data[:, 1:5] % 360.0, data[:, 5:9], data[:, 9:13], data[:, 13]
+
 
 PRINTED = Class4Parameters()
 DEGREES = np.radians(np.arange(-180.0, 180.0))

@@ -9,8 +9,17 @@ import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.catalog.class4_linkage.build import START_OFFSET, build, pose
-from mechlab.catalog.class4_linkage.geometry import THETAS, Mode, arcs, at, describe_mode, group, label, solve_all
-from mechlab.catalog.class4_linkage.parameters import Class4Parameters
+from mechlab.catalog.class4_linkage.geometry import (
+    THETAS,
+    Class4Parameters,
+    Mode,
+    arcs,
+    at,
+    describe_mode,
+    group,
+    label,
+    solve_all,
+)
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.kit.witness import engine_answer

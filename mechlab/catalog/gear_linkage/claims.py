@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
-from mechlab.catalog.gear_linkage.build import build
-from mechlab.catalog.gear_linkage.parameters import PRESETS, SOURCE, Parameters
+from mechlab.catalog.gear_linkage.build import PRESETS, SOURCE, Parameters, build
 from mechlab.catalog.gear_linkage.questions import MOTION
 from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mechlab.catalog.impulse_transmission.parameters import Parameters
+from mechlab.catalog.impulse_transmission.build import Parameters
 from mechlab.kit.palette import BLUE, BRASS, DARK, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation

@@ -9,11 +9,9 @@ import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.analytic.linkage import Linkage, Motion
-from mechlab.catalog.platform_3rrr.build import build, linkage_at, style
-from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, elbows, group, home, inverse
-from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
+from mechlab.catalog.platform_3rrr.build import build, driven, linkage_at, reference, style
+from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, PlatformParameters, elbows, group, home, inverse
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
-from mechlab.catalog.platform_3rrr.scenes import driven, reference
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit import mass_check

@@ -15,13 +15,13 @@ from mechlab.catalog.platform_3rrr.geometry import (
     MERGING,
     POSE,
     PlatformMode,
+    PlatformParameters,
     elbows,
     group,
     inverse,
     mode_of,
     order,
 )
-from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.kit.witness import engine_answer

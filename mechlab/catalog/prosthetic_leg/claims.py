@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.analytic import transition_matrices as tm
-from mechlab.catalog.prosthetic_leg.build import LEG, mechanism, tree
-from mechlab.catalog.prosthetic_leg.parameters import Parameters
+from mechlab.catalog.prosthetic_leg.build import LEG, Parameters, mechanism, tree
+from mechlab.catalog.prosthetic_leg.questions import answers
 from mechlab.catalog.prosthetic_leg.scenes import SWING_TIME
-from mechlab.catalog.prosthetic_leg.sliders import answers
 from mechlab.engines.pinocchio import PinPlant
 from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.geometry import Array

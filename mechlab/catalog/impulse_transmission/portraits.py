@@ -1,19 +1,114 @@
-"""Portraits at constant input speed: Poincare map, curves of the first integral, bifurcation of the mean speed."""
+"""What all portraits share: options, units, and friction smoothed just enough for a fixed step.
+
+Motions with the motor, from thousands of initial states at once.
+
+Portraits at constant input speed: Poincare map, curves of the first integral, bifurcation of the mean speed.
+
+Phase portraits, exact curves, Poincare map and bifurcation of the transmission.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from mechlab.analytic.impulse import Impulse, constant_speed_acceleration, first_integral, slip_speed, unidirectional
-from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.catalog.impulse_transmission.portraits.common import UNITS, options, smoothing
-from mechlab.errors import MechlabError
-from mechlab.kit.portrait import Portrait, estimated_error, grid, section
+from mechlab.analytic.impulse import (
+    Impulse,
+    constant_speed_acceleration,
+    first_integral,
+    shape,
+    slip_speed,
+    slope,
+    unidirectional,
+)
+from mechlab.catalog.impulse_transmission.build import Parameters
+from mechlab.catalog.impulse_transmission.scenes import simulate
+from mechlab.errors import MechlabError, unknown
+from mechlab.kit.portrait import Portrait, estimated_error, flow, grid, section
 from mechlab.mechanism.geometry import Array
+
+UNITS = {
+    "t": "s", "alpha": "rad", "beta": "rad", "alpha_rate": "rad/s", "beta_rate": "rad/s", "motor_torque": "N m",
+    "psi": "rad", "slip": "rad/s", "mean_speed": "rad/s", "M0": "N m", "M1": "N m",
+}  # fmt: skip
+WIDTH = 0.1
+"""Least rate [rad/s] below which a portrait with friction is smoothed; the error is of this size in beta'."""
+
+
+def options(given: Mapping[str, Any], **known: Any) -> dict[str, Any]:
+    """The known quantities with the values that were given; raises MechlabError for another, listing them."""
+    for key in given:
+        if key not in known:
+            raise unknown("portrait: quantity", key, known)
+    return known | dict(given)
+
+
+def smoothing(i: Impulse, timestep: float) -> tuple[float, tuple[str, ...]]:
+    """Rate below which friction is smoothed, wide enough for RK4 to be stable, and what to say of it."""
+    if i.M1 == 0.0:
+        return 0.0, ()
+    width = max(WIDTH, timestep * i.M1 / (shape(i).B3 - abs(shape(i).b3)))
+    return width, (
+        f"dry friction is smoothed below {width:.3g} rad/s; `simulate --engine hybrid` follows single motions exactly",
+    )
+
+
+STATES = ("alpha", "beta", "alpha_rate", "beta_rate", "motor_torque")
+DURATION, TIMESTEP, ROUGH_TIMESTEP = 0.5, 5e-4, 2.5e-4
+FOLLOWED = 3
+"""Motions with friction that are followed exactly, to say how far the smoothed ones are off."""
+
+
+def _states(p: Parameters, o: Mapping[str, Any]) -> Array:
+    """(points, 5) initial states: all combinations of what was given."""
+    points = grid({f"{s}_0": o[f"{s}_0"] for s in STATES})
+    return np.column_stack(list(points.values()))
+
+
+def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
+    """Motions with the motor, from a grid of initial states."""
+    o = options(
+        given, alpha_0=p.alpha_0, beta_0=np.linspace(-0.2, 0.2, 32), alpha_rate_0=p.alpha_rate_0,
+        beta_rate_0=np.linspace(-30.0, 30.0, 32), motor_torque_0=p.motor_torque_0, duration=DURATION,
+        timestep=ROUGH_TIMESTEP if p.M1 else TIMESTEP,
+    )  # fmt: skip
+    if p.static_motor:
+        raise MechlabError(f"portrait: the motor torque is a state here and needs tau, got {p.tau:g} s.")
+    i = p.impulse
+    width, notes = smoothing(i, float(o["timestep"]))
+
+    def f(t: float, y: Array) -> Array:
+        return slope(i, y, width)
+
+    start = _states(p, o)
+    t, y = flow(f, start, float(o["duration"]), float(o["timestep"]))
+    arrays = {"t": t} | {name: y[:, :, k].T for k, name in enumerate(STATES)}
+    told = f"{len(start)} motions at once by RK4, step {float(o['timestep']):g} s, "
+    if width:
+        told += _against_events(p, start, y[-1], t[-1])
+    else:
+        told += f"estimated error {estimated_error(f, start, float(o['duration']), float(o['timestep'])):.2g}"
+    return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=(told, *notes))
+
+
+def _against_events(p: Parameters, start: Array, end: Array, duration: float) -> str:
+    """How far a few of the motions end from those with exact friction, located events."""
+    chosen = np.unique(np.linspace(0, len(start) - 1, FOLLOWED).round().astype(int))
+    exact = []
+    for state in start[chosen]:
+        initial: dict[str, Any] = {f"{name}_0": float(x) for name, x in zip(STATES, state, strict=True)}
+        q = replace(p, **initial)
+        exact.append(simulate(q, np.array([0.0, duration]), 1e-9)[0][-1])
+    off = np.abs(end[chosen] - exact).max(axis=0)
+    return (
+        f"off from exact friction at the end by {off[1]:.2g} rad in beta and {off[3]:.2g} rad/s in beta' "
+        f"(largest of {len(chosen)} motions)"
+    )
+
 
 TURNS, TURN_STEPS = 100, 100
 
@@ -113,3 +208,6 @@ def bifurcation(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     note = f"exact half-phases; the regime exists at {100 * share:.3g} % of the points"
     title = f"mean output speed over M0/M1 at {w:g} rad/s, M1 = {friction.min():g} to {friction.max():g} N m"
     return Portrait("bifurcation", title, "M0/M1", "mean_speed", arrays, UNITS, notes=(note,))
+
+
+PORTRAITS = {"phase": phase, "poincare": poincare, "exact": exact, "bifurcation": bifurcation}

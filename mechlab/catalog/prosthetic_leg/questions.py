@@ -1,4 +1,7 @@
-"""Which slides does a swing need: the path of the ankle with some joints locked, against the path with all of them."""
+"""The question of free motion: joint accelerations of the leg in any state, from each witness.
+
+Which slides does a swing need: the path of the ankle with some joints locked, against the path with all of them.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,85 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import transition_matrices as tm
-from mechlab.catalog.prosthetic_leg.build import LEG, mechanism, tree
-from mechlab.catalog.prosthetic_leg.parameters import Parameters, body
+from mechlab.catalog.prosthetic_leg.build import LEG, Parameters, body, build, mechanism, tree
 from mechlab.catalog.prosthetic_leg.scenes import SWING_RATES, SWING_START, swing_motion
-from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.witness import room
+from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
+
+Terms = tuple[Array, Array, Array]
+
+
+def own_terms(t: tm.Tree, q: Array, v: Array) -> Terms:
+    """M, h and qdd (h with weight, springs and dampers: M qdd + h = 0) from the transition matrices."""
+    h = tm.bias_force(t, q, v) - tm.gravity_force(t, q) - tm.elastic_force(t, q, v)
+    return tm.mass_matrix(t, q), h, tm.accelerations(t, q, v)
+
+
+def engine_terms(engine: str, m: Mechanism, q: Array, v: Array) -> Terms:
+    """The same from an engine: Pinocchio's crba, rnea and aba; MuJoCo's full M, qfrc_bias - qfrc_passive and qacc."""
+    r = room(engine)
+    if engine == "pinocchio":
+        import pinocchio as pin
+
+        plant = r.PinPlant(m, q, v)
+        force = plant.passive.force(plant.kin, v)
+        return (
+            plant.mass_matrix(),
+            plant.bias(),
+            np.array(pin.aba(plant.kin.model, plant.kin.data, plant.kin.q_pin, v, -force)),
+        )
+    import mujoco
+
+    model, data = r.to_mujoco(m)
+    view = r.MujocoMap(m, model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    data.qpos[:] = view.engine_coordinates(q)
+    data.qvel[:] = view.engine_rates(data.qpos, v)
+    mujoco.mj_forward(model, data)
+    plant = r.MujocoPlant(m, model, data, view)
+    return plant.mass_matrix().copy(), plant.bias(), view.rates(data.qacc).copy()
+
+
+def _values(qdd: Array) -> dict[str, float]:
+    return {f"{n}_accel": float(x) for n, x in zip(LEG, qdd, strict=True)}
+
+
+def _state(given: Mapping[str, Any]) -> tuple[Array, Array]:
+    return np.array([float(given[n]) for n in LEG]), np.array([float(given[f"{n}_rate"]) for n in LEG])
+
+
+def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return Answer(_values(own_terms(tree(p), *_state(given))[2]))
+
+
+def _pinocchio(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return Answer(_values(engine_terms("pinocchio", build(p, "parts"), *_state(given))[2]))
+
+
+def _mujoco(p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return Answer(_values(engine_terms("mujoco", build(p, "parts"), *_state(given))[2]))
+
+
+OTHERS = [n for n in (*LEG, *(f"{n}_rate" for n in LEG)) if n not in ("hip", "knee")]
+FREE_MOTION = Question(
+    "free motion",
+    given=("hip", "knee"),
+    optional=dict.fromkeys(OTHERS, 0.0),
+    answers=tuple(f"{n}_accel" for n in LEG),
+    witnesses={"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco},
+    units=with_rates({n: "m" if n in ("hitch", "thigh", "shin") else "rad" for n in LEG}),
+    text="accelerations of the passive leg of six freedoms in a state, trunk fixed",
+)
+
+
+def random_states(count: int, joints: int, seed: int = 4) -> tuple[Array, Array]:
+    """q, v (count, joints): slides and turns of a tenth to a half, rates of a few per second."""
+    rng = np.random.default_rng(seed)
+    return 0.5 * rng.standard_normal((count, joints)), 3.0 * rng.standard_normal((count, joints))
+
 
 LOCKED = {
     "lock_thigh_shin": ("thigh", "shin"),
@@ -97,15 +172,15 @@ def _ask(witness: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
     return Answer(found, notes=(note,))
 
 
-def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
+def _analytic_sliders(p: Parameters, given: Mapping[str, Any]) -> Answer:
     return _ask("analytic", p, given)
 
 
-def _pinocchio(p: Parameters, given: Mapping[str, Any]) -> Answer:
+def _pinocchio_sliders(p: Parameters, given: Mapping[str, Any]) -> Answer:
     return _ask("pinocchio", p, given)
 
 
-def _mujoco(p: Parameters, given: Mapping[str, Any]) -> Answer:
+def _mujoco_sliders(p: Parameters, given: Mapping[str, Any]) -> Answer:
     return _ask("mujoco", p, given)
 
 
@@ -113,11 +188,11 @@ ALLOWED = 5e-3
 """Error of the ankle that a swing model may have [m]."""
 
 KEYS = (*(f"{n}_error" for n in LOCKED), "lock_slides_unloaded_error", "hitch_travel", "thigh_travel", "shin_travel")
-QUESTION = Question(
+SLIDES = Question(
     "which slides does the swing need",
     given=("swing_duration",),
     answers=KEYS,
-    witnesses={"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco},
+    witnesses={"analytic": _analytic_sliders, "pinocchio": _pinocchio_sliders, "mujoco": _mujoco_sliders},
     units={"swing_duration": "s"} | dict.fromkeys(KEYS, "m"),
     text="largest error of the ankle's path when joints are locked, over a swing that starts at the hitch's sag",
 )
