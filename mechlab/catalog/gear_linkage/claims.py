@@ -11,18 +11,7 @@ import numpy as np
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.build import PRESETS, SOURCE, Parameters, build
 from mechlab.catalog.gear_linkage.questions import MOTION
-from mechlab.kit.claims import (
-    Evidence,
-    Ledger,
-    above,
-    below,
-    cannot,
-    evidence,
-    fails,
-    holds,
-    only_if,
-    true,
-)
+from mechlab.kit.claims import Evidence, Ledger, above, below, cannot, evidence, fails, holds, only_if, true
 
 LEDGER = Ledger(SOURCE)
 EXAMPLES = {"L1": (1.0, 1.0, 0.5), "L2": (1.0, 0.8, 0.4), "L3": (0.9, 0.9, 0.3), "L4": (0.8, 1.0, 0.4)}
