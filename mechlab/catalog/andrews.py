@@ -1,11 +1,4 @@
-"""Parameters of the squeezer, and its closed form.
-
-The squeezer as a Mechanism.
-
-The squeezer at moving states in particles, and the check on it.
-
-A03: Andrews' squeezer, seven bodies and three loops in one plane, at 1000 rad/s within milliseconds.
-"""
+"""A03: Andrews' squeezer, seven bodies and three loops in one plane, at 1000 rad/s within milliseconds."""
 
 from __future__ import annotations
 

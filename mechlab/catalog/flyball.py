@@ -1,11 +1,4 @@
-"""Parameters of the governor.
-
-The governor as a Mechanism.
-
-The governor at moving states in particles, and the check on it.
-
-A05: a flyball governor whose stiff spring-dampers make it a stiff problem.
-"""
+"""A05: a flyball governor whose stiff spring-dampers make it a stiff problem."""
 
 from __future__ import annotations
 

@@ -1,19 +1,4 @@
-"""Parameters of a planetary stage.
-
-What the parts of the stage look like.
-
-The planetary stage in each fidelity.
-
-Speeds of all members from two of them.
-
-The run under constant torques, its closed form, and all planets along any run.
-
-The planetary stage at a moving state in particles, and the checks on it.
-
-Checks of the planetary stage: Willis and Lagrange.
-
-A simple planetary stage: sun, planets on a carrier, ring. Gears on a moving carrier, in three fidelities.
-"""
+"""A simple planetary stage: sun, planets on a carrier, ring. Gears on a moving carrier, in three fidelities."""
 
 from __future__ import annotations
 

@@ -1,19 +1,4 @@
-"""Stepped planets that are made alike: do both their gears mesh in every place?
-
-Parameters of the Wolfrom train, and what follows from them at once.
-
-What the parts of the Wolfrom train look like.
-
-The Wolfrom train in each fidelity.
-
-The run under constant torques, its closed form, and all planets along any run.
-
-The Wolfrom train at a moving state in particles, and the checks on it.
-
-Checks of the Wolfrom train: Willis and Lagrange.
-
-A Wolfrom train 116:1: high ratio, much rolling power, poor efficiency. The `minimal` model is the exact reduction.
-"""
+"""A Wolfrom train 116:1: high ratio, much rolling power, poor efficiency. The `minimal` model is the exact reduction."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The class IV linkage as a Mechanism: five bars, two loops, one freedom.
-
-Scenes: the driven turn of the source, a free run, and a drive into the fold.
-"""
+"""The class IV linkage as a Mechanism (five bars, two loops, one freedom), and its scenes."""
 
 from __future__ import annotations
 
@@ -14,8 +11,9 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque, Servo
 from mechlab.experiment.motion import Ramp
-from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.checks import closed_form_recording
 from mechlab.kit.planar_build import Style, mechanism_of
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
@@ -124,10 +122,7 @@ def reference(p: Class4Parameters, scene: Scene) -> Recording:
     q = np.column_stack([value[j.name] - j.zero for j in m.joints])
     q -= 2 * np.pi * np.round(q[0] / (2 * np.pi))
     v = np.column_stack([speed[j.name] for j in m.joints])
-    channels, units = basic_channels(m, q, v)
-    return Recording(
-        m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
-    )
+    return closed_form_recording(m, scene, t, q, v)
 
 
 SCENES = {

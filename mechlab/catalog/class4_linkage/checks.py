@@ -1,12 +1,12 @@
-"""Rows of the 72-position table of the mechanism, crank rate 1: reading of Zinchenko 2009 with exact angles, mode K = +1.
+"""Checks of the class IV linkage against its table, scans, engines and exact laws. Ids C... follow the lab's list.
 
-Checks of the class IV linkage against its table, scans, engines and exact laws. Ids C... follow the lab's list.
+The table: rows of the 72 positions at crank rate 1, as Zinchenko 2009 is read with exact angles, mode K = +1.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -23,11 +23,12 @@ from mechlab.catalog.class4_linkage.geometry import (
     solve_all,
     start_angle,
 )
-from mechlab.catalog.class4_linkage.questions import ANSWERS, QUESTION
+from mechlab.catalog.class4_linkage.questions import QUESTION
 from mechlab.experiment.energy import kinetic_energy
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
-from mechlab.kit import mass_check
+from mechlab.kit.checks import by_witnesses, moving_check
+from mechlab.kit.mass_check import State
 from mechlab.kit.mode_scan import scan_modes, try_modes
 from mechlab.kit.planar_mass import planar_state
 from mechlab.mechanism.geometry import Array
@@ -130,12 +131,9 @@ def _polynomial(p: Class4Parameters) -> CheckResult:
 
 
 def _witnesses(p: Class4Parameters) -> CheckResult:
-    said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
-    for crank in (-2.6, -1.2, 0.4, 1.5, 2.4):
-        for witness, ask in QUESTION.witnesses.items():
-            values = ask(PRINTED, {"crank_angle": crank, "crank_rate": 1.3, "crank_accel": -0.7}).values
-            said[witness].append([float(values[k]) for k in ANSWERS])
-    return CheckResult(said, 1e-10, note="theta2 to theta5, rates, accelerations at five crank angles")
+    given = [{"crank_angle": x, "crank_rate": 1.3, "crank_accel": -0.7} for x in (-2.6, -1.2, 0.4, 1.5, 2.4)]
+    note = "theta2 to theta5, rates, accelerations at five crank angles"
+    return by_witnesses(PRINTED, QUESTION, given, 1e-10, note, turned=False)
 
 
 def _free_run(p: Class4Parameters) -> CheckResult:
@@ -185,13 +183,11 @@ def _each_mode(p: Class4Parameters) -> CheckResult:
     return try_modes(family(PRINTED)(angle), solve_all(PRINTED, angle).modes)
 
 
-def _masses(p: Class4Parameters) -> CheckResult:
-    m, pairs = build(p, "minimal"), []
+def _states(p: Class4Parameters) -> Iterator[State]:
     for turn in (0.0, 0.3):
         angle = start_angle(p) + turn
         chain = motion_at(p, angle)[0]
-        pairs.append((m, planar_state(m, chain, chain.solve(crank=(angle, 1.3, 0.0)), style(p))))
-    return mass_check.compare(pairs)
+        yield planar_state(build(p, "minimal"), chain, chain.solve(crank=(angle, 1.3, 0.0)), style(p))
 
 
 CHECKS = (
@@ -215,6 +211,6 @@ CHECKS = (
     ),
     *FOURBAR_CHECKS,
     Check("C11", "driven into the fold the run stops with the loop reported open", _torn, "no assembly exists there"),
-    Check("C12", mass_check.TEXT, _masses, mass_check.SOURCE),
+    moving_check("C12", build, "minimal", _states),
     Check("C13", "closing links and det J of every mode", _each_mode, "lengths, central differences"),
 )

@@ -1,7 +1,4 @@
-"""Parameters of the class IV linkage, as the source prints them.
-
-Closed form of the class IV linkage: the group for a crank angle, its modes with labels, and the chosen one.
-"""
+"""Parameters of the class IV linkage as the source prints them, and its closed form: the group for a crank angle, its modes."""
 
 from __future__ import annotations
 

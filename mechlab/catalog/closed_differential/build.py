@@ -1,9 +1,4 @@
-"""Parameters of the closed gear differential.
-
-What the closed differential looks like: toothed gears in phase, two blocks, two carriers, along the axis z.
-
-The closed differential in three fidelities: minimal, parts (one planet a stage), full (all planets).
-"""
+"""The closed differential: parameters, shapes of its gears, and the Mechanism in three fidelities."""
 
 from __future__ import annotations
 

@@ -1,10 +1,6 @@
-"""What the claims and checks ask of every witness: the example with both tooth sets, states, short runs.
+"""Checks of the closed differential: closed forms, Pinocchio and MuJoCo, in every fidelity.
 
-How far MuJoCo's soft gear rows will lag, before a run: the sentences that warn.
-
-The closed differential at a moving state in particles, and the checks on it.
-
-Checks of the closed differential: closed forms, Pinocchio and MuJoCo, in every fidelity.
+What checks and claims ask of every witness stands first: the example with both tooth sets, runs, the lag of soft gear rows.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""Claims of the source's numeric example: speeds, moments, radii, misprints; with both tooth sets.
-
-Claims on speeds, power identities, starting and synthesis: most of what is right stands here.
-
-The ledger of the paper on the gear CVT: every statement tested anew.
-"""
+"""Claims of the paper on the gear CVT: the numeric example, speeds, power identities, starting and synthesis."""
 
 from __future__ import annotations
 

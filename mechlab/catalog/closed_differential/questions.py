@@ -1,6 +1,6 @@
-"""The closed differential as Pinocchio and MuJoCo know it: mass matrix and constraint rows of their own, and what follows.
+"""Speeds, moments, starting rule and true accelerations from the speed of the input and one more quantity.
 
-Questions: speeds, moments, starting rule and true accelerations from the speed of the input and one more quantity.
+Pinocchio and MuJoCo answer with a mass matrix and constraint rows of their own (`Machine`).
 """
 
 from __future__ import annotations

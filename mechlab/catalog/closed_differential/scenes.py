@@ -1,7 +1,4 @@
-"""Scenes of the closed differential: what is tried with it in and around the source's claim.
-
-Closed form of every scene, and the poses of the full train along any recording.
-"""
+"""Scenes in and around the source's claim, their closed form, and the poses of the full train along any recording."""
 
 from __future__ import annotations
 

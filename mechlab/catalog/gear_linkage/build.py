@@ -1,9 +1,4 @@
-"""Parameters of the three-gear four-bar, and the parameter sets of its uses in printing machines.
-
-The mechanism: crank with gear a, coupler, rocker, idler and output gear; one loop and two gear relations.
-
-Scenes of the three-gear four-bar, and the closed form to hold them against.
-"""
+"""The three-gear four-bar: parameters, presets of its uses, the Mechanism, scenes and their closed form."""
 
 from __future__ import annotations
 

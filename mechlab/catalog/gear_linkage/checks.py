@@ -1,8 +1,6 @@
-"""The three-gear four-bar at moving states in particles, and the check on it.
+"""Checks of the three-gear four-bar: each compares witnesses that do not share code.
 
-Checks L11 and L12 of the three-gear four-bar: its regime and its transmission angle from samples of rolling alone.
-
-Checks of the three-gear four-bar: each compares witnesses that do not share code.
+Moving states in particles; the regime and the transmission angle from samples of rolling alone.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""Parameters of the inertial-impulse transmission.
+"""The inertial-impulse transmission: parameters, shapes, and the Mechanism with two freedoms without rows or every part a body.
 
-The transmission as a Mechanism: two freedoms without rows, or every part a body.
-
-What the transmission looks like. The source prints no drawing to scale: radii follow the inertias and the offset h.
+The source prints no drawing to scale: the radii of the shapes follow the inertias and the offset h.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The transmission at a moving state in particles, and the check on it.
-
-Checks of the transmission: equations, integral, regime, harmonics (closed form against independent computations).
-"""
+"""Checks of the transmission: equations, integral, regime, harmonics against independent computations, moving states."""
 
 from __future__ import annotations
 

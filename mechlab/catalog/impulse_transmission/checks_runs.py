@@ -1,9 +1,4 @@
-"""Check I13: turning points, periodic orbits and the equations as a system, each against the motion itself.
-
-Checks of sticking: effort, state at the end, and what smoothed friction comes to.
-
-Checks of runs: reference ends, MuJoCo against the equations, portraits.
-"""
+"""Checks of runs of the transmission: turning points, periodic orbits, sticking, ends against the reference, portraits."""
 
 from __future__ import annotations
 

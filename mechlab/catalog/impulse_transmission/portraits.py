@@ -1,11 +1,4 @@
-"""What all portraits share: options, units, and friction smoothed just enough for a fixed step.
-
-Motions with the motor, from thousands of initial states at once.
-
-Portraits at constant input speed: Poincare map, curves of the first integral, bifurcation of the mean speed.
-
-Phase portraits, exact curves, Poincare map and bifurcation of the transmission.
-"""
+"""Phase portraits, exact curves, Poincare map and bifurcation of the transmission."""
 
 from __future__ import annotations
 

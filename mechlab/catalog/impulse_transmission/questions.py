@@ -1,7 +1,4 @@
-"""The question of the mean speed: closed form, and event simulation over whole cycles.
-
-The question of the limits of one-way rotation: closed form, and event simulation of the cycles that close.
-"""
+"""The mean speed and the limits of one-way rotation: closed form, and event simulation over whole cycles."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Scenes: the parameter sets of the source's figures, one-way rotation, sticking; and the runs of the closed form.
-
-Runs of the scenes by each engine, for checks and claims.
-"""
+"""The parameter sets of the source's figures, one-way rotation, sticking, as scenes; their runs by the closed form and engines."""
 
 from __future__ import annotations
 

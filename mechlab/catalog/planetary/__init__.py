@@ -1,18 +1,4 @@
-"""Parameters of the series-planet gear, and what follows from them at once.
-
-What the parts of the series-planet gear look like.
-
-The series-planet gear in each fidelity.
-
-Speeds of all members from one of them.
-
-The run under constant torques, its closed form, and all planets along any run.
-
-The series-planet gear at a moving state in particles, and the checks on it.
-
-Checks of the series-planet gear: Willis, Lagrange, teeth in gaps.
-
-The planetary gear with series planets (2A-AA): sun 1 - planet 2 - planet 3 - fixed central gear 4, all meshes external.
+"""The planetary gear with series planets (2A-AA): sun 1 - planet 2 - planet 3 - fixed central gear 4, all meshes external.
 
 Carrier output; the axes of sun, planet 2 and planet 3 stand on one ray, planet 3 outermost and wide: it meshes with
 planet 2 in the plane of the sun and with gear 4 in a second plane. Its teeth come from `mechlab synthesize planetary`.

@@ -1,7 +1,4 @@
-"""The platform as a Mechanism: three cranks, three legs, the platform.
-
-Scenes of the platform: the drives swing about the home pose, or are let go.
-"""
+"""The platform as a Mechanism (three cranks, three legs, the platform), and its scenes."""
 
 from __future__ import annotations
 
@@ -26,8 +23,9 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import Sine
-from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.checks import closed_form_recording
 from mechlab.kit.planar_build import Style, mechanism_of
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
@@ -100,10 +98,7 @@ def reference(p: PlatformParameters, scene: Scene) -> Recording:
     q = np.column_stack([value[j.name] - j.zero for j in m.joints])
     q -= 2 * np.pi * np.round(q[0] / (2 * np.pi))
     v = np.column_stack([speed[j.name] for j in m.joints])
-    channels, units = basic_channels(m, q, v)
-    return Recording(
-        m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
-    )
+    return closed_form_recording(m, scene, t, q, v)
 
 
 SCENES = {

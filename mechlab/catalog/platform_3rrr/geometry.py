@@ -1,7 +1,4 @@
-"""Parameters of the planar platform 3-RRR: a regular one, and what makes base, platform and chains unequal.
-
-Closed form of the platform: drives to all poses (class III), pose to drives (dyads).
-"""
+"""Parameters and closed form of the platform: drives to all poses (class III), pose to drives (dyads)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Parameters of the leg, and the segments that follow from them by anthropometric fractions.
-
-The leg as a Mechanism and, written down anew, as a tree of transition matrices.
+"""The leg: parameters, segments by anthropometric fractions, the Mechanism and, written anew, a tree of transition matrices.
 
 The sagittal plane is x forwards, z up of the world (x, y of the planar tree); angles are counter-clockwise seen from the
 leg's right side (-Y): hip flexion and knee extension are positive. In the reference pose the leg hangs straight down.

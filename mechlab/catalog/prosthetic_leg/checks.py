@@ -1,6 +1,6 @@
-"""The leg at a moving state in particles: a walk down the chain in complex numbers, x forwards + i z up, and the check on it.
+"""Checks of the leg: own equations against both engines, the swing, its energy, the drop.
 
-Checks of the leg: own equations against both engines, the swing, its energy, the drop.
+The moving state in particles is a walk down the chain in complex numbers, x forwards + i z up.
 """
 
 from __future__ import annotations

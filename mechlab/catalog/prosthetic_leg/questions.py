@@ -1,6 +1,6 @@
-"""The question of free motion: joint accelerations of the leg in any state, from each witness.
+"""Questions of the leg: joint accelerations in any state, and which slides a swing needs.
 
-Which slides does a swing need: the path of the ankle with some joints locked, against the path with all of them.
+The second compares the path of the ankle with some joints locked to the path with all of them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A floor that pushes and never pulls, as a force law for any Mechanism.
-
-Scenes of the leg: the swing, and a drop onto the straight leg.
-"""
+"""Scenes of the leg: the swing, and a drop onto the straight leg; a floor that pushes and never pulls, as a force law."""
 
 from __future__ import annotations
 
