@@ -39,8 +39,8 @@ from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
+from mechlab.mechanism.parts import Shape
 from mechlab.mechanism.reduction import Reduction, reduce
-from mechlab.mechanism.shape import Shape
 from mechlab.shapes import external_phase, internal_phase
 
 Teeth = tuple[int, int, int, int, int]

@@ -13,7 +13,7 @@ from mechlab.experiment.parameters import parameter
 from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
-from mechlab.mechanism.shape import Color, Shape
+from mechlab.mechanism.parts import Color, Shape
 from mechlab.shapes import external_phase, internal_phase
 
 SOURCE = "paper on a gear CVT as a closed differential, Problems of Mechanical Engineering 15 (2012) 5-6"

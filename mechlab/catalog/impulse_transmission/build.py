@@ -21,8 +21,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.kit.palette import BLUE, BRASS, DARK, RED, STEEL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, as_fraction, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
-from mechlab.mechanism.parts import Winding
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import Shape, Winding
 
 X = (1.0, 0.0, 0.0)
 

@@ -49,7 +49,7 @@ from mechlab.kit.mass_check import NOTHING, State
 from mechlab.kit.palette import BLUE, BRASS, RED, STEEL, TEAL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import Shape
 from mechlab.shapes import external_phase
 
 
