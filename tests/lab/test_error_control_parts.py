@@ -177,7 +177,7 @@ def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
 
 def test_the_runner_does_not_take_lsoda_for_something_else() -> None:
     with pytest.raises(MechlabError, match="LSODA"):
-        api.simulate_values("flyball", duration=0.1, settings=Settings(integrator="LSODA"))
+        api.simulate("flyball", duration=0.1, settings=Settings(integrator="LSODA"))
 
 
 def test_a_constant_load_pushes_as_it_should() -> None:
