@@ -11,8 +11,8 @@ from mechlab.errors import MechlabError, UsageError
 from mechlab.lab.ask import parameters_and_rest
 
 if TYPE_CHECKING:
-    from mechlab.studies.optimize import Optimum
-    from mechlab.studies.sensitivity import Sensitivity
+    from mechlab.studies.optimize.result import Optimum
+    from mechlab.studies.sensitivity.result import Sensitivity
 
 
 def optimize(
@@ -38,13 +38,13 @@ def optimize(
     folder for optimum.json and the front. The same seed gives the same answer. That no design meets the constraints is an
     answer with exit code 4.
     """
-    from mechlab.studies.optimize import Goal
-    from mechlab.studies.optimize import optimize as work
+    from mechlab.studies.optimize.problem import OptimisationGoal
+    from mechlab.studies.optimize.study import optimize as work
 
     if maximize is not None and minimize is not None:
         raise UsageError("give one goal, maximize or minimize; a second one is the front.")
     named = maximize if maximize is not None else minimize
-    goal = None if named is None else Goal(named, 1 if maximize is not None else -1)
+    goal = None if named is None else OptimisationGoal(named, 1 if maximize is not None else -1)
     folder = None if out is None else Path(out)
     return work(load(source), dict(values or {}) | more, goal, subject, front, evaluations, seed, folder, progress)
 
@@ -62,8 +62,8 @@ def sensitivity(
     values (and keyword arguments): as `solve`. tolerance: half widths by name, in SI (a given quantity with one is an input
     too), or one number: the share of every parameter. only: inputs by name, default all.
     """
-    from mechlab.studies.sensitivity import Tolerances
-    from mechlab.studies.sensitivity import sensitivity as work
+    from mechlab.studies.sensitivity.derivatives import Tolerances
+    from mechlab.studies.sensitivity.study import sensitivity as work
 
     if source == "toolpath":
         raise MechlabError("toolpath: a curve of a file has no parameters to vary; sensitivity is for mechanisms.")

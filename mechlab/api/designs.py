@@ -12,7 +12,9 @@ from mechlab.errors import MechlabError
 from mechlab.lab.ask import parameters_and_rest
 
 if TYPE_CHECKING:
-    from mechlab.studies.workspace import Plan, Surface, WorkspaceResult
+    from mechlab.studies.workspace.plan import WorkspacePlan
+    from mechlab.studies.workspace.result import WorkspaceResult
+    from mechlab.studies.workspace.surface import WorkspaceSurface
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 
@@ -36,14 +38,14 @@ def workspace(
     stl, glb: the surface; html: a page with the mechanism and the surface; maps: the maps as arrays (.npz).
     Raises EngineMissing where a surface is wanted and scikit-image is not installed, NoSolution where it would be empty.
     """
-    from mechlab.studies.workspace import compared, with_surfaces
-    from mechlab.studies.workspace import workspace as work
+    from mechlab.studies.workspace.study import compared, with_surfaces
+    from mechlab.studies.workspace.study import workspace as work
 
     given = dict(values or {}) | more
     base = load(source)
     parameters, asked = parameters_and_rest(base.entry.parameters, given)
     result = work(load(base, **parameters), asked, witness, progress)
-    second: Plan | None = None
+    second: WorkspacePlan | None = None
     if against is not None:
         changed, other_asked = parameters_and_rest(base.entry.parameters, against)
         other = load(base, **(parameters | changed))
@@ -57,10 +59,11 @@ def workspace(
     return result
 
 
-def _page(result: WorkspaceResult, border: Surface, second: Plan | None, path: Path) -> Path:
+def _page(result: WorkspaceResult, border: WorkspaceSurface, second: WorkspacePlan | None, path: Path) -> Path:
     """The mechanism in its reference pose inside its workspace."""
     from mechlab.mechanism import GROUND
-    from mechlab.studies.workspace import surface, survey
+    from mechlab.studies.workspace.surface import surface
+    from mechlab.studies.workspace.survey import survey
     from mechlab.viewer import write_page
     from mechlab.viewer.from_recording import mechanism_story
     from mechlab.viewer.story import Part

@@ -22,7 +22,7 @@ from mechlab.studies.check.claims import ClaimReport, judge
 from mechlab.studies.pipeline import RunResult
 
 if TYPE_CHECKING:
-    from mechlab.studies.doctor import Diagnosis
+    from mechlab.studies.doctor.case import Diagnosis
     from mechlab.studies.synthesis import SynthesisResult
 
 

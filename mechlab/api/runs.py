@@ -147,12 +147,12 @@ def chart(
 ) -> Chart:
     """Speed against accuracy of every method on a scene: points, Pareto front, recommended setting.
 
-    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.studies.chart.of_file`.
+    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.studies.chart.mjcf_file`.
     target [m or rad]: the error to meet, by default that of the scene. peers: also other people's engines, as far as they
     are installed, and what `max_error` costs against the fastest of them.
     """
     if isinstance(source, str | Path) and Path(source).suffix.lower() == ".xml":
-        from mechlab.studies.chart.of_file import chart_file
+        from mechlab.studies.chart.mjcf_file import chart_of_mjcf_file
 
         for name, given in {"scene": scene, "fidelity": fidelity, **dict(values or {}), **parameters}.items():
             if given is not None:
@@ -161,8 +161,8 @@ def chart(
             raise MechlabError(
                 f"chart {source}: peers are given a mechanism of the catalog or a Python file, not an MJCF file."
             )
-        return chart_file(Path(source), duration, target)
-    from mechlab.studies.chart.chart import chart as work
+        return chart_of_mjcf_file(Path(source), duration, target)
+    from mechlab.studies.chart.run import chart as work
 
     d = load(source, **(dict(values or {}) | parameters))
     return work(d, scene, fidelity=fidelity, duration=duration, target=target, peers=peers)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
     from mechlab.lab.design import Design
     from mechlab.lab.fidelity import Fidelities
-    from mechlab.studies.modes import ModesResult
-    from mechlab.studies.stability import Stability
+    from mechlab.studies.modes.result import ModesResult
+    from mechlab.studies.stability.data import Stability
     from mechlab.viewer.story import Story
 
 
@@ -41,7 +41,7 @@ def modes(
     swings through the modes (`only`: their numbers); out: a folder for modes.json, modes.npz and modes.html. See
     `mechlab.studies.modes`.
     """
-    from mechlab.studies.modes import find_modes, mode_motion
+    from mechlab.studies.modes.study import find_modes, mode_motion
 
     if only and html is None and out is None:
         raise MechlabError("only: it chooses the modes that the page shows: give html or out, or leave it out.")
@@ -127,7 +127,7 @@ def stability(
     work [s], about seconds of CPU. out: a folder for the JSON and a picture of each map.
     Raises MechlabError for unknown names and for a map that does not fit the mechanism, saying why.
     """
-    from mechlab.studies.stability import BUDGET, study
+    from mechlab.studies.stability.study import BUDGET, study
     from mechlab.values import Range
 
     given = dict(values or {}) | more

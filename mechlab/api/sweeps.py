@@ -14,7 +14,7 @@ from mechlab.mechanism import Mechanism
 from mechlab.values import Range
 
 if TYPE_CHECKING:
-    from mechlab.studies.sweep import SweepResult
+    from mechlab.studies.sweep.result import SweepResult
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ def sweep(
 
     A point without a number is a gap, with its reason. Raises MechlabError for unknown keys and quantities.
     """
-    from mechlab.studies.sweep import plan
-    from mechlab.studies.sweep import sweep as work
+    from mechlab.studies.sweep.plan import plan
+    from mechlab.studies.sweep.study import sweep as work
 
     given = dict(values or {}) | more
     asked = [quantities] if isinstance(quantities, str) else list(quantities)

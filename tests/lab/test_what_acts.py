@@ -27,7 +27,7 @@ from mechlab.lab.nature import drive_step
 from mechlab.lab.run import run_scene
 from mechlab.mechanism import Builder, Inertia, prismatic
 from mechlab.mechanism.parts import Winding
-from mechlab.studies.chart.chart import Budget, chart
+from mechlab.studies.chart.run import Budget, chart
 from mechlab.studies.chart.score import reference_of
 from mechlab.studies.stability.study import study
 from tests.benchmarks.drives_agree import EXACT, INTEGRATORS, Case, compare, difference, save

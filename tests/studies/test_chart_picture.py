@@ -11,19 +11,19 @@ import pytest
 from scipy.optimize import LinearConstraint, minimize
 
 from mechlab.studies.chart.advice import flat_defaults, recommend
-from mechlab.studies.chart.data import Chart, Point, Published
+from mechlab.studies.chart.data import Chart, ChartPoint, Published
 from mechlab.studies.chart.labels import flat_methods, headline, label, quantity, spread
 from mechlab.studies.chart.picture import picture
 
 
-def line(name: str, errors: list[float], lost: int = 0) -> list[Point]:
+def line(name: str, errors: list[float], lost: int = 0) -> list[ChartPoint]:
     """Steps of 10, 5, 2.5 ... ms; the first `lost` diverge."""
     out = []
     for k, e in enumerate(errors):
         step, gone = 0.01 * 0.5**k, k < lost
         e = float("nan") if gone else e
         out.append(
-            Point(
+            ChartPoint(
                 name,
                 step,
                 "step",
@@ -39,7 +39,7 @@ def line(name: str, errors: list[float], lost: int = 0) -> list[Point]:
     return out
 
 
-def made(*lines: list[Point], target: float = 1e-3, published: tuple[Published, ...] = ()) -> Chart:
+def made(*lines: list[ChartPoint], target: float = 1e-3, published: tuple[Published, ...] = ()) -> Chart:
     points = tuple(p for x in lines for p in x)
     return Chart(
         "x", "X <mechanism> & more", "s", 1.0, "m", ("a_b", "y"), "own equations", 1e-9, points, {}, recommend(points, target, "m"),
@@ -102,7 +102,7 @@ def test_too_many_labels_stand_at_equal_distances() -> None:
 
 
 @pytest.mark.parametrize("lines", [(FLAT, SOFT, FALLING), (FALLING,), (FLAT, FALLING_DEFAULT, FALLING)])
-def test_the_picture_is_the_same_every_time_and_keeps_inside_its_edges(lines: tuple[list[Point], ...]) -> None:
+def test_the_picture_is_the_same_every_time_and_keeps_inside_its_edges(lines: tuple[list[ChartPoint], ...]) -> None:
     from PIL import Image
 
     chart = made(*lines, published=(Published("Someone's program", "a machine", 0.01),))

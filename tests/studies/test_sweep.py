@@ -16,10 +16,11 @@ from mechlab import api
 from mechlab.analytic import gear_linkage
 from mechlab.cli import main
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.studies.sweep import Interrupted, work
-from mechlab.studies.sweep import cluster as local
+from mechlab.studies.sweep import schedulers as local
+from mechlab.studies.sweep import study as work
 from mechlab.studies.sweep.probe import evaluate
 from mechlab.studies.sweep.result import read
+from mechlab.studies.sweep.study import Interrupted
 from mechlab.values import Range
 
 SWING = '''
@@ -369,7 +370,7 @@ def test_what_is_wrong_is_named(
     words: str, said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if "--scheduler" in words:
-        from mechlab.studies.sweep import cluster
+        from mechlab.studies.sweep import schedulers as cluster
 
         monkeypatch.setattr(cluster, "CONNECT", 0.2)
     assert main(["sweep", *words.split()]) in (1, 2)

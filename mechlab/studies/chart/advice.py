@@ -10,18 +10,18 @@ from mechlab.errors import MechlabError
 if TYPE_CHECKING:
     pass
 
-from mechlab.studies.chart.data import FEWEST, NOT_RUN, Point, Recommendation
+from mechlab.studies.chart.data import FEWEST, NOT_RUN, ChartPoint, Recommendation
 from mechlab.tables import counted
 
 
-def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool = True) -> list[str]:
+def flat_defaults(points: Sequence[ChartPoint], target: float, unit: str, rows: bool = True) -> list[str]:
     """Sentences on engines whose defaults stay wrong however small the step: the model is wrong there, not the step.
 
     rows: the mechanism has loops or relations; without them what is soft is the dry friction.
     """
     soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
     out = []
-    flat: list[Point] = []
+    flat: list[ChartPoint] = []
     for name in dict.fromkeys(p.method for p in points if p.default and p.control == "step"):
         mine = [p for p in points if p.method == name and p.ok]
         if len(mine) >= FEWEST and is_flat(mine, target):
@@ -39,7 +39,7 @@ def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool 
     return out
 
 
-def is_flat(points: Sequence[Point], target: float) -> bool:
+def is_flat(points: Sequence[ChartPoint], target: float) -> bool:
     """Errors of one method at ever smaller steps do not fall: the last half no better than a third of the best before."""
     errors = [p.error for p in sorted(points, key=lambda p: -p.step)]
     half = len(errors) // 2
@@ -47,7 +47,7 @@ def is_flat(points: Sequence[Point], target: float) -> bool:
 
 
 def recommend(
-    points: Sequence[Point], target: float, unit: str, paste: Callable[[Point], str] | None = None
+    points: Sequence[ChartPoint], target: float, unit: str, paste: Callable[[ChartPoint], str] | None = None
 ) -> Recommendation:
     """The cheapest point that meets the target; one that its own smaller steps confirm, if it costs no more than half as
     much again. The most accurate point when none meets it."""
@@ -67,16 +67,18 @@ def recommend(
     return Recommendation(chosen, target, True, text, _paste(chosen, points, target, paste))
 
 
-def _confirmed(p: Point, points: Sequence[Point], target: float) -> bool:
+def _confirmed(p: ChartPoint, points: Sequence[ChartPoint], target: float) -> bool:
     finer = [x for x in points if x.method == p.method and x.step < p.step]
     return all(x.ok and x.error <= target for x in finer if x.status != NOT_RUN)
 
 
-def _told(p: Point) -> str:
+def _told(p: ChartPoint) -> str:
     return f"{p.method}, step {p.step:.6g} s" if p.control == "step" else f"{p.method}, tolerance {p.step:.0e}"
 
 
-def _paste(chosen: Point, points: Sequence[Point], target: float, paste: Callable[[Point], str] | None) -> str:
+def _paste(
+    chosen: ChartPoint, points: Sequence[ChartPoint], target: float, paste: Callable[[ChartPoint], str] | None
+) -> str:
     """MJCF settings of the chosen point, or of the cheapest MuJoCo point that meets the target."""
     mine = [p for p in points if p.ok and p.method.startswith("MuJoCo")]
     if not mine:
@@ -86,7 +88,7 @@ def _paste(chosen: Point, points: Sequence[Point], target: float, paste: Callabl
     return (paste or mjcf_settings)(best)
 
 
-def mjcf_settings(p: Point) -> str:
+def mjcf_settings(p: ChartPoint) -> str:
     """An <option> line, and for hard loops the constraint attributes, as MJCF."""
     integrator = p.method.removeprefix("MuJoCo ").split(",")[0]
     lines = [f'<option timestep="{p.step:.10g}" integrator="{integrator}" jacobian="dense"/>']

@@ -44,7 +44,7 @@ OK, DIVERGED, NOT_RUN = "ok", "diverged", "not run"
 
 
 @dataclass(frozen=True)
-class Point:
+class ChartPoint:
     """One method at one step [s] (or tolerance, see `control`); evaluations of the equations, 0 where nobody counts."""
 
     method: str
@@ -78,7 +78,7 @@ class Point:
 class Recommendation:
     """The cheapest point that meets the target, in words and as settings to paste."""
 
-    point: Point
+    point: ChartPoint
     target: float
     met: bool
     sentence: str
@@ -103,7 +103,7 @@ class Chart:
     tracked: tuple[str, ...]
     reference: str
     reference_error: float
-    points: tuple[Point, ...]
+    points: tuple[ChartPoint, ...]
     skipped: dict[str, str]
     recommendation: Recommendation
     notes: tuple[str, ...]
@@ -113,7 +113,7 @@ class Chart:
     acts: str = ""
 
     @property
-    def front(self) -> tuple[Point, ...]:
+    def front(self) -> tuple[ChartPoint, ...]:
         """Points that no other beats in both cost and error, cheapest first."""
         return pareto(self.points)
 
@@ -153,9 +153,9 @@ class Chart:
         return save(self, path)
 
 
-def pareto(points: Sequence[Point]) -> tuple[Point, ...]:
+def pareto(points: Sequence[ChartPoint]) -> tuple[ChartPoint, ...]:
     """The points that none other beats in both cost and error, cheapest first."""
-    out: list[Point] = []
+    out: list[ChartPoint] = []
     for p in sorted((p for p in points if p.ok), key=lambda p: (p.cpu_s, p.error)):
         if not out or p.error < out[-1].error:
             out.append(p)

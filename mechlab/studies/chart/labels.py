@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, Point
+    from mechlab.studies.chart.data import Chart, ChartPoint
 
 INK, FAINT, RED = "#1b2330", "#5b6470", "#c1121f"
 SIZE = 9.6
@@ -27,7 +27,7 @@ def quantity(value: float, unit: str, digits: int = 2) -> str:
     return f"{shown / scale:.{max(digits, 3)}g} {prefix}{unit}"
 
 
-def flat_methods(chart: Chart) -> dict[str, list[Point]]:
+def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
     """Methods at an engine's defaults whose error does not fall however small the step: name -> points that came through."""
     from mechlab.studies.chart.advice import is_flat
     from mechlab.studies.chart.data import FEWEST
@@ -40,7 +40,7 @@ def flat_methods(chart: Chart) -> dict[str, list[Point]]:
     return out
 
 
-def settled(flat: dict[str, list[Point]], unit: str) -> str:
+def settled(flat: dict[str, list[ChartPoint]], unit: str) -> str:
     """The error that flat methods keep at their smallest steps, or its range."""
     last = [points[-1].error for points in flat.values()]
     low, high = quantity(min(last), unit), quantity(max(last), unit)
@@ -58,7 +58,7 @@ def headline(chart: Chart) -> str:
     return f"An error below {target} costs {quantity(p.cpu_s, 's')} of CPU with {p.method}"
 
 
-def _whose(chart: Chart, flat: dict[str, list[Point]]) -> str:
+def _whose(chart: Chart, flat: dict[str, list[ChartPoint]]) -> str:
     """Whose error is flat: all default integrators, or which."""
     if any("as in the file" in n for n in flat):
         return "The file's own settings"
@@ -69,7 +69,7 @@ def _whose(chart: Chart, flat: dict[str, list[Point]]) -> str:
     return f"MuJoCo's defaults with {' and '.join([', '.join(names[:-1]), names[-1]] if names[1:] else names)}"
 
 
-def label(name: str, points: Sequence[Point]) -> str:
+def label(name: str, points: Sequence[ChartPoint]) -> str:
     """The method, and from which step on it diverges: what is missing is said, not dropped."""
     lost = [p.step for p in points if p.status == "diverged"]
     if not lost:

@@ -24,7 +24,7 @@ from mechlab.tables import number, table
 
 if TYPE_CHECKING:
     from mechlab.lab.accuracy import Result
-    from mechlab.studies.chart.data import Point
+    from mechlab.studies.chart.data import ChartPoint
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 """Errors to be met [m or rad]."""
@@ -74,7 +74,7 @@ class PeerTable:
     """The comparison of a scene: a row for each target, every point of the peers, what could not be run and why."""
 
     rows: tuple[PeerRow, ...]
-    points: tuple[Point, ...]
+    points: tuple[ChartPoint, ...]
     skipped: dict[str, str]
     versions: dict[str, str]
     unit: str
@@ -180,7 +180,7 @@ def _row(target: float, x: Ours, search: _Search) -> PeerRow:
     return PeerRow(*told, best.method, best.step, theirs, best.error)
 
 
-def _duel(search: _Search, target: float, best: Point | None) -> tuple[float, float]:
+def _duel(search: _Search, target: float, best: ChartPoint | None) -> tuple[float, float]:
     """Median CPU times [s] of ours and of the peer's best setting, some runs of each in turns: what slows the machine for a
     while slows both. Each has run before."""
     mine, theirs = list[float](), list[float]()
@@ -203,7 +203,7 @@ class _Search:
     problem: Problem
     truth: Reference
     costly: float
-    points: list[Point] = field(default_factory=list)
+    points: list[ChartPoint] = field(default_factory=list)
 
     def sweep(self, m: Method) -> None:
         """Ever smaller values, until the sharpest target is met twice or a run is costly."""
@@ -217,12 +217,12 @@ class _Search:
             if met >= 2 or (p.ok and p.cpu_s > self.costly) or p.status == "not run":
                 return
 
-    def point(self, m: Method, value: float, repeats: int = 1) -> Point:
+    def point(self, m: Method, value: float, repeats: int = 1) -> ChartPoint:
         """One setting: median CPU time of `repeats` runs, and the error."""
-        from mechlab.studies.chart.data import DIVERGED, NOT_RUN, OK, Point
+        from mechlab.studies.chart.data import DIVERGED, NOT_RUN, OK, ChartPoint
 
         nan = math.nan
-        lost = Point(m.name, value, m.control, nan, nan, nan, nan, nan, DIVERGED)
+        lost = ChartPoint(m.name, value, m.control, nan, nan, nan, nan, nan, DIVERGED)
         times: list[float] = []
         while _once_more(times, repeats, self.costly):
             try:
@@ -236,23 +236,23 @@ class _Search:
         if not math.isfinite(found.error):
             return replace(lost, reason=trace.reason or "the state is not finite")
         cpu = statistics.median(times)
-        return Point(m.name, value, m.control, cpu, found.error, found.e_g, found.energy, found.gap, OK)
+        return ChartPoint(m.name, value, m.control, cpu, found.error, found.e_g, found.energy, found.gap, OK)
 
     @staticmethod
     def method(name: str) -> Method:
         """The peer's method of that name."""
         return next(m for m in PEER_METHODS if m.name == name)
 
-    def fastest(self, target: float) -> Point | None:
+    def fastest(self, target: float) -> ChartPoint | None:
         """The cheapest setting of all peers that meets the target: the medians of the cheapest ones of the sweep, and of
         settings between theirs and the next coarser one."""
-        cheapest: dict[str, Point] = {}
+        cheapest: dict[str, ChartPoint] = {}
         for p in sorted((p for p in self.points if p.ok and p.error <= target), key=lambda p: p.cpu_s):
             cheapest.setdefault(p.method, p)
         out = [self._sharpened(self.method(n), p, target) for n, p in list(cheapest.items())[:CONTENDERS]]
         return min(out, key=lambda p: p.cpu_s, default=None)
 
-    def _sharpened(self, m: Method, good: Point, target: float) -> Point:
+    def _sharpened(self, m: Method, good: ChartPoint, target: float) -> ChartPoint:
         """The largest value that meets the target, looked for by single runs; the median time of several runs with it."""
         low = good.step
         high = min((p.step for p in self.points if p.method == m.name and p.step > low), default=low)

@@ -26,7 +26,7 @@ from mechlab.studies.chart.labels import (
 )
 
 if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, Point
+    from mechlab.studies.chart.data import Chart, ChartPoint
 
 STYLES: dict[str, tuple[str, str]] = {
     "Euler": ("#d97706", "s"),
@@ -100,7 +100,7 @@ def _names(chart: Chart) -> list[str]:
     return list(dict.fromkeys(p.method for p in chart.points))
 
 
-def _drawn(p: Point) -> bool:
+def _drawn(p: ChartPoint) -> bool:
     return p.ok and p.error > 0
 
 
@@ -158,7 +158,7 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
     figure.text(0.022, 0.876, words, fontsize=10.5, color=FAINT)
 
 
-def _free_end(axes: Any, shown: list[Point], target: float) -> bool:
+def _free_end(axes: Any, shown: list[ChartPoint], target: float) -> bool:
     """True where the right end of the target line has fewer points above it than the left one."""
     to_axes = axes.transData + axes.transAxes.inverted()
     level = to_axes.transform((1.0, target))[1]
@@ -188,14 +188,14 @@ def _style(name: str) -> dict[str, Any]:
     return {"color": color, "marker": marker, "ls": "--" if "own" in name else "-", "ms": 6, "lw": 1.6}
 
 
-def _line(axes: Any, name: str, points: list[Point]) -> None:
+def _line(axes: Any, name: str, points: list[ChartPoint]) -> None:
     """A line that breaks where a run is missing."""
     x = [p.cpu_s if _drawn(p) else math.nan for p in points]
     y = [p.error if _drawn(p) else math.nan for p in points]
     axes.plot(x, y, zorder=3, **_style(name))
 
 
-def _labels(axes: Any, chart: Chart, lines: dict[str, list[Point]]) -> None:
+def _labels(axes: Any, chart: Chart, lines: dict[str, list[ChartPoint]]) -> None:
     """The name of each line at its end; flat defaults are named together in their band."""
     together = flat_methods(chart)
     entries = []

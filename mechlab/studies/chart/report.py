@@ -16,7 +16,7 @@ from mechlab.studies.chart.labels import headline
 from mechlab.tables import html_sheet, number, table
 
 if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, Point
+    from mechlab.studies.chart.data import Chart, ChartPoint
 
 FORMATS = (".svg", ".png", ".csv", ".json")
 
@@ -59,7 +59,7 @@ def chart_html(chart: Chart) -> str:
     return image + html_sheet("", said, {"Nothing is better than these in both": front})
 
 
-def _step(p: Point) -> str:
+def _step(p: ChartPoint) -> str:
     return f"{1e3 * p.step:.4g} ms" if p.control == "step" else f"tol {p.step:.0e}"
 
 

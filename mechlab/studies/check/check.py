@@ -45,7 +45,7 @@ HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CheckOutcome:
     """One check that ran: `missing` names an engine that is not installed; `error` says why it could not be measured."""
 
     mechanism: str
@@ -81,7 +81,7 @@ class Outcome:
 class CheckReport:
     """All outcomes."""
 
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CheckOutcome, ...]
 
     @property
     def exit_code(self) -> int:
@@ -135,7 +135,7 @@ def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None
     return CheckReport(tuple(outcomes))
 
 
-def _run(design: Design, check: Check) -> Outcome:
+def _run(design: Design, check: Check) -> CheckOutcome:
     start = time.perf_counter()
     measured, error, missing = None, "", ""
     try:
@@ -144,4 +144,4 @@ def _run(design: Design, check: Check) -> Outcome:
         missing = str(cause)
     except MechlabError as cause:
         error = str(cause)
-    return Outcome(design.name, check, measured, time.perf_counter() - start, error, missing)
+    return CheckOutcome(design.name, check, measured, time.perf_counter() - start, error, missing)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.studies.modes.eigen import RIGID, UNSTABLE, Mode
+from mechlab.studies.modes.eigen import RIGID, UNSTABLE, VibrationMode
 from mechlab.tables import Told, counted, number, table
 
 AGREED = 1e-6
@@ -19,12 +19,12 @@ SHOWN = 4
 
 
 @dataclass(frozen=True)
-class Witness:
+class ModesWitness:
     """What one witness found: coordinates q (nq,) at rest, what stays unbalanced, modes; or why it cannot."""
 
     q: Array = field(default_factory=lambda: np.zeros(0))
     residual: float = 0.0
-    modes: tuple[Mode, ...] = ()
+    modes: tuple[VibrationMode, ...] = ()
     cannot: str = ""
 
 
@@ -36,7 +36,7 @@ class ModesResult(Told):
     mechanism: Mechanism
     scene: str
     fidelity: str
-    witnesses: Mapping[str, Witness]
+    witnesses: Mapping[str, ModesWitness]
     notes: tuple[str, ...] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -44,17 +44,17 @@ class ModesResult(Told):
     files: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def said(self) -> dict[str, Witness]:
+    def said(self) -> dict[str, ModesWitness]:
         """The witnesses that could answer."""
         return {n: w for n, w in self.witnesses.items() if not w.cannot}
 
     @property
-    def spoken(self) -> Witness:
+    def spoken(self) -> ModesWitness:
         """The witness whose numbers are shown."""
         return next(iter(self.said.values()))
 
     @property
-    def modes(self) -> tuple[Mode, ...]:
+    def modes(self) -> tuple[VibrationMode, ...]:
         """The modes, slowest first."""
         return self.spoken.modes
 
@@ -107,11 +107,11 @@ class ModesResult(Told):
                 relative += [r for _, r in gaps]
         return (max(absolute), max(relative, default=0.0)) if absolute else (None, None)
 
-    def shape(self, mode: Mode) -> dict[str, float]:
+    def shape(self, mode: VibrationMode) -> dict[str, float]:
         """Joint and shaft -> what it does in a mode (real part), the largest joint 1."""
         return self._parts(np.real(mode.shape))
 
-    def phase(self, mode: Mode) -> dict[str, float]:
+    def phase(self, mode: VibrationMode) -> dict[str, float]:
         """Joint -> angle [rad] by which it leads, for a mode whose parts do not move in step; empty otherwise."""
         if np.max(np.abs(np.imag(mode.shape)), initial=0.0) < 1e-6:
             return {}
@@ -133,14 +133,14 @@ class ModesResult(Told):
             "versions": dict(self.versions), "files": dict(self.files),
         }  # fmt: skip
 
-    def _mode(self, m: Mode) -> dict[str, Any]:
+    def _mode(self, m: VibrationMode) -> dict[str, Any]:
         out: dict[str, Any] = {
             "frequency_hz": m.frequency_hz, "omega": m.omega, "damping": m.damping, "kind": m.kind,
             "eigenvalues": [[r.real, r.imag] for r in m.eigenvalues], "shape": self.shape(m),
         }  # fmt: skip
         return out | ({"phase": self.phase(m)} if self.phase(m) else {})
 
-    def _answer(self, w: Witness) -> dict[str, Any]:
+    def _answer(self, w: ModesWitness) -> dict[str, Any]:
         if w.cannot:
             return {"cannot": w.cannot}
         return {
@@ -183,11 +183,11 @@ class ModesResult(Told):
         lines += [f"{kind}: {path}" for kind, path in self.files.items()]
         return "\n".join([*lines, self.message])
 
-    def _row(self, k: int, m: Mode) -> list[str]:
+    def _row(self, k: int, m: VibrationMode) -> list[str]:
         roots = ", ".join(f"{r.real:.4g}{r.imag:+.4g}i" if r.imag else f"{r.real:.4g}" for r in m.eigenvalues)
         return [str(k), m.kind, number(m.frequency_hz, 6), number(m.omega, 8), number(m.damping), roots, self._words(m)]
 
-    def _words(self, m: Mode) -> str:
+    def _words(self, m: VibrationMode) -> str:
         shape = dict(zip(self.mechanism.rate_names, np.real(m.shape).tolist(), strict=True))
         top = sorted((n for n, x in shape.items() if abs(x) > 1e-3), key=lambda n: -abs(shape[n]))
         return ", ".join(f"{n} {shape[n]:+.3g}" for n in top[:SHOWN]) + (", ..." if len(top) > SHOWN else "")
@@ -203,7 +203,7 @@ def values_at(m: Mechanism, q: Array) -> dict[str, Any]:
     return out | {s.name: float(m.value(s.name, q)) for s in m.shafts}
 
 
-def eigenvalue_gaps(a: tuple[Mode, ...], b: tuple[Mode, ...]) -> list[tuple[float, float]]:
+def eigenvalue_gaps(a: tuple[VibrationMode, ...], b: tuple[VibrationMode, ...]) -> list[tuple[float, float]]:
     """For each mode of a, its distance to the nearest mode of b that is still free, absolute [1/s] and as a share of omega."""
     left = list(b)
     out: list[tuple[float, float]] = []

@@ -12,7 +12,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.files import unfinished
 
 if TYPE_CHECKING:
-    from mechlab.studies.optimize.problem import Trial
+    from mechlab.studies.optimize.problem import TriedDesign
     from mechlab.studies.optimize.result import Optimum
 
 BLUE, ORANGE, GREY, DARK = "#1d4ed8", "#d97706", "#b8bec8", "#222222"
@@ -124,5 +124,5 @@ def rows(found: Optimum) -> list[list[str]]:
     return [head, *(_row(t, names) for t in found.front)]
 
 
-def _row(t: Trial, names: list[str]) -> list[str]:
+def _row(t: TriedDesign, names: list[str]) -> list[str]:
     return [repr(float(x)) for x in (*(t.values[n] for n in names), *t.x)]

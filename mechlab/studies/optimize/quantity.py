@@ -13,7 +13,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design
 from mechlab.studies.optimize import sources
-from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, Source
+from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, QuantitySource
 from mechlab.studies.workspace.result import product
 from mechlab.values import Range
 
@@ -22,10 +22,10 @@ FEW = 4
 
 
 @dataclass(frozen=True)
-class Measured:
+class QuantitySet:
     """All quantities of a problem: what computes them, and their units."""
 
-    sources: tuple[Source, ...]
+    sources: tuple[QuantitySource, ...]
     units: Mapping[str, str]
 
     def numbers(self, design: Design) -> dict[str, float]:
@@ -43,7 +43,7 @@ class Measured:
         return {k: v for k, v in out.items() if v}
 
 
-def measured(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> Measured:
+def quantity_set(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> QuantitySet:
     """What computes `names`, cheapest first. given: what is no parameter: keys of questions, axes and limits of the
     workspace, X_rate, X_force of a cycle, X_0 of a run.
 
@@ -54,37 +54,37 @@ def measured(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> 
     groups: dict[str, list[str]] = {}
     for name in dict.fromkeys(names):
         groups.setdefault(_kind(design, name), []).append(name)
-    made: list[Source] = []
+    made: list[QuantitySource] = []
     units: dict[str, str] = {}
     taken: set[str] = set()
     if "parameter" in groups:
         infos = {i.name: i for i in describe(design.entry.parameters)}
-        made.append(sources.Parameters(tuple(groups["parameter"])))
+        made.append(sources.ParameterSource(tuple(groups["parameter"])))
         units |= {n: infos[n].unit for n in groups["parameter"]}
     asked: dict[tuple[str | None, tuple[str, ...]], list[str]] = {}
     for name in groups.get("answer", ()):
         question, keys, units[name] = _asked(design, name, given)
         asked.setdefault((None if question is None else question.name, keys), []).append(name)
         taken |= set(keys)
-    made += [sources.Asked(tuple(n), q, {k: given[k] for k in keys}) for (q, keys), n in asked.items()]
+    made += [sources.AnswerSource(tuple(n), q, {k: given[k] for k in keys}) for (q, keys), n in asked.items()]
     if "workspace" in groups:
         recipe = design.entry.workspace
         assert recipe is not None
         own = {k: v for k, v in given.items() if k in {*recipe.grid, *recipe.limits}}
-        made.append(sources.Workspace(tuple(groups["workspace"]), own))
+        made.append(sources.WorkspaceSource(tuple(groups["workspace"]), own))
         taken |= set(own)
         units |= {n: _workspace_unit(design, n) for n in groups["workspace"]}
     for kind in ("cycle", "run"):
         if kind in groups:
             own = {k: _plain(k, v) for k, v in given.items() if k not in taken}
             taken |= set(own)
-            made.append((sources.Cycle if kind == "cycle" else sources.Run)(tuple(groups[kind]), own))
+            made.append((sources.CycleSource if kind == "cycle" else sources.RunSource)(tuple(groups[kind]), own))
             _exist(design, kind, groups[kind], own)
             units |= {n: _engine_unit(design, n) for n in groups[kind]}
     strange = [k for k in given if k not in taken]
     if strange:
         raise unknown(f"{design.name}: quantity", strange[0], _takes(design) | taken)
-    return Measured(tuple(made), units)
+    return QuantitySet(tuple(made), units)
 
 
 def _kind(design: Design, name: str) -> str:

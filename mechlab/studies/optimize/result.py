@@ -10,7 +10,7 @@ from typing import Any
 
 from mechlab.experiment.parameters import describe
 from mechlab.mechanism import Status
-from mechlab.studies.optimize.problem import Constraint, Goal, Problem, Trial
+from mechlab.studies.optimize.problem import OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 from mechlab.tables import Told, number, table
 
 ACTIVE = 1e-4
@@ -24,14 +24,14 @@ class Optimum(Told):
     """best: None where no design meets the constraints; nearest: the design that misses them least. checks: quantity -> what
     other ways to compute it say at the best design. front: non-dominated designs, for `second`."""
 
-    problem: Problem
-    best: Trial | None
-    start: Trial
+    problem: OptimisationProblem
+    best: TriedDesign | None
+    start: TriedDesign
     seed: int
-    nearest: Trial | None = None
+    nearest: TriedDesign | None = None
     checks: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    second: Goal | None = None
-    front: tuple[Trial, ...] = ()
+    second: OptimisationGoal | None = None
+    front: tuple[TriedDesign, ...] = ()
     task: str = ""
     given: Mapping[str, Any] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
@@ -131,7 +131,7 @@ class Optimum(Told):
         """What the best design itself warns of."""
         return () if self.best is None else self.problem.design(self.best.x).warnings
 
-    def _named(self, t: Trial) -> dict[str, float]:
+    def _named(self, t: TriedDesign) -> dict[str, float]:
         return dict(zip((v.name for v in self.problem.variables), t.x, strict=True))
 
     def text(self) -> str:
@@ -180,12 +180,12 @@ def told(value: float, unit: str) -> str:
     return f"{value:.6g} {unit}".rstrip()
 
 
-def missed(constraints: tuple[Constraint, ...], t: Trial) -> dict[str, float]:
+def missed(constraints: tuple[QuantityBound, ...], t: TriedDesign) -> dict[str, float]:
     """Constraint -> the value that misses it."""
     return {c.text: t.values[c.quantity] for c in constraints if not t.failure and c.slack(t.values) < 0.0}
 
 
-def infeasible(p: Problem, nearest: Trial | None) -> str:
+def infeasible(p: OptimisationProblem, nearest: TriedDesign | None) -> str:
     """Which constraint cannot be met, and the nearest that was found."""
     known = [t for t in p.trials.values() if not t.failure]
     if nearest is None or not known:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import NonlinearConstraint, differential_evolution, minimize
 
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.optimize.problem import MET, Constraint, Goal, Problem, Trial
+from mechlab.studies.optimize.problem import MET, OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 MEMBERS = 12
 """Members of the population for each variable, at least 20."""
@@ -39,14 +39,14 @@ FAR = 1e3
 
 
 def search(
-    problem: Problem,
-    goal: Goal,
-    constraints: Sequence[Constraint],
+    problem: OptimisationProblem,
+    goal: OptimisationGoal,
+    constraints: Sequence[QuantityBound],
     evaluations: int,
     seed: int,
-    starts: Sequence[Trial] = (),
+    starts: Sequence[TriedDesign] = (),
     polish: int | None = None,
-) -> Trial | None:
+) -> TriedDesign | None:
     """The best trial that meets the constraints, None where none was found.
 
     starts: known designs, which the search begins with. polish: evaluations of the local search for each variable and one
@@ -69,12 +69,12 @@ def search(
 
 
 def evolve(
-    problem: Problem,
-    cost: Callable[[Trial], float],
-    constraints: Sequence[Constraint],
+    problem: OptimisationProblem,
+    cost: Callable[[TriedDesign], float],
+    constraints: Sequence[QuantityBound],
     evaluations: int,
     seed: int,
-    starts: Sequence[Trial] = (),
+    starts: Sequence[TriedDesign] = (),
 ) -> None:
     """Differential evolution; its trials are kept by the problem."""
     low, high = problem.box
@@ -98,7 +98,7 @@ def evolve(
     )  # fmt: skip
 
 
-def _population(problem: Problem, size: int, seed: int, starts: Sequence[Trial]) -> Array:
+def _population(problem: OptimisationProblem, size: int, seed: int, starts: Sequence[TriedDesign]) -> Array:
     """(size, n): a Latin hypercube, in which the starts replace the last members."""
     from scipy.stats.qmc import LatinHypercube
 
@@ -110,7 +110,13 @@ def _population(problem: Problem, size: int, seed: int, starts: Sequence[Trial])
     return np.asarray(out)
 
 
-def refine(problem: Problem, goal: Goal, constraints: Sequence[Constraint], start: Trial, evaluations: int) -> None:
+def refine(
+    problem: OptimisationProblem,
+    goal: OptimisationGoal,
+    constraints: Sequence[QuantityBound],
+    start: TriedDesign,
+    evaluations: int,
+) -> None:
     """COBYQA in the unit box around a trial; whole numbers stay. Its trials are kept by the problem."""
     low, high = problem.box
     free = np.array([not v.whole for v in problem.variables])
@@ -148,13 +154,13 @@ SHARE = 6
 
 
 def front(
-    problem: Problem,
-    second: Goal,
-    constraints: Sequence[Constraint],
+    problem: OptimisationProblem,
+    second: OptimisationGoal,
+    constraints: Sequence[QuantityBound],
     evaluations: int,
     seed: int,
     levels: int = LEVELS,
-) -> tuple[Trial, ...]:
+) -> tuple[TriedDesign, ...]:
     """Non-dominated designs, the best of the first goal first; one alone where the goals do not conflict."""
     goal = problem.goal
     bounded = problem.best(goal, problem.constraints)
@@ -165,30 +171,32 @@ def front(
     low, high = (t.values[second.quantity] for t in ends if t is not None)
     found = [t for t in (*ends, bounded) if t is not None]
     for k, level in enumerate(np.linspace(low, high, levels + 1)[1:-1]):
-        kept = (*constraints, Constraint(second.quantity, second.sign, float(level)))
+        kept = (*constraints, QuantityBound(second.quantity, second.sign, float(level)))
         near = problem.best(goal, kept)
         best = search(problem, goal, kept, evaluations // SHARE, seed + 2 + k, [near] if near else [])
         found += [best] if best is not None else []
     return apart(non_dominated(found, goal, second), second)
 
 
-def apart(trials: Sequence[Trial], second: Goal) -> tuple[Trial, ...]:
+def apart(trials: Sequence[TriedDesign], second: OptimisationGoal) -> tuple[TriedDesign, ...]:
     """Without those that differ from the one before in the last digits alone."""
     values = [t.values[second.quantity] for t in trials]
     room = CLOSE * abs(values[-1] - values[0]) if trials else 0.0
-    out: list[Trial] = []
+    out: list[TriedDesign] = []
     for t, value in zip(trials, values, strict=True):
         if not out or abs(value - out[-1].values[second.quantity]) > room:
             out.append(t)
     return tuple(out)
 
 
-def non_dominated(trials: Sequence[Trial], first: Goal, second: Goal) -> tuple[Trial, ...]:
+def non_dominated(
+    trials: Sequence[TriedDesign], first: OptimisationGoal, second: OptimisationGoal
+) -> tuple[TriedDesign, ...]:
     """Those that no other one beats in both goals, the best of the first goal first."""
     order = sorted(
         trials, key=lambda t: (-first.sign * t.values[first.quantity], -second.sign * t.values[second.quantity])
     )
-    out: list[Trial] = []
+    out: list[TriedDesign] = []
     for t in order:
         if not out or second.sign * (t.values[second.quantity] - out[-1].values[second.quantity]) > 0.0:
             out.append(t)

@@ -26,7 +26,7 @@ POLE = 1e3
 """A column of a cycle that gets so many times larger between its positions than at any of them has a pole there."""
 
 
-class Source(Protocol):
+class QuantitySource(Protocol):
     """Gives numbers by the name of the quantity; raises MechlabError where the design has none."""
 
     def numbers(self, design: Design) -> dict[str, float]:
@@ -37,7 +37,7 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class ParameterSource:
     """Parameters themselves."""
 
     names: tuple[str, ...]
@@ -52,7 +52,7 @@ class Parameters:
 
 
 @dataclass(frozen=True)
-class Asked:
+class AnswerSource:
     """Answers of a question (None: the generic one), by its first witness; the others check."""
 
     names: tuple[str, ...]
@@ -95,7 +95,7 @@ def _single(design: Design, name: str, said: Answer) -> float:
 
 
 @dataclass(frozen=True)
-class Workspace:
+class WorkspaceSource:
     """Counts on a grid (`COUNTED`, MAP_smallest ..), and reach and dexterity without one.
 
     asked: axes, fixed coordinates, limits, as `mechlab.studies.workspace.workspace` takes them."""
@@ -131,7 +131,7 @@ class Workspace:
         return out
 
     def _on_grid(self, design: Design) -> dict[str, float]:
-        from mechlab.studies.workspace import workspace
+        from mechlab.studies.workspace.study import workspace
 
         found = workspace(design, dict(self.asked))
         s = found.survey
@@ -145,7 +145,7 @@ class Workspace:
 
 
 @dataclass(frozen=True)
-class Cycle:
+class CycleSource:
     """Numbers of the columns of a cycle: cycle.REDUCE.COLUMN; least, largest, peak, span between the positions too."""
 
     names: tuple[str, ...]
@@ -185,7 +185,7 @@ def _of_cycle(found: CycleResult, how: str, column: str) -> float:
 
 
 @dataclass(frozen=True)
-class Run:
+class RunSource:
     """Numbers of the channels of the default scene: run.REDUCE.CHANNEL, and run.health.FINDING."""
 
     names: tuple[str, ...]

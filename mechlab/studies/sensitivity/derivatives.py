@@ -17,7 +17,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sensitivity.inputs import Input
+from mechlab.studies.sensitivity.inputs import AnswerInput
 
 ALL = 5
 """So many inputs that matter have all their 2^n corners solved; of more, the ends of each and the worst corners to first order."""
@@ -29,7 +29,7 @@ Move = tuple[tuple[str, int], ...]
 
 
 @dataclass(frozen=True)
-class Corners:
+class ToleranceCorners:
     """worst: answer -> largest size of its change [unit of the answer] at any end or corner that has an answer; missing: ends and
     corners without one, in words; whole: whether all corners of the inputs that matter were solved; solved: how many."""
 
@@ -43,7 +43,7 @@ def corners(
     widths: Mapping[str, float],
     slopes: Mapping[str, Mapping[str, Array]],
     change: Callable[[Mapping[str, float]], Mapping[str, Array]],
-) -> Corners:
+) -> ToleranceCorners:
     """Solve at the ends of the box +-widths.
 
     slopes: answer -> input -> derivative, of which the signs are used; change(input -> step): answer -> its true change (NaN
@@ -72,7 +72,7 @@ def corners(
             sizes.setdefault(name, []).append(np.abs(value))
     worst = {n: np.nan_to_num(np.fmax.reduce(many)) for n, many in sizes.items()}
     missing = tuple(_words(move, widths) for move, answers in found.items() if _gone(answers))
-    return Corners(worst, missing, whole, len(found))
+    return ToleranceCorners(worst, missing, whole, len(found))
 
 
 def _steepest(row: Mapping[str, Array], active: Sequence[str]) -> list[Move]:
@@ -196,7 +196,7 @@ class Tolerances:
             return cls(given)
         return cls() if given is None else cls(share=float(given))
 
-    def half_widths(self, inputs: tuple[Input, ...], skipped: Mapping[str, str], owner: str) -> dict[str, float]:
+    def half_widths(self, inputs: tuple[AnswerInput, ...], skipped: Mapping[str, str], owner: str) -> dict[str, float]:
         """Input name -> t > 0. Raises MechlabError for a name that is no input, and for a wrong unit."""
         known = {i.name for i in inputs} | {i.key for i in inputs}
         for name in self.named:

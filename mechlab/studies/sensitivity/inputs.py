@@ -18,7 +18,7 @@ WHY = {
 
 
 @dataclass(frozen=True)
-class Input:
+class AnswerInput:
     """A number that answers depend on. name: the parameter, PARAMETER[k] for an entry of a list, or a given quantity;
     size: what its steps are measured by."""
 
@@ -44,9 +44,9 @@ class Input:
 
 def inputs_of(
     base: Design, asked: Mapping[str, Any], units: Mapping[str, str], also: Collection[str] = ()
-) -> tuple[tuple[Input, ...], dict[str, str]]:
+) -> tuple[tuple[AnswerInput, ...], dict[str, str]]:
     """The inputs, and the parameters that are none with the reason. also: given quantities to count as inputs."""
-    found: list[Input] = []
+    found: list[AnswerInput] = []
     skipped: dict[str, str] = {}
     infos = describe(base.entry.parameters)
     sizes = _sizes(base, infos)
@@ -58,15 +58,15 @@ def inputs_of(
             skipped[info.name] = "not set"
         elif info.kind == "number":
             x = float(value)
-            found.append(Input(info.name, info.name, x, info.unit, _size(x, info.unit, sizes)))
+            found.append(AnswerInput(info.name, info.name, x, info.unit, _size(x, info.unit, sizes)))
         else:
             found += [
-                Input(f"{info.name}[{k}]", info.name, float(x), info.unit, _size(float(x), info.unit, sizes), k)
+                AnswerInput(f"{info.name}[{k}]", info.name, float(x), info.unit, _size(float(x), info.unit, sizes), k)
                 for k, x in enumerate(value)
             ]
     for key in also:
         unit, x = units.get(key, ""), float(asked[key])
-        found.append(Input(key, key, x, unit, _size(x, unit, sizes), given=True))
+        found.append(AnswerInput(key, key, x, unit, _size(x, unit, sizes), given=True))
     return tuple(found), skipped
 
 

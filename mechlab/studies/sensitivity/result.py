@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.experiment.question import Answers
-from mechlab.studies.sensitivity.derivatives import ALL, NAMED, Corners
+from mechlab.studies.sensitivity.derivatives import ALL, NAMED, ToleranceCorners
 from mechlab.tables import number, table
 
 APART = 1e-3
@@ -23,7 +23,7 @@ SMALLEST = 1e-9
 
 
 @dataclass(frozen=True)
-class Cell:
+class AnswerDerivative:
     """Derivative of an answer by an input: dA/dp, its estimated error, and p/A dA/dp (None where A is 0), by the first
     witness that has it; `witnesses`: each one's own. Arrays where arrays are given."""
 
@@ -40,7 +40,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Spread:
+class AnswerTolerance:
     """Tolerance of an answer to first order: worst_case = sum |dA/dp| t, root_sum_square = sqrt(sum (dA/dp t)^2);
     shares: what each input adds to the worst case. at_corners: the largest change among true solutions at the ends and corners."""
 
@@ -69,16 +69,16 @@ class Sensitivity:
     difference of a derivative between witnesses, as a share of sum_p |dA/dp p|."""
 
     answers: Answers
-    cells: Mapping[str, Mapping[str, Cell]]
-    spreads: Mapping[str, Spread] = field(default_factory=dict)
+    cells: Mapping[str, Mapping[str, AnswerDerivative]]
+    spreads: Mapping[str, AnswerTolerance] = field(default_factory=dict)
     widths: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     skipped: Mapping[str, str] = field(default_factory=dict)
     max_difference: float | None = None
     notes: tuple[str, ...] = ()
-    box: Corners | None = None
+    box: ToleranceCorners | None = None
 
-    def __getitem__(self, answer: str) -> Mapping[str, Cell]:
+    def __getitem__(self, answer: str) -> Mapping[str, AnswerDerivative]:
         return self.cells[answer]
 
     @property
@@ -199,7 +199,7 @@ def _size(value: Any) -> float:
     return float(np.nanmax(np.abs(np.nan_to_num(np.asarray(value, dtype=float))), initial=0.0))
 
 
-def _largest(spread: Spread) -> str:
+def _largest(spread: AnswerTolerance) -> str:
     if not spread.shares:
         return "-"
     return max(spread.shares, key=lambda p: _size(spread.shares[p]))

@@ -16,12 +16,12 @@ from mechlab.kit.witness import room
 from mechlab.lab.design import Design
 from mechlab.lab.methods import GAINS, Method, Problem, method
 from mechlab.mechanism import Mechanism
-from mechlab.studies.stability.data import Axis, Theory
+from mechlab.studies.stability.data import StabilityAxis, Theory
 from mechlab.studies.stability.vary import with_mechanism, without_ranges
 
 
 @dataclass(frozen=True)
-class Tuned(Method):
+class SoftenedMethod(Method):
     """time_constant [s] and impedance of MuJoCo's rows (0: as the method has it), `mu` of Pinocchio's (0: as it has it)."""
 
     time_constant: float = 0.0
@@ -48,10 +48,12 @@ class Tuned(Method):
         return trace(problem.mechanism, problem.scene, self.settings(value), problem.outputs, gains)
 
 
-def tuned(method: Method, time_constant: float = 0.0, impedance: float = 0.0, mu: float = 0.0) -> Tuned:
+def with_softness(
+    method: Method, time_constant: float = 0.0, impedance: float = 0.0, mu: float = 0.0
+) -> SoftenedMethod:
     """The method with these set; see `Tuned`."""
     kept = {f.name: getattr(method, f.name) for f in fields(Method)}
-    return Tuned(**kept, time_constant=time_constant, impedance=impedance, mu=mu)
+    return SoftenedMethod(**kept, time_constant=time_constant, impedance=impedance, mu=mu)
 
 
 OUTPUTS = 10
@@ -67,7 +69,7 @@ FREE = "without the servos of the scene"
 
 
 @dataclass(frozen=True)
-class Plan:
+class StabilityPlan:
     """problem(y) makes the row of y; tune(method, y) the method as it is used there. measure: "error" (of the coordinates,
     relative to how far they move), "energy" (relative to the energy turned over) or "gap" (of loops and relations, rad or
     m); `right` and `wrong`: limits of it. theory(methods, steps) -> boundaries to draw. reference: the method that
@@ -75,7 +77,7 @@ class Plan:
 
     kind: str
     title: str
-    y: Axis
+    y: StabilityAxis
     problem: Callable[[float], Problem]
     methods: tuple[Method, ...]
     steps: tuple[float, ...]
@@ -99,7 +101,7 @@ def steps_of(duration: float, divisions: tuple[int, ...] = DIVISIONS) -> tuple[f
 
 
 @dataclass(frozen=True)
-class Case:
+class StabilityCase:
     """A scene of a design: where the plans come from. `only`: names of methods that the user asked for."""
 
     design: Design
@@ -119,7 +121,7 @@ class Case:
         return Problem(design, replace(lived, duration=duration or lived.duration), OUTPUTS)
 
     @property
-    def free(self) -> Case:
+    def free(self) -> StabilityCase:
         """The same start without servos and computed torques: what they limit is seen in the map of stiffness."""
         kept = tuple(law for law in self.scene.laws if law.kind not in STEERING)
         if len(kept) == len(self.scene.laws):
@@ -133,7 +135,7 @@ class Case:
         return tuple(method(n) for n in self.only or names)
 
 
-def usual_methods(case: Case) -> tuple[Method, ...]:
+def usual_methods(case: StabilityCase) -> tuple[Method, ...]:
     """What most maps show: each way to step once, the engine's defaults among them."""
     if case.mechanism.loops or case.mechanism.relations:
         return case.methods(
@@ -143,7 +145,7 @@ def usual_methods(case: Case) -> tuple[Method, ...]:
     return tree_methods(case)
 
 
-def tree_methods(case: Case) -> tuple[Method, ...]:
+def tree_methods(case: StabilityCase) -> tuple[Method, ...]:
     """The same for mechanisms without rows, and for what rows have no part in."""
     rows = "hard" if case.mechanism.loops or case.mechanism.relations else "defaults"
     names = [f"MuJoCo {i}, {rows}" for i in ("Euler", "implicitfast", "discrete", "RK4")]

@@ -17,16 +17,16 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.files import unfinished, whole_folder, write
-from mechlab.studies.stability.data import Axis, Map, Outcome, Panel, Theory
+from mechlab.studies.stability.data import MethodPanel, RunOutcome, StabilityAxis, StabilityMap, Theory
 
 if TYPE_CHECKING:
-    from mechlab.studies.stability.data import Map, Panel, Stability
+    from mechlab.studies.stability.data import MethodPanel, Stability, StabilityMap
 
-BLOWN = frozenset({Outcome.BLOWN_UP})
-BAD = frozenset({Outcome.BLOWN_UP, Outcome.WRONG, Outcome.DRIFTING, Outcome.REFUSED})
+BLOWN = frozenset({RunOutcome.BLOWN_UP})
+BAD = frozenset({RunOutcome.BLOWN_UP, RunOutcome.WRONG, RunOutcome.DRIFTING, RunOutcome.REFUSED})
 
 
-def sentences(made: Map, remark: str = "") -> tuple[str, ...]:
+def sentences(made: StabilityMap, remark: str = "") -> tuple[str, ...]:
     """Theory against measurement first where there is theory, then each method in one sentence."""
     row = nominal_row(made)
     out = []
@@ -38,7 +38,7 @@ def sentences(made: Map, remark: str = "") -> tuple[str, ...]:
     return tuple(out)
 
 
-def nominal_row(made: Map) -> int:
+def nominal_row(made: StabilityMap) -> int:
     """The row nearest the mechanism as given; the last where it has none."""
     if made.y.nominal is None:
         return len(made.y.values) - 1
@@ -46,7 +46,7 @@ def nominal_row(made: Map) -> int:
     return min(range(len(made.y.values)), key=lambda k: abs(made.y.values[k] - nominal))
 
 
-def _boundary(made: Map, theory: Theory, name: str, row: int) -> str:
+def _boundary(made: StabilityMap, theory: Theory, name: str, row: int) -> str:
     panel = made.panel(name)
     good, bad = panel.limit(row, made.x.values, BLOWN)
     limit = theory.x[row]
@@ -62,13 +62,13 @@ def _boundary(made: Map, theory: Theory, name: str, row: int) -> str:
     return f"{name} blows up above {theory.formula} = {_s(limit)} as given; measured {where}."
 
 
-def _summary(made: Map, panel: Panel, row: int) -> str:
+def _summary(made: StabilityMap, panel: MethodPanel, row: int) -> str:
     """How far a method is right, along the row as given and at both ends."""
-    run = [c for r in panel.cells for c in r if c.outcome not in (Outcome.NOT_RUN, Outcome.REFUSED)]
+    run = [c for r in panel.cells for c in r if c.outcome not in (RunOutcome.NOT_RUN, RunOutcome.REFUSED)]
     if not run:
         return f"{panel.method}: nothing could be run ({_reason(panel)})."
-    right = sum(c.outcome is Outcome.RIGHT for c in run)
-    blown = sum(c.outcome is Outcome.BLOWN_UP for c in run)
+    right = sum(c.outcome is RunOutcome.RIGHT for c in run)
+    blown = sum(c.outcome is RunOutcome.BLOWN_UP for c in run)
     if right == len(run):
         return f"{panel.method} is right in all {right} runs."
     if right == 0:
@@ -80,12 +80,12 @@ def _summary(made: Map, panel: Panel, row: int) -> str:
     return f"{panel.method} is right in {right} of {len(run)} runs and blown up in {blown}: up to {limits}."
 
 
-def _reason(panel: Panel) -> str:
+def _reason(panel: MethodPanel) -> str:
     reasons = [c.reason for r in panel.cells for c in r if c.reason]
     return reasons[0] if reasons else "no reason given"
 
 
-def _y(made: Map, row: int) -> str:
+def _y(made: StabilityMap, row: int) -> str:
     unit = f" {made.y.unit}" if made.y.unit else ""
     return f"{made.y.values[row]:.3g}{unit}"
 
@@ -99,19 +99,19 @@ def _s(h: float) -> str:
     return f"{1e3 * h:.3g} ms"
 
 
-LOOKS: dict[Outcome, tuple[str, str]] = {
-    Outcome.RIGHT: ("#2c7fb8", ""),
-    Outcome.DRIFTING: ("#a6d5e8", ""),
-    Outcome.WRONG: ("#fdb863", "."),
-    Outcome.BLOWN_UP: ("#7f2704", "x"),
-    Outcome.REFUSED: ("#d9d9d9", "-"),
-    Outcome.NOT_RUN: ("#ffffff", ""),
+LOOKS: dict[RunOutcome, tuple[str, str]] = {
+    RunOutcome.RIGHT: ("#2c7fb8", ""),
+    RunOutcome.DRIFTING: ("#a6d5e8", ""),
+    RunOutcome.WRONG: ("#fdb863", "."),
+    RunOutcome.BLOWN_UP: ("#7f2704", "x"),
+    RunOutcome.REFUSED: ("#d9d9d9", "-"),
+    RunOutcome.NOT_RUN: ("#ffffff", ""),
 }
 """Colour (blue to orange to dark brown: told apart without red and green, and by lightness) and mark."""
 COLUMNS = 3
 
 
-def draw(found: Stability, made: Map, path: Path) -> Path:
+def draw(found: Stability, made: StabilityMap, path: Path) -> Path:
     """Write the picture of one map; the suffix of the path says whether PNG or SVG."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -144,7 +144,7 @@ def draw(found: Stability, made: Map, path: Path) -> Path:
     return path
 
 
-def edges(axis: Axis) -> np.ndarray:
+def edges(axis: StabilityAxis) -> np.ndarray:
     """(n + 1,) borders of the cells, halfway between the values on the scale of the axis."""
     values = np.log(axis.values) if axis.log else np.array(axis.values)
     middle = 0.5 * (values[1:] + values[:-1])
@@ -152,7 +152,7 @@ def edges(axis: Axis) -> np.ndarray:
     return np.asarray(np.exp(out) if axis.log else out)
 
 
-def _panel(axes: Any, made: Map, panel: Panel) -> None:
+def _panel(axes: Any, made: StabilityMap, panel: MethodPanel) -> None:
     from matplotlib.colors import ListedColormap
 
     order = list(LOOKS)
@@ -166,7 +166,9 @@ def _panel(axes: Any, made: Map, panel: Panel) -> None:
         if mark:
             where = [(1e3 * h, v) for v, row in zip(made.y.values, panel.cells, strict=True)
                      for h, c in zip(made.x.values, row, strict=True) if c.outcome is outcome]  # fmt: skip
-            color = "#f5c9a8" if outcome is Outcome.BLOWN_UP else "#7a5a2b" if outcome is Outcome.WRONG else "#777777"
+            color = (
+                "#f5c9a8" if outcome is RunOutcome.BLOWN_UP else "#7a5a2b" if outcome is RunOutcome.WRONG else "#777777"
+            )
             shape = "_" if mark == "-" else mark
             axes.plot([p[0] for p in where], [p[1] for p in where], shape, color=color, ms=3.2, mew=0.8)
     _theory(axes, made, panel, x, y)
@@ -178,7 +180,7 @@ def _panel(axes: Any, made: Map, panel: Panel) -> None:
         axes.spines[side].set_visible(False)
 
 
-def _theory(axes: Any, made: Map, panel: Panel, x: np.ndarray, y: np.ndarray) -> None:
+def _theory(axes: Any, made: StabilityMap, panel: MethodPanel, x: np.ndarray, y: np.ndarray) -> None:
     """Boundaries of theory, each with its formula beside it; a line outside the panel is told of in words."""
     from matplotlib.patheffects import withStroke
 
@@ -193,7 +195,7 @@ def _theory(axes: Any, made: Map, panel: Panel, x: np.ndarray, y: np.ndarray) ->
                   bbox={"facecolor": "white", "alpha": 0.88, "edgecolor": "none", "pad": 1.8})  # fmt: skip
 
 
-def _words(figure: Any, found: Stability, made: Map, left: float, height: float) -> None:
+def _words(figure: Any, found: Stability, made: StabilityMap, left: float, height: float) -> None:
     figure.text(left, 1.0 - 0.36 / height, f"{found.title}: {made.title}", fontsize=14, weight="bold")
     about = f"Rows: {made.y.text}. Scene {found.scene}, {made.duration:.3g} s simulated, fidelity {made.fidelity}."
     wide = int(figure.get_figwidth() * 12.5)
@@ -202,14 +204,14 @@ def _words(figure: Any, found: Stability, made: Map, left: float, height: float)
     figure.text(left, 0.1 / height, engines, fontsize=7.5, color="#777777")
 
 
-def _legend(figure: Any, made: Map, left: float, height: float) -> None:
+def _legend(figure: Any, made: StabilityMap, left: float, height: float) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     present = {c.outcome for p in made.panels for row in p.cells for c in row}
     words = {
-        Outcome.RIGHT: f"stable and right (up to {made.right:g})", Outcome.DRIFTING: f"drifting (up to {made.wrong:g})",
-        Outcome.WRONG: "wrong", Outcome.BLOWN_UP: "blown up", Outcome.REFUSED: "refused", Outcome.NOT_RUN: "not run",
+        RunOutcome.RIGHT: f"stable and right (up to {made.right:g})", RunOutcome.DRIFTING: f"drifting (up to {made.wrong:g})",
+        RunOutcome.WRONG: "wrong", RunOutcome.BLOWN_UP: "blown up", RunOutcome.REFUSED: "refused", RunOutcome.NOT_RUN: "not run",
     }  # fmt: skip
     marks: list[Any] = [
         Patch(facecolor=LOOKS[o][0], edgecolor="#999999", label=words[o]) for o in LOOKS if o in present
@@ -221,8 +223,8 @@ def _legend(figure: Any, made: Map, left: float, height: float) -> None:
 
 
 LETTERS = {
-    Outcome.RIGHT: "o", Outcome.DRIFTING: "~", Outcome.WRONG: "w", Outcome.BLOWN_UP: "X", Outcome.REFUSED: "-",
-    Outcome.NOT_RUN: ".",
+    RunOutcome.RIGHT: "o", RunOutcome.DRIFTING: "~", RunOutcome.WRONG: "w", RunOutcome.BLOWN_UP: "X", RunOutcome.REFUSED: "-",
+    RunOutcome.NOT_RUN: ".",
 }  # fmt: skip
 
 
@@ -237,7 +239,7 @@ def text(found: Stability) -> str:
     return "\n".join(lines)
 
 
-def _map(made: Map) -> list[str]:
+def _map(made: StabilityMap) -> list[str]:
     steps = made.x.values
     unit = f" [{made.y.unit}]" if made.y.unit else ""
     head = f"{made.kind}: timestep {1e3 * steps[0]:.3g} to {1e3 * steps[-1]:.3g} ms (left to right), {made.duration:.3g} s simulated"

@@ -19,7 +19,7 @@ from mechlab.lab.run import run_scene
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.check.check import checks_of
-from mechlab.studies.sweep.request import NO_SOLUTION, UNTRUSTED, Block, Quantity, Request
+from mechlab.studies.sweep.request import NO_SOLUTION, UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest
 
 PARTS = 4
 """Where one of many points has no answer, and the closed form does not say which, they are asked again in so many parts, down
@@ -34,7 +34,9 @@ def question_of(design: Design, keys: set[str], given: Mapping[str, Any]) -> Que
     return max(fits, key=lambda q: len(q.given)) if fits else generic_question(design, given)
 
 
-def closed_form(request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block) -> None:
+def closed_form(
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
+) -> None:
     """All points of a group at once, in parts where some have no answer."""
     question = question_of(design, set(rest), rest)
     witness = question.witnesses[request.witness]
@@ -72,7 +74,7 @@ def closed_form(request: Request, design: Design, where: np.ndarray, rest: Mappi
 
 
 def answers_one_by_one(
-    request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
     """Each point is asked by itself: one witness, or all of them where their difference is wanted."""
     for i, at in enumerate(where):
@@ -100,7 +102,7 @@ def answers_one_by_one(
             _take(request, said, spot, out)
 
 
-def _refused(said: Answer, where: np.ndarray, out: Block) -> None:
+def _refused(said: Answer, where: np.ndarray, out: SweepBlock) -> None:
     if said.cannot:
         raise EngineMissing(f"the witness cannot answer: {said.cannot}")
     if not said.status.exit_code:
@@ -111,7 +113,7 @@ def _refused(said: Answer, where: np.ndarray, out: Block) -> None:
     out.gap(where, said.status.exit_code, "; ".join([said.status.value, *said.notes]))
 
 
-def _take(request: Request, said: Answer, where: np.ndarray, out: Block) -> None:
+def _take(request: SweepRequest, said: Answer, where: np.ndarray, out: SweepBlock) -> None:
     missing = []
     for k, quantity in enumerate(request.quantities):
         value = said.values.get(quantity.name)
@@ -141,7 +143,9 @@ STEP_ERROR = "step_error"
 """The finding that takes more runs; it is made only where it is asked for."""
 
 
-def runs_one_by_one(request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block) -> None:
+def runs_one_by_one(
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
+) -> None:
     """The run of each point, and the checks of its design."""
     for i, at in enumerate(where):
         extra = {k: float(v[i]) if np.ndim(v) else float(v) for k, v in rest.items()}
@@ -152,7 +156,7 @@ def runs_one_by_one(request: Request, design: Design, where: np.ndarray, rest: M
             out.failed(at, cause)
 
 
-def _point(request: Request, design: Design, extra: Mapping[str, float], at: int, out: Block) -> None:
+def _point(request: SweepRequest, design: Design, extra: Mapping[str, float], at: int, out: SweepBlock) -> None:
     values = np.full(len(request.quantities), np.nan)
     bad = ""
     if any(q.of_run for q in request.quantities):
@@ -185,7 +189,7 @@ def check(design: Design, id: str) -> Any:
     return checks[id]
 
 
-def of_recording(quantity: Quantity, design: Design, recording: Recording) -> float:
+def of_recording(quantity: SweepQuantity, design: Design, recording: Recording) -> float:
     """A quantity of a run."""
     if quantity.kind == "trusted":
         return float(recording.health.trusted)

@@ -15,11 +15,20 @@ from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
 from mechlab.lab.design import Design, design
 from mechlab.lab.run import versions
-from mechlab.studies.sweep import by_rollout
+from mechlab.studies.sweep import rollout as by_rollout
 from mechlab.studies.sweep.by_run import DIFFERENCE, question_of
 from mechlab.studies.sweep.probe import a_mechanism, answers_of, corners, known_initial_keys
 from mechlab.studies.sweep.quantities import distinct, quantities_of_runs, split_words
-from mechlab.studies.sweep.request import ANSWERS, CLOSED_FORM, ROLLOUT, RUNS, Axis, Quantity, Request, block_size
+from mechlab.studies.sweep.request import (
+    ANSWERS,
+    CLOSED_FORM,
+    ROLLOUT,
+    RUNS,
+    SweepAxis,
+    SweepQuantity,
+    SweepRequest,
+    block_size,
+)
 from mechlab.values import Quantity as Written
 from mechlab.values import Range, has_unit
 
@@ -37,7 +46,7 @@ def plan(
     identity: str,
     witness: str | None = None,
     **run: Any,
-) -> Request:
+) -> SweepRequest:
     """The request that keys and quantities make. run: scene, engine, fidelity, duration, timestep.
 
     A range or a list is an axis (for a parameter that is itself a list: a fixed value). Raises MechlabError for unknown
@@ -46,14 +55,14 @@ def plan(
     _refuse_too_many(base.name, values)
     parameters, rest = parameters_and_rest(base.entry.parameters, values)
     infos = {i.name: i for i in describe(base.entry.parameters)}
-    axes: list[Axis] = []
+    axes: list[SweepAxis] = []
     fixed: dict[str, Any] = {}
     for key, value in parameters.items():
         points = None if infos[key].kind in ("numbers", "integers") else _points(key, value)
         if points is None:
             fixed[key] = value
         else:
-            axes.append(Axis(key, points, "parameter", infos[key].unit, infos[key].text))
+            axes.append(SweepAxis(key, points, "parameter", infos[key].unit, infos[key].text))
     chosen = design(base.entry, dict(base.given) | fixed)
     mechanism_keys = known_initial_keys(chosen, axes) if rest else set()
     role = "initial" if set(rest) & mechanism_keys else "given"
@@ -65,7 +74,7 @@ def plan(
         else:
             if any(isinstance(x, str) for x in points):
                 raise MechlabError(f"{key}: expected numbers, got {', '.join(map(str, points))}.")
-            axes.append(Axis(key, tuple(float(x) for x in points), role, _unit(points)))
+            axes.append(SweepAxis(key, tuple(float(x) for x in points), role, _unit(points)))
     order = [k for k in values if any(a.key == k for a in axes)]
     axes.sort(key=lambda a: order.index(a.key))
     if not axes:
@@ -74,7 +83,7 @@ def plan(
             "or say --portrait KIND for a phase portrait."
         )
     count = math.prod(len(a.values) for a in axes)
-    draft = Request(
+    draft = SweepRequest(
         load, source, identity, base.name, tuple(axes), (), RUNS, 1, dict(base.given) | parameters_fixed(fixed, chosen), given,
         versions=versions(), **run,
     )  # fmt: skip
@@ -133,7 +142,7 @@ def _number(key: str, value: Any) -> float:
     return number
 
 
-def _checked(chosen: Design, axes: Sequence[Axis], rest: Mapping[str, Any]) -> dict[str, Any]:
+def _checked(chosen: Design, axes: Sequence[SweepAxis], rest: Mapping[str, Any]) -> dict[str, Any]:
     """The keys that are no parameters; raises MechlabError for a unit that does not fit its key."""
     if not any(has_unit(v) or isinstance(v, str) for v in rest.values()):
         return dict(rest)
@@ -145,7 +154,7 @@ def _unit(points: Sequence[Any]) -> str:
     return next((u for x in points if (u := getattr(x, "unit", ""))), "")
 
 
-def _with_unit(axis: Axis, question: Question | None, chosen: Design, axes: Sequence[Axis]) -> Axis:
+def _with_unit(axis: SweepAxis, question: Question | None, chosen: Design, axes: Sequence[SweepAxis]) -> SweepAxis:
     """An axis of givens or initial values with the unit that the question or the joint has."""
     if axis.unit or axis.role == "parameter":
         return axis
@@ -166,7 +175,7 @@ def _with_unit(axis: Axis, question: Question | None, chosen: Design, axes: Sequ
 
 
 def _question(
-    chosen: Design, axes: Sequence[Axis], rest: Mapping[str, Any], given: Mapping[str, Any]
+    chosen: Design, axes: Sequence[SweepAxis], rest: Mapping[str, Any], given: Mapping[str, Any]
 ) -> Question | None:
     """The question of the given keys; with none, the one that needs none. Raises MechlabError for keys that make none."""
     first = dict(given) | {a.key: float(a.values[0]) for a in axes if a.role == "given"}
@@ -183,14 +192,14 @@ def _question(
 
 
 def _asked(
-    draft: Request,
+    draft: SweepRequest,
     chosen: Design,
     question: Question | None,
     quantities: Sequence[str],
     witness: str | None,
     answers_only: bool,
     starts: Sequence[str],
-) -> Request:
+) -> SweepRequest:
     """The request with its quantities, and with how it is computed."""
     words = [w.strip() for q in quantities for w in split_words(str(q)) if w.strip()]
     by_witness = _witness(question, witness, chosen) if question is not None else ""
@@ -206,7 +215,7 @@ def _asked(
                 strange = unknown(f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*said, DIFFERENCE})
                 runs = f" Channels, findings and trusted are of runs: give {', '.join(starts)}." if starts else ""
                 raise MechlabError(f"{strange}{runs}")
-        asked = tuple(Quantity(w, "answer", w, unit=said[w]) for w in dict.fromkeys(words or said))
+        asked = tuple(SweepQuantity(w, "answer", w, unit=said[w]) for w in dict.fromkeys(words or said))
         if not asked:
             raise MechlabError(
                 f"{chosen.name}: where {_words(draft)} is given nothing is left that {by_witness} answers with a number."
@@ -229,7 +238,7 @@ OF_RUNS = ("scene", "engine", "fidelity", "duration", "timestep")
 """Options that only a simulation looks at."""
 
 
-def _refuse_idle(request: Request, rest: Sequence[str], starts: Sequence[str]) -> None:
+def _refuse_idle(request: SweepRequest, rest: Sequence[str], starts: Sequence[str]) -> None:
     """Raises MechlabError, naming them, for options of runs in a sweep that runs nothing. starts: keys that would start runs."""
     asks = request.method in (ANSWERS, CLOSED_FORM)
     if not asks and not all(q.of_check for q in request.quantities):
@@ -245,7 +254,7 @@ def _refuse_idle(request: Request, rest: Sequence[str], starts: Sequence[str]) -
     )
 
 
-def _words(draft: Request) -> str:
+def _words(draft: SweepRequest) -> str:
     return ", ".join([*draft.given, *(a.key for a in draft.axes)])
 
 

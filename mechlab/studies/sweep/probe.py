@@ -18,14 +18,14 @@ from mechlab.lab.design import Design, design, initial_keys
 from mechlab.lab.run import run_scene
 from mechlab.mechanism import Mechanism
 from mechlab.studies.sweep.by_run import question_of
-from mechlab.studies.sweep.request import ANSWERS, CLOSED_FORM, ROLLOUT, Axis, Block, Request
+from mechlab.studies.sweep.request import ANSWERS, CLOSED_FORM, ROLLOUT, SweepAxis, SweepBlock, SweepRequest
 
 PROBES = 8
 """So many points are tried, to learn what can be asked of a run."""
 PROBE_STEPS = 4
 
 
-def corners(chosen: Design, axes: Sequence[Axis]) -> list[Design]:
+def corners(chosen: Design, axes: Sequence[SweepAxis]) -> list[Design]:
     """Designs at a few points of the parameter axes: the middle first, then ends, then as the design is."""
     outer = [a for a in axes if a.role == "parameter"]
     if not outer:
@@ -44,7 +44,7 @@ def corners(chosen: Design, axes: Sequence[Axis]) -> list[Design]:
     return out
 
 
-def a_mechanism(chosen: Design, axes: Sequence[Axis]) -> Mechanism | None:
+def a_mechanism(chosen: Design, axes: Sequence[SweepAxis]) -> Mechanism | None:
     """A mechanism of the sweep, for its names."""
     for one in [*corners(chosen, axes), chosen]:
         try:
@@ -58,14 +58,14 @@ def a_mechanism(chosen: Design, axes: Sequence[Axis]) -> Mechanism | None:
     return None
 
 
-def known_initial_keys(chosen: Design, axes: Sequence[Axis]) -> set[str]:
+def known_initial_keys(chosen: Design, axes: Sequence[SweepAxis]) -> set[str]:
     """X_0, X_rate_0, X_force of what the mechanism has."""
     found = a_mechanism(chosen, axes)
     return set() if found is None else set(initial_keys(found))
 
 
 def answers_of(
-    draft: Request, chosen: Design, question: Question, witness: str
+    draft: SweepRequest, chosen: Design, question: Question, witness: str
 ) -> tuple[dict[str, str], tuple[Open, ...]]:
     """Answers that are single numbers -> unit, from a few points, and those that are open; where none has an answer, those
     that the question names."""
@@ -90,7 +90,7 @@ def answers_of(
     return {k: question.units.get(k, "") for k in question.answers}, ()
 
 
-def short_run(draft: Request, chosen: Design, step_error: bool) -> Recording | None:
+def short_run(draft: SweepRequest, chosen: Design, step_error: bool) -> Recording | None:
     """A few steps of one of the runs, to learn its channels and findings; None where none of a few points runs."""
     inner = [a for a in draft.axes if a.role == "initial"]
     extra = {k: float(v) for k, v in draft.given.items()} | {a.key: float(a.values[len(a.values) // 2]) for a in inner}
@@ -119,7 +119,7 @@ def names_of(chosen: Design, probe: Recording | None) -> tuple[dict[str, str], d
     }
 
 
-def scene_channels(chosen: Design, draft: Request, recipe: Any) -> list[str]:
+def scene_channels(chosen: Design, draft: SweepRequest, recipe: Any) -> list[str]:
     """Channels that the scene names."""
     for one in [*corners(chosen, draft.axes), chosen]:
         try:
@@ -132,15 +132,16 @@ def scene_channels(chosen: Design, draft: Request, recipe: Any) -> list[str]:
 _bases: dict[str, Design] = {}
 
 
-def evaluate(request: Request, block: int, threads: int = 1) -> Block:
+def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
     """The numbers of a block. threads: of engines that have their own; they do not change a bit.
 
     What goes wrong at a point is told there; raises MechlabError only for what concerns all points.
     """
-    from mechlab.studies.sweep import by_rollout, by_run
+    from mechlab.studies.sweep import by_run
     from mechlab.studies.sweep import by_run as by_answer
+    from mechlab.studies.sweep import rollout as by_rollout
 
-    out = Block.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
+    out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
     for where, changes, rest in groups(request, block):
         try:
             made = with_parameters(base(request), tuple(sorted(changes.items())))
@@ -158,7 +159,7 @@ def evaluate(request: Request, block: int, threads: int = 1) -> Block:
     return out
 
 
-def base(request: Request) -> Design:
+def base(request: SweepRequest) -> Design:
     """The design with the fixed parameters; loaded once in a process."""
     if request.fingerprint not in _bases:
         _bases.clear()
@@ -171,7 +172,7 @@ def with_parameters(chosen: Design, changes: tuple[tuple[str, Any], ...]) -> Des
     return design(chosen.entry, dict(chosen.given) | dict(changes)) if changes else chosen
 
 
-def groups(request: Request, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:
+def groups(request: SweepRequest, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:
     """The points of a block that share a design: where they stand in the block (m,), the parameters that change, and
     what else is given: numbers, or arrays (m,) of the axes."""
     places = request.places(block)

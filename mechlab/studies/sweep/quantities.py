@@ -12,7 +12,7 @@ from mechlab.lab.design import Design
 from mechlab.studies.check.check import checks_of
 from mechlab.studies.sweep.by_run import REDUCTIONS, STEP_ERROR
 from mechlab.studies.sweep.probe import names_of, scene_channels, short_run
-from mechlab.studies.sweep.request import Axis, Quantity, Request
+from mechlab.studies.sweep.request import SweepAxis, SweepQuantity, SweepRequest
 
 CALL = re.compile(r"(\w+)\((.+)\)")
 OF_CHECK = ("difference", "passed")
@@ -23,7 +23,7 @@ def split_words(text: str) -> list[str]:
     return re.split(r",(?![^()]*\))", text)
 
 
-def quantities_of_runs(draft: Request, chosen: Design, words: Sequence[str]) -> tuple[Quantity, ...]:
+def quantities_of_runs(draft: SweepRequest, chosen: Design, words: Sequence[str]) -> tuple[SweepQuantity, ...]:
     """Channels, checks and findings by the words; by default the final channels of the scene."""
     checks = {c.id for c in checks_of(chosen.entry)}
     told = {w: m for w in words if (m := CALL.fullmatch(w))}
@@ -37,7 +37,7 @@ def quantities_of_runs(draft: Request, chosen: Design, words: Sequence[str]) -> 
         wanted = scene_channels(chosen, draft, scene) or [
             n for n in channels if probe and n in probe.mechanism.scalar_names
         ]
-        return tuple(Quantity(n, "channel", n, unit=channels.get(n, "")) for n in wanted)
+        return tuple(SweepQuantity(n, "channel", n, unit=channels.get(n, "")) for n in wanted)
     out = []
     for word in words:
         if (call := told.get(word)) is not None:
@@ -45,7 +45,7 @@ def quantities_of_runs(draft: Request, chosen: Design, words: Sequence[str]) -> 
             if how in OF_CHECK:
                 if name not in checks:
                     raise unknown(f"{chosen.name}: check", name, checks)
-                out.append(Quantity(word, how, name))
+                out.append(SweepQuantity(word, how, name))
                 continue
             if how == "health":
                 out.append(_finding(word, name, findings, probe, chosen))
@@ -55,31 +55,33 @@ def quantities_of_runs(draft: Request, chosen: Design, words: Sequence[str]) -> 
         else:
             how, name = "final", word
         if call is None and name == "trusted" and name not in channels:
-            out.append(Quantity(word, "trusted", name))
+            out.append(SweepQuantity(word, "trusted", name))
         elif probe is None or name in channels:
             if name in checks and call is None and name not in channels:
-                out.append(Quantity(word, "difference", name))
+                out.append(SweepQuantity(word, "difference", name))
             else:
-                out.append(Quantity(word, "channel", name, how, channels.get(name, "")))
+                out.append(SweepQuantity(word, "channel", name, how, channels.get(name, "")))
         elif call is None and name in checks:
-            out.append(Quantity(word, "difference", name))
+            out.append(SweepQuantity(word, "difference", name))
         elif call is None and name in findings:
-            out.append(Quantity(word, "finding", name, unit=findings[name]))
+            out.append(SweepQuantity(word, "finding", name, unit=findings[name]))
         else:
             known = {*channels, *checks, *findings, "trusted"} if call is None else set(channels)
             raise unknown(f"{chosen.name}: quantity", name, known)
     return tuple(out)
 
 
-def _finding(word: str, name: str, findings: Mapping[str, str], probe: Recording | None, chosen: Design) -> Quantity:
+def _finding(
+    word: str, name: str, findings: Mapping[str, str], probe: Recording | None, chosen: Design
+) -> SweepQuantity:
     if name == "trusted":
-        return Quantity(word, "trusted", name)
+        return SweepQuantity(word, "trusted", name)
     if probe is not None and name not in findings:
         raise unknown(f"{chosen.name}: finding", name, {*findings, "trusted"})
-    return Quantity(word, "finding", name, unit=findings.get(name, ""))
+    return SweepQuantity(word, "finding", name, unit=findings.get(name, ""))
 
 
-def distinct(asked: Sequence[Quantity], axes: Sequence[Axis]) -> tuple[Quantity, ...]:
+def distinct(asked: Sequence[SweepQuantity], axes: Sequence[SweepAxis]) -> tuple[SweepQuantity, ...]:
     """Labels that no axis and no other variable of the dataset has."""
     taken = {a.key for a in axes} | {"reason", "outcome"}
     unique = {q.label: q for q in asked}

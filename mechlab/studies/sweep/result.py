@@ -19,7 +19,7 @@ import numpy as np
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.files import unfinished
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, Axis, Request
+from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
 from mechlab.tables import Told, number, table
 
 SMALL = 2000
@@ -35,7 +35,7 @@ class SweepResult(Told):
     of work; `ds[label]`, `outcome` and `dataset` are over the axes as the user gave them. evaluated: points that were
     computed now; the others were kept from before."""
 
-    request: Request
+    request: SweepRequest
     flat: Array
     outcomes: np.ndarray
     reasons: Mapping[int, str]
@@ -198,7 +198,7 @@ def dataset(result: SweepResult) -> Any:
     return need_xarray().Dataset(variables, coords, provenance(r, result.command))
 
 
-def provenance(request: Request, command: str) -> dict[str, Any]:
+def provenance(request: SweepRequest, command: str) -> dict[str, Any]:
     """Attributes that say what was computed, by what, from what."""
     given = request.description()
     return {
@@ -211,7 +211,7 @@ def provenance(request: Request, command: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _told(axis: Axis) -> dict[str, str]:
+def _told(axis: SweepAxis) -> dict[str, str]:
     """Attributes of an axis."""
     told = {"long_name": axis.text or axis.key, "role": axis.role}
     return told | ({"units": axis.unit} if axis.unit else {})
@@ -235,10 +235,10 @@ def read(path: Path) -> Any:
         raise MechlabError(f"{path} is no netCDF file of a sweep: {words}.") from None
 
 
-def kept(path: Path, request: Request) -> tuple[np.ndarray, np.ndarray, dict[int, str]] | None:
+def kept(path: Path, request: SweepRequest) -> tuple[np.ndarray, np.ndarray, dict[int, str]] | None:
     """Numbers, outcomes and reasons, in the order of work, of a finished file of the same request; None where there is no
     file. Raises MechlabError where the file holds another sweep, naming what differs."""
-    from mechlab.studies.sweep.resume import description_in, refuse_another
+    from mechlab.studies.sweep.parts import description_in, refuse_another
 
     if not path.is_file():
         return None

@@ -28,7 +28,7 @@ MOST = 10**11
 
 
 @dataclass(frozen=True)
-class Grid:
+class WorkspaceGrid:
     """Axes by name: (low, high, count); fixed: coordinates that are the same everywhere.
 
     Nodes are ((n - 1 - i) low + i high) / (n - 1): both ends are exact, and on the source's grid -1:1:201 so is i / 100."""
@@ -104,10 +104,10 @@ class Grid:
                 yield cut[: len(self.shape)]
 
 
-def grid_of(ranges: Mapping[str, Range], fixed: Mapping[str, float] | None = None) -> Grid:
+def grid_of(ranges: Mapping[str, Range], fixed: Mapping[str, float] | None = None) -> WorkspaceGrid:
     """A grid from ranges as a user writes them; low:high has 41 nodes."""
     axes = {k: (float(r.low), float(r.high), COUNT if r.count is None else r.count) for k, r in ranges.items()}
-    return Grid(axes, dict(fixed or {}))
+    return WorkspaceGrid(axes, dict(fixed or {}))
 
 
 MOST_IN_MAP = 1_000_000
@@ -136,7 +136,7 @@ class MapSummary:
         }  # fmt: skip
 
 
-def map_over(region: Region, grid: Grid, item: WorkspaceMap) -> MapSummary | None:
+def map_over(region: Region, grid: WorkspaceGrid, item: WorkspaceMap) -> MapSummary | None:
     """The map over the grid; None where no node keeps the clauses."""
     free = [n for n in item.axes if n in grid.axes]
     size = prod(grid.axes[n][2] for n in free)
@@ -160,7 +160,7 @@ def map_over(region: Region, grid: Grid, item: WorkspaceMap) -> MapSummary | Non
 
 
 @dataclass(frozen=True)
-class Comparison:
+class WorkspaceComparison:
     """Nodes of both regions, of the first alone, of the second alone; a cell is the volume of a node."""
 
     both: int
@@ -183,7 +183,7 @@ class Comparison:
         return {"voxels": self.voxels, "volumes": {k: n * self.cell for k, n in self.voxels.items()}}
 
 
-def compare(first: Region, second: Region, grid: Grid, slab: int = SLAB) -> Comparison:
+def compare(first: Region, second: Region, grid: WorkspaceGrid, slab: int = SLAB) -> WorkspaceComparison:
     """Count both on the grid, slab by slab."""
     both = alone = other = 0
     for cut in grid.slabs(slab):
@@ -192,4 +192,4 @@ def compare(first: Region, second: Region, grid: Grid, slab: int = SLAB) -> Comp
         both += int((a & b).sum())
         alone += int((a & ~b).sum())
         other += int((b & ~a).sum())
-    return Comparison(both, alone, other, grid.cell)
+    return WorkspaceComparison(both, alone, other, grid.cell)

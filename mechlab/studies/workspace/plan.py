@@ -21,7 +21,7 @@ from mechlab.lab.design import Design
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.workspace.grid import SLAB as GRID_SLAB
-from mechlab.studies.workspace.grid import Grid, grid_of
+from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.values import Range
 
 BLOCK = 4096
@@ -34,7 +34,7 @@ SOLVED = "solved"
 
 
 @dataclass
-class AskedPoses:
+class QuestionOnGrid:
     """Asks one witness. limits: answer -> (low, high), either may be None. `statuses` counts what was said of the nodes."""
 
     design: Design
@@ -110,22 +110,22 @@ class AskedPoses:
 
 
 @dataclass(frozen=True)
-class Plan:
+class WorkspacePlan:
     """What is counted. text: what a node is; how: who answers; margin_unit: "m" where all margins are lengths, else ""."""
 
     design: Design
     region: Region
-    grid: Grid
+    grid: WorkspaceGrid
     units: Mapping[str, str]
     text: str
     how: str
     slab: int = GRID_SLAB
     margin_unit: str = ""
     maps: Mapping[str, WorkspaceMap] = field(default_factory=dict)
-    poses: AskedPoses | None = None
+    poses: QuestionOnGrid | None = None
 
 
-def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> Plan:
+def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> WorkspacePlan:
     """The plan for quantities that are no parameters. Raises MechlabError that lists what can be given."""
     asked = in_si(design, asked)
     recipe = design.entry.workspace
@@ -138,7 +138,7 @@ def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -
     return _asked(design, question, asked, witness)
 
 
-def _own(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> Plan:
+def _own(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> WorkspacePlan:
     limits: dict[str, float] = {}
     ranges: dict[str, Range] = {}
     fixed: dict[str, float] = {}
@@ -151,7 +151,7 @@ def _own(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> P
             ranges[name] = value
         else:
             fixed[name] = _scalar(design, name, value, recipe.units[name])
-    return Plan(
+    return WorkspacePlan(
         design, recipe.make(design.parameters, limits), grid_of(ranges, fixed), recipe.units, recipe.text, "closed form",
         margin_unit="m", maps=recipe.maps(design.parameters),
     )  # fmt: skip
@@ -195,7 +195,7 @@ def _question(design: Design, asked: Mapping[str, Any]) -> Question:
         raise (unknown(f"{design.name}: quantity", strange[0], exists) if strange else error) from None
 
 
-def _asked(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> Plan:
+def _asked(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> WorkspacePlan:
     name = witness or next((w for w in WITNESSES if w in question.witnesses), "")
     if name not in question.witnesses:
         raise unknown(f"{design.name}: witness", name, question.witnesses)
@@ -209,11 +209,11 @@ def _asked(design: Design, question: Question, asked: Mapping[str, Any], witness
                 raise MechlabError(f"{design.name}: {k} is an answer; limit it with a range, {k}=low:high, got {v!r}.")
             limits[k] = (float(v.low), float(v.high))
     grid = grid_of(axes)
-    poses = AskedPoses(design, question, given, limits, name)
+    poses = QuestionOnGrid(design, question, given, limits, name)
     fixed = ", ".join(f"{k} = {v:.6g}" for k, v in given.items())
     text = f"{', '.join(axes)} of the question {question.name!r}" + (f", at {fixed}" if fixed else "")
     units = {k: _unit(question, k) for k in axes}
-    return Plan(design, poses.region(grid.names), grid, units, text, name, SLAB, poses=poses)
+    return WorkspacePlan(design, poses.region(grid.names), grid, units, text, name, SLAB, poses=poses)
 
 
 def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float | None, float | None]]:

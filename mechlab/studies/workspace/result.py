@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.experiment.parameters import describe
-from mechlab.studies.workspace.grid import Comparison, MapSummary
-from mechlab.studies.workspace.plan import Plan
-from mechlab.studies.workspace.survey import Survey
+from mechlab.studies.workspace.grid import MapSummary, WorkspaceComparison
+from mechlab.studies.workspace.plan import WorkspacePlan
+from mechlab.studies.workspace.survey import WorkspaceSurvey
 from mechlab.tables import Told, number, table
 
 DEEPEST = "largest_margin"
@@ -21,10 +21,10 @@ DEEPEST = "largest_margin"
 class WorkspaceResult(Told):
     """The plan, what its survey found, and what else was asked for."""
 
-    plan: Plan
-    survey: Survey
+    plan: WorkspacePlan
+    survey: WorkspaceSurvey
     maps: Mapping[str, MapSummary] = field(default_factory=dict)
-    comparison: Comparison | None = None
+    comparison: WorkspaceComparison | None = None
     against: Mapping[str, Any] = field(default_factory=dict)
     surface_volume: float | None = None
     files: Mapping[str, Path] = field(default_factory=dict)

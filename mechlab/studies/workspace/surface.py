@@ -13,8 +13,8 @@ from mechlab.analytic.regions import Region
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
 from mechlab.files import write
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.workspace.grid import SLAB, Grid
-from mechlab.studies.workspace.survey import Survey
+from mechlab.studies.workspace.grid import SLAB, WorkspaceGrid
+from mechlab.studies.workspace.survey import WorkspaceSurvey
 
 MOST = 20_000_000
 """Nodes of the field that a surface is cut from (80 MB); a finer grid is taken at every so-manyeth node."""
@@ -22,7 +22,7 @@ KINDS = (".stl", ".glb", ".ply", ".obj")
 
 
 @dataclass(frozen=True)
-class Surface:
+class WorkspaceSurface:
     """Closed surface margin = 0: vertices (n, 3) in the coordinates of the axes, faces (m, 3), normals outwards."""
 
     vertices: Array
@@ -35,7 +35,7 @@ class Surface:
         return float(np.sum(a * np.cross(b, c)) / 6.0)
 
 
-def surface(region: Region, grid: Grid, found: Survey) -> Surface:
+def surface(region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey) -> WorkspaceSurface:
     """The border of the region; where it leaves the grid it is closed by the grid's side.
 
     Raises EngineMissing without scikit-image, MechlabError unless there are three axes, NoSolution for an empty region.
@@ -51,10 +51,10 @@ def surface(region: Region, grid: Grid, found: Survey) -> Surface:
     padded = np.pad(np.clip(values, -bound, bound), 1, constant_values=-1e3 * bound)  # the lid lies on the grid's side
     vertices, faces, _, _ = cubes(padded, 0.0, spacing=tuple(steps), gradient_direction="ascent")
     origin = np.array([v[0] for v in nodes]) - np.array(steps)
-    return Surface(vertices.astype(float) + origin, faces.astype(np.int64))
+    return WorkspaceSurface(vertices.astype(float) + origin, faces.astype(np.int64))
 
 
-def write_surface(shape: Surface, path: str | Path) -> Path:
+def write_surface(shape: WorkspaceSurface, path: str | Path) -> Path:
     """Write STL, GLB, PLY or OBJ by the suffix. Raises MechlabError for another one."""
     import trimesh
 
@@ -77,7 +77,9 @@ def _marching_cubes() -> Any:
     return marching_cubes
 
 
-def _field(region: Region, grid: Grid, found: Survey) -> tuple[NDArray[np.float32], tuple[Array, ...]]:
+def _field(
+    region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey
+) -> tuple[NDArray[np.float32], tuple[Array, ...]]:
     """Margins (float32) around the inside and the coordinates they stand at."""
     wide = [slice(max(0, a - 1), b + 2) for a, b in zip(found.low, found.high, strict=True)]
     nodes = [v[w] for v, w in zip(grid.nodes, wide, strict=True)]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
-from mechlab.studies.workspace.grid import SLAB, Grid
+from mechlab.studies.workspace.grid import SLAB, WorkspaceGrid
 
 Mask = NDArray[np.bool_]
 
@@ -30,12 +30,12 @@ class ClauseCount:
 
 
 @dataclass(frozen=True)
-class Survey:
+class WorkspaceSurvey:
     """What the nodes say. voxels: nodes inside. columns: nodes of all axes but the last where every clause holds that does
     not look at the last axis (None when there is no last axis apart). low, high: indices of the box of the inside.
     deepest: the node with the largest margin, and that margin [m]."""
 
-    grid: Grid
+    grid: WorkspaceGrid
     voxels: int
     columns: int | None
     clauses: Mapping[str, ClauseCount]
@@ -62,8 +62,11 @@ class Survey:
 
 
 def survey(
-    region: Region, grid: Grid, slab: int = SLAB, progress: Callable[[int, int], None] = lambda done, total: None
-) -> Survey:
+    region: Region,
+    grid: WorkspaceGrid,
+    slab: int = SLAB,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> WorkspaceSurvey:
     """Count the region on the grid; memory is that of one slab of at most `slab` nodes. progress(done, total) in nodes."""
     tally = _Tally(region, grid)
     for cut in grid.slabs(slab):
@@ -75,7 +78,7 @@ def survey(
 class _Tally:
     """Sums over the slabs seen so far."""
 
-    def __init__(self, region: Region, grid: Grid) -> None:
+    def __init__(self, region: Region, grid: WorkspaceGrid) -> None:
         self.region, self.grid, self.dims = region, grid, len(grid.shape)
         self.names = [c.name for c in region.clauses]
         self.counts = np.zeros((4, len(self.names)), dtype=np.int64)
@@ -124,14 +127,14 @@ class _Tally:
                 flat &= k
         return int(flat.sum())
 
-    def result(self) -> Survey:
+    def result(self) -> WorkspaceSurvey:
         """What was counted."""
         voxels = int(self.along[0].sum())
         by_name = {n: ClauseCount(*(int(x) for x in self.counts[:, i])) for i, n in enumerate(self.names)}
         columns = self.columns if self.dims == 3 else None
         if not voxels:
-            return Survey(self.grid, 0, columns, by_name, deepest=self.deepest, margin=self.best)
+            return WorkspaceSurvey(self.grid, 0, columns, by_name, deepest=self.deepest, margin=self.best)
         ends = [np.flatnonzero(a)[[0, -1]] for a in self.along]
         centre = [float(a @ nodes) / voxels for a, nodes in zip(self.along, self.grid.nodes, strict=True)]
         low, high = (tuple(int(e[k]) for e in ends) for k in (0, 1))
-        return Survey(self.grid, voxels, columns, by_name, low, high, tuple(centre), self.deepest, self.best)
+        return WorkspaceSurvey(self.grid, voxels, columns, by_name, low, high, tuple(centre), self.deepest, self.best)

@@ -30,7 +30,7 @@ from mechlab.studies.chart.score import Reference, Score, reference_of, score
 if TYPE_CHECKING:
     from mechlab.studies.chart.peers import PeerTable
 from mechlab.studies.chart.advice import flat_defaults, recommend
-from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, Chart, Point
+from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, Chart, ChartPoint
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def chart(
     problem = Problem(lived, made)
     progress("reference")
     truth = reference_of(problem)
-    points: list[Point] = []
+    points: list[ChartPoint] = []
     skipped: dict[str, str] = {}
     for m in methods:
         why = m.available(problem)
@@ -110,9 +110,9 @@ def sweep(
     run: Callable[[float], Trace],
     judge: Callable[[Trace], Score],
     budget: Budget,
-) -> list[Point]:
+) -> list[ChartPoint]:
     """A method at ever smaller values. Refinement ends with the budget; the first FEWEST values are always told of."""
-    out: list[Point] = []
+    out: list[ChartPoint] = []
     began = work_done()
     for k, value in enumerate(values):
         left = budget.method - (work_done() - began)
@@ -140,15 +140,15 @@ def sweep(
             continue
         cpu = _median(run, value, trace.cpu_s, work, budget)
         numbers = (cpu, found.error, found.e_g, found.energy, found.gap)
-        out.append(Point(name, value, control, *numbers, OK, "", default, getattr(trace, "evaluations", 0)))
+        out.append(ChartPoint(name, value, control, *numbers, OK, "", default, getattr(trace, "evaluations", 0)))
         if sum(p.ok for p in out) >= FEWEST and work > budget.one:
             break
     return out
 
 
-def _missing(name: str, value: float, control: str, status: str, reason: str, default: bool) -> Point:
+def _missing(name: str, value: float, control: str, status: str, reason: str, default: bool) -> ChartPoint:
     nan = math.nan
-    return Point(name, value, control, nan, nan, nan, nan, nan, status, reason, default)
+    return ChartPoint(name, value, control, nan, nan, nan, nan, nan, status, reason, default)
 
 
 def _median(run: Callable[[float], Trace], value: float, first: float, work: float, budget: Budget) -> float:
@@ -159,7 +159,7 @@ def _median(run: Callable[[float], Trace], value: float, first: float, work: flo
     return statistics.median(times)
 
 
-def _confirm(points: Sequence[Point], truth: Reference, own: set[str]) -> tuple[float, str]:
+def _confirm(points: Sequence[ChartPoint], truth: Reference, own: set[str]) -> tuple[float, str]:
     """The error of the reference as far as it is known: another formulation agrees to this."""
     others = [p for p in points if p.ok and p.method not in own and p.error > 0.0]
     mine = [p for p in points if p.ok and p.method in own]

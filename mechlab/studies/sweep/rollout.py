@@ -21,7 +21,7 @@ from mechlab.lab.nature import by_nature, rough
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.sweep.by_run import reduced
-from mechlab.studies.sweep.request import UNTRUSTED, Block, Quantity, Request
+from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest
 
 FEWEST = 16
 """Fewer motions are run one by one, each with its whole health record."""
@@ -31,7 +31,7 @@ FINDINGS = ("energy_balance", "relation_residual")
 """Findings that a rollout makes; with them, whether the motion came to its end."""
 
 
-def scene_of(request: Request, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
+def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
     """What `run_scene` would run, without initial values and loads of the points."""
     lived = design.for_scene(request.scene)
     scene = lived.scene(request.scene, request.fidelity, request.duration)
@@ -42,7 +42,7 @@ def scene_of(request: Request, design: Design) -> tuple[Design, Mechanism, Scene
     return lived, mechanism, scene, chosen
 
 
-def why_not(request: Request, design: Design) -> str:
+def why_not(request: SweepRequest, design: Design) -> str:
     """Why the points of a request are not rolled out; empty when they are."""
     varied = [a for a in request.axes if a.role != "parameter"]
     if int(np.prod([len(a.values) for a in varied])) < FEWEST:
@@ -70,7 +70,7 @@ def why_not(request: Request, design: Design) -> str:
     return next((text for text, holds in reasons.items() if holds), "")
 
 
-def _from_states(quantity: Quantity, design: Design, request: Request) -> bool:
+def _from_states(quantity: SweepQuantity, design: Design, request: SweepRequest) -> bool:
     _, mechanism, _, _ = scene_of(request, design)
     basic = {n for s in mechanism.scalar_names for n in (s, f"{s}_rate")}
     basic |= {f"{f.name}_{a}" for f in mechanism.frames for a in "xyz"}
@@ -121,7 +121,7 @@ class _States(dict[str, Array]):
 
 
 def roll_block(
-    request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block, threads: int
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock, threads: int
 ) -> None:
     """All motions of a group."""
     room("mujoco")  # raises EngineMissing where it is not installed
@@ -139,8 +139,8 @@ def roll_block(
 
 
 def _roll(
-    request: Request, design: Design, mechanism: Mechanism, scene: Scene, settings: Settings, steps: Any, where: np.ndarray,
-    values: Mapping[str, Array], out: Block, threads: int,
+    request: SweepRequest, design: Design, mechanism: Mechanism, scene: Scene, settings: Settings, steps: Any, where: np.ndarray,
+    values: Mapping[str, Array], out: SweepBlock, threads: int,
 ) -> None:  # fmt: skip
     q, v, closed = starts(mechanism, scene, values, where, out)
     where, q, v = where[closed], q[closed], v[closed]
@@ -188,7 +188,7 @@ def _roll(
 
 
 def starts(
-    mechanism: Mechanism, scene: Scene, values: Mapping[str, Array], where: np.ndarray, out: Block
+    mechanism: Mechanism, scene: Scene, values: Mapping[str, Array], where: np.ndarray, out: SweepBlock
 ) -> tuple[Array, Array, Array]:
     """q (n, nq), v (n, nv) of the initial states, and which of the n points have one; the others are told in the block."""
     n = len(where)

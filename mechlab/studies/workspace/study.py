@@ -9,10 +9,10 @@ from typing import Any
 
 from mechlab.errors import MechlabError
 from mechlab.lab.design import Design
-from mechlab.studies.workspace.grid import Grid, compare, map_over
-from mechlab.studies.workspace.plan import Plan, plan
+from mechlab.studies.workspace.grid import WorkspaceGrid, compare, map_over
+from mechlab.studies.workspace.plan import WorkspacePlan, plan
 from mechlab.studies.workspace.result import WorkspaceResult
-from mechlab.studies.workspace.surface import Surface, surface, write_surface
+from mechlab.studies.workspace.surface import WorkspaceSurface, surface, write_surface
 from mechlab.studies.workspace.survey import survey
 
 Progress = Callable[[int, int], None]
@@ -30,11 +30,11 @@ def workspace(
 
 def compared(
     result: WorkspaceResult, other: Design, asked: Mapping[str, Any], changes: Mapping[str, Any]
-) -> tuple[WorkspaceResult, Plan]:
+) -> tuple[WorkspaceResult, WorkspacePlan]:
     """The result with a second design beside it, on the same grid; changes: what the second one has different."""
     witness = None if result.plan.poses is None else result.plan.how
     second = plan(other, asked, witness)
-    grid: Grid = result.plan.grid
+    grid: WorkspaceGrid = result.plan.grid
     if second.grid.axes != grid.axes:
         raise MechlabError(f"{other.name}: two designs are compared on one grid; the axes differ.")
     return replace(
@@ -44,7 +44,7 @@ def compared(
 
 def with_surfaces(
     result: WorkspaceResult, stl: str | Path | None = None, glb: str | Path | None = None
-) -> tuple[WorkspaceResult, Surface]:
+) -> tuple[WorkspaceResult, WorkspaceSurface]:
     """The result with its surface, written to the files asked for."""
     border = surface(result.plan.region, result.plan.grid, result.survey)
     wanted = {"STL": stl, "GLB": glb}

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.studies.sweep import cluster as local
-from mechlab.studies.sweep.request import Block, Request
+from mechlab.studies.sweep import schedulers as local
+from mechlab.studies.sweep.parts import Parts
+from mechlab.studies.sweep.request import SweepBlock, SweepRequest
 from mechlab.studies.sweep.result import SweepResult
-from mechlab.studies.sweep.resume import Parts
 
 SUFFIX = ".nc"
 
@@ -21,7 +21,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def sweep(
-    request: Request,
+    request: SweepRequest,
     *,
     out: Path | None = None,
     plot: Path | None = None,
@@ -45,7 +45,7 @@ def sweep(
             "--workers counts processes on this machine, and --scheduler computes on a cluster: leave out one."
         )
     if plot is not None:
-        from mechlab.studies.sweep.plot import refuse
+        from mechlab.studies.sweep.picture import refuse
 
         refuse(len(request.axes), len(request.quantities), plot)
     parts: Parts | None = None
@@ -63,7 +63,7 @@ def sweep(
     reasons: dict[int, str] = {}
     done = 0
 
-    def take(index: int, block: Block) -> int:
+    def take(index: int, block: SweepBlock) -> int:
         start, stop = request.span(index)
         flat[start:stop], outcomes[start:stop] = block.values, block.outcomes
         reasons.update({start + i: text for i, text in block.reasons.items()})
@@ -107,14 +107,14 @@ def sweep(
 
 
 def _blocks(
-    request: Request, left: list[int], scheduler: str | None, workers: int | None
-) -> Iterator[tuple[int, Block]]:
+    request: SweepRequest, left: list[int], scheduler: str | None, workers: int | None
+) -> Iterator[tuple[int, SweepBlock]]:
     if not left:
         return
     if scheduler is None:
         yield from local.run_on_cores(request, left, workers)
         return
-    from mechlab.studies.sweep import cluster
+    from mechlab.studies.sweep import schedulers as cluster
 
     yield from cluster.run_on_cluster(request, left, scheduler)
 
@@ -129,7 +129,7 @@ def _finished(result: SweepResult, out: Path | None, plot: Path | None, write: b
             write_dataset(result, out)
         files["dataset"] = out
     if plot is not None:
-        from mechlab.studies.sweep.plot import draw
+        from mechlab.studies.sweep.picture import draw
 
         files["picture"] = draw(result, plot)
     from dataclasses import replace

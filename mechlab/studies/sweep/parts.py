@@ -17,7 +17,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.files import write
 from mechlab.formats.json_text import parse
-from mechlab.studies.sweep.request import Block, Request
+from mechlab.studies.sweep.request import SweepBlock, SweepRequest
 
 EVERY = 2.0
 """Seconds between two writes; what was finished since the last one is written when a sweep ends in any way but a kill."""
@@ -26,11 +26,11 @@ EVERY = 2.0
 class Parts:
     """The folder of one sweep. `finished`: block -> what it gave."""
 
-    def __init__(self, folder: Path, request: Request, resume: bool) -> None:
+    def __init__(self, folder: Path, request: SweepRequest, resume: bool) -> None:
         """Raises MechlabError where the folder holds another sweep, or one that was not asked to be resumed."""
         self.folder, self.request = folder, request
-        self.finished: dict[int, Block] = {}
-        self._waiting: dict[int, Block] = {}
+        self.finished: dict[int, SweepBlock] = {}
+        self._waiting: dict[int, SweepBlock] = {}
         self._last = time.monotonic()
         kept = folder / "request.json"
         if not kept.is_file():
@@ -43,7 +43,7 @@ class Parts:
         for file in sorted(folder.glob("blocks-*.npz")):
             self.finished |= _read(file, request)
 
-    def add(self, index: int, block: Block) -> None:
+    def add(self, index: int, block: SweepBlock) -> None:
         """Keep a finished block."""
         self._waiting[index] = block
         if time.monotonic() - self._last > EVERY:
@@ -76,7 +76,7 @@ class Parts:
             shutil.rmtree(self.folder)
 
 
-def refuse_another(kept: Mapping[str, Any], request: Request, where: Path) -> None:
+def refuse_another(kept: Mapping[str, Any], request: SweepRequest, where: Path) -> None:
     """Raises MechlabError, naming what differs, where `kept` is the description of another request."""
     asked = json.loads(json.dumps(request.description()))
     differ = [k for k in {*kept, *asked} if kept.get(k) != asked.get(k)]
@@ -103,7 +103,7 @@ def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
     return parse(text, str(where), finite=False)
 
 
-def _read(file: Path, request: Request) -> dict[int, Block]:
+def _read(file: Path, request: SweepRequest) -> dict[int, SweepBlock]:
     """Finished blocks; raises MechlabError for a file that is damaged or of other blocks."""
     try:
         with file.open("rb") as raw, np.load(raw, allow_pickle=False) as arrays:
@@ -115,7 +115,7 @@ def _read(file: Path, request: Request) -> dict[int, Block]:
     raise MechlabError(f"{file} is damaged: {words}. Remove it: its points are then computed again.")
 
 
-def _block(arrays: Any, k: int, request: Request) -> Block:
+def _block(arrays: Any, k: int, request: SweepRequest) -> SweepBlock:
     if not 0 <= k < request.blocks:
         raise MechlabError(f"block {k} of {request.blocks}")
     start, stop = request.span(k)
@@ -125,4 +125,4 @@ def _block(arrays: Any, k: int, request: Request) -> Block:
     if values.dtype != np.float64 or outcomes.dtype != np.int8:
         raise MechlabError(f"block {k} holds {values.dtype} and {outcomes.dtype}")
     reasons = parse(arrays[f"reasons{k}"].tobytes().decode(), f"block {k}: reasons")
-    return Block(values, outcomes, {int(i): str(text) for i, text in reasons.items()})
+    return SweepBlock(values, outcomes, {int(i): str(text) for i, text in reasons.items()})

@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.files import unfinished
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.request import Axis, Quantity
+from mechlab.studies.sweep.request import SweepAxis, SweepQuantity
 
 if TYPE_CHECKING:
     from mechlab.studies.sweep.result import SweepResult
@@ -67,11 +67,11 @@ def _label(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _ticks(axis: Axis) -> np.ndarray:
+def _ticks(axis: SweepAxis) -> np.ndarray:
     return np.arange(len(axis.values)) if axis.is_text else np.asarray(axis.coordinates)
 
 
-def _line(axes: Any, axis: Axis, values: Array, outcome: np.ndarray) -> None:
+def _line(axes: Any, axis: SweepAxis, values: Array, outcome: np.ndarray) -> None:
     x = _ticks(axis)
     marker = "o" if len(x) <= 60 else ""
     axes.plot(x, values, color=INK, marker=marker, markersize=3, linewidth=1.4)
@@ -88,7 +88,7 @@ def _line(axes: Any, axis: Axis, values: Array, outcome: np.ndarray) -> None:
         axes.spines[side].set_visible(False)
 
 
-def _map(figure: Any, axes: Any, both: tuple[Axis, ...], values: Array, quantity: Quantity) -> None:
+def _map(figure: Any, axes: Any, both: tuple[SweepAxis, ...], values: Array, quantity: SweepQuantity) -> None:
     x, y = (_edges(_ticks(a)) for a in both)
     axes.set_facecolor(GAP)
     finite = values[np.isfinite(values)]

@@ -19,8 +19,8 @@ from mechlab.lab.order_check import file_order
 from mechlab.lab.run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.chart.advice import flat_defaults, recommend
-from mechlab.studies.chart.chart import Budget, sweep
-from mechlab.studies.chart.data import Chart, Point
+from mechlab.studies.chart.data import Chart, ChartPoint
+from mechlab.studies.chart.run import Budget, sweep
 from mechlab.studies.chart.score import THRESHOLD, Score
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class _Truth:
     error: float
 
 
-def chart_file(
+def chart_of_mjcf_file(
     path: Path, duration: float | None = None, target: float | None = None, budget: Budget | None = None
 ) -> Chart:
     """The chart of an MJCF file over `duration` (default 1 s). target [m]: default a thousandth of the model's size.
@@ -74,7 +74,7 @@ def chart_file(
     truth = _reference(run, hard)
     order = file_order(run, model.model, hard, length / OUTPUTS)
     notes += [f"RK4: {order.sentence}."] if order.severity != "ok" else []
-    points: list[Point] = []
+    points: list[ChartPoint] = []
     between = length / OUTPUTS
     values = tuple(between / 2**k for k in range(13))
     for integrator in INTEGRATORS:

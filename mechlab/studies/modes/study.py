@@ -31,9 +31,18 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import structure
-from mechlab.studies.modes.eigen import OSCILLATING, RIGID, UNSTABLE, Dynamics, Linear, Mode, linear, modes
+from mechlab.studies.modes.eigen import (
+    OSCILLATING,
+    RIGID,
+    UNSTABLE,
+    Dynamics,
+    LinearMotion,
+    VibrationMode,
+    linear,
+    modes,
+)
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
-from mechlab.studies.modes.result import ModesResult, Witness
+from mechlab.studies.modes.result import ModesResult, ModesWitness
 
 STEP = 1e-3
 
@@ -50,7 +59,7 @@ class _Balance:
     q: Array
 
 
-def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> tuple[Array, tuple[Mode, ...]]:
+def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> tuple[Array, tuple[VibrationMode, ...]]:
     """Coordinates (nq,) of the rest reached downhill from q, and its one mode: omega^2 = V''(phi) / J(phi).
 
     Raises NoSolution where the path ends or no rest is found, MechlabError for other than one freedom.
@@ -61,7 +70,7 @@ def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> 
         now = _balance(path, phi)
         load = max(load, abs(now.push), abs(now.stiffness))
         if abs(now.push) <= 1e-15 * load or (abs(now.push) < 1e-9 * load and abs(now.push) >= 0.5 * last):
-            linear = Linear(
+            linear = LinearMotion(
                 now.u[:, None] / np.sqrt(now.inertia), np.array([[now.damping / now.inertia]]),
                 np.array([[now.stiffness / now.inertia]]), np.zeros(1), load, load,
             )  # fmt: skip
@@ -129,12 +138,12 @@ def mode_motion(result: ModesResult, chosen: Sequence[int] = ()) -> Recording:
     )  # fmt: skip
 
 
-def _default(found: tuple[Mode, ...]) -> list[int]:
+def _default(found: tuple[VibrationMode, ...]) -> list[int]:
     lively = [k for k, m in enumerate(found, 1) if m.kind != RIGID]
     return (lively or list(range(1, len(found) + 1)))[:MOST]
 
 
-def _finding(k: int, mode: Mode, start: float) -> Finding:
+def _finding(k: int, mode: VibrationMode, start: float) -> Finding:
     what = f"{mode.frequency_hz:.5g} Hz" + (f", damping {mode.damping:.3g}" if mode.damping else "")
     if mode.kind == UNSTABLE:
         what = f"grows with {mode.growth:.4g} 1/s"
@@ -203,7 +212,7 @@ def find_modes(
     rough = [*(j.name for j in m.joints if j.friction), *(s.name for s in m.shafts if s.friction)]
     if rough:
         notes = (*notes, f"dry friction of {', '.join(rough)} is left out: where it sticks nothing swings at all")
-    witnesses: dict[str, Witness] = {}
+    witnesses: dict[str, ModesWitness] = {}
     for engine in ENGINES:
         witnesses[engine] = _ask(lambda engine=engine: _engine(engine, m, laws, start))  # type: ignore[misc]
     if structure(m).freedoms == 1:
@@ -233,15 +242,15 @@ def _situation(
     return m, made, *laws_at_rest(m, made)
 
 
-def _ask(work: Callable[[], Witness]) -> Witness:
+def _ask(work: Callable[[], ModesWitness]) -> ModesWitness:
     """A witness that is not installed, or has no path, says so; other errors are the user's."""
     try:
         return work()
     except EngineMissing as error:
-        return Witness(cannot=str(error))
+        return ModesWitness(cannot=str(error))
 
 
-def _engine(engine: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> Witness:
+def _engine(engine: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
     room(engine)
     dynamics: Dynamics = import_module(ENGINES[engine]).SmallMotions(m, laws)
     rest = settle(dynamics, q)
@@ -252,15 +261,15 @@ def _engine(engine: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> Witne
             f"{m.name}: the equilibrium is a singular position: {here} freedoms by linearisation, {freedoms} in truth. Small motions "
             "about it are not linear; give another start (X_0=...)."
         )
-    return Witness(dynamics.coordinates(rest.x), rest.residual, modes(found, dynamics.rates))
+    return ModesWitness(dynamics.coordinates(rest.x), rest.residual, modes(found, dynamics.rates))
 
 
-def _one_freedom(m: Mechanism, laws: tuple[Law, ...], q: Array) -> Witness:
+def _one_freedom(m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
     try:
         rest, found = one_freedom_modes(m, laws, q)
     except (NoSolution, MechlabError) as error:
-        return Witness(cannot=str(error))
-    return Witness(np.asarray(rest), 0.0, found)
+        return ModesWitness(cannot=str(error))
+    return ModesWitness(np.asarray(rest), 0.0, found)
 
 
 __all__: list[Any] = ["find_modes"]
