@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from mechlab.studies.chart.advice import flat_defaults, recommend
+from mechlab.studies.chart.advice import flat_defaults, flat_methods, headline, quantity, recommend
 from mechlab.studies.chart.data import Chart, ChartPoint, Published
-from mechlab.studies.chart.labels import flat_methods, headline, label, quantity, spread
+from mechlab.studies.chart.labels import label, spread
 from mechlab.studies.chart.picture import picture
 
 

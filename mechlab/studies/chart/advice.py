@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
+
+if TYPE_CHECKING:
+    from mechlab.studies.chart.data import Chart, ChartPoint
+if TYPE_CHECKING:
+    from mechlab.studies.chart.data import Chart, ChartPoint
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mechlab.studies.chart.data import Chart, ChartPoint
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     pass
@@ -96,3 +109,56 @@ def mjcf_settings(p: ChartPoint) -> str:
         soft = f'solref="{2 * p.step:.10g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
         lines.append(f"<default><equality {soft}/></default>")
     return "\n".join([f"<!-- {p.method}: error {p.error:.2g}, {p.cpu_s:.3g} s of CPU -->", *lines])
+
+
+def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
+    """Methods at an engine's defaults whose error does not fall however small the step: name -> points that came through."""
+    from mechlab.studies.chart.data import FEWEST
+
+    out = {}
+    for name in dict.fromkeys(p.method for p in chart.points if p.default and p.control == "step"):
+        points = [p for p in chart.points if p.method == name and p.ok]
+        if len(points) >= FEWEST and is_flat(points, chart.recommendation.target):
+            out[name] = sorted(points, key=lambda p: -p.step)
+    return out
+
+
+def settled(flat: dict[str, list[ChartPoint]], unit: str) -> str:
+    """The error that flat methods keep at their smallest steps, or its range."""
+    last = [points[-1].error for points in flat.values()]
+    low, high = quantity(min(last), unit), quantity(max(last), unit)
+    return low if max(last) < 1.2 * min(last) else f"{low} to {high}"
+
+
+PREFIXES = ((1e-12, "p"), (1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"))
+
+
+def quantity(value: float, unit: str, digits: int = 2) -> str:
+    """A number with a prefix to its unit: 2.5e-05 m is 25 µm."""
+    if not 1e-13 < abs(value) < 1e6:
+        return f"{value:.{digits}g} {unit}"
+    shown = float(f"{value:.{digits}g}")
+    scale, prefix = next((p for p in reversed(PREFIXES) if abs(shown) >= p[0] * (1 - 1e-9)), PREFIXES[0])
+    return f"{shown / scale:.{max(digits, 3)}g} {prefix}{unit}"
+
+
+def headline(chart: Chart) -> str:
+    """The chart in one sentence: what the defaults do where they do not converge, else what the target costs."""
+    flat = flat_methods(chart)
+    if flat:
+        return f"{_whose(chart, flat)} stay {settled(flat, chart.unit)} wrong, however small the step"
+    p, target = chart.recommendation.point, quantity(chart.recommendation.target, chart.unit, 1)
+    if not chart.recommendation.met:
+        return f"No method comes within {target} here"
+    return f"An error below {target} costs {quantity(p.cpu_s, 's')} of CPU with {p.method}"
+
+
+def _whose(chart: Chart, flat: dict[str, list[ChartPoint]]) -> str:
+    """Whose error is flat: all default integrators, or which."""
+    if any("as in the file" in n for n in flat):
+        return "The file's own settings"
+    through = {p.method for p in chart.points if p.default and p.ok}
+    if through == set(flat):
+        return "MuJoCo's defaults"
+    names = [n.removeprefix("MuJoCo ").split(",")[0] for n in flat]
+    return f"MuJoCo's defaults with {' and '.join([', '.join(names[:-1]), names[-1]] if names[1:] else names)}"

@@ -6,12 +6,16 @@ What a chart of speed against accuracy is: points, a recommendation, and what th
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from mechlab.tables import number, table
+
 if TYPE_CHECKING:
-    from mechlab.studies.chart.peers import PeerTable
+    pass
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 
 @dataclass(frozen=True)
@@ -160,3 +164,77 @@ def pareto(points: Sequence[ChartPoint]) -> tuple[ChartPoint, ...]:
         if not out or p.error < out[-1].error:
             out.append(p)
     return tuple(out)
+
+
+@dataclass(frozen=True)
+class PeerRow:
+    """One target [m or rad]: ours and the fastest peer that meets it; `peer` is empty when none does, with the best that
+    they reach in `peer_error`. Missing numbers are nan."""
+
+    target: float
+    ours_cpu_s: float
+    ours_error: float
+    ours_method: str
+    ours_reached: bool
+    peer: str
+    peer_step: float
+    peer_cpu_s: float
+    peer_error: float
+
+    @property
+    def ratio(self) -> float:
+        """Our CPU time over the peer's; nan where one of them does not meet the target."""
+        met = self.ours_reached and self.ours_error <= self.target
+        return self.ours_cpu_s / self.peer_cpu_s if met and self.peer else math.nan
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form; a missing number is null."""
+        names = ("target", "ours_cpu_s", "ours_error", "peer_cpu_s", "peer_error", "peer_step", "ratio")
+        numbers = {n: getattr(self, n) for n in names}
+        shown = {n: x if math.isfinite(x) else None for n, x in numbers.items()}
+        return shown | {"ours_method": self.ours_method, "ours_reached": self.ours_reached, "peer": self.peer or None}
+
+
+@dataclass(frozen=True)
+class PeerTable:
+    """The comparison of a scene: a row for each target, every point of the peers, what could not be run and why."""
+
+    rows: tuple[PeerRow, ...]
+    points: tuple[ChartPoint, ...]
+    skipped: dict[str, str]
+    versions: dict[str, str]
+    unit: str
+    costly: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        rows = [r.to_dict() for r in self.rows]
+        return {"peers": rows, "peers_refined_to_cpu_s": self.costly, "peer_versions": dict(self.versions)}
+
+    def text(self) -> str:
+        """The table for a person."""
+        heads = [
+            f"target [{self.unit}]",
+            "--max-error: cpu_s",
+            "error",
+            "by",
+            "fastest peer",
+            "cpu_s",
+            "error",
+            "ratio",
+        ]
+        rows = [
+            [
+                f"{r.target:.0e}", number(r.ours_cpu_s), number(r.ours_error) + ("" if r.ours_reached else " (not reached)"),
+                r.ours_method, r.peer or f"none reaches it in {self.costly:.2g} s", _shown(r.peer_cpu_s), _shown(r.peer_error),
+                _shown(r.ratio),
+            ]
+            for r in self.rows
+        ]  # fmt: skip
+        with_versions = ", ".join(f"{n} {v}" for n, v in self.versions.items()) or "none installed"
+        return "\n".join(
+            [
+                f"--max-error (its own probing included) against the fastest peer at its best setting ({with_versions}):",
+                table(heads, rows),
+            ]
+        )

@@ -11,7 +11,7 @@ import statistics
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from mechlab.engines.peers import PEERS, PeerStopped
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
 from mechlab.lab.methods import PEER_METHODS, Method, Problem
+from mechlab.studies.chart.data import PeerRow, PeerTable
 from mechlab.studies.chart.score import Reference, score
-from mechlab.tables import number, table
+from mechlab.tables import number
 
 if TYPE_CHECKING:
     from mechlab.lab.accuracy import Result
@@ -38,80 +39,6 @@ REPEATS, ENOUGH, MOST = 5, 0.05, 50
 CONTENDERS = 2
 """So many of the cheapest peers of a target are looked at again, with BISECTIONS settings between two of the sweep."""
 BISECTIONS = 3
-
-
-@dataclass(frozen=True)
-class PeerRow:
-    """One target [m or rad]: ours and the fastest peer that meets it; `peer` is empty when none does, with the best that
-    they reach in `peer_error`. Missing numbers are nan."""
-
-    target: float
-    ours_cpu_s: float
-    ours_error: float
-    ours_method: str
-    ours_reached: bool
-    peer: str
-    peer_step: float
-    peer_cpu_s: float
-    peer_error: float
-
-    @property
-    def ratio(self) -> float:
-        """Our CPU time over the peer's; nan where one of them does not meet the target."""
-        met = self.ours_reached and self.ours_error <= self.target
-        return self.ours_cpu_s / self.peer_cpu_s if met and self.peer else math.nan
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-able form; a missing number is null."""
-        names = ("target", "ours_cpu_s", "ours_error", "peer_cpu_s", "peer_error", "peer_step", "ratio")
-        numbers = {n: getattr(self, n) for n in names}
-        shown = {n: x if math.isfinite(x) else None for n, x in numbers.items()}
-        return shown | {"ours_method": self.ours_method, "ours_reached": self.ours_reached, "peer": self.peer or None}
-
-
-@dataclass(frozen=True)
-class PeerTable:
-    """The comparison of a scene: a row for each target, every point of the peers, what could not be run and why."""
-
-    rows: tuple[PeerRow, ...]
-    points: tuple[ChartPoint, ...]
-    skipped: dict[str, str]
-    versions: dict[str, str]
-    unit: str
-    costly: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-able form."""
-        rows = [r.to_dict() for r in self.rows]
-        return {"peers": rows, "peers_refined_to_cpu_s": self.costly, "peer_versions": dict(self.versions)}
-
-    def text(self) -> str:
-        """The table for a person."""
-        heads = [
-            f"target [{self.unit}]",
-            "--max-error: cpu_s",
-            "error",
-            "by",
-            "fastest peer",
-            "cpu_s",
-            "error",
-            "ratio",
-        ]
-        rows = [
-            [
-                f"{r.target:.0e}", number(r.ours_cpu_s), number(r.ours_error) + ("" if r.ours_reached else " (not reached)"),
-                r.ours_method, r.peer or f"none reaches it in {self.costly:.2g} s", _shown(r.peer_cpu_s), _shown(r.peer_error),
-                _shown(r.ratio),
-            ]
-            for r in self.rows
-        ]  # fmt: skip
-        with_versions = ", ".join(f"{n} {v}" for n, v in self.versions.items()) or "none installed"
-        return "\n".join(
-            [
-                f"--max-error (its own probing included) against the fastest peer at its best setting ({with_versions}):",
-                table(heads, rows),
-            ]
-        )
 
 
 def _shown(x: float) -> str:

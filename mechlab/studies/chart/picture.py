@@ -10,20 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab.files import write
-from mechlab.studies.chart.labels import (
-    FAINT,
-    INK,
-    RED,
-    SIZE,
-    beside,
-    flat,
-    flat_methods,
-    headline,
-    label,
-    published,
-    quantity,
-    recommended,
-)
+from mechlab.studies.chart.advice import flat_methods, headline, quantity
+from mechlab.studies.chart.labels import FAINT, INK, RED, SIZE, beside, flat, label, published, recommended
 
 if TYPE_CHECKING:
     from mechlab.studies.chart.data import Chart, ChartPoint

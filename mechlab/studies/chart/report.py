@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from mechlab.studies.chart.advice import headline
+
+if TYPE_CHECKING:
+    from mechlab.studies.chart.data import Chart, ChartPoint
+
 import base64
 import csv
 import io
@@ -12,7 +19,6 @@ from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
 from mechlab.files import whole_folder, write
-from mechlab.studies.chart.labels import headline
 from mechlab.tables import html_sheet, number, table
 
 if TYPE_CHECKING:

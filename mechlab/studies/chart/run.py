@@ -28,7 +28,7 @@ from mechlab.studies.chart.data import PUBLISHED
 from mechlab.studies.chart.score import Reference, Score, reference_of, score
 
 if TYPE_CHECKING:
-    from mechlab.studies.chart.peers import PeerTable
+    from mechlab.studies.chart.data import PeerTable
 from mechlab.studies.chart.advice import flat_defaults, recommend
 from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, Chart, ChartPoint
 
