@@ -2,28 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from mechlab.errors import MechlabError
-
-if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, ChartPoint
-if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, ChartPoint
-
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, ChartPoint
-
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    pass
-
-from mechlab.studies.chart.data import FEWEST, NOT_RUN, ChartPoint, Recommendation
+from mechlab.studies.chart.data import FEWEST, NOT_RUN, Chart, ChartPoint, Recommendation
 from mechlab.tables import counted
 
 
@@ -70,11 +52,11 @@ def recommend(
     good = sorted((p for p in usable if p.error <= target), key=lambda p: p.cpu_s)
     if not good:
         best = min(usable, key=lambda p: p.error)
-        text = f"No method meets {target:g} {unit} here; the best is {_told(best)} with {best.error:.2g} {unit} in {best.cpu_s:.3g} s."
+        text = f"No method meets {target:g} {unit} here; the best is {_setting(best)} with {best.error:.2g} {unit} in {best.cpu_s:.3g} s."
         return Recommendation(best, target, False, text, _paste(best, points, target, paste))
     steady = [p for p in good if p.cpu_s <= 1.5 * good[0].cpu_s and _confirmed(p, points, target)]
     chosen = steady[0] if steady else good[0]
-    text = f"For {target:g} {unit}: {_told(chosen)}, {chosen.error:.2g} {unit} in {chosen.cpu_s:.3g} s of CPU."
+    text = f"For {target:g} {unit}: {_setting(chosen)}, {chosen.error:.2g} {unit} in {chosen.cpu_s:.3g} s of CPU."
     if not steady:
         text += " Take care: with a smaller step this method misses the target; its error does not fall steadily here."
     return Recommendation(chosen, target, True, text, _paste(chosen, points, target, paste))
@@ -85,7 +67,7 @@ def _confirmed(p: ChartPoint, points: Sequence[ChartPoint], target: float) -> bo
     return all(x.ok and x.error <= target for x in finer if x.status != NOT_RUN)
 
 
-def _told(p: ChartPoint) -> str:
+def _setting(p: ChartPoint) -> str:
     return f"{p.method}, step {p.step:.6g} s" if p.control == "step" else f"{p.method}, tolerance {p.step:.0e}"
 
 
@@ -113,8 +95,6 @@ def mjcf_settings(p: ChartPoint) -> str:
 
 def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
     """Methods at an engine's defaults whose error does not fall however small the step: name -> points that came through."""
-    from mechlab.studies.chart.data import FEWEST
-
     out = {}
     for name in dict.fromkeys(p.method for p in chart.points if p.default and p.control == "step"):
         points = [p for p in chart.points if p.method == name and p.ok]
@@ -123,17 +103,17 @@ def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
     return out
 
 
-def settled(flat: dict[str, list[ChartPoint]], unit: str) -> str:
+def final_error(flat: dict[str, list[ChartPoint]], unit: str) -> str:
     """The error that flat methods keep at their smallest steps, or its range."""
     last = [points[-1].error for points in flat.values()]
-    low, high = quantity(min(last), unit), quantity(max(last), unit)
+    low, high = with_prefix(min(last), unit), with_prefix(max(last), unit)
     return low if max(last) < 1.2 * min(last) else f"{low} to {high}"
 
 
 PREFIXES = ((1e-12, "p"), (1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"))
 
 
-def quantity(value: float, unit: str, digits: int = 2) -> str:
+def with_prefix(value: float, unit: str, digits: int = 2) -> str:
     """A number with a prefix to its unit: 2.5e-05 m is 25 µm."""
     if not 1e-13 < abs(value) < 1e6:
         return f"{value:.{digits}g} {unit}"
@@ -146,11 +126,11 @@ def headline(chart: Chart) -> str:
     """The chart in one sentence: what the defaults do where they do not converge, else what the target costs."""
     flat = flat_methods(chart)
     if flat:
-        return f"{_whose(chart, flat)} stay {settled(flat, chart.unit)} wrong, however small the step"
-    p, target = chart.recommendation.point, quantity(chart.recommendation.target, chart.unit, 1)
+        return f"{_whose(chart, flat)} stay {final_error(flat, chart.unit)} wrong, however small the step"
+    p, target = chart.recommendation.point, with_prefix(chart.recommendation.target, chart.unit, 1)
     if not chart.recommendation.met:
         return f"No method comes within {target} here"
-    return f"An error below {target} costs {quantity(p.cpu_s, 's')} of CPU with {p.method}"
+    return f"An error below {target} costs {with_prefix(p.cpu_s, 's')} of CPU with {p.method}"
 
 
 def _whose(chart: Chart, flat: dict[str, list[ChartPoint]]) -> str:

@@ -1,21 +1,13 @@
-"""Published computing times of the benchmark problems, as printed, with the machine they were taken on.
-
-What a chart of speed against accuracy is: points, a recommendation, and what they are held against.
-"""
+"""A chart of speed against accuracy as data: points, front, recommendation, published times, the comparison with other engines."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-from mechlab.tables import number, table
-
-if TYPE_CHECKING:
-    pass
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import Any
+
+from mechlab.results import ResultInFiles, Shown
 
 
 @dataclass(frozen=True)
@@ -28,7 +20,7 @@ class Published:
 
     def to_dict(self) -> dict[str, object]:
         """JSON-able form."""
-        return {"program": self.program, "machine": self.machine, "cpu_s": self.cpu_s}
+        return dict(vars(self))
 
 
 _OPENSIM = ("OpenSim 3.2 / Simbody (2015)", "i5-4570, 3.2 GHz")
@@ -74,8 +66,8 @@ class ChartPoint:
         numbers = {"cpu_s": self.cpu_s, "error": self.error, "e_G": self.e_g, "energy": self.energy, "gap": self.gap}
         shown = {k: x if math.isfinite(x) else None for k, x in numbers.items()}
         head = {"method": self.method, "step": self.step, "control": self.control, **shown}
-        told = {"status": self.status, "reason": self.reason, "default": self.default}
-        return head | told | {"evaluations": self.evaluations or None}
+        end = {"status": self.status, "reason": self.reason, "default": self.default}
+        return head | end | {"evaluations": self.evaluations or None}
 
 
 @dataclass(frozen=True)
@@ -95,9 +87,13 @@ class Recommendation:
         return named | {"target": self.target, "met": self.met, "sentence": self.sentence, "paste": self.paste}
 
 
-@dataclass(frozen=True)
-class Chart:
-    """All points of a scene, what they are held against, and what follows."""
+@dataclass(frozen=True, repr=False)
+class Chart(ResultInFiles):
+    """All points of a scene, the reference that their errors are measured against, and what follows from them.
+
+    unit: of the errors; tracked: the quantities whose largest error counts; reference_error: the error of the reference, as far
+    as it is known; skipped: method -> why it could not run. `save` writes .svg, .png, .csv or .json, or all of them into a folder.
+    """
 
     name: str
     title: str
@@ -139,23 +135,6 @@ class Chart:
             **({} if self.peers is None else self.peers.to_dict()),
         }  # fmt: skip
 
-    def text(self) -> str:
-        """The table for a person."""
-        from mechlab.studies.chart.report import chart_text
-
-        return chart_text(self)
-
-    def _repr_html_(self) -> str:
-        from mechlab.studies.chart.report import chart_html
-
-        return chart_html(self)
-
-    def save(self, path: Any) -> dict[str, Any]:
-        """Write picture, table and data; see `mechlab.studies.chart.report.save`."""
-        from mechlab.studies.chart.report import save
-
-        return save(self, path)
-
 
 def pareto(points: Sequence[ChartPoint]) -> tuple[ChartPoint, ...]:
     """The points that none other beats in both cost and error, cheapest first."""
@@ -195,8 +174,8 @@ class PeerRow:
         return shown | {"ours_method": self.ours_method, "ours_reached": self.ours_reached, "peer": self.peer or None}
 
 
-@dataclass(frozen=True)
-class PeerTable:
+@dataclass(frozen=True, repr=False)
+class PeerTable(Shown):
     """The comparison of a scene: a row for each target, every point of the peers, what could not be run and why."""
 
     rows: tuple[PeerRow, ...]
@@ -210,31 +189,3 @@ class PeerTable:
         """JSON-able form."""
         rows = [r.to_dict() for r in self.rows]
         return {"peers": rows, "peers_refined_to_cpu_s": self.costly, "peer_versions": dict(self.versions)}
-
-    def text(self) -> str:
-        """The table for a person."""
-        heads = [
-            f"target [{self.unit}]",
-            "--max-error: cpu_s",
-            "error",
-            "by",
-            "fastest peer",
-            "cpu_s",
-            "error",
-            "ratio",
-        ]
-        rows = [
-            [
-                f"{r.target:.0e}", number(r.ours_cpu_s), number(r.ours_error) + ("" if r.ours_reached else " (not reached)"),
-                r.ours_method, r.peer or f"none reaches it in {self.costly:.2g} s", _shown(r.peer_cpu_s), _shown(r.peer_error),
-                _shown(r.ratio),
-            ]
-            for r in self.rows
-        ]  # fmt: skip
-        with_versions = ", ".join(f"{n} {v}" for n, v in self.versions.items()) or "none installed"
-        return "\n".join(
-            [
-                f"--max-error (its own probing included) against the fastest peer at its best setting ({with_versions}):",
-                table(heads, rows),
-            ]
-        )

@@ -1,7 +1,7 @@
-"""Error control against other people's engines: what a stated error costs here, and with the fastest of them.
+"""Error control against other people's engines: what a stated error costs with `--max-error`, and with the fastest of them.
 
-Ours is the whole of `solve_to`, its probing and its check included. A peer is given its best setting for nothing: the
-largest step (or tolerance) that meets the target is looked for against the reference, and only the run with it counts.
+Our cost is that of the whole `solve_to`, its probing and its check included. For a peer the search for its best setting is free:
+the largest step (or tolerance) that meets the target is found against the reference, and only the run with it counts.
 """
 
 from __future__ import annotations
@@ -11,38 +11,29 @@ import statistics
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib import metadata
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechlab.engines.peers import PEERS, PeerStopped
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
+from mechlab.lab.accuracy import Result, solve_to
 from mechlab.lab.methods import PEER_METHODS, Method, Problem
-from mechlab.studies.chart.data import PeerRow, PeerTable
+from mechlab.studies.chart.data import DIVERGED, NOT_RUN, OK, ChartPoint, PeerRow, PeerTable
 from mechlab.studies.chart.score import Reference, score
-from mechlab.tables import number
-
-if TYPE_CHECKING:
-    from mechlab.lab.accuracy import Result
-    from mechlab.studies.chart.data import ChartPoint
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 """Errors to be met [m or rad]."""
 TOLERANCES = tuple(10.0**-k for k in range(2, 14))
 HALVINGS = 16
 COSTLY = (0.3, 3.0)
-"""A peer is refined until a run costs FAR times as much as ours, at least and at most this CPU time [s]."""
+"""A peer is refined until a run costs FAR times as much CPU time as ours; the limit lies within these bounds [s]."""
 FAR = 20.0
-REPEATS, ENOUGH, MOST = 5, 0.05, 50
-"""Medians are of so many runs, and of up to MOST of those that take no more than ENOUGH together [s]."""
+REPEATS, ENOUGH_S, REPEATS_LIMIT = 5, 0.05, 50
+"""A median is of REPEATS runs; of quick ones there are more, until they take ENOUGH_S together, up to REPEATS_LIMIT."""
 CONTENDERS = 2
-"""So many of the cheapest peers of a target are looked at again, with BISECTIONS settings between two of the sweep."""
+"""How many of the cheapest peers of a target are run again, with up to BISECTIONS settings between two of the sweep."""
 BISECTIONS = 3
-
-
-def _shown(x: float) -> str:
-    return number(x) if math.isfinite(x) else "-"
 
 
 def compare(problem: Problem, truth: Reference, progress: Callable[[str], None] = lambda line: None) -> PeerTable:
@@ -79,13 +70,11 @@ class Ours:
 def ours(problem: Problem, truth: Reference, target: float) -> Ours:
     """`solve_to` under a target [m or rad], once."""
     found = _solved(problem, target)
-    away = score(problem, truth, Trace(found.q, found.v, found.cpu_s, 0))
-    return Ours(found.cpu_s, away.error, found.method, found.reached)
+    errors = score(problem, truth, Trace(found.q, found.v, found.cpu_s, 0))
+    return Ours(found.cpu_s, errors.error, found.method, found.reached)
 
 
 def _solved(problem: Problem, target: float) -> Result:
-    from mechlab.lab.accuracy import solve_to
-
     return solve_to(problem.design, problem.scene, target, problem.outputs)
 
 
@@ -94,17 +83,17 @@ def _once_more(times: list[float], repeats: int, costly: float) -> bool:
     spent, n = sum(times), len(times)
     if n < repeats:
         return n < 2 or spent < costly
-    return 1 < repeats and n < MOST and spent < ENOUGH
+    return 1 < repeats and n < REPEATS_LIMIT and spent < ENOUGH_S
 
 
 def _row(target: float, x: Ours, search: _Search) -> PeerRow:
     best = search.fastest(target)
     mine, theirs = _duel(search, target, best)
-    told = (target, mine, x.error, x.method, x.reached)
+    ours_row = (target, mine, x.error, x.method, x.reached)
     if best is None:
         nearest = min((p.error for p in search.points if p.ok), default=math.nan)
-        return PeerRow(*told, "", math.nan, math.nan, nearest)
-    return PeerRow(*told, best.method, best.step, theirs, best.error)
+        return PeerRow(*ours_row, "", math.nan, math.nan, nearest)
+    return PeerRow(*ours_row, best.method, best.step, theirs, best.error)
 
 
 def _duel(search: _Search, target: float, best: ChartPoint | None) -> tuple[float, float]:
@@ -125,7 +114,7 @@ def _duel(search: _Search, target: float, best: ChartPoint | None) -> tuple[floa
 
 @dataclass
 class _Search:
-    """Runs of peers on a problem, judged by the truth."""
+    """Runs of peers on a problem, each with its error against the reference."""
 
     problem: Problem
     truth: Reference
@@ -146,8 +135,6 @@ class _Search:
 
     def point(self, m: Method, value: float, repeats: int = 1) -> ChartPoint:
         """One setting: median CPU time of `repeats` runs, and the error."""
-        from mechlab.studies.chart.data import DIVERGED, NOT_RUN, OK, ChartPoint
-
         nan = math.nan
         lost = ChartPoint(m.name, value, m.control, nan, nan, nan, nan, nan, DIVERGED)
         times: list[float] = []
@@ -211,6 +198,3 @@ def _versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             continue
     return out
-
-
-__all__ = ["TARGETS", "PeerRow", "PeerTable", "compare", "ours"]

@@ -15,8 +15,9 @@ from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.files import unfinished
 from mechlab.lab.design import Design
+from mechlab.results import Shown
 from mechlab.studies.check.generic_checks import generic_checks
-from mechlab.tables import html_sheet, number, table
+from mechlab.tables import number
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -39,9 +40,6 @@ def write_figure(entries: Sequence[Entry], path: str | Path) -> Path:
     with unfinished(target) as temporary:
         able[0].figure(temporary)
     return target
-
-
-HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
 
 
 @dataclass(frozen=True)
@@ -77,8 +75,8 @@ class CheckOutcome:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class CheckReport:
+@dataclass(frozen=True, repr=False)
+class CheckReport(Shown):
     """All outcomes."""
 
     outcomes: tuple[CheckOutcome, ...]
@@ -99,10 +97,6 @@ class CheckReport:
         """JSON-able form."""
         return {"checks": [o.to_dict() for o in self.outcomes], "message": self.message}
 
-    def text(self) -> str:
-        """A table and a sentence."""
-        return table(HEADERS, self.rows()) + f"\n\n{self.message}."
-
     def rows(self) -> list[list[str]]:
         """A row for each check, under HEADERS."""
         rows = []
@@ -111,9 +105,6 @@ class CheckReport:
             rows.append([o.mechanism, o.check.id, o.verdict, number(o.measured.difference if o.measured else None),
                          number(o.measured.tolerance if o.measured else None), o.check.text, said or o.error or o.missing])  # fmt: skip
         return rows
-
-    def _repr_html_(self) -> str:
-        return html_sheet("", [f"{self.message}."], {"": (HEADERS, self.rows())})
 
 
 def checks_of(entry: Entry) -> tuple[Check, ...]:

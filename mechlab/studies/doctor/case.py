@@ -18,12 +18,11 @@ from mechlab.engines.mujoco.control import compiling
 from mechlab.errors import MechlabError
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.structure import FREEDOMS, Redundancy
-from mechlab.tables import Told, counted, number
+from mechlab.mechanism.structure import Redundancy
+from mechlab.results import Shown
 
 ORDER = {"error": 0, "warning": 1, "note": 2}
 """Severities: "error": results of the file as it is cannot be trusted; "warning": to be known; "note": for other tools."""
-SHOWN = 12
 
 
 @dataclass(frozen=True)
@@ -40,8 +39,8 @@ class Symptom:
         return {"name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste}
 
 
-@dataclass(frozen=True)
-class Diagnosis(Told):
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Shown):
     """The diagnosis of a file. `freedoms` is None where no rank could be taken; `gap` [m, rad] is the largest residual of
     a loop or coupling in the reference pose, None where nothing closes; `paste` the whole of the recommended settings."""
 
@@ -87,36 +86,6 @@ class Diagnosis(Told):
             "findings": [f.to_dict() for f in self.findings], "paste": self.paste, "notes": list(self.notes),
             "versions": dict(self.versions), "message": self.message,
         }  # fmt: skip
-
-    def text(self) -> str:
-        """The structure, the findings by severity, the text to paste."""
-        lines = [f"{self.name} ({self.kind})"]
-        if self.freedoms is not None:
-            lines.append(
-                f"  {counted(self.coordinates or 0, 'coordinate')}, {counted(self.rows or 0, 'constraint row')}: "
-                f"{counted(self.freedoms, *FREEDOMS)}"
-            )
-        if self.idle:
-            lines.append(f"  local freedoms: {', '.join(self.idle)}")
-        if self.redundant:
-            lines.append(f"  {len(self.redundant)} redundant rows:")
-            lines += [f"    {x.sentence}" for x in self.redundant[:SHOWN]]
-            if len(self.redundant) > SHOWN:
-                lines.append(f"    and {len(self.redundant) - SHOWN} more (--json lists all)")
-        if self.gap is not None:
-            lines.append(f"  largest gap in the reference pose: {number(self.gap)} m or rad")
-        lines += ["", "findings" if self.findings else "no findings"]
-        for f in self.findings:
-            lines.append(f"  {f.severity:8s}{f.name}: {f.sentence}")
-            lines += [f"          {row}" for row in f.paste.splitlines()]
-        lines += [f"  note    {n}" for n in self.notes]
-        if self.paste:
-            lines += ["", "to paste", *(f"  {row}" for row in self.paste.splitlines())]
-        lines += [
-            "",
-            self.message if self.exit_code == 0 else f"{self.name}: do not trust results of this file as it is.",
-        ]
-        return "\n".join(lines)
 
 
 ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}

@@ -10,12 +10,12 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.studies.modes.eigen import RIGID, UNSTABLE, VibrationMode
-from mechlab.tables import Told, counted, number, table
+from mechlab.results import Shown
+from mechlab.studies.modes.eigen import VibrationMode
+from mechlab.tables import counted, number
 
 AGREED = 1e-6
 """Largest relative difference of eigenvalues between witnesses that is trusted."""
-SHOWN = 4
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class ModesWitness:
     cannot: str = ""
 
 
-@dataclass(frozen=True)
-class ModesResult(Told):
+@dataclass(frozen=True, repr=False)
+class ModesResult(Shown):
     """Modes of a mechanism about its rest. The first witness that could answer speaks; the others confirm it."""
 
     name: str
@@ -147,50 +147,6 @@ class ModesResult(Told):
             "equilibrium": values_at(self.mechanism, w.q), "residual": w.residual, "omega": [m.omega for m in w.modes],
             "damping": [m.damping for m in w.modes], "kind": [m.kind for m in w.modes],
         }  # fmt: skip
-
-    def text(self) -> str:
-        """The table for a person."""
-        lines = [f"{self.name}, {self.scene}, fidelity {self.fidelity}: equilibrium and small motions about it"]
-        lines += [f"what acts: {self.acts}"] if self.acts else []
-        rows = [[n, number(v, 7)] for n, v in self.equilibrium.items()]
-        lines += [
-            "",
-            table(["joint or shaft", "at rest [rad or m]"], rows),
-            f"unbalanced: {self.spoken.residual:.2g} N m or N",
-            "",
-        ]
-        heads = ["", "kind", "Hz", "omega [rad/s]", "damping", "eigenvalues [1/s]", "shape (largest first)"]
-        lines.append(table(heads, [self._row(k, m) for k, m in enumerate(self.modes, 1)]))
-        lines.append("")
-        for n, w in self.witnesses.items():
-            lines.append(
-                f"{n}: {w.cannot or 'omega ' + (', '.join(number(m.omega, 9) for m in w.modes[:6]) or 'none')}"
-            )
-        lines.append(
-            f"largest difference between the witnesses: {number(self.max_difference)} (relative {number(self.relative_difference)})"
-        )
-        lines += [f"note: {n}" for n in self.notes]
-        lines += [
-            f"UNSTABLE: mode {k} grows with {m.growth:.4g} 1/s ({self._words(m)})"
-            for k, m in enumerate(self.modes, 1)
-            if m.kind == UNSTABLE
-        ]
-        lines += [
-            f"rigid: mode {k} has no stiffness ({self._words(m)})"
-            for k, m in enumerate(self.modes, 1)
-            if m.kind == RIGID
-        ]
-        lines += [f"{kind}: {path}" for kind, path in self.files.items()]
-        return "\n".join([*lines, self.message])
-
-    def _row(self, k: int, m: VibrationMode) -> list[str]:
-        roots = ", ".join(f"{r.real:.4g}{r.imag:+.4g}i" if r.imag else f"{r.real:.4g}" for r in m.eigenvalues)
-        return [str(k), m.kind, number(m.frequency_hz, 6), number(m.omega, 8), number(m.damping), roots, self._words(m)]
-
-    def _words(self, m: VibrationMode) -> str:
-        shape = dict(zip(self.mechanism.rate_names, np.real(m.shape).tolist(), strict=True))
-        top = sorted((n for n, x in shape.items() if abs(x) > 1e-3), key=lambda n: -abs(shape[n]))
-        return ", ".join(f"{n} {shape[n]:+.3g}" for n in top[:SHOWN]) + (", ..." if len(top) > SHOWN else "")
 
 
 def values_at(m: Mechanism, q: Array) -> dict[str, Any]:

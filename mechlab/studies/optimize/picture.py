@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechlab.experiment.parameters import describe
 from mechlab.files import unfinished
-
-if TYPE_CHECKING:
-    from mechlab.studies.optimize.problem import TriedDesign
-    from mechlab.studies.optimize.result import Optimum
+from mechlab.studies.optimize.problem import TriedDesign
+from mechlab.studies.optimize.result import Optimum
 
 BLUE, ORANGE, GREY, DARK = "#1d4ed8", "#d97706", "#b8bec8", "#222222"
 

@@ -14,7 +14,7 @@ from mechlab.experiment.question import Question
 from mechlab.lab.design import Design
 from mechlab.studies.optimize import sources
 from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, QuantitySource
-from mechlab.studies.workspace.result import product
+from mechlab.studies.workspace.grid import product
 from mechlab.values import Range
 
 FEW = 4

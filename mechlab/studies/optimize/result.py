@@ -10,8 +10,8 @@ from typing import Any
 
 from mechlab.experiment.parameters import describe
 from mechlab.mechanism import Status
+from mechlab.results import Shown
 from mechlab.studies.optimize.problem import OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
-from mechlab.tables import Told, number, table
 
 ACTIVE = 1e-4
 """A constraint or an end of a range is active when the best design is nearer, as a share of the bound or of the range."""
@@ -19,8 +19,8 @@ AGREES = 1e-6
 """Largest difference, as a share of the value, between the reported number and another way to compute it."""
 
 
-@dataclass(frozen=True)
-class Optimum(Told):
+@dataclass(frozen=True, repr=False)
+class Optimum(Shown):
     """best: None where no design meets the constraints; nearest: the design that misses them least. checks: quantity -> what
     other ways to compute it say at the best design. front: non-dominated designs, for `second`."""
 
@@ -133,44 +133,6 @@ class Optimum(Told):
 
     def _named(self, t: TriedDesign) -> dict[str, float]:
         return dict(zip((v.name for v in self.problem.variables), t.x, strict=True))
-
-    def text(self) -> str:
-        """The sentence, a table of start and best, the checks, the front."""
-        p = self.problem
-        lines = [f"task: {self.task}"] if self.task else []
-        lines.append(f"{self.message}.")
-        shown = self.best or self.nearest
-        head = "best" if self.best else "nearest"
-        if shown is not None:
-            rows = [
-                (v.name, v.unit, f"{v.low:.6g} .. {v.high:.6g}", number(a, 9), number(b, 9))
-                for v, a, b in zip(p.variables, self.start.x, shown.x, strict=True)
-            ]
-            limits: dict[str, list[str]] = {}
-            for c in p.constraints:
-                limits.setdefault(c.quantity, []).append(f"{'>=' if c.sign > 0 else '<='} {c.bound:.6g}")
-            for q, unit in p.measured.units.items():
-                if q in self._named(shown) and q != p.goal.quantity:
-                    continue
-                wanted = [p.goal.text.split()[0]] if q == p.goal.quantity else []
-                about = ", ".join(wanted + limits.get(q, []))
-                rows.append((q, unit, about, number(self.start.values.get(q), 9), number(shown.values.get(q), 9)))
-            lines.append(table(("quantity", "unit", "range or wish", "start", head), rows))
-        if self.start.failure:
-            lines.append(f"start: {self.start.failure}")
-        for q, said in self.checks.items():
-            lines.append(f"checked: {q} = {', '.join(f'{v:.9g} ({way})' for way, v in said.items())}")
-        lines.append(f"{len(p.trials)} designs evaluated, seed {self.seed}")
-        if self.second is not None and self.front:
-            names = [v.name for v in p.variables]
-            both = [p.goal.quantity, self.second.quantity]
-            cells = [[*(number(t.values[q], 6) for q in both), *(number(a, 6) for a in t.x)] for t in self.front]
-            lines += [
-                f"front of {p.goal.text} and {self.second.text}, without a bound on {self.second.quantity}:",
-                table((*both, *names), cells),
-            ]
-        lines += [f"{k}: {f}" for k, f in self.files.items()]
-        return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
 
 
 def told(value: float, unit: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,10 +13,8 @@ from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.cycle.cycle import CycleResult
 from mechlab.studies.optimize.reach import RAYS, least_within, plane_of, reach
-
-if TYPE_CHECKING:
-    from mechlab.studies.cycle.cycle import CycleResult
 
 REDUCE = ("least", "largest", "peak", "mean", "span", "final")
 DEXTERITY = "inverse_condition"

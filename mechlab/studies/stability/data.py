@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from pathlib import Path
 from typing import Any
 
-from mechlab.tables import Told
+from mechlab.errors import MechlabError, unknown
+from mechlab.results import ResultInFiles
 
 
 class RunOutcome(Enum):
@@ -130,8 +130,8 @@ class StabilityMap:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Stability(Told):
+@dataclass(frozen=True, repr=False)
+class Stability(ResultInFiles):
     """All maps of a mechanism, and why it gets no others."""
 
     name: str
@@ -151,8 +151,6 @@ class Stability(Told):
 
     def map(self, kind: str) -> StabilityMap:
         """The map of a kind; raises MechlabError that lists those there are, and why the kind is missing."""
-        from mechlab.errors import MechlabError, unknown
-
         for found in self.maps:
             if found.kind == kind:
                 return found
@@ -171,15 +169,3 @@ class Stability(Told):
             "cpu_s": self.cpu_s, "versions": self.versions, "warnings": list(self.warnings),
             "status": "answered" if self.maps else "nothing to map", "message": message,
         }  # fmt: skip
-
-    def text(self) -> str:
-        """Maps as letters, sentences."""
-        from mechlab.studies.stability.report import text
-
-        return text(self)
-
-    def save(self, folder: str | Path) -> dict[str, Path]:
-        """Write stability_NAME.json and a picture for each map; see `mechlab.studies.stability.report`."""
-        from mechlab.studies.stability.report import save
-
-        return save(self, folder)

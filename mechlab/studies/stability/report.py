@@ -11,16 +11,14 @@ import json
 import math
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.files import unfinished, whole_folder, write
-from mechlab.studies.stability.data import MethodPanel, RunOutcome, StabilityAxis, StabilityMap, Theory
-
-if TYPE_CHECKING:
-    from mechlab.studies.stability.data import MethodPanel, Stability, StabilityMap
+from mechlab.results import line_of, save_files, text_of
+from mechlab.studies.stability.data import MethodPanel, RunOutcome, Stability, StabilityAxis, StabilityMap, Theory
 
 BLOWN = frozenset({RunOutcome.BLOWN_UP})
 BAD = frozenset({RunOutcome.BLOWN_UP, RunOutcome.WRONG, RunOutcome.DRIFTING, RunOutcome.REFUSED})
@@ -228,7 +226,13 @@ LETTERS = {
 }  # fmt: skip
 
 
-def text(found: Stability) -> str:
+@line_of.register
+def _(found: Stability) -> str:
+    return f"Stability of {found.name}, scene {found.scene}: {', '.join(m.kind for m in found.maps) or 'no map'}"
+
+
+@text_of.register
+def _(found: Stability) -> str:
     """Every map as rows of letters, and what follows from it."""
     legend = ", ".join(f"{letter} {o.value}" for o, letter in LETTERS.items())
     lines = [f"{found.name}, scene {found.scene}: where methods fail", f"what acts: {found.acts}", legend]
@@ -256,19 +260,18 @@ def _map(made: StabilityMap) -> list[str]:
     return lines + [f"  {s}" for s in made.sentences]
 
 
-def save(found: Stability, folder: str | Path) -> dict[str, Path]:
+@save_files.register
+def _(found: Stability, folder: Path) -> dict[str, Path]:
     """Write stability_NAME.json and stability_NAME_KIND.png for each map into a folder.
 
     Raises MechlabError for a path that is a file.
     """
-
-    target = Path(folder)
-    if target.suffix or target.is_file():
-        raise MechlabError(f"stability: -o takes a folder, got {target}; it gets a .json and a .png for each map.")
+    if folder.suffix or folder.is_file():
+        raise MechlabError(f"stability: -o takes a folder, got {folder}; it gets a .json and a .png for each map.")
     names = {"json": f"stability_{found.name}.json"}
     names |= {made.kind: f"stability_{found.name}_{made.kind}.png" for made in found.maps}
-    with whole_folder(target) as stage:
+    with whole_folder(folder) as stage:
         write(stage / names["json"], json.dumps(found.to_dict(), indent=1, allow_nan=False))
         for made in found.maps:
             draw(found, made, stage / names[made.kind])
-    return {kind: target / name for kind, name in names.items()}
+    return {kind: folder / name for kind, name in names.items()}

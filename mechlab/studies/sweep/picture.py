@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,7 @@ from mechlab.errors import MechlabError
 from mechlab.files import unfinished
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.sweep.request import SweepAxis, SweepQuantity
-
-if TYPE_CHECKING:
-    from mechlab.studies.sweep.result import SweepResult
+from mechlab.studies.sweep.result import SweepResult
 
 MOST_PANELS, COLUMNS = 16, 4
 SUFFIXES = (".png", ".svg", ".pdf")

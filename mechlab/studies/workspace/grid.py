@@ -7,6 +7,7 @@ Two regions on one grid: what they share, and what each has alone.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -193,3 +194,9 @@ def compare(first: Region, second: Region, grid: WorkspaceGrid, slab: int = SLAB
         alone += int((a & ~b).sum())
         other += int((b & ~a).sum())
     return WorkspaceComparison(both, alone, other, grid.cell)
+
+
+def product(units: list[str]) -> str:
+    """The product of units: m, m, m -> m3; m, m, rad -> m2 rad."""
+    counts = Counter(u for u in units if u)
+    return " ".join(u if n == 1 else f"{u}{n}" for u, n in counts.items())
