@@ -8,20 +8,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism.constraints import ConstraintSet
-from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.statics import passive_force
 
 LAG_LIMIT = 1e-3
 """Lag [rad or m] above which a run warns."""
@@ -58,7 +54,7 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
     if settings.engine != "mujoco" or not mechanism.relations:
         return ()
     q, v = initial_state(mechanism, scene)
-    plant = _StatePlant(mechanism, q, v)
+    plant = TreePlant(mechanism, q, v)
     memory = LawStates(scene.laws)
     memory.put(plant, memory.initial)
     mass, jacobian, free = plant.mass_matrix(), plant.jacobian(), plant.constraint_bias()
@@ -98,30 +94,3 @@ def lag_findings(mechanism: Mechanism, scene: Scene, settings: Settings) -> tupl
         )
         return (Finding("predicted_lag", worst.lag, LAG_LIMIT, "rad or m", "warning", text),)
     return (Finding("predicted_lag", worst.lag, LAG_LIMIT, "rad or m", "ok", text),)
-
-
-class _StatePlant:
-    """A Plant of numpy in one state."""
-
-    def __init__(self, mechanism: Mechanism, q: Array, v: Array) -> None:
-        self.mechanism, self.t = mechanism, 0.0
-        self.memory: Mapping[Any, Array] = {}
-        self._tree, self._constraints = TreeKinematics(mechanism, q, v), ConstraintSet(mechanism)
-
-    def value(self, name: str) -> float:
-        return float(self.mechanism.value(name, self._tree.q))
-
-    def rate(self, name: str) -> float:
-        return float(self.mechanism.row(name) @ self._tree.v)
-
-    def mass_matrix(self) -> Array:
-        return self._tree.mass_matrix()
-
-    def bias(self) -> Array:
-        return np.asarray(self._tree.bias_force() - passive_force(self._tree))
-
-    def jacobian(self) -> Array:
-        return self._constraints.jacobian(self._tree)
-
-    def constraint_bias(self) -> Array:
-        return self._constraints.bias(self._tree)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.assembly import Status
+from mechlab.mechanism.newton import Status
 from mechlab.results import Result
 
 TOLERANCE = 1e-6
@@ -71,6 +71,10 @@ class Answer:
         return out | self.details
 
 
+LENGTHS = ("m", "m/s", "m/s2")
+"""Units of a length, its rate and its acceleration."""
+
+
 @dataclass(frozen=True)
 class Question:
     """Chosen by the keys that are given: all of `given`, any of `optional` (with
@@ -78,7 +82,7 @@ class Question:
 
     witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi. units: SI unit
     of every key that is given or answered ("" for a pure number). tolerance: witnesses may differ by this share of the
-    largest value of the same unit, which counts as `size` [SI] / 1000 at least.
+    largest value of the same unit; see `Answers.apart`.
     """
 
     name: str
@@ -90,7 +94,6 @@ class Question:
     units: Mapping[str, str] = field(default_factory=dict)
     text: str = ""
     tolerance: float = TOLERANCE
-    size: float = 1.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -105,7 +108,8 @@ class Answers(Result):
     given: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     tolerance: float = TOLERANCE
-    size: float = 1.0
+    length: float = 1.0
+    """Size of the mechanism [m]: what a length is large or small beside."""
 
     def __getitem__(self, witness: str) -> dict[str, Any]:
         return self.answers[witness].values
@@ -131,13 +135,18 @@ class Answers(Result):
 
     @property
     def apart(self) -> dict[str, float]:
-        """Values in which witnesses differ by more than the tolerance, and by how much."""
+        """Values in which witnesses differ by more than the tolerance, and by how much.
+
+        The tolerance is a share of the largest value of the same unit, which counts as 1e-3 [SI] at least; a length, its
+        rate and its acceleration as 1e-3 of the size of the mechanism.
+        """
         found = self.differences
         largest: dict[str, float] = {}
         for key in found:
             both = [a.values[key] for a in self.answers.values() if not a.cannot and key in a.values]
             value = max(float(np.max(np.abs(np.asarray(x, dtype=float)), initial=0.0)) for x in both)
-            largest[self._kind(key)] = max(largest.get(self._kind(key), 1e-3 * self.size), value)
+            floor = 1e-3 * (self.length if self.units.get(key) in LENGTHS else 1.0)
+            largest[self._kind(key)] = max(largest.get(self._kind(key), floor), value)
         return {k: x for k, x in found.items() if not x <= self.tolerance * largest[self._kind(k)]}
 
     def _kind(self, key: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -14,15 +14,16 @@ from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.entry import Check, CheckResult, SceneRecipe
 from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import Ramp
-from mechlab.experiment.question import Answer, Question, Witness, with_rates
-from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.question import Answer, Question, with_rates
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import mass_check
+from mechlab.kit.checks import by_witnesses, closed_form_recording, driven_run
 from mechlab.kit.planar_build import Style, coordinates, mechanism_of
 from mechlab.kit.planar_mass import compare_planar
-from mechlab.kit.witness import engine_answer
+from mechlab.kit.questions import RATES, by_engines, not_assembled, with_orders
 from mechlab.mechanism import Mechanism, Status
-from mechlab.tables import up_to
+from mechlab.mechanism.geometry import Array
 
 START_OFFSET = 1e-3
 """The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
@@ -30,7 +31,6 @@ DRIVEN = Settings(timeconst=4.0)
 """Of driven cranks: softer rows follow an acceleration that a law commands with less ringing."""
 FREE = Settings(timestep=2.5e-4)
 """Of free motion, within its tolerance by the estimate of its own steps."""
-ORDERS = ("", "_rate", "_accel")
 
 
 @dataclass(frozen=True)
@@ -71,13 +71,12 @@ class Planar:
     def question(self) -> Question:
         """From crank angles, rates and accelerations to everything that moves, by three witnesses."""
         optional: dict[str, float | None] = {f"{c}{s}": 0.0 for c in self.cranks for s in ("_rate", "_accel")}
-
-        def engine(name: str) -> Witness:
-            return lambda p, given: self._engine(name, p, given)
-
+        given = {f"{c}_angle": f"{c}_angle" for c in self.cranks}
+        given |= {f"{c}{s}": f"{c}_angle{s}" for c in self.cranks for s in ("_rate", "_accel")}
+        answers = with_orders(self.quantities)
         return Question(
-            "pose", given=self.given, optional=optional, answers=tuple(f"{q}{s}" for q in self.quantities for s in ORDERS),
-            witnesses={"analytic": self._analytic, "pinocchio": engine("pinocchio"), "mujoco": engine("mujoco")},
+            "pose", given=self.given, optional=optional, answers=tuple(answers),
+            witnesses={"analytic": self._analytic} | by_engines(self.build, given, answers, self._start),
             angles=tuple(f"{n}_angle" for n in self.links), units=self._units(),
             text="positions, rates and accelerations of all links from those of the cranks; every assembly mode",
         )  # fmt: skip
@@ -106,7 +105,7 @@ class Planar:
         for n in self.points:
             z = motion.points[n]
             for a, part in (("x", np.real), ("y", np.imag)):
-                out |= {f"{n}_{a}{o}": part(w) for o, w in zip(ORDERS, (z.p, z.v, z.a), strict=True)}
+                out |= {f"{n}_{a}{o}": part(w) for o, w in zip(RATES, (z.p, z.v, z.a), strict=True)}
         return out
 
     def _analytic(self, p: Any, given: Mapping[str, Any]) -> Answer:
@@ -116,11 +115,7 @@ class Planar:
         listed = _listed(self, chain, inputs) if scalar else ()
         for name, dyad in motion.dyads.items():
             if not np.all(dyad.assembles):
-                gap = float(np.max(np.where(dyad.assembles, 0.0, dyad.gap)))
-                text = f"group {name} ({dyad.kind}) is {up_to(dyad.gap)}{gap:.6g} m short of meeting"
-                return Answer(
-                    status=Status.NO_ASSEMBLY, notes=(text,), details={"gap": gap}, modes=listed, solved=dyad.assembles
-                )
+                return not_assembled(f"group {name} ({dyad.kind}) is", dyad.gap, dyad.assembles, listed)
         dead = [n for n, d in motion.dyads.items() if not np.all(d.regular)]
         if dead:
             text = f"group {', '.join(dead)} stands at a dead centre, where two modes meet: rates do not exist"
@@ -129,24 +124,13 @@ class Planar:
         quality = {f"quality_{n}": d.quality for n, d in motion.dyads.items()}
         return Answer(self.values(motion) | quality, modes=listed)
 
-    def _engine(self, engine: str, p: Any, given: Mapping[str, Any]) -> Answer:
-        try:
-            m = self.build(p, "minimal")
-        except (NoSolution, MechlabError) as never:
-            return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
-        start = None
+    def _start(self, p: Any, m: Mechanism, given: Mapping[str, Any]) -> Array | None:
+        """Coordinates of the closed form, a little off; None where it does not assemble."""
         chain = self.linkage(p)
         motion = chain.solve(**self.inputs(given))
-        if all(np.all(d.assembles) for d in motion.dyads.values()):
-            start = coordinates(m, chain, motion, self.style(p))[0][0] + START_OFFSET
-        asked: dict[str, Any] = {}
-        for c in self.cranks:
-            asked |= {f"{c}_angle": given[f"{c}_angle"]}
-            asked |= {f"{c}_angle{s}": given.get(f"{c}{s}", 0.0) for s in ("_rate", "_accel")}
-        back = {f"{theirs}{s}": f"{ours}{s}" for ours, theirs in self.quantities.items() for s in ORDERS}
-        found = engine_answer(engine, m, asked, tuple(back), start=start)
-        named = {back[k]: v for k, v in found.values.items()}
-        return Answer(named, found.status, found.notes, cannot=found.cannot)
+        if not all(np.all(d.assembles) for d in motion.dyads.values()):
+            return None
+        return np.asarray(coordinates(m, chain, motion, self.style(p))[0][0] + START_OFFSET)
 
     # -- scenes --------------------------------------------------------------------------------------------------------
 
@@ -186,15 +170,10 @@ class Planar:
         inputs: dict[str, Any] = {}
         for name, ramp in law.commands:
             assert isinstance(ramp, Ramp)
-            inputs[name.removesuffix("_angle")] = (
-                ramp.value + ramp.rate * t,
-                np.full(len(t), ramp.rate),
-                np.zeros(len(t)),
-            )
-        q, v = coordinates(m, chain, chain.solve(**inputs).require(), self.style(p))
-        channels, units = basic_channels(m, q, v)
-        return Recording(
-            m, t, q, v, channels, units, settings=Settings(engine="analytic"), scene=scene.name, fidelity="minimal"
+            angle = ramp.value + ramp.rate * t
+            inputs[name.removesuffix("_angle")] = (angle, np.full(len(t), ramp.rate), np.zeros(len(t)))
+        return closed_form_recording(
+            m, scene, t, *coordinates(m, chain, chain.solve(**inputs).require(), self.style(p))
         )
 
     # -- checks --------------------------------------------------------------------------------------------------------
@@ -202,20 +181,10 @@ class Planar:
     def checks(self, letter: str) -> tuple[Check, ...]:
         """Poses, rates and accelerations by three witnesses; a driven turn by MuJoCo against the closed form; masses, momenta,
         energy and power of moving states."""
+        source = "closed form, dyads"
         return (
-            Check(
-                f"{letter}1",
-                "positions, rates, accelerations from three witnesses",
-                self._check_pose,
-                "closed form, dyads",
-            ),
-            Check(
-                f"{letter}2",
-                "a driven run of MuJoCo against the closed form",
-                self._check_run,
-                "closed form, dyads",
-                slow=True,
-            ),
+            Check(f"{letter}1", "positions, rates, accelerations from three witnesses", self._check_pose, source),
+            Check(f"{letter}2", "a driven run of MuJoCo against the closed form", self._check_run, source, slow=True),
             Check(f"{letter}3", mass_check.TEXT, self._check_mass, mass_check.SOURCE),
         )
 
@@ -226,41 +195,22 @@ class Planar:
         return compare_planar(self.build(p, "minimal"), self.linkage(p), positions, self.style(p))
 
     def _check_pose(self, p: Any) -> CheckResult:
-        said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
-        start = self.start(p)
-        question = self.question()
+        start, sample = self.start(p), list[dict[str, Any]]()
         for k in range(5):
             given: dict[str, Any] = {}
             for i, c in enumerate(self.cranks):
                 given |= {f"{c}_angle": start[c] + 0.11 * k * (-1) ** i, f"{c}_rate": 1.3, f"{c}_accel": -0.7}
             found = self._analytic(p, given)
-            if found.status is not Status.SOLVED:
-                if k:
-                    continue  # beyond a limit
+            if found.status is Status.SOLVED:
+                sample.append(given)
+            elif not k:  # later ones may lie beyond a limit
                 raise NoSolution(f"{self.name}: it does not assemble at the start: {'; '.join(found.notes)}")
-            for witness, ask in question.witnesses.items():
-                values = found.values if witness == "analytic" else ask(p, given).values
-                plain = [a for a in question.answers if a not in question.angles]
-                turned = [g(values[a]) for a in question.angles for g in (np.cos, np.sin)]
-                said[witness].append([*(values[a] for a in plain), *turned])
-        return CheckResult(
-            said,
-            1e-8,
-            note=f"{len(said['analytic'])} poses near the start: all quantities with rates and accelerations",
-        )
+        note = f"{len(sample)} poses near the start: all quantities with rates and accelerations"
+        return by_witnesses(p, self.question(), sample, 1e-8, note)
 
     def _check_run(self, p: Any) -> CheckResult:
-        from mechlab.engines.mujoco import run
-
         scene = self.scenes()["driven-crank"].make(p, "minimal")
-        scene = replace(scene, duration=0.37 * scene.duration)
-        truth = self.reference(p, scene)
-        settings = Settings(timestep=7e-4, timeconst=4.0)
-        found = run(self.build(p, "minimal"), scene, settings, [scene.duration])
-        names = [n for n in truth.mechanism.scalar_names if n in found.channels]
-        expected = [truth.channel(n)[-1] for n in names]
-        # Softness of MuJoCo's loops, tc = 2.8 ms: (1 - d) tc^2 x acceleration stays below 1e-6 here.
-        return CheckResult({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, expected, ", ".join(names))
+        return driven_run(self.build(p, "minimal"), scene, self.reference, p, 0.37)
 
 
 @lru_cache(maxsize=64)

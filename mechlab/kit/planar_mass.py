@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -110,3 +110,20 @@ def _named(m: Mechanism, motion: Motion, style: Style) -> tuple[dict[str, Any], 
 def _upright(z: Any) -> Array:
     """A vector of the linkage's plane in the world: y stands up."""
     return np.array([np.real(z), 0.0, np.imag(z)], dtype=float)
+
+
+def bars_state(
+    values: Mapping[str, Sequence[Any]],
+    ends: Mapping[str, tuple[complex, complex]],
+    bars: Iterable[tuple[str, str, float, float]],
+    gravity: float,
+) -> State:
+    """The State of a linkage of one freedom made of uniform round bars, in an upright plane.
+
+    values: joint or shaft -> value, rate. ends: point -> place [m], velocity [m/s] as x + i y, y up. bars: from a point to a
+    point, mass [kg], radius [m]. gravity [m/s2]: downwards.
+    """
+    at = {n: (_upright(z), _upright(dz)) for n, (z, dz) in ends.items()}
+    parts = (rod(mass, at[a][0], at[b][0], at[a][1], at[b][1], radius) for a, b, mass, radius in bars)
+    angles, rates = ({n: float(x[k]) for n, x in values.items()} for k in (0, 1))
+    return State(angles, rates, sum(parts, NOTHING), {n: z for n, (z, _) in at.items()}, (0.0, 0.0, -gravity), 1)

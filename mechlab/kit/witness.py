@@ -13,30 +13,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
 from mechlab.kit.determined import LETTERS, determined, level, quantities, split
 from mechlab.mechanism import Mechanism, Status, singularity
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.size import coordinate_units, in_unit_of_length, is_length
+from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
 
 ENGINES = {"pinocchio": "mechlab.engines.pinocchio", "mujoco": "mechlab.engines.mujoco"}
 
 
-def room(engine: str) -> Any:
-    """The room of an engine; raises EngineMissing when the engine is not installed."""
-    if engine not in ENGINES:
-        raise unknown("engine", engine, ENGINES)
-    try:
-        return import_module(ENGINES[engine])
-    except ModuleNotFoundError as error:
-        raise EngineMissing(
-            f"{engine} is not installed ({error.name} is missing); pip install {'pin' if engine == 'pinocchio' else engine}."
-        ) from None
+def room(name: str) -> Any:
+    """The package of an engine; raises EngineMissing when the engine is not installed."""
+    engine(name)
+    return import_module(ENGINES[name])
 
 
 def engine_answer(
-    engine: str,
+    witness: str,
     m: Mechanism,
     given: Mapping[str, Any],
     wanted: Sequence[str],
@@ -52,10 +47,10 @@ def engine_answer(
     others stand in `Answer.open` and `Answer.idle`. A given coordinate without a given acceleration has 0 (`Answer.assumed`).
     """
     if m.length_scale != 1.0:
-        return _in_own_unit(engine, m, given, wanted, start, steps, output)
+        return _in_own_unit(witness, m, given, wanted, start, steps, output)
     position, rate, accel = split(m, given)
     try:
-        r = room(engine)
+        r = engine(witness)
         found = r.assemble(m, position, start=start, steps=steps)
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
@@ -78,7 +73,7 @@ def engine_answer(
 
 
 def _in_own_unit(
-    engine: str,
+    witness: str,
     m: Mechanism,
     given: Mapping[str, Any],
     wanted: Sequence[str],
@@ -94,7 +89,7 @@ def _in_own_unit(
 
     begin = None if start is None else np.asarray(start, dtype=float) / coordinate_units(m, unit)
     scaled = {k: np.asarray(x) / length(k) if length(k) != 1.0 else x for k, x in given.items()}
-    answer = engine_answer(engine, in_unit_of_length(m, unit), scaled, wanted, begin, steps, output)
+    answer = engine_answer(witness, in_unit_of_length(m, unit), scaled, wanted, begin, steps, output)
     notes = tuple(f"{n} (lengths in units of {unit:g} m)" if " by " in n else n for n in answer.notes)
     return replace(answer, values={k: x * length(k) for k, x in answer.values.items()}, notes=notes)
 
@@ -120,7 +115,7 @@ def _output_rows(m: Mechanism, q: Array, output: str | None) -> Array | None:
 
 
 def _motion(
-    r: Any, m: Mechanism, q: Array, rate: Mapping[str, float], accel: Mapping[str, float], wanted: Iterable[str]
+    r: Engine, m: Mechanism, q: Array, rate: Mapping[str, float], accel: Mapping[str, float], wanted: Iterable[str]
 ) -> dict[str, Any]:
     v = r.rates(m, q, rate) if rate else np.zeros(m.nv)
     a = r.accelerations_of(m, q, v, accel) if rate or accel else np.zeros(m.nv)
@@ -129,7 +124,7 @@ def _motion(
 
 
 def _quantity(
-    r: Any, m: Mechanism, key: str, q: Array, v: Array, a: Array, frames: dict[str, tuple[Array, Array, Array]]
+    r: Engine, m: Mechanism, key: str, q: Array, v: Array, a: Array, frames: dict[str, tuple[Array, Array, Array]]
 ) -> float:
     for suffix, vector in (("_rate", v), ("_accel", a)):
         name = key.removesuffix(suffix)

@@ -53,7 +53,7 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     }
     done = Answers(
         question.name, answers, question.angles, question.units, _parameters(design), values, design.warnings,
-        question.tolerance, question.size,
+        question.tolerance, _length(design),
     )  # fmt: skip
     if done.open and not any(a.modes or a.values.keys() - a.assumed.keys() for a in answers.values()):
         raise MechlabError(
@@ -73,6 +73,14 @@ def in_si(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:
 def _asked_mechanism(design: Design) -> Mechanism:
     """The mechanism of the generic question."""
     return design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
+
+
+def _length(design: Design) -> float:
+    """Size of the mechanism [m]; 1 m where these parameters make none, which the witnesses then say."""
+    try:
+        return _asked_mechanism(design).length_scale
+    except MechlabError:
+        return 1.0
 
 
 def _parameters(design: Design) -> dict[str, Any]:

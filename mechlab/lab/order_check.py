@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import expected_order, observed_order, order_finding
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
 from mechlab.lab.nature import with_static_motors
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
@@ -71,18 +71,7 @@ def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, bet
 def _states(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
     """(n, nq) coordinates at `outputs` + 1 even times; fewer for a run that ended early."""
     try:
-        if settings.engine == "mujoco":
-            room("mujoco")
-            from mechlab.engines.mujoco.trace import trace
-
-            return trace(mechanism, scene, settings, outputs).q
-        times = np.linspace(0.0, scene.duration, outputs + 1)
-        if settings.engine == "one_freedom":
-            from mechlab.engines.own.one_freedom import run
-
-            return run(mechanism, scene, settings, times).q
-        found: Recording = room("pinocchio").run(mechanism, scene, settings, times)
-        return found.q
+        return engine(settings.engine).states(mechanism, scene, settings, outputs)
     except MechlabError:
         return np.zeros((0, mechanism.nq))
 

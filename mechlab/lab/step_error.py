@@ -19,6 +19,7 @@ from functools import partial
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import (
     differences,
@@ -33,9 +34,9 @@ from mechlab.experiment.errors import (
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.by_engine import run_by_engine
 from mechlab.lab.nature import other_softness
 from mechlab.lab.order_check import fixed_steps, suspects
+from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import nearest_to_singular
 
@@ -58,7 +59,7 @@ def with_step_error(recording: Recording, scene: Scene, again: Again | None = No
     any: not for a run that ended early. `again` makes the same scene with other settings; default: the engine alone."""
     if recording.t[-1] < scene.duration * (1.0 - 1e-9) or len(recording.t) < 2:
         return recording
-    estimate = _Estimate(recording, scene, again or partial(run_by_engine, recording.mechanism))
+    estimate = _Estimate(recording, scene, again or partial(_run, recording.mechanism))
     if fixed_steps(recording.settings):
         errors, finding = estimate.by_steps()
         errors, passed = estimate.past_singular(estimate.with_softness(errors))
@@ -68,6 +69,10 @@ def with_step_error(recording: Recording, scene: Scene, again: Again | None = No
     else:
         errors, finding = estimate.by_tolerance()
     return replace(recording, errors=errors, health=recording.health + Health((finding,)))
+
+
+def _run(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -> Recording:
+    return engine(settings.engine).run(mechanism, scene, settings, times)
 
 
 @dataclass(frozen=True)

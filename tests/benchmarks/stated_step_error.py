@@ -22,6 +22,7 @@ import numpy as np
 
 import mechlab as ml
 from mechlab import catalog
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import largest_difference, shared_times
 from mechlab.experiment.held_rates import HeldRates, RateHold, captured
@@ -29,7 +30,6 @@ from mechlab.experiment.laws import ConstantPower, DcMotor, Harmonic, Law, Motor
 from mechlab.experiment.motion import Sine
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, preset
-from mechlab.lab.by_engine import run_by_engine
 from mechlab.lab.nature import by_nature, with_static_motors
 from mechlab.lab.step_error import with_step_error
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
@@ -207,13 +207,13 @@ def _entry(rng: np.random.Generator, late: bool) -> tuple[str, dict[str, float]]
 def _measured(name: str, m: Mechanism, scene: Scene, settings: Settings) -> Outcome | None:
     scene = with_static_motors(scene, settings)
     scene = replace(scene, duration=min(scene.duration, STEPS[settings.engine] * settings.timestep))
-    done = run_by_engine(m, scene, settings)
+    done = engine(settings.engine).run(m, scene, settings)
     name += f"{scene.name} {settings.engine} {settings.integrator} h={settings.timestep:g} T={scene.duration:.3g}"
     if not done.health.trusted:
         print(f"{name} says that it failed: {next(f.name for f in done.health.findings if f.severity == 'error')}")
         return None
     stated = with_step_error(done, scene)
-    truth = run_by_engine(
+    truth = engine(settings.engine).run(
         m,
         replace(scene, laws=captured(scene.laws, 1.0 / FINER)),
         replace(settings, timestep=settings.timestep / FINER),

@@ -6,7 +6,7 @@ import pytest
 
 from mechlab.catalog import NAMES, entry
 from mechlab.experiment.parameters import describe
-from mechlab.experiment.question import with_rates
+from mechlab.experiment.question import Answer, Answers, with_rates
 from mechlab.studies.toolpath import QUESTION as TOOLPATH
 from mechlab.units import UNITS, compact
 
@@ -30,3 +30,12 @@ def test_no_key_of_a_question_is_a_parameter(name):
 
 def test_units_of_rates_and_accelerations():
     assert with_rates({"x": "m"}) == {"x": "m", "x_rate": "m/s", "x_accel": "m/s2"}
+
+
+@pytest.mark.parametrize(("unit", "length", "apart"), [
+    ("m", 1.0, False), ("m", 2e-6, True), ("m/s", 2e-6, True), ("rad", 2e-6, False),
+])  # fmt: skip
+def test_a_length_is_compared_at_the_size_of_the_mechanism(unit, length, apart):
+    """1e-11 m is nothing in a metre and too much in a mechanism of 2 micrometres, whose lengths agree to 2e-15 m; an angle has no size."""
+    answers = {"analytic": Answer({"x": 1e-7}), "pinocchio": Answer({"x": 1e-7 + 1e-11})}
+    assert bool(Answers("pose", answers, units={"x": unit}, length=length).apart) is apart

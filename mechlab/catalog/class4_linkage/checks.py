@@ -124,7 +124,7 @@ def _free_run(p: Class4Parameters) -> CheckResult:
         inertia = 2.0 * kinetic_energy(m, found.q[k : k + 1], np.array([[unit[j.name] for j in m.joints]]))[0]
         worst = max(worst, abs(rate[k] / np.sqrt(2.0 * kinetic / inertia) - 1.0))
     gap = found.health.finding("loop_gap").value
-    # Measured with MuJoCo 4.0.0: speed 1.1e-4, gap 2.4e-7; the limits leave a factor of 3 to 4.
+    # CheckResult with MuJoCo 4.0.0: speed 1.1e-4, gap 2.4e-7; the limits leave a factor of 3 to 4.
     return CheckResult(
         {"speed error / 3e-4": worst / 3e-4, "gap / 1e-6 m": gap / 1e-6},
         1.0,

@@ -38,7 +38,7 @@ def _difference(value: np.ndarray, truth: np.ndarray) -> float:
 
 
 def graded(*quantities: Quantity, note: str = "") -> CheckResult:
-    """A Measured that passes when every witness keeps every limit. Its values are the worst difference of each witness
+    """A CheckResult that passes when every witness keeps every limit. Its values are the worst difference of each witness
     in units of the limit (so the tolerance is 1); its note tells every difference as measured."""
     worst: dict[str, float] = {}
     told = []

@@ -15,8 +15,7 @@ import numpy as np
 from mujoco import rollout
 
 from mechlab.engines.mujoco.control import compiling, engine
-from mechlab.engines.mujoco.drive import passive
-from mechlab.engines.mujoco.model import MujocoMap
+from mechlab.engines.mujoco.model import MujocoMap, passive
 from mechlab.engines.mujoco.stepping import RATE_LIMIT, Grid
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import STANDSTILL

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.model import MujocoMap
+from mechlab.engines.mujoco.model import MujocoMap, passive
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.errors import MechlabError
@@ -130,19 +130,6 @@ class Driver:
     def now(self) -> list[float]:
         """Forces in the order of `targets`."""
         return [self.forces.get(name, 0.0) for name in self.targets]
-
-
-RELEASED = 30
-"""The group of actuators that is disabled; MuJoCo has groups 0 to 30."""
-
-
-def passive(model: mujoco.MjModel) -> None:
-    """Take the actuators of the file out of a model: their group is disabled, and their damping, which MuJoCo applies
-    also in disabled groups, is set to zero. The control callback still runs."""
-    model.actuator_group[:] = RELEASED
-    model.opt.disableactuator |= 1 << RELEASED
-    model.actuator_damping[:] = 0.0
-    model.actuator_dampingpoly[:] = 0.0
 
 
 def engaged(laws: Sequence[Law]) -> tuple[Servo | DcMotor, ...]:

@@ -12,8 +12,8 @@ from mechlab.engines.mujoco.closure import Connector, find_connectors
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import Settings
-from mechlab.formats.mjcf import to_mjcf
-from mechlab.formats.mjcf_loops import axis_name, body_name, tendon_name
+from mechlab.formats.mjcf.write import to_mjcf
+from mechlab.formats.mjcf.write_loops import axis_name, body_name, tendon_name
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
@@ -40,6 +40,19 @@ def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[m
     with engine():
         mujoco.mj_forward(model, data)
     return model, data
+
+
+RELEASED = 30
+"""The group of actuators that is disabled; MuJoCo has groups 0 to 30."""
+
+
+def passive(model: mujoco.MjModel) -> None:
+    """Take the actuators of the file out of a model: their group is disabled, and their damping, which MuJoCo applies
+    also in disabled groups, is set to zero. The control callback still runs."""
+    model.actuator_group[:] = RELEASED
+    model.opt.disableactuator |= 1 << RELEASED
+    model.actuator_damping[:] = 0.0
+    model.actuator_dampingpoly[:] = 0.0
 
 
 class MujocoMap:

@@ -17,10 +17,13 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.closure import Closure
-from mechlab.engines.mujoco.model import MujocoMap, constraint_jacobian
+from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.model import MujocoMap, constraint_jacobian, equality_jacobian, passive, to_mujoco
 from mechlab.errors import unknown
+from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -141,6 +144,61 @@ class MujocoPlant:
                 self._kept = jacobian[:, self.map.dof], bias
             self._rows_state = state
         return self._kept
+
+
+class StateOfMujoco(MujocoPlant):
+    """A MujocoPlant with a model of its own, from which the actuators are taken out: `set(q, v)`, then ask."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        model, data = to_mujoco(mechanism)
+        passive(model)
+        super().__init__(mechanism, model, data, MujocoMap(mechanism, model))
+        self.set(mechanism.reference())
+
+    def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> StateOfMujoco:
+        """Move to coordinates q (nq,), rates v (nv,) (default 0), time t [s]; connectors follow."""
+        data = self.data
+        data.time = t
+        data.qpos[:] = self.map.engine_coordinates(np.asarray(q, dtype=float))
+        rates = np.zeros(self.mechanism.nv) if v is None else np.asarray(v, dtype=float)
+        data.qvel[:] = self.map.engine_rates(data.qpos, rates)
+        with engine():
+            mujoco.mj_forward(self.model, data)
+        return self
+
+    def closing(self) -> tuple[Array, Array, Array]:
+        """(rows,) residual and (rows, engine nv) gradient of the engine's equality rows (efc_pos, efc_J), (engine nv,) rates;
+        columns of the Mechanism first, in its order, then those of connectors."""
+        data, order = self.data, np.concatenate([self.map.dof, self.map.other_dof])
+        rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+        return data.efc_pos[rows].copy(), equality_jacobian(self.model, data)[:, order], data.qvel[order]
+
+    def pose(self, body: str) -> tuple[Array, Array]:
+        """Rotation (3, 3), body axes to world, and origin (3,) of a body."""
+        k = self.map.body(body)
+        return self.data.xmat[k].reshape(3, 3).copy(), self.data.xpos[k].copy()
+
+    def point(self, frame: str) -> Array:
+        """(3,) the site of a Frame in the world."""
+        return np.array(self.data.site_xpos[self.map.site(frame)])
+
+    def point_jacobian(self, frame: str) -> Array:
+        """(6, nv) of a Frame: velocity of its site, angular velocity, world axes."""
+        out = np.zeros((6, self.model.nv))
+        mujoco.mj_jacSite(self.model, self.data, out[:3], out[3:], self.map.site(frame))
+        return out[:, self.map.dof]
+
+    def masses(self) -> list[MassShare]:
+        """Of every body that moves with its inertial frame; connectors, which hold a share of a body's mass, are among them."""
+        model, data, out, twist = self.model, self.data, [], np.zeros(6)
+        for k in range(1, model.nbody):
+            if model.body_weldid[k]:
+                turned = data.ximat[k].reshape(3, 3)
+                tensor = turned @ np.diag(model.body_inertia[k]) @ turned.T
+                mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, k, twist, 0)
+                mass, centre = float(model.body_mass[k]), data.xipos[k].copy()
+                out.append(MassShare(mass, centre, tensor, mass * twist[3:], tensor @ twist[:3]))
+        return out
 
 
 class ExactDynamics:

@@ -1,10 +1,7 @@
-"""Engine `hybrid`: equations from Pinocchio, dry friction of joints and shafts integrated as it is, with events.
+"""Engine `hybrid`: the equations of motion of another engine (EQUATIONS_OF), dry friction of joints and shafts followed as it is.
 
-Equations of a mechanism with set-valued dry friction: a stuck element is one more constraint row.
-
-The Recording of a hybrid run: channels, health, and how often what stuck.
-
-The run: DOP853 between located events, in parts that start on the constraints.
+DOP853 between located events (a rate that reaches 0 sticks, a friction force that reaches its limit breaks away), in parts that
+start on the constraints. The finding "friction" of a run says how often what stuck.
 """
 
 from __future__ import annotations
@@ -16,80 +13,68 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.pinocchio.equations import BlowUp, Equations, Instant
-from mechlab.engines.pinocchio.kkt import dense, factor
-from mechlab.engines.pinocchio.reactions import channels
-from mechlab.engines.pinocchio.runner import versions
+from mechlab.engines.protocol import BlowUp, Engine, Instant, available, engine, is_rough
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import kinematic_findings, sample_grid, saturation_finding
-from mechlab.experiment.laws import Law, applied_force
+from mechlab.experiment.laws import Law
+from mechlab.experiment.prices import EQUATIONS, Price
 from mechlab.experiment.recording import Cost, Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.integrate import Ending, HybridTrajectory, Modes, count_work, integrate_hybrid
+from mechlab.integrate import Ending, HybridTrajectory, Modes, integrate_hybrid
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
+EQUATIONS_OF = "pinocchio"
+"""The engine whose equations of motion are integrated."""
 
-class RoughEquations(Equations):
-    """Equations of a mechanism with set-valued dry friction: a `mechlab.integrate.RoughProblem`.
 
-    A sliding element carries -mode limit; a stuck one is one more constraint row, rate = 0, whose reaction is its
-    friction force. Work and everything else as in `Equations`.
+class RoughEquations:
+    """Equations of a mechanism with set-valued dry friction: a `mechlab.integrate.RoughProblem` over an engine's equations.
+
+    A sliding element carries -mode limit; a stuck one (mode 0) is one more constraint row, rate = 0, whose reaction is its
+    friction force. Work and everything else as in the engine's equations. `rows` (k, nv), `limits` (k,) [N m or N], `names` of the k
+    elements with dry friction; `rates` (k, state) picks their rates from a state.
     """
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> None:
-        super().__init__(mechanism, laws, 0.0)
-        self.rows = self.plant.passive.friction_rows
-        self.limits = self.plant.passive.friction
-        size = mechanism.nq + mechanism.nv + len(self.memory) + 1
+        self.equations = engine(EQUATIONS_OF).equations(mechanism, laws, 0.0)
+        self.plant = self.equations.plant
+        passive = self.plant.passive
+        self.rows, self.limits, self.names = passive.friction_rows, passive.friction, passive.friction_names
+        size = mechanism.nq + mechanism.nv + len(self.equations.memory) + 1
         self.rates = np.zeros((len(self.limits), size))
         self.rates[:, mechanism.nq : mechanism.nq + mechanism.nv] = self.rows
         self.modes: Modes = tuple(0 for _ in self.limits)
         self._friction = np.zeros(len(self.limits))
         self.trouble = ""
+        self.closed = len(self.plant.constraints) > 0 or bool(self.equations.quaternions)
+        """Whether states must be projected: onto loops and relations, or to quaternions of unit length."""
 
     def instant(self, t: float, y: Array) -> Instant:
         """Accelerations, reactions and forces at a state in the present modes."""
-        count_work(self.price)
-        plant = self.move(t, y)
-        try:
-            force, by_name = applied_force(self.mechanism, self.laws, t, plant)
-            a, reactions, friction = self._solve(force)
-        except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
-            raise BlowUp(t, str(problem)) from problem
-        if not np.all(np.isfinite(a)):
-            raise BlowUp(t, "the accelerations are not finite (is a law's force not finite?)")
-        self._friction = friction
-        power = float((force + self.rows.T @ friction) @ plant.v) - plant.passive.loss(plant.kin, plant.v)
-        return Instant(a, reactions, by_name, power)
+        found: Instant = self.equations.instant(t, y, self._forward)
+        return found
 
-    def _solve(self, force: Array) -> tuple[Array, Array, Array]:
-        """Accelerations, reactions of the constraint rows, friction forces (k,)."""
-        plant = self.plant
+    def _forward(self, force: Array) -> tuple[Array, Array, Array]:
+        """Force with friction, accelerations, reactions of the constraint rows; see `Equations.forward` of the engine."""
         modes = np.array(self.modes, dtype=float)
-        friction = -modes * self.limits
+        self._friction = friction = -modes * self.limits
         stuck = modes == 0.0
+        sliding = force + self.rows.T @ friction
         if not stuck.any():
-            a, r = plant.accelerations(force + self.rows.T @ friction)
-            return a, r, friction
-        plant.evaluations += 1
-        held = self.rows[stuck]
-        jacobian, count = plant.jacobian(), len(plant.constraints)
-        rows = np.vstack([jacobian, held]) if count else held
-        bias = np.concatenate([plant.constraint_bias() if count else np.zeros(0), np.zeros(len(held))])
-        net = force + self.rows.T @ friction - plant.bias()
-        factors = factor(plant.mass_matrix(), rows)
-        a, r = factors.accelerations(net, bias) if factors else dense(plant.mass_matrix(), rows, net, bias)[:2]
+            return sliding, *self.plant.accelerations(sliding)
+        a, r = self.plant.accelerations(sliding, self.rows[stuck])
+        count = len(self.plant.constraints)
         friction[stuck] = r[count:]
-        return a, r[:count], friction
+        return force + self.rows.T @ friction, a, r[:count]
 
     def slope(self, t: float, y: Array, modes: Modes | None = None) -> Array:
         """dy/dt in these modes; not a number where the equations have no answer, `trouble` says why."""
         if modes is not None:
             self.modes = modes
         try:
-            return super().slope(t, y)
+            return np.asarray(self.equations.slope(t, y, self._forward))
         except BlowUp as trouble:
             self.trouble = trouble.reason
             return np.full(len(y), np.nan)
@@ -100,15 +85,15 @@ class RoughEquations(Equations):
         self.instant(t, y)
         return self._friction
 
+    def project(self, t: float, y: Array) -> Array:
+        """The nearest state on the constraints, in the sense of the kinetic energy."""
+        return np.asarray(self.equations.project(t, y))
+
     def settle(self, t: float, y: Array, modes: Modes) -> Array:
         """The state with the rates of stuck elements zero: the smallest change of rates, measured by the kinetic energy."""
         y = self.project(t, y)
-        plant = self.move(t, y)
-        held = self.rows[np.array(modes) == 0]
-        rows = np.vstack([plant.jacobian(), held]) if len(plant.constraints) else held
-        factors = factor(plant.mass_matrix(), rows)
-        if factors is not None:
-            self.split(y)[1][:] += factors.correction(rows @ plant.v)
+        plant = self.equations.move(t, y)
+        self.equations.split(y)[1][:] += plant.stopping(self.rows[np.array(modes) == 0])
         return y
 
 
@@ -134,7 +119,7 @@ def recording_of(
         motion.modes = tuple(int(m) for m in mode)
         instants.append(motion.instant(now, motion.project(now, state)))
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
-    found, units = channels(motion.plant, t, q, v, instants)
+    found, units = motion.equations.channels(t, q, v, instants)
     findings = list(kinematic_findings(mechanism, q, v))
     findings.append(
         energy_finding(mechanism, t, q, v, np.array([x.power for x in instants]), y[:, -1], laws=scene.laws)
@@ -151,13 +136,13 @@ def recording_of(
     return Recording(
         mechanism=mechanism, t=t, q=q, v=v, channels=found, units=units, health=Health(tuple(findings)),
         cost=Cost(spent, sum(p.steps for p in parts), evaluations), settings=replace(settings, integrator="DOP853"),
-        scene=scene.name, name=mechanism.name, fidelity=scene.fidelity, versions=versions(),
+        scene=scene.name, name=mechanism.name, fidelity=scene.fidelity, versions=engine(EQUATIONS_OF).versions(),
     )  # fmt: skip
 
 
 def _friction(motion: RoughEquations, parts: list[HybridTrajectory]) -> Finding:
     """How often what stuck, and for how long."""
-    names = motion.plant.passive.friction_names
+    names = motion.names
     if not names:
         return Finding("friction", 0.0, 0.0, "events", "ok", "no dry friction: plain DOP853")
     stuck = np.sum([p.stuck_time for p in parts], axis=0)
@@ -189,7 +174,7 @@ def run(
     q, v = initial_state(mechanism, scene)
     motion = RoughEquations(mechanism, scene.laws)
     began = time.thread_time()
-    parts, end = _integrate(motion, times, motion.start(q, v), chosen.tolerance, progress)
+    parts, end = _integrate(motion, times, motion.equations.start(q, v), chosen.tolerance, progress)
     spent = time.thread_time() - began
     return recording_of(mechanism, scene, chosen, motion, parts, end, spent)
 
@@ -199,8 +184,7 @@ def _integrate(
 ) -> tuple[list[HybridTrajectory], BlowUp | None]:
     """All parts of a run, and what ended it early. Without constraints there is one part."""
     parts: list[HybridTrajectory] = []
-    closed = len(motion.plant.constraints) > 0 or bool(motion.quaternions)
-    length = RESTART if closed else len(times) - 1
+    length = RESTART if motion.closed else len(times) - 1
     modes = None
     for k in range(0, len(times) - 1, length):
         try:
@@ -213,7 +197,36 @@ def _integrate(
         if not part.complete:
             known = part.ending is Ending.NOT_FINITE and motion.trouble
             return parts, BlowUp(part.last_t, motion.trouble if known else part.ending.value)
-        y, modes = (motion.project(part.last_t, part.last_y) if closed else part.last_y), part.last_modes
+        y, modes = (motion.project(part.last_t, part.last_y) if motion.closed else part.last_y), part.last_modes
         if progress is not None:
             progress(part.last_t)
     return parts, None
+
+
+class Hybrid(Engine):
+    """See the module."""
+
+    name = "hybrid"
+
+    def run(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
+    ) -> Recording:
+        """See `run`."""
+        return run(mechanism, scene, settings, times)
+
+    def missing(self) -> str:
+        """The engine whose equations it takes."""
+        return available(EQUATIONS_OF)
+
+    def refuses(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
+    ) -> str:
+        """Without dry friction there are no events."""
+        return "" if is_rough(mechanism) else "no dry friction: the same as Pinocchio DOP853"
+
+    def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
+        """That of the factored equations."""
+        return EQUATIONS
+
+
+ENGINES = {"hybrid": Hybrid()}

@@ -10,28 +10,28 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Mapping
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
 from mechlab.engines.own.closed_path import choose_path
+from mechlab.engines.protocol import Engine
 from mechlab.errors import NoSolution, unknown
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import friction_finding, kinematic_findings, sample_grid, saturation_finding, sticks
 from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.laws import Law, applied_force
-from mechlab.experiment.prices import CLOSED_POSE, ONE_FREEDOM, price_of_laws
+from mechlab.experiment.prices import CLOSED_POSE, ONE_FREEDOM, Price, price_of_laws
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.integrate import RK4, count_work, integrate_adaptive, integrate_fixed
 from mechlab.integrate.one_freedom import PathTable, Terms, acceleration, right_side
-from mechlab.mechanism import ConstraintSet, Joint, Mechanism, Shaft, TreeKinematics
+from mechlab.mechanism import Joint, Mechanism, Shaft, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import passive_force
+from mechlab.mechanism.structure import structure
 
 INTEGRATORS = ("RK4", "DOP853")
 PATH_ERROR = 1e-10
@@ -41,57 +41,31 @@ FRICTION_WIDTH = 0.1
 """Dry friction is smoothed below rates of this [rad/s2 or m/s2], or of what it accelerates, times the timestep."""
 
 
-class OneFreedomPlant:
-    """The mechanism at one state of its freedom; implements `mechlab.experiment.laws.Plant`."""
+class OneFreedomPlant(TreePlant):
+    """The mechanism at one state of its freedom: coordinates q (nq,), tangent u (nv,) = dq/dphi, rate w = phi', so v = w u.
+
+    Values and rates are read without any kinematics.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self.t, self.w = 0.0, 0.0
-        self.memory: Mapping[Any, Array] = {}
-        self.q, self.u = mechanism.reference(), np.zeros(mechanism.nv)
-        self._rows = {n: (mechanism.zero(n), mechanism.row(n)) for n in mechanism.scalar_names}
-        self._columns = mechanism._q_columns
+        super().__init__(mechanism)
+        self.move(0.0, self.q, self.v, 0.0)
 
-    def set(self, t: float, q: Array, u: Array, w: float) -> None:
-        """Move to time t, coordinates q, tangent u and rate w of the freedom."""
+    def move(self, t: float, q: Array, u: Array, w: float) -> None:
+        """To time t [s], coordinates q, tangent u and rate w of the freedom."""
         self.t, self.q, self.u, self.w = t, q, u, w
-
-    def value(self, name: str) -> float:
-        """Physical value of a joint or shaft."""
-        zero, row = self._rows[name] if name in self._rows else self._unknown(name)
-        return zero + float(row @ self.q[self._columns])
+        self._placed = False
 
     def rate(self, name: str) -> float:
         """Rate of a joint or shaft."""
-        _, row = self._rows[name] if name in self._rows else self._unknown(name)
-        return self.w * float(row @ self.u)
+        return self.w * float(self._row(name)[1] @ self.u)
 
-    def _unknown(self, name: str) -> tuple[float, Array]:
-        raise unknown(f"{self.mechanism.name}: joint or shaft", name, self._rows)
-
-    @cached_property
-    def _tools(self) -> tuple[TreeKinematics, ConstraintSet]:
-        return TreeKinematics(self.mechanism), ConstraintSet(self.mechanism)
-
-    def _tree(self) -> TreeKinematics:
-        return self._tools[0].set(self.q, self.w * self.u)
-
-    def mass_matrix(self) -> Array:
-        """(nv, nv) mass matrix of the tree."""
-        return self._tree().mass_matrix()
-
-    def bias(self) -> Array:
-        """(nv,) velocity, weight and passive terms of the tree."""
-        tree = self._tree()
-        return np.asarray(tree.bias_force() - passive_force(tree))
-
-    def jacobian(self) -> Array:
-        """(rows, nv) constraint Jacobian."""
-        return self._tools[1].jacobian(self._tree())
-
-    def constraint_bias(self) -> Array:
-        """(rows,) dJ/dt v."""
-        return self._tools[1].bias(self._tree())
+    @property
+    def tree(self) -> TreeKinematics:
+        """The kinematics at the present state."""
+        if not self._placed:
+            self.v = self.w * self.u
+        return super().tree
 
 
 class OneFreedom:
@@ -167,7 +141,7 @@ class OneFreedom:
         count_work(self._price)
         phi, w = float(y[0]), float(y[1])
         q, u, _, (inertia, half_slope, weight, damping) = self.split(self.table(phi))
-        self.plant.set(t, q, u, w)
+        self.plant.move(t, q, u, w)
         self.memory.put(self.plant, y[3:])
         applied, self.forces = applied_force(self.mechanism, self.laws, t, self.plant)
         push = float(applied @ u) + float(damping) * w
@@ -285,3 +259,30 @@ def _recording(
         m, t, q, v, channels, units, Health(tuple(findings)), cost, settings, scene.name, m.name, scene.fidelity,
         versions={"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()},
     )  # fmt: skip
+
+
+class OneFreedomEngine(Engine):
+    """See the module."""
+
+    name = "one_freedom"
+    fixed_steps = ("RK4",)
+
+    def run(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
+    ) -> Recording:
+        """See `run`."""
+        return run(mechanism, scene, settings, times)
+
+    def refuses(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
+    ) -> str:
+        """It takes one freedom."""
+        freedoms = structure(mechanism).freedoms
+        return "" if freedoms == 1 else f"it has {freedoms} freedoms"
+
+    def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
+        """That of the equation on its table."""
+        return ONE_FREEDOM
+
+
+ENGINES = {"one_freedom": OneFreedomEngine()}

@@ -17,6 +17,7 @@ from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.kkt import Factors, dense, factor
 from mechlab.engines.pinocchio.model import PinModel, rate_columns
 from mechlab.errors import Untrustworthy
+from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import Kinematics
 from mechlab.mechanism.model import Mechanism
@@ -187,6 +188,31 @@ class PinPlant:
             self._row_bias = self.constraints.bias()
         return self._row_bias
 
+    def closing(self) -> tuple[Array, Array, Array]:
+        """(rows,) residual, (rows, nv) its gradient, (nv,) the rates."""
+        return self.residual(), self.jacobian(), self.v
+
+    def pose(self, body: str) -> tuple[Array, Array]:
+        """Rotation (3, 3), body axes to world, and origin (3,) of a body."""
+        return self.kin.pose(body)
+
+    def point(self, frame: str) -> Array:
+        """(3,) origin of a Frame in the world."""
+        where = self.mechanism.frame(frame)
+        rotation, origin = self.kin.pose(where.body)
+        return np.asarray(origin + rotation @ where.placement.translation)
+
+    def point_jacobian(self, frame: str) -> Array:
+        """(6, nv) of a Frame: velocity of its origin, angular velocity, world axes."""
+        return self.kin.jacobian(self.mechanism.frame(frame).body, self.point(frame))
+
+    def masses(self) -> list[MassShare]:
+        """All that moves as one body: Pinocchio's composite inertia and momentum about the centre of mass."""
+        data = self.kin.pin.create_data()
+        pin.ccrba(self.kin.model, data, self.kin.q_pin, self.v)
+        pin.centerOfMass(self.kin.model, data, self.kin.q_pin)
+        return [MassShare(data.Ig.mass, data.com[0], data.Ig.inertia, data.hg.linear, data.hg.angular)]
+
     def lines(self) -> Array:
         """(loop rows, 6) force line of each loop row on body b: force, moment about the world's origin, per unit."""
         return self._evaluate()[2]
@@ -204,14 +230,30 @@ class PinPlant:
             return factors.correction(residual)
         return np.asarray(-np.linalg.lstsq(self.jacobian(), residual, rcond=1e-11)[0], dtype=float)
 
-    def accelerations(self, force: ArrayLike) -> tuple[Array, Array]:
+    def stopping(self, held: Array) -> Array:
+        """(nv,) smallest change of the rates, measured by the kinetic energy, that stops the rows `held` (k, nv) and keeps the
+        constraints; 0 where the mass matrix is singular by itself."""
+        rows = self._with(held)
+        factors = factor(self.mass_matrix(), rows)
+        return np.zeros(len(self.v)) if factors is None else factors.correction(rows @ self.v)
+
+    def _with(self, held: Array) -> Array:
+        """(rows + k, nv) constraint rows, then those held."""
+        return np.vstack([self.jacobian(), held]) if len(self.constraints) else held
+
+    def accelerations(self, force: ArrayLike, held: Array | None = None) -> tuple[Array, Array]:
         """(nv,) accelerations and (rows,) reactions under the generalised `force` (nv,) of drives and loads.
 
-        Reactions are conjugate to the rows: J^T r acts on the tree; the smallest ones where rows are redundant. Raises
-        Untrustworthy when the equations have no solution (a motion without inertia).
+        Reactions are conjugate to the rows: J^T r acts on the tree; the smallest ones where rows are redundant. held (k, nv): rows
+        of rates that stay as they are (what sticks); their reactions come last. Raises Untrustworthy when the equations have no
+        solution (a motion without inertia); with `held` rows the nearest answer comes back, as they may contradict each other.
         """
         self.evaluations += 1
         net = np.asarray(force, dtype=float) - self.bias()
+        if held is not None:
+            rows, bias = self._with(held), np.concatenate([self.constraint_bias(), np.zeros(len(held))])
+            found = factor(self.mass_matrix(), rows)
+            return found.accelerations(net, bias) if found else dense(self.mass_matrix(), rows, net, bias)[:2]
         factors = self.factors()
         if factors is not None:
             return factors.accelerations(net, self.constraint_bias())

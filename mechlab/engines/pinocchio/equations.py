@@ -7,12 +7,14 @@ what dampers took [J].
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
+from mechlab.engines.pinocchio.reactions import channels
+from mechlab.engines.protocol import BlowUp, Instant
 from mechlab.errors import MechlabError
 from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.laws import AppliedForce, Law
@@ -21,8 +23,8 @@ from mechlab.integrate import count_work
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
+from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.size import row_units
 
 Indices = NDArray[np.int_]
 FASTEST = 1e6
@@ -32,24 +34,8 @@ FRICTION_WIDTH = 0.1
 """Least width per timestep [rad/s2 or m/s2]: a finer run smooths less."""
 
 
-class BlowUp(Exception):
-    """The motion cannot go on: when, and why in words."""
-
-    def __init__(self, t: float, reason: str) -> None:
-        super().__init__(reason)
-        self.t = t
-        self.reason = reason
-
-
-@dataclass(frozen=True)
-class Instant:
-    """Everything at one instant: accelerations (nv,), reactions (rows,), forces of the laws by joint or shaft, power
-    [W]."""
-
-    a: Array
-    reactions: Array
-    forces: dict[str, float]
-    power: float
+Forward = Callable[[Array], tuple[Array, Array, Array]]
+"""Force of the laws (nv,) -> that with dry friction (nv,), accelerations (nv,), reactions (rows,)."""
 
 
 class Equations:
@@ -93,6 +79,12 @@ class Equations:
         """States of the laws in a state."""
         return y[self._end : -1]
 
+    def channels(
+        self, t: Array, q: Array, v: Array, instants: Sequence[Instant]
+    ) -> tuple[dict[str, Array], dict[str, str]]:
+        """Channels of a run and their units: see `mechlab.engines.pinocchio.reactions.channels`."""
+        return channels(self.plant, t, q, v, instants)
+
     def move(self, t: float, y: Array) -> PinPlant:
         """The plant at a state; raises BlowUp when the state is not finite or too fast."""
         q, v = self.split(y)
@@ -117,15 +109,21 @@ class Equations:
             name = self.mechanism.rate_names[fastest]
             raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {FASTEST:g}")
 
-    def instant(self, t: float, y: Array) -> Instant:
-        """Accelerations, reactions and forces at a state."""
+    def forward(self, force: Array) -> tuple[Array, Array, Array]:
+        """Generalised force (nv,) with dry friction, accelerations (nv,) and reactions (rows,) under the force (nv,) of the laws, at
+        the state of the plant."""
+        plant = self.plant
+        if len(self.width):
+            force = force + plant.passive.friction_force(plant.v, self.width)
+        return force, *plant.accelerations(force)
+
+    def instant(self, t: float, y: Array, forward: Forward | None = None) -> Instant:
+        """Accelerations, reactions and forces at a state; forward: what takes the place of `self.forward`."""
         count_work(self.price)
         plant = self.move(t, y)
         try:
             force, by_name = self.applied(t, plant)
-            if len(self.width):
-                force = force + plant.passive.friction_force(plant.v, self.width)
-            a, reactions = plant.accelerations(force)
+            force, a, reactions = (forward or self.forward)(force)
         except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
             raise BlowUp(t, str(problem)) from problem
         if not (math.isfinite(a.dot(a)) or np.isfinite(a).all()):
@@ -133,9 +131,9 @@ class Equations:
         power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
         return Instant(a, reactions, by_name, power)
 
-    def slope(self, t: float, y: Array) -> Array:
-        """dy/dt."""
-        now = self.instant(t, y)
+    def slope(self, t: float, y: Array, forward: Forward | None = None) -> Array:
+        """dy/dt; forward as in `instant`."""
+        now = self.instant(t, y, forward)
         q, v = self.split(y)
         out = np.empty_like(y)
         dq = out[: self._nq]

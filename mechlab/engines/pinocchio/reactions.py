@@ -13,8 +13,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
-from mechlab.engines.pinocchio.equations import Instant
 from mechlab.engines.pinocchio.quantities import Quantities
+from mechlab.engines.protocol import Instant
 from mechlab.errors import NoSolution
 from mechlab.experiment.recording import basic_channels
 from mechlab.mechanism.geometry import Array, cross

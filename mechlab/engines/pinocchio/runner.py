@@ -11,8 +11,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from mechlab.engines.pinocchio.equations import BlowUp, Equations, Instant
+from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.reactions import channels
+from mechlab.engines.protocol import BlowUp, Instant
 from mechlab.errors import unknown
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import (

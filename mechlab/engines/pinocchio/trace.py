@@ -21,9 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from mechlab.engines.pinocchio.equations import BlowUp, Equations
+from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.model import PinModel, build
 from mechlab.engines.pinocchio.runner import run
+from mechlab.engines.protocol import BlowUp
 from mechlab.errors import unknown
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, price_of_laws
@@ -47,6 +48,10 @@ class Stabilisation:
     position: float
     velocity: float
     mu: float = MU
+
+
+GAINS = {"soft": (0.01, 0.2), "stiff": (0.25, 1.0)}
+"""Baumgarte gains kp h^2, kd h. Soft keeps the order of RK4; stiff survives singular positions."""
 
 
 def fits(mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:

@@ -1,7 +1,7 @@
 """The check of masses, momenta, energy and power: a closed form carries particles along, the engines ask their models.
 
 state = State(values, rates, solid(mass, centre, ...) + rod(...), points, gravity, freedoms)
-compare([(mechanism, state)])  # Measured
+compare([(mechanism, state)])  # CheckResult
 """
 
 from mechlab.kit.mass_check.compare import SOURCE, TEXT, compare

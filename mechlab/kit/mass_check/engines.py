@@ -85,8 +85,7 @@ def by_mujoco(m: Mechanism, q: Array, v: Array) -> Reading:
     simulate = room("mujoco")
     import mujoco
 
-    from mechlab.engines.mujoco.drive import passive
-    from mechlab.engines.mujoco.model import equality_jacobian
+    from mechlab.engines.mujoco.model import equality_jacobian, passive
 
     model, data = simulate.to_mujoco(m)
     passive(model)

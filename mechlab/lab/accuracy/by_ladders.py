@@ -10,12 +10,13 @@ from typing import TypeVar
 
 import numpy as np
 
+from mechlab.engines.protocol import is_rough, why_no_smooth_tree
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.lab.accuracy.ladder import Ladder
 from mechlab.lab.accuracy.measure import Measure, Meter, most
 from mechlab.lab.accuracy.result import CAPTURE, LOW, ROUNDING, Checked, Checker, Result, verdict
 from mechlab.lab.accuracy.rules import LADDERS, RULES, fastest_rate
-from mechlab.lab.methods import Problem, is_rough, why_no_tree
+from mechlab.lab.methods import Problem
 from mechlab.mechanism.geometry import Array
 
 T = TypeVar("T")
@@ -100,7 +101,7 @@ def _usable(ladder: Ladder, freedoms: int) -> bool:
         return False
     if ladder.rule.engine == "one_freedom" and freedoms != 1:
         return False
-    if ladder.rule.extrapolated and (m.loops or m.relations or not why_no_tree(ladder.problem)):
+    if ladder.rule.extrapolated and (m.loops or m.relations or not why_no_smooth_tree(m, ladder.problem.scene.laws)):
         return False
     try:
         return not ladder.method.available(ladder.problem)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
 from mechlab.lab.accuracy.measure import Measure
 from mechlab.lab.accuracy.result import Neighbour, Result, motion_of, recording_of, with_estimate
 from mechlab.lab.accuracy.solve import solve_to
@@ -90,13 +89,7 @@ def _captured(scene: Scene, n: Neighbour) -> Scene:
 
 def _run(design: Design, scene: Scene, settings: Settings, times: list[float]) -> Recording:
     m = design.mechanism(scene.fidelity)
-    engine = settings.engine
-    if engine in ("mujoco", "pinocchio"):
-        made: Recording = room(engine).run(m, scene, settings, times)
-    else:
-        name = "mechlab.engines.own.one_freedom" if engine == "one_freedom" else "mechlab.engines.own.hybrid"
-        made = import_module(name).run(m, scene, settings, times)
-    return replace(made, settings=settings)
+    return replace(engine(settings.engine).run(m, scene, settings, times), settings=settings)
 
 
 def _difference(design: Design, scene: Scene, result: Result, made: Recording) -> float:

@@ -17,18 +17,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from mechlab.engines.own.one_freedom import OneFreedomPlant
+from mechlab.engines.protocol import is_rough
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import dissipation, energy_finding
 from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.integrate import work_done
 from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.accuracy.measure import Measure, Meter, Motion, most
 from mechlab.lab.accuracy.rules import LADDERS, RULES, LadderRule
-from mechlab.lab.methods import METHODS, Method, Problem, Stepper, is_rough
+from mechlab.lab.methods import METHODS, Method, Problem, Stepper
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import passive_force
@@ -291,10 +292,10 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Result, at: Sequence[f
     for name in mechanism.scalar_names:
         channels[f"{name}_accel"] = a @ mechanism.row(name)
         units[f"{name}_accel"] = f"{units[name]}/s2"
-    plant = OneFreedomPlant(mechanism)
+    plant = TreePlant(mechanism)
     forces = []
     for k in range(len(t)):
-        plant.set(float(t[k]), q[k], v[k], 1.0)
+        plant.set(q[k], v[k], float(t[k]))
         forces.append(applied_force(mechanism, scene.laws, float(t[k]), plant)[1] if scene.laws else {})
     for name in dict.fromkeys(n for x in forces for n in x):
         channels[f"{name}_force"] = np.array([x.get(name, 0.0) for x in forces])
@@ -343,8 +344,8 @@ def _between(mechanism: Mechanism, scene: Scene, result: Result, t: Array, every
 def _acceleration(m: Mechanism, scene: Scene, t: float, q: Array, v: Array) -> Array:
     """(nv,) rigid dynamics at a state, without dry friction: M a + J^T r = forces, J a = -dJ/dt v."""
     tree, constraints = TreeKinematics(m, q, v), ConstraintSet(m)
-    plant = OneFreedomPlant(m)
-    plant.set(t, q, v, 1.0)
+    plant = TreePlant(m)
+    plant.set(q, v, t)
     applied = applied_force(m, scene.laws, t, plant)[0] if scene.laws else np.zeros(m.nv)
     force = applied + passive_force(tree) - tree.bias_force()
     rows = constraints.jacobian(tree)

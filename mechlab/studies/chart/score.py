@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mechlab.engines.protocol import is_rough
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.energy import energy
 from mechlab.experiment.recording import Recording, Trace, basic_channels
-from mechlab.lab.methods import METHODS, Problem, is_rough
+from mechlab.lab.methods import METHODS, Problem
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.mechanism.geometry import Array
 

@@ -11,7 +11,7 @@ from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.kit.witness import room
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.size import in_unit_of_length
+from mechlab.mechanism.length_unit import in_unit_of_length
 from mechlab.mechanism.statics import passive_force
 from mechlab.mechanism.structure import null_space, rank, sample_poses
 
@@ -24,7 +24,7 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
         return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})
 
     def in_own_unit(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
-        """Lengths in the unit that fits the mechanism, as its tolerances are (see `mechlab.mechanism.size`)."""
+        """Lengths in the unit that fits the mechanism, as its tolerances are (see `mechlab.mechanism.length_unit`)."""
         return of_each(lambda m: measure(m if m.length_scale == 1.0 else in_unit_of_length(m, m.length_scale)))
 
     three = "three implementations"
@@ -61,7 +61,7 @@ def _engines(m: Mechanism, q: Array, v: Array) -> dict[str, tuple[Array, Array, 
     solve, simulate = room("pinocchio"), room("mujoco")
     kin = solve.PinKinematics(m, q, v)
     plant = solve.PinPlant(m, q, v)
-    from mechlab.engines.mujoco.drive import passive
+    from mechlab.engines.mujoco.model import passive
 
     model, data = simulate.to_mujoco(m)
     passive(

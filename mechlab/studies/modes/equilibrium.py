@@ -12,8 +12,8 @@ import numpy as np
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.laws import DcMotor, Law, applied_force
 from mechlab.experiment.scene import Scene
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, linear
 
@@ -50,7 +50,7 @@ def laws_at_rest(m: Mechanism, scene: Scene) -> tuple[tuple[Law, ...], tuple[str
 
 def _refuse_steady(m: Mechanism, scene: Scene, laws: tuple[Law, ...]) -> None:
     """Raise NoSolution for a law whose force changes with time in a mechanism that stands still."""
-    plant = _Still(m)
+    plant = TreePlant(m)
     for law in laws:
         forces = []
         for t in (0.0, 0.137 * scene.duration, 0.618 * scene.duration, scene.duration):
@@ -62,34 +62,6 @@ def _refuse_steady(m: Mechanism, scene: Scene, laws: tuple[Law, ...]) -> None:
                 "does not rest, and modes about a steady motion are not computed. Choose a scene whose drives stand still, or none "
                 "(the drives then hold their targets)."
             )
-
-
-class _Still:
-    """The reference pose at rest, as a law sees it; implements `mechlab.experiment.laws.Plant`."""
-
-    def __init__(self, m: Mechanism) -> None:
-        from mechlab.mechanism.constraints import ConstraintSet
-
-        self.mechanism, self.t = m, 0.0
-        self._tree, self._rows = TreeKinematics(m), ConstraintSet(m)
-
-    def value(self, name: str) -> float:
-        return self.mechanism.zero(name)
-
-    def rate(self, name: str) -> float:
-        return 0.0
-
-    def mass_matrix(self) -> Array:
-        return self._tree.mass_matrix()
-
-    def bias(self) -> Array:
-        return self._tree.bias_force()
-
-    def jacobian(self) -> Array:
-        return self._rows.jacobian(self._tree)
-
-    def constraint_bias(self) -> Array:
-        return np.zeros(len(self._rows))
 
 
 ITERATIONS = 300

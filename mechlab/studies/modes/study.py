@@ -24,12 +24,13 @@ from mechlab.experiment.recording import Finding, Health, Recording, basic_chann
 from mechlab.experiment.scene import Scene, Settings, initial_pose
 from mechlab.kit.witness import room
 from mechlab.lab.design import Design, with_extra
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.run import versions
-from mechlab.mechanism.assembly import newton
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import newton
 from mechlab.mechanism.structure import structure
 from mechlab.studies.modes.eigen import (
     OSCILLATING,
@@ -84,7 +85,7 @@ def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> 
 def _balance(path: OneFreedom, phi: float) -> _Balance:
     def push(at: float, rate: float) -> tuple[float, float, Array, Array]:
         q, u, _, (inertia, _, weight, damping) = path.split(path.columns(at))
-        path.plant.set(0.0, q, u, rate)
+        path.plant.move(0.0, q, u, rate)
         force = applied_force(path.mechanism, path.laws, 0.0, path.plant)[0]
         return float(force @ u) + float(weight) + float(damping) * rate, float(inertia), u, q
 
@@ -232,7 +233,7 @@ def _situation(
             f"{design.name}: {moving[0]}: modes are about a rest; give X_0 (where to look) and X_force (constant loads)."
         )
     if scene is not None:
-        made = design.scene(scene, fidelity, None, extra)
+        made = chosen_scene(design, scene, fidelity, None, extra)
         m = design.mechanism(made.fidelity)
         laws, notes = laws_at_rest(m, made)
         return m, made, () if free else laws, notes

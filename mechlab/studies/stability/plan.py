@@ -10,11 +10,11 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
 from mechlab.lab.design import Design
-from mechlab.lab.methods import GAINS, Method, Problem, method
+from mechlab.lab.methods import Method, Problem, method
 from mechlab.mechanism import Mechanism
 from mechlab.studies.stability.data import StabilityAxis, Theory
 from mechlab.studies.stability.vary import with_mechanism, without_ranges
@@ -41,8 +41,8 @@ class SoftenedMethod(Method):
         """The problem at a step [s] that divides the output distance."""
         if self.engine != "pinocchio" or not self.mu:
             return Method.run(self, problem, value)
-        room("pinocchio")
-        from mechlab.engines.pinocchio.trace import Stabilisation, trace
+        engine("pinocchio")  # raises EngineMissing where it is not installed
+        from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, trace
 
         gains = Stabilisation(*GAINS[self.constraints], self.mu)
         return trace(problem.mechanism, problem.scene, self.settings(value), problem.outputs, gains)

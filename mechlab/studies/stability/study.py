@@ -19,6 +19,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.integrate import work_done
 from mechlab.lab.design import Design
 from mechlab.lab.design import design as make_design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, Problem
 from mechlab.lab.run import versions
 from mechlab.studies.stability.data import Stability, StabilityAxis, StabilityMap
@@ -182,7 +183,7 @@ def study(
     if not budget > 0:
         raise MechlabError(f"budget: expected seconds of work > 0, got {budget!r}.")
     lived = design.for_scene(scene)
-    made = lived.scene(scene, fidelity)
+    made = chosen_scene(lived, scene, fidelity)
     lived.mechanism(made.fidelity)
     case = StabilityCase(lived, made, chosen_methods(methods))
     for kind in kinds:

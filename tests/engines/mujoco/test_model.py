@@ -8,7 +8,7 @@ import pytest
 
 from mechlab.engines.mujoco import MujocoMap, MujocoPlant, to_mujoco
 from mechlab.engines.mujoco.closure import Closure
-from mechlab.engines.mujoco.drive import passive
+from mechlab.engines.mujoco.model import passive
 from mechlab.engines.mujoco.plant import ExactDynamics
 from mechlab.errors import MechlabError
 from mechlab.mechanism import (

@@ -1,0 +1,110 @@
+"""Engine `mujoco`: soft constraint rows; a witness by Newton's method on its own kinematics and constraint Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.engines.mujoco.linearise import SmallMotions
+from mechlab.engines.mujoco.plant import StateOfMujoco
+from mechlab.engines.mujoco.runner import run, versions
+from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
+from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
+from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
+from mechlab.experiment.laws import Law
+from mechlab.experiment.prices import MUJOCO, Price
+from mechlab.experiment.recording import Recording, Trace
+from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly
+
+
+class Mujoco(Engine):
+    """See the module."""
+
+    name = "mujoco"
+    fixed_steps = MUJOCO_INTEGRATORS
+
+    def versions(self) -> dict[str, str]:
+        """See `Engine`."""
+        return versions()
+
+    def run(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
+    ) -> Recording:
+        """See `mechlab.engines.mujoco.runner.run`."""
+        return run(mechanism, scene, settings, None if times is None else np.asarray(times, dtype=float).tolist())
+
+    def trace(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
+    ) -> Trace:  # fmt: skip
+        """See `mechlab.engines.mujoco.trace`; constraints "extrapolated": by two timesteps (Richardson)."""
+        if settings.integrator == "LSODA":
+            return adaptive(mechanism, scene, settings, outputs)
+        if constraints == "extrapolated":
+            return extrapolated(mechanism, scene, settings, outputs)
+        return trace(mechanism, scene, settings, outputs)
+
+    def stepper(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> Steps:
+        """See `mechlab.engines.mujoco.trace.Steps`."""
+        return Steps(mechanism, scene, settings, between)
+
+    def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
+        """(n, nq) coordinates at `outputs` + 1 even times: the steps of `run`, without what it records."""
+        return trace(mechanism, scene, settings, outputs).q
+
+    def refuses(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
+    ) -> str:
+        """LSODA takes smooth trees; hard rows need rows."""
+        if settings.integrator == "LSODA":
+            return why_no_smooth_tree(mechanism, scene.laws)
+        if constraints == "hard" and not (mechanism.loops or mechanism.relations or is_rough(mechanism)):
+            return "nothing to harden: it has no loops, no gears, no dry friction"
+        return ""
+
+    def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
+        """That of a stage of mj_step."""
+        return MUJOCO
+
+    def plant(self, mechanism: Mechanism) -> StateOfMujoco:
+        """The mechanism in its reference pose at rest; actuators are taken out."""
+        return StateOfMujoco(mechanism)
+
+    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> SmallMotions:
+        """See `mechlab.engines.mujoco.linearise`."""
+        return SmallMotions(mechanism, laws)
+
+    def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
+        """qacc of mj_forward, with the engine's soft rows."""
+        plant = StateOfMujoco(mechanism)
+        if force is not None:
+            plant.data.qfrc_applied[plant.map.dof] = np.asarray(force, dtype=float)
+        return plant.map.rates(plant.set(q, v).data.qacc).copy()
+
+    def assemble(
+        self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
+    ) -> Assembly:
+        """See `mechlab.engines.mujoco.solve_newton.assemble`."""
+        return assemble(mechanism, given, start, steps)
+
+    def rates(self, mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
+        """See `mechlab.engines.mujoco.solve_newton.rates`."""
+        return rates(mechanism, q, given)
+
+    def accelerations_of(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
+        """See `mechlab.engines.mujoco.solve_newton.accelerations_of`."""
+        return accelerations_of(mechanism, q, v, given)
+
+    def frame_motion(
+        self, mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
+    ) -> tuple[Array, Array, Array]:
+        """See `mechlab.engines.mujoco.solve_newton.frame_motion`."""
+        return frame_motion(mechanism, frame, q, v, a)
+
+
+ENGINES = {"mujoco": Mujoco()}

@@ -1,0 +1,112 @@
+"""Engine `pinocchio`: rigid constraints, projected after every step; a witness by its own kinematics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from mechlab.engines.pinocchio.dynamics import PinPlant
+from mechlab.engines.pinocchio.equations import Equations
+from mechlab.engines.pinocchio.inverse import Solved, assemble
+from mechlab.engines.pinocchio.jacobians import accelerations_of, rates
+from mechlab.engines.pinocchio.kinematics import frame_motion
+from mechlab.engines.pinocchio.linearise import SmallMotions
+from mechlab.engines.pinocchio.runner import run, versions
+from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
+from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
+from mechlab.experiment.laws import Law
+from mechlab.experiment.prices import CONSTRAINED, EQUATIONS, Price
+from mechlab.experiment.recording import Recording, Trace
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+
+class Pinocchio(Engine):
+    """See the module. Traces for charts are made by Pinocchio's own constrained dynamics where that `fits` the mechanism."""
+
+    name = "pinocchio"
+    fixed_steps = ("RK4", "semi_implicit_Euler")
+
+    def versions(self) -> dict[str, str]:
+        """See `Engine`."""
+        return versions()
+
+    def run(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
+    ) -> Recording:
+        """See `mechlab.engines.pinocchio.runner.run`."""
+        return run(mechanism, scene, settings, times)
+
+    def trace(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
+    ) -> Trace:  # fmt: skip
+        """See `mechlab.engines.pinocchio.trace`; constraints: a key of GAINS; friction: "sign", "tanh", or "" without any."""
+        if friction:
+            return trace_friction(mechanism, scene, settings, outputs, friction)
+        soft = settings.integrator == "LSODA" or constraints not in GAINS
+        return trace(mechanism, scene, settings, outputs, Stabilisation(*GAINS["soft" if soft else constraints]))
+
+    def refuses(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
+    ) -> str:
+        """LSODA takes smooth trees; dry friction, only methods that say how they take it."""
+        if settings.integrator == "LSODA":
+            return why_no_smooth_tree(mechanism, scene.laws)
+        if is_rough(mechanism) != bool(friction):
+            return "no dry friction" if friction else "dry friction: see the methods that say how they take it"
+        if constraints == "stiff" and settings.integrator == "RK4":
+            return "" if mechanism.loops and fits(mechanism, scene.laws) else "no stabilisation to choose"
+        return ""
+
+    def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
+        """That of Pinocchio's constrained dynamics where it fits, else of the factored equations."""
+        return CONSTRAINED if fits(mechanism, laws) else EQUATIONS
+
+    def plant(self, mechanism: Mechanism) -> PinPlant:
+        """The mechanism in its reference pose at rest."""
+        return PinPlant(mechanism)
+
+    def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Equations:
+        """See `mechlab.engines.pinocchio.equations`."""
+        return Equations(mechanism, laws, h)
+
+    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> SmallMotions:
+        """See `mechlab.engines.pinocchio.linearise`."""
+        return SmallMotions(mechanism, laws)
+
+    def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
+        """With loops, gears or shafts by the factored equations; of a tree by Featherstone's articulated bodies (pin.aba)."""
+        plant = PinPlant(mechanism, q, v)
+        applied = np.zeros(mechanism.nv) if force is None else np.asarray(force, dtype=float)
+        if len(plant.constraints) or plant.passive.has_shaft_inertia:
+            return plant.accelerations(applied)[0]
+        tau = applied - plant.passive.force(plant.kin, plant.v)
+        return np.array(pin.aba(plant.kin.model, plant.kin.data, plant.kin.q_pin, plant.v, tau))
+
+    def assemble(
+        self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
+    ) -> Solved:
+        """See `mechlab.engines.pinocchio.inverse.assemble`."""
+        return assemble(mechanism, given, start=start, steps=steps)
+
+    def rates(self, mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
+        """See `mechlab.engines.pinocchio.jacobians.rates`."""
+        return rates(mechanism, q, given)
+
+    def accelerations_of(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
+        """See `mechlab.engines.pinocchio.jacobians.accelerations_of`."""
+        return accelerations_of(mechanism, q, v, given)
+
+    def frame_motion(
+        self, mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
+    ) -> tuple[Array, Array, Array]:
+        """See `mechlab.engines.pinocchio.kinematics.frame_motion`."""
+        return frame_motion(mechanism, frame, q, v, a)
+
+
+ENGINES = {"pinocchio": Pinocchio()}

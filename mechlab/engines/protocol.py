@@ -1,0 +1,286 @@
+"""What every engine answers, and the registry in which engines are found by name.
+
+    engine("mujoco").run(mechanism, scene, settings, times)      # a Recording
+    engine("pinocchio").state(mechanism, q, v).mass_matrix       # an EngineState
+    available("drake")                                           # "", or a sentence that says why not
+
+An engine is imported when it is first asked for. `numpy` is the tree of `mechlab.mechanism` itself: it answers for states and
+runs nothing. `pinocchio` and `mujoco` are witnesses as well: they assemble a mechanism and give rates, accelerations and the
+motion of frames by their own kinematics. `one_freedom` and `hybrid` only run; the peers only make traces for charts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.experiment.laws import Law, Plant
+from mechlab.experiment.prices import Price
+from mechlab.experiment.recording import Recording, Trace
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.experiment.tree_plant import MassShare
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly
+
+SMOOTH_LAWS = ("constant", "harmonic", "table", "servo", "viscous", "constant_power")
+"""Kinds of laws without memory and without kinks."""
+
+
+def is_rough(mechanism: Mechanism) -> bool:
+    """Whether a joint or shaft has dry friction."""
+    return any(j.friction for j in mechanism.joints) or any(s.friction for s in mechanism.shafts)
+
+
+def why_no_smooth_tree(mechanism: Mechanism, laws: tuple[Law, ...]) -> str:
+    """Why it is not a tree of one-coordinate joints without dry friction under smooth laws; "" when it is."""
+    m = mechanism
+    if m.loops or m.relations:
+        return "it has loops or gears"
+    if is_rough(m) or any(j.nv != 1 for j in m.joints) or any(s.inertia or s.damping or s.stiffness for s in m.shafts):
+        return "its joints or shafts are of other kinds, or have dry friction"
+    other = [law.kind for law in laws if law.kind not in SMOOTH_LAWS]
+    return f"a law of kind {other[0]}" if other else ""
+
+
+class BlowUp(Exception):
+    """A motion that cannot go on: the time t [s], and the reason in words."""
+
+    def __init__(self, t: float, reason: str) -> None:
+        super().__init__(reason)
+        self.t = t
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Equations of motion at one instant: accelerations a (nv,), reactions (rows,), forces of the laws by joint or shaft, and
+    power [W] that goes into the mechanism, less what dampers take."""
+
+    a: Array
+    reactions: Array
+    forces: dict[str, float]
+    power: float
+
+
+@dataclass(frozen=True)
+class EngineState:
+    """A mechanism at one state as one engine computes it.
+
+    q (nq,) coordinates [rad, m]; v (nv,) rates [rad/s, m/s].
+    mass_matrix (nv, nv) M with armatures and shafts [kg m2, kg m, kg].
+    bias (nv,) h of M a + h = applied + J^T reactions: velocity, gravity and passive terms without dry friction [N m, N].
+    poses: body -> rotation (3, 3), body axes to world, and origin (3,) in the world [m].
+    points: frame -> its origin (3,) in the world [m].
+    residual (rows,) how far loops and relations are open [m, rad]; rows (rows, engine nv) its gradient; rates (engine nv,) the
+    rates that it is multiplied by: v first, then those of connectors, bodies that an engine adds to close some kinds of loops.
+    names (nv,): of the rates. row_names: of the Mechanism's own rows; an engine may have more.
+    """
+
+    mechanism: Mechanism
+    engine: str
+    q: Array
+    v: Array
+    mass_matrix: Array
+    bias: Array
+    poses: Mapping[str, tuple[Array, Array]]
+    points: Mapping[str, Array]
+    residual: Array
+    rows: Array
+    rates: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(nv,) names of the rates."""
+        return tuple(self.mechanism.rate_names)
+
+    @property
+    def row_names(self) -> tuple[str, ...]:
+        """Names of the Mechanism's constraint rows."""
+        return tuple(ConstraintSet(self.mechanism).rows)
+
+    @property
+    def placement(self) -> Array:
+        """(12 bodies + 3 frames,) rotations and origins of all bodies, then the points of all frames, as one row of numbers."""
+        turned = [[*np.ravel(r), *p] for r, p in self.poses.values()]
+        return np.concatenate([np.ravel(turned), np.ravel(list(self.points.values()))])
+
+
+class StatePlant(Plant, Protocol):
+    """A Plant that can be put into a state, and that knows its poses, its closure and its masses."""
+
+    def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> StatePlant:
+        """Move to coordinates q (nq,), rates v (nv,) (default 0), time t [s]."""
+        ...
+
+    def pose(self, body: str) -> tuple[Array, Array]:
+        """Rotation (3, 3), body axes to world, and origin (3,) of a body [m]."""
+        ...
+
+    def point(self, frame: str) -> Array:
+        """(3,) origin of a Frame in the world [m]."""
+        ...
+
+    def point_jacobian(self, frame: str) -> Array:
+        """(6, nv) of a Frame: velocity of its origin, then angular velocity, world axes."""
+        ...
+
+    def closing(self) -> tuple[Array, Array, Array]:
+        """Residual, rows and rates as in `EngineState`."""
+        ...
+
+    def masses(self) -> list[MassShare]:
+        """Masses and momenta of what moves, body by body or all together."""
+        ...
+
+
+class Engine:
+    """What one engine can do; what it cannot raises MechlabError.
+
+    `constraints` and `friction` are how a `mechlab.lab.methods.Method` treats rows and dry friction.
+    """
+
+    name: str = ""
+    fixed_steps: tuple[str, ...] = ()
+    """Integrators that take the timestep of the settings; the others choose their steps by the tolerance."""
+
+    def missing(self) -> str:
+        """What must be installed before it can run, as a sentence; "" when all is there."""
+        return ""
+
+    def versions(self) -> dict[str, str]:
+        """Package -> version of what computes a run."""
+        raise self._refusal("runs no scenes")
+
+    def run(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
+    ) -> Recording:
+        """The scene as a Recording, sampled at `times` [s] at least."""
+        raise self._refusal("runs no scenes")
+
+    def trace(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
+    ) -> Trace:  # fmt: skip
+        """States at `outputs` + 1 even times, and what the stepping cost. By default from `run`."""
+        made = self.run(mechanism, scene, settings, np.linspace(0.0, scene.duration, outputs + 1))
+        ends = [f.sentence for f in made.health.findings if f.name == "blow_up"]
+        return Trace(made.q, made.v, made.cost.cpu_s, made.cost.steps, ends[0] if ends else "", made.cost.evaluations)
+
+    def stepper(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> Any:
+        """A trace that goes on from where it stands (`advance(outputs)`), outputs `between` [s] apart; None: it cannot go on."""
+        return None
+
+    def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
+        """(n, nq) coordinates of a run at `outputs` + 1 even times; fewer rows when it ended early."""
+        return self.run(mechanism, scene, settings, np.linspace(0.0, scene.duration, outputs + 1)).q
+
+    def refuses(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
+    ) -> str:
+        """Why `trace` cannot be asked for, or tells nothing new; "" when it can."""
+        return f"{self.name} makes no traces"
+
+    def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
+        """The price of one evaluation of the equations of motion."""
+        raise self._refusal("has no price")
+
+    def plant(self, mechanism: Mechanism) -> StatePlant:
+        """The mechanism in its reference pose at rest; drives do not act."""
+        raise self._refusal("answers for no single state")
+
+    def state(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
+        """Everything the engine knows of coordinates q (nq,) and rates v (nv,), default 0."""
+        return state_of(self.name, self.plant(mechanism), q, v)
+
+    def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Any:
+        """The equations of motion under laws as a function of (t, y), dry friction smoothed for steps of h [s]."""
+        raise self._refusal("has no equations of motion to integrate")
+
+    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> Any:
+        """Forces, rows and masses near a rest, as `mechlab.studies.modes.eigen.Dynamics`."""
+        raise self._refusal("answers for no small motions")
+
+    def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
+        """(nv,) accelerations under the generalised force (nv,) by the engine's own forward dynamics."""
+        raise self._refusal("answers for no single state")
+
+    def assemble(
+        self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
+    ) -> Assembly:
+        """Coordinates that close all loops and have the given joints, shafts, FRAME_x _y _z, FRAME_rotation."""
+        raise self._refusal("is no witness")
+
+    def rates(self, mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
+        """(nv,) rates that keep the loops closed and have the given ones; raises NoSolution when they contradict."""
+        raise self._refusal("is no witness")
+
+    def accelerations_of(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
+        """(nv,) accelerations that keep the loops closed at rates v and have the given ones; raises NoSolution."""
+        raise self._refusal("is no witness")
+
+    def frame_motion(
+        self, mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Pose (4, 4), velocity (6,), acceleration (6,) of a Frame: linear at its origin, then angular, world axes."""
+        raise self._refusal("is no witness")
+
+    def _refusal(self, what: str) -> MechlabError:
+        return MechlabError(f"the engine {self.name} {what}.")
+
+
+def state_of(name: str, plant: StatePlant, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
+    """The EngineState of a plant at coordinates q (nq,) and rates v (nv,), default 0."""
+    m = plant.mechanism
+    q = np.array(q, dtype=float)
+    v = np.zeros(m.nv) if v is None else np.array(v, dtype=float)
+    plant.set(q, v)
+    residual, rows, rates = plant.closing()
+    return EngineState(
+        m, name, q, v, np.array(plant.mass_matrix()), np.array(plant.bias()), {b.name: plant.pose(b.name) for b in m.bodies},
+        {f.name: plant.point(f.name) for f in m.frames}, residual, rows, rates,
+    )  # fmt: skip
+
+
+_PINOCCHIO = "Pinocchio is not installed; `pip install pin` (there is no wheel for Windows: use WSL)."
+_ADDRESSES: dict[str, tuple[str, str]] = {
+    "numpy": ("own.tree", ""),
+    "pinocchio": ("pinocchio.engine", _PINOCCHIO),
+    "mujoco": ("mujoco.engine", "mujoco is not installed (mujoco is missing); pip install mujoco."),
+    "one_freedom": ("own.one_freedom", ""),
+    "hybrid": ("own.hybrid", ""),
+    "exudyn": ("peers.engine", ""),
+    "drake": ("peers.engine", ""),
+    "opensim": ("peers.engine", ""),
+}
+"""Engine -> the module below `mechlab.engines` that lists it in ENGINES, and the sentence where its package is not installed."""
+WITNESSES = ("pinocchio", "mujoco")
+"""Engines that answer questions about a mechanism by their own kinematics."""
+
+
+def engine(name: str) -> Engine:
+    """The engine of that name. Raises EngineMissing with what to install, MechlabError that lists the names of all engines."""
+    if name not in _ADDRESSES:
+        raise unknown("engine", name, _ADDRESSES)
+    module, missing = _ADDRESSES[name]
+    try:
+        found: Engine = import_module(f"mechlab.engines.{module}").ENGINES[name]
+    except ModuleNotFoundError as error:
+        if error.name != name:
+            raise
+        raise EngineMissing(missing) from None
+    return found
+
+
+def available(name: str) -> str:
+    """Why the engine cannot be used here, as a sentence; "" when it can. Raises MechlabError for an unknown name."""
+    try:
+        return engine(name).missing()
+    except EngineMissing as missing:
+        return str(missing)

@@ -1,0 +1,129 @@
+"""A mechanism at one state on the numpy tree of `mechlab.mechanism`: what laws see where no engine is at work, and a third
+implementation beside the engines in checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import unknown
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.statics import passive_force
+
+
+class MassShare(NamedTuple):
+    """A mass [kg] that moves, its centre (3,) [m], its inertia tensor (3, 3) about the centre [kg m2], its momentum (3,) [kg m/s]
+    and its angular momentum (3,) about the centre [kg m2/s]; world axes."""
+
+    mass: float
+    centre: Array
+    tensor: Array
+    momentum: Array
+    spin: Array
+
+
+class TreePlant:
+    """Implements `mechlab.experiment.laws.Plant`, and with poses, closure and masses `mechlab.engines.protocol.StatePlant`.
+
+    `set(q, v, t)` only remembers the state: the tree is moved when something is asked of it, so that a law which looks at
+    values and rates alone costs no kinematics. `memory`: states of laws that have some.
+    """
+
+    def __init__(self, mechanism: Mechanism, q: ArrayLike | None = None, v: ArrayLike | None = None) -> None:
+        self.mechanism = mechanism
+        self.memory: Mapping[Any, Array] = {}
+        self._rows = {n: (mechanism.zero(n), mechanism.row(n)) for n in mechanism.scalar_names}
+        self._columns = mechanism._q_columns
+        self.set(mechanism.reference() if q is None else q, v)
+
+    def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> TreePlant:
+        """Move to coordinates q (nq,), rates v (nv,) (default 0), time t [s]."""
+        self.t, self.q = t, np.asarray(q, dtype=float)
+        self.v = np.zeros(self.mechanism.nv) if v is None else np.asarray(v, dtype=float)
+        self._placed = False
+        return self
+
+    def value(self, name: str) -> float:
+        """Physical value of a joint or shaft [rad or m]: zero + coordinate."""
+        zero, row = self._row(name)
+        return zero + float(row @ self.q[self._columns])
+
+    def rate(self, name: str) -> float:
+        """Rate of a joint or shaft."""
+        return float(self._row(name)[1] @ self.v)
+
+    def _row(self, name: str) -> tuple[float, Array]:
+        if name not in self._rows:
+            raise unknown(f"{self.mechanism.name}: joint or shaft", name, self._rows)
+        return self._rows[name]
+
+    @cached_property
+    def _tools(self) -> tuple[TreeKinematics, ConstraintSet]:
+        return TreeKinematics(self.mechanism), ConstraintSet(self.mechanism)
+
+    @property
+    def tree(self) -> TreeKinematics:
+        """The kinematics at the present state."""
+        if not self._placed:
+            self._tools[0].set(self.q, self.v)
+            self._placed = True
+        return self._tools[0]
+
+    def mass_matrix(self) -> Array:
+        """(nv, nv) mass matrix, armatures and shafts included."""
+        return self.tree.mass_matrix()
+
+    def bias(self) -> Array:
+        """(nv,) h of M a + h = applied + J^T reactions: velocity, weight, springs and dampers."""
+        return np.asarray(self.tree.bias_force() - passive_force(self.tree))
+
+    def residual(self) -> Array:
+        """(rows,) how far loops and relations are open [m, rad]."""
+        return self._tools[1].residual(self.tree)
+
+    def jacobian(self) -> Array:
+        """(rows, nv) constraint Jacobian."""
+        return self._tools[1].jacobian(self.tree)
+
+    def constraint_bias(self) -> Array:
+        """(rows,) dJ/dt v."""
+        return self._tools[1].bias(self.tree)
+
+    def closing(self) -> tuple[Array, Array, Array]:
+        """(rows,) residual, (rows, nv) its gradient, (nv,) the rates."""
+        return self.residual(), self.jacobian(), self.v
+
+    def pose(self, body: str) -> tuple[Array, Array]:
+        """Rotation (3, 3), body axes to world, and origin (3,) of a body."""
+        return self.tree.pose(body)
+
+    def point(self, frame: str) -> Array:
+        """(3,) origin of a Frame in the world."""
+        where = self.mechanism.frame(frame)
+        rotation, origin = self.tree.pose(where.body)
+        return np.asarray(origin + rotation @ where.placement.translation)
+
+    def point_jacobian(self, frame: str) -> Array:
+        """(6, nv) of a Frame: velocity of its origin, angular velocity."""
+        return self.tree.jacobian(self.mechanism.frame(frame).body, self.point(frame))
+
+    def masses(self) -> list[MassShare]:
+        """Of every body with a joint on its way to the ground."""
+        moves = {"ground": False}
+        out = []
+        for b in self.mechanism.bodies:
+            moves[b.name] = bool(b.joints) or moves[b.parent]
+            if not moves[b.name]:
+                continue
+            rotation, origin = self.tree.pose(b.name)
+            centre = origin + rotation @ np.array(b.inertia.com)
+            tensor, twist = rotation @ b.inertia.matrix() @ rotation.T, self.tree.velocity(b.name, centre)
+            out.append(MassShare(b.inertia.mass, centre, tensor, b.inertia.mass * twist[:3], tensor @ twist[3:]))
+        return out

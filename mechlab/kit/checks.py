@@ -1,0 +1,110 @@
+"""Checks that follow from a declaration: witnesses at some poses, moving states in particles, the end of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.question import Question
+from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit import mass_check
+from mechlab.kit.witness import room
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.geometry import Array
+
+
+def by_witnesses(
+    p: Any, question: Question, given: Iterable[Mapping[str, Any]], tolerance: float, note: str, turned: bool = True
+) -> CheckResult:
+    """Every answer of a question from every witness, at each of the given quantities.
+
+    turned: angles by cosine and sine, so that they agree modulo a turn; otherwise as they are.
+    """
+    angles = question.angles if turned else ()
+    rows: dict[str, list[list[Any]]] = {witness: [] for witness in question.witnesses}
+    for asked in given:
+        for witness, ask in question.witnesses.items():
+            values = ask(p, asked).values
+            plain = [values[a] for a in question.answers if a not in angles]
+            rows[witness].append([*plain, *(g(values[a]) for a in angles for g in (np.cos, np.sin))])
+    return CheckResult(rows, tolerance, note=note)
+
+
+def moving_check(
+    id: str,
+    build: Callable[[Any, str], Mechanism],
+    fidelity: str,
+    states: Callable[[Any], Iterable[mass_check.State]],
+    from_reference: bool = False,
+) -> Check:
+    """Mass, momenta, energy, power and points of moving states in closed form, against three implementations.
+
+    from_reference: the first state is at the reference pose, so all its coordinates are 0.
+    """
+
+    def run(p: Any) -> CheckResult:
+        m, found = build(p, fidelity), list(states(p))
+        if from_reference:
+            found[0] = replace(found[0], is_reference=True)
+        return mass_check.compare([(m, state) for state in found])
+
+    return Check(id, mass_check.TEXT, run, mass_check.SOURCE)
+
+
+def closed_form_recording(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> Recording:
+    """Coordinates (n, nq) and rates (n, nv) in closed form at the times (n,) of a scene."""
+    channels, units = basic_channels(m, q, v)
+    how = Settings(engine="analytic")
+    return Recording(m, t, q, v, channels, units, settings=how, scene=scene.name, fidelity="minimal")
+
+
+def end_of_run(
+    m: Mechanism,
+    scene: Scene,
+    truth: Recording,
+    settings: Settings,
+    tolerance: float,
+    names: str | Sequence[str],
+    note: str = "",
+    engines: Sequence[str] = ("mujoco",),
+    times: Sequence[float] | None = None,
+) -> CheckResult:
+    """Channels at the end of a scene from some engines, against a closed form or own equations. A single name: as a number."""
+
+    def last(run: Recording) -> Any:
+        return run.channel(names)[-1] if isinstance(names, str) else [run.channel(n)[-1] for n in names]
+
+    runs = {e: room(e).run(m, scene, replace(settings, engine=e), times) for e in engines}
+    return CheckResult({e: last(r) for e, r in runs.items()}, tolerance, last(truth), note)
+
+
+def driven_run(
+    m: Mechanism, scene: Scene, reference: Callable[[Any, Scene], Recording], p: Any, share: float
+) -> CheckResult:
+    """Every joint and shaft after a share of a scene whose drives are led: MuJoCo against the closed form."""
+    part = replace(scene, duration=share * scene.duration)
+    truth = reference(p, part)
+    names = [n for n in truth.mechanism.scalar_names if n in truth.channels]
+    # Softness of MuJoCo's loops, time constant 2.8 ms: (1 - d) tc^2 x acceleration stays below 1e-6 here.
+    settings = Settings(timestep=7e-4, timeconst=4.0)
+    return end_of_run(m, part, truth, settings, 1e-5, names, ", ".join(names), times=[part.duration])
+
+
+def range_ends(inside: Callable[[float], bool], middle: float, reach: float, step: float = 1e-3) -> tuple[float, float]:
+    """Low and high end of the interval about `middle` in which a condition holds, at most `reach` away: by steps outwards
+    that are halved where the condition fails, down to 1e-9."""
+    ends = []
+    for sign in (-1.0, 1.0):
+        way, h = 0.0, step
+        while h > 1e-9:
+            if way + h <= reach and inside(middle + sign * (way + h)):
+                way += h
+            else:
+                h *= 0.5
+        ends.append(middle + sign * way)
+    return ends[0], ends[1]

@@ -1,0 +1,73 @@
+"""Answers of the engines by a table of names, and sentences that closed forms share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.question import Answer, Witness
+from mechlab.kit.witness import ENGINES, engine_answer
+from mechlab.mechanism import Mechanism, Status
+from mechlab.mechanism.geometry import Array
+from mechlab.tables import up_to
+
+RATES = ("", "_rate", "_accel")
+"""Suffixes of a quantity, its rate and its acceleration."""
+
+
+def both_spellings(values: Mapping[str, Any]) -> dict[str, Any]:
+    """X_angle_rate also as X_rate, X_angle_accel also as X_accel."""
+    return {**values, **{k.replace("_angle_", "_"): v for k, v in values.items() if "_angle_" in k}}
+
+
+Start = Callable[[Any, Mechanism, Mapping[str, Any]], Array | None]
+
+
+def with_orders(names: Mapping[str, str]) -> dict[str, str]:
+    """A table of names, with the rate and the acceleration of each."""
+    return {f"{ours}{s}": f"{theirs}{s}" for ours, theirs in names.items() for s in RATES}
+
+
+def by_engines(
+    build: Callable[[Any, str], Mechanism],
+    given: Mapping[str, str],
+    answers: Mapping[str, str],
+    start: Start | None = None,
+    output: str | None = None,
+    fidelity: str = "minimal",
+) -> dict[str, Witness]:
+    """The witnesses "pinocchio" and "mujoco" of a question.
+
+    given, answers: key of the question -> quantity of the engine (a joint, a shaft or a coordinate of a frame, with _rate or
+    _accel). Of `given` only the keys that are asked with count. start(p, mechanism, given) -> (nq,) pose from which the
+    engine assembles, None for the reference pose. output: as of `engine_answer`. A mechanism that cannot be built at these
+    parameters has no assembly.
+    """
+    wanted = tuple(dict.fromkeys(answers.values()))
+
+    def witness(engine: str) -> Witness:
+        def ask(p: Any, values: Mapping[str, Any]) -> Answer:
+            try:
+                m = build(p, fidelity)
+            except MechlabError as never:
+                return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
+            asked = {theirs: values[ours] for ours, theirs in given.items() if ours in values}
+            found = engine_answer(engine, m, asked, wanted, start=start and start(p, m, values), output=output)
+            named = {ours: found.values[theirs] for ours, theirs in answers.items() if theirs in found.values}
+            return Answer(named, found.status, found.notes, cannot=found.cannot)
+
+        return ask
+
+    return {engine: witness(engine) for engine in ENGINES}
+
+
+def not_assembled(what: str, gap: ArrayLike, assembles: ArrayLike, modes: tuple[dict[str, Any], ...] = ()) -> Answer:
+    """The answer of a closed form that does not close everywhere. what: "the bars are"; gap [m]: what each position lacks."""
+    largest = float(np.max(np.where(assembles, 0.0, gap)))
+    text = f"{what} {up_to(gap)}{largest:.6g} m short of meeting"
+    closed = np.asarray(assembles)
+    return Answer(status=Status.NO_ASSEMBLY, notes=(text,), details={"gap": largest}, modes=modes, solved=closed)
