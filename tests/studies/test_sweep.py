@@ -18,8 +18,8 @@ from mechlab.cli import main
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.studies.sweep import schedulers as local
 from mechlab.studies.sweep import study as work
-from mechlab.studies.sweep.probe import evaluate
-from mechlab.studies.sweep.result import read
+from mechlab.studies.sweep.by_run import evaluate
+from mechlab.studies.sweep.parts import read
 from mechlab.studies.sweep.study import Interrupted
 from mechlab.values import Range
 

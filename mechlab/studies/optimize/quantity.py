@@ -12,6 +12,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design
+from mechlab.studies.cycle.cycle import run_cycle
 from mechlab.studies.optimize import sources
 from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, QuantitySource
 from mechlab.studies.workspace.grid import product
@@ -105,8 +106,6 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
     design that has no cycle or no run at all tells nothing about the others."""
     try:
         if kind == "cycle":
-            from mechlab.studies.cycle.cycle import run_cycle
-
             found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
             columns, findings = {*found.columns, *found.zero}, set[str]()
         else:

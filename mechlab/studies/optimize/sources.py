@@ -13,8 +13,9 @@ from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.cycle.cycle import CycleResult
+from mechlab.studies.cycle.cycle import CycleResult, run_cycle
 from mechlab.studies.optimize.reach import RAYS, least_within, plane_of, reach
+from mechlab.studies.workspace.study import workspace
 
 REDUCE = ("least", "largest", "peak", "mean", "span", "final")
 DEXTERITY = "inverse_condition"
@@ -129,8 +130,6 @@ class WorkspaceSource:
         return out
 
     def _on_grid(self, design: Design) -> dict[str, float]:
-        from mechlab.studies.workspace.study import workspace
-
         found = workspace(design, dict(self.asked))
         s = found.survey
         out = {"voxels": float(s.voxels), "volume": s.volume, "margin": float(s.margin)}
@@ -152,8 +151,6 @@ class CycleSource:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """The numbers."""
-        from mechlab.studies.cycle.cycle import run_cycle
-
         found = run_cycle(design.mechanism(None), design.name, self.motion, points=self.points)
         return {n: _of_cycle(found, n.split(".")[1], n.split(".", 2)[2]) for n in self.names}
 

@@ -12,8 +12,8 @@ from mechlab.experiment.question import Answers
 from mechlab.lab.ask import ask, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sensitivity.derivatives import Slope, ToleranceCorners, Tolerances, corners, slope
-from mechlab.studies.sensitivity.inputs import AnswerInput, inputs_of
+from mechlab.studies.sensitivity.derivatives import Slope, ToleranceCorners, corners, slope
+from mechlab.studies.sensitivity.inputs import AnswerInput, Tolerances, inputs_of
 from mechlab.studies.sensitivity.result import AnswerDerivative, AnswerTolerance, Sensitivity
 
 ROUNDING = 1e-6

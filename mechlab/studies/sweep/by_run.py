@@ -5,7 +5,7 @@ Points that are simulations or checks: one after the other, each with its own he
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,23 @@ from mechlab.errors import EngineMissing, MechlabError, Untrustworthy, unknown
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.recording import Recording
 from mechlab.lab.ask import ask, generic_question
-from mechlab.lab.design import Design
+from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import run_chosen
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.check.check import checks_of
-from mechlab.studies.sweep.request import NO_SOLUTION, UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest
+from mechlab.studies.sweep.request import (
+    ANSWERS,
+    CLOSED_FORM,
+    NO_SOLUTION,
+    ROLLOUT,
+    UNTRUSTED,
+    SweepBlock,
+    SweepQuantity,
+    SweepRequest,
+    reduced,
+)
+from mechlab.studies.sweep.rollout import roll_block
 
 PARTS = 4
 """Where one of many points has no answer, and the closed form does not say which, they are asked again in so many parts, down
@@ -208,19 +219,58 @@ def channel(design: Design, recording: Recording, name: str) -> Array:
     return recording.channel(name)
 
 
-def reduced(how: str, t: Array, values: Array) -> float:
-    """final, max, min, mean or rms (over time, by the trapezoidal rule) of a channel (n,) at times t (n,)."""
-    x = np.asarray(values, dtype=float)
-    if how == "final":
-        return float(x[-1])
-    if how in ("max", "min"):
-        return float(np.max(x) if how == "max" else np.min(x))
-    span = float(t[-1] - t[0])
-    if not span > 0.0:
-        raise MechlabError(f"a {how} over time needs a run that lasts.")
-    if how == "mean":
-        return float(np.trapezoid(x, t)) / span
-    return float(np.sqrt(np.trapezoid(x * x, t) / span))
+_bases: dict[str, Design] = {}
 
 
-REDUCTIONS = ("final", "max", "min", "mean", "rms")
+def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
+    """The numbers of a block. threads: of engines that have their own; they do not change a bit.
+
+    What goes wrong at a point is told there; raises MechlabError only for what concerns all points.
+    """
+
+    out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
+    for where, changes, rest in groups(request, block):
+        try:
+            made = with_parameters(base(request), tuple(sorted(changes.items())))
+        except MechlabError as cause:
+            out.failed(where, cause)
+            continue
+        if request.method == CLOSED_FORM:
+            closed_form(request, made, where, rest, out)
+        elif request.method == ANSWERS:
+            answers_one_by_one(request, made, where, rest, out)
+        elif request.method == ROLLOUT:
+            roll_block(request, made, where, rest, out, threads)
+        else:
+            runs_one_by_one(request, made, where, rest, out)
+    return out
+
+
+def base(request: SweepRequest) -> Design:
+    """The design with the fixed parameters; loaded once in a process."""
+    if request.fingerprint not in _bases:
+        _bases.clear()
+        _bases[request.fingerprint] = request.load(request.source, **request.parameters)
+    return _bases[request.fingerprint]
+
+
+def with_parameters(chosen: Design, changes: tuple[tuple[str, Any], ...]) -> Design:
+    """The design with changed parameters."""
+    return design(chosen.entry, dict(chosen.given) | dict(changes)) if changes else chosen
+
+
+def groups(request: SweepRequest, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:
+    """The points of a block that share a design: where they stand in the block (m,), the parameters that change, and
+    what else is given: numbers, or arrays (m,) of the axes."""
+    places = request.places(block)
+    outer = [a for a in request.work if a.role == "parameter"]
+    inner = [a for a in request.work if a.role != "parameter"]
+    tables = {a.key: np.array([float(x) for x in a.values]) for a in inner}
+    start, stop = request.span(block)
+    steps = np.zeros(stop - start, dtype=bool)
+    for axis in outer:
+        steps[1:] |= np.diff(places[axis.key]) != 0
+    for where in np.split(np.arange(stop - start), np.flatnonzero(steps)):
+        changes = {a.key: a.values[int(places[a.key][where[0]])] for a in outer}
+        varied: Mapping[str, Any] = {k: table[places[k][where]] for k, table in tables.items()}
+        yield where, changes, dict(request.given) | dict(varied)

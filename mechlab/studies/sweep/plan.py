@@ -15,7 +15,6 @@ from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
 from mechlab.lab.design import Design, design
 from mechlab.lab.run import versions
-from mechlab.studies.sweep import rollout as by_rollout
 from mechlab.studies.sweep.by_run import DIFFERENCE, question_of
 from mechlab.studies.sweep.probe import a_mechanism, answers_of, corners, known_initial_keys
 from mechlab.studies.sweep.quantities import distinct, quantities_of_runs, split_words
@@ -29,6 +28,7 @@ from mechlab.studies.sweep.request import (
     SweepRequest,
     block_size,
 )
+from mechlab.studies.sweep.rollout import why_not
 from mechlab.values import Quantity as Written
 from mechlab.values import Range, has_unit
 
@@ -227,7 +227,7 @@ def _asked(
     request = replace(draft, quantities=distinct(quantities_of_runs(draft, chosen, words), draft.axes))
     for one in corners(chosen, draft.axes):
         try:
-            reason = by_rollout.why_not(request, one)
+            reason = why_not(request, one)
         except MechlabError:
             continue
         return request if reason else replace(request, method=ROLLOUT)

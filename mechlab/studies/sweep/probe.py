@@ -6,7 +6,7 @@ One block of a sweep, computed: the same function for every scheduler, so that a
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from mechlab.lab.design import Design, design, initial_keys
 from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
 from mechlab.mechanism import Mechanism
 from mechlab.studies.sweep.by_run import question_of
-from mechlab.studies.sweep.request import ANSWERS, CLOSED_FORM, ROLLOUT, SweepAxis, SweepBlock, SweepRequest
+from mechlab.studies.sweep.request import SweepAxis, SweepRequest
 
 PROBES = 8
 """So many points are tried, to learn what can be asked of a run."""
@@ -127,63 +127,3 @@ def scene_channels(chosen: Design, draft: SweepRequest, recipe: Any) -> list[str
         except MechlabError:
             continue
     return []
-
-
-_bases: dict[str, Design] = {}
-
-
-def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
-    """The numbers of a block. threads: of engines that have their own; they do not change a bit.
-
-    What goes wrong at a point is told there; raises MechlabError only for what concerns all points.
-    """
-    from mechlab.studies.sweep import by_run
-    from mechlab.studies.sweep import by_run as by_answer
-    from mechlab.studies.sweep import rollout as by_rollout
-
-    out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
-    for where, changes, rest in groups(request, block):
-        try:
-            made = with_parameters(base(request), tuple(sorted(changes.items())))
-        except MechlabError as cause:
-            out.failed(where, cause)
-            continue
-        if request.method == CLOSED_FORM:
-            by_answer.closed_form(request, made, where, rest, out)
-        elif request.method == ANSWERS:
-            by_answer.answers_one_by_one(request, made, where, rest, out)
-        elif request.method == ROLLOUT:
-            by_rollout.roll_block(request, made, where, rest, out, threads)
-        else:
-            by_run.runs_one_by_one(request, made, where, rest, out)
-    return out
-
-
-def base(request: SweepRequest) -> Design:
-    """The design with the fixed parameters; loaded once in a process."""
-    if request.fingerprint not in _bases:
-        _bases.clear()
-        _bases[request.fingerprint] = request.load(request.source, **request.parameters)
-    return _bases[request.fingerprint]
-
-
-def with_parameters(chosen: Design, changes: tuple[tuple[str, Any], ...]) -> Design:
-    """The design with changed parameters."""
-    return design(chosen.entry, dict(chosen.given) | dict(changes)) if changes else chosen
-
-
-def groups(request: SweepRequest, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:
-    """The points of a block that share a design: where they stand in the block (m,), the parameters that change, and
-    what else is given: numbers, or arrays (m,) of the axes."""
-    places = request.places(block)
-    outer = [a for a in request.work if a.role == "parameter"]
-    inner = [a for a in request.work if a.role != "parameter"]
-    tables = {a.key: np.array([float(x) for x in a.values]) for a in inner}
-    start, stop = request.span(block)
-    steps = np.zeros(stop - start, dtype=bool)
-    for axis in outer:
-        steps[1:] |= np.diff(places[axis.key]) != 0
-    for where in np.split(np.arange(stop - start), np.flatnonzero(steps)):
-        changes = {a.key: a.values[int(places[a.key][where[0]])] for a in outer}
-        varied: Mapping[str, Any] = {k: table[places[k][where]] for k, table in tables.items()}
-        yield where, changes, dict(request.given) | dict(varied)

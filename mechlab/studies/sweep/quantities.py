@@ -10,9 +10,9 @@ from mechlab.errors import unknown
 from mechlab.experiment.recording import Recording
 from mechlab.lab.design import Design
 from mechlab.studies.check.check import checks_of
-from mechlab.studies.sweep.by_run import REDUCTIONS, STEP_ERROR
+from mechlab.studies.sweep.by_run import STEP_ERROR
 from mechlab.studies.sweep.probe import names_of, scene_channels, short_run
-from mechlab.studies.sweep.request import SweepAxis, SweepQuantity, SweepRequest
+from mechlab.studies.sweep.request import REDUCTIONS, SweepAxis, SweepQuantity, SweepRequest
 
 CALL = re.compile(r"(\w+)\((.+)\)")
 OF_CHECK = ("difference", "passed")

@@ -20,8 +20,7 @@ from mechlab.lab.design import AUTO, Design
 from mechlab.lab.nature import by_nature, rough
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.by_run import reduced
-from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest
+from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest, reduced
 
 FEWEST = 16
 """Fewer motions are run one by one, each with its whole health record."""

@@ -20,7 +20,7 @@ from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.lab.run import versions
-from mechlab.studies.sweep.probe import evaluate
+from mechlab.studies.sweep.by_run import evaluate
 from mechlab.studies.sweep.request import ANSWERS, RUNS, SweepBlock, SweepRequest
 
 WORTH_IT = 4.0
