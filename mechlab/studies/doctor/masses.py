@@ -1,7 +1,4 @@
-"""Shapes that touch in the reference pose: they push the mechanism apart, or hold it still.
-
-Masses and sizes that are probably not meant: wrong units, what a compiler option changes.
-"""
+"""Findings on the compiled model: masses and sizes that suggest wrong units, shapes that overlap in the reference pose."""
 
 from __future__ import annotations
 
@@ -68,10 +65,10 @@ def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
             between[a, b] = min(between.get((a, b), 0.0), float(data.contact[k].dist))
     parts = {p: x for p, x in between.items() if x < -DEEP * model.stat.extent and all(model.body_weldid[b] for b in p)}
     if parts:
-        said = [f"{_body(model, a)} and {_body(model, b)} by {-x:.3g} m" for (a, b), x in parts.items()]
+        overlaps = [f"{_body(model, a)} and {_body(model, b)} by {-x:.3g} m" for (a, b), x in parts.items()]
         loop = any(p in joined for p in parts)
         text = (
-            f"in the reference pose the shapes of {listed(said)} overlap: contact pushes them apart"
+            f"in the reference pose the shapes of {listed(overlaps)} overlap: contact pushes them apart"
             f"{', against the loop that joins them' if loop else ''}."
         )
         yield Symptom("contacts", "error", text, PASTE)

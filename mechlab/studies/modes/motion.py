@@ -1,4 +1,4 @@
-"""TODO."""
+"""Modes made visible: a recording that swings through them one after another, with all loops closed at every instant."""
 
 from __future__ import annotations
 
@@ -15,12 +15,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import newton
-from mechlab.studies.modes.eigen import (
-    OSCILLATING,
-    RIGID,
-    UNSTABLE,
-    VibrationMode,
-)
+from mechlab.studies.modes.eigen import OSCILLATING, RIGID, UNSTABLE, VibrationMode
 from mechlab.studies.modes.result import ModesResult
 
 SECONDS, SWINGS, FRAMES = 4.0, 4, 80

@@ -1,9 +1,4 @@
-"""A third witness where there is one freedom: J phi'' - Q(phi, phi') = 0 along the closed path, J the generalised inertia.
-
-Modes made visible: a recording that swings through the modes one after another, closed at every instant.
-
-The modes of a design, from Pinocchio, MuJoCo and, where there is one freedom, the generalised inertia of the path.
-"""
+"""The modes of a design, from Pinocchio, from MuJoCo and, with one freedom, from the generalised inertia along its path."""
 
 from __future__ import annotations
 
@@ -27,13 +22,7 @@ from mechlab.lab.run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import structure
-from mechlab.studies.modes.eigen import (
-    Dynamics,
-    LinearMotion,
-    VibrationMode,
-    linear,
-    modes,
-)
+from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
 from mechlab.studies.modes.result import ModesResult, ModesWitness
 
@@ -105,8 +94,8 @@ def find_modes(
     neither; weight, springs and dampers alone. extra: X_0 (start of the search), X_force (constant loads). Raises
     NoSolution for a motion that does not rest or a start without equilibrium near, MechlabError for bad input.
     """
-    lived = design if scene is None else design.for_scene(scene)
-    m, made, laws, notes = _situation(lived, scene, fidelity, dict(extra or {}), free)
+    chosen = design if scene is None else design.for_scene(scene)
+    m, made, laws, notes = _situation(chosen, scene, fidelity, dict(extra or {}), free)
     start = initial_pose(m, made.initial, f"{m.name}, {made.name}")
     rough = [*(j.name for j in m.joints if j.friction), *(s.name for s in m.shafts if s.friction)]
     if rough:
@@ -116,9 +105,9 @@ def find_modes(
         witnesses[engine] = _ask(lambda engine=engine: _engine(engine, m, laws, start))  # type: ignore[misc]
     if structure(m).freedoms == 1:
         witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
-    parameters = {i.name: getattr(lived.parameters, i.name) for i in describe(lived.entry.parameters)}
+    parameters = {i.name: getattr(chosen.parameters, i.name) for i in describe(chosen.entry.parameters)}
     acts = what_acts(m, replace(made, laws=laws))
-    return ModesResult(lived.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
+    return ModesResult(chosen.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
 
 
 def _situation(

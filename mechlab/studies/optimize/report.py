@@ -38,8 +38,8 @@ def _(found: Optimum) -> str:
         lines.append(table(("quantity", "unit", "range or wish", "start", head), rows))
     if found.start.failure:
         lines.append(f"start: {found.start.failure}")
-    for q, said in found.checks.items():
-        lines.append(f"checked: {q} = {', '.join(f'{v:.9g} ({way})' for way, v in said.items())}")
+    for q, others in found.checks.items():
+        lines.append(f"checked: {q} = {', '.join(f'{v:.9g} ({way})' for way, v in others.items())}")
     lines.append(f"{len(p.trials)} designs evaluated, seed {found.seed}")
     if found.second is not None and found.front:
         names = [v.name for v in p.variables]

@@ -1,8 +1,6 @@
-"""What tolerances really make of the answers: true solutions at the ends of the inputs and at the corners of their box.
+"""Derivatives of many outputs by one input, by differences and Richardson's extrapolation, and true solutions within tolerances.
 
-Derivatives of many outputs by one input, from differences: Richardson's extrapolation chooses the step and tells the error.
-
-Tolerances of inputs: by name, or one share of every parameter; and what they make of an answer.
+The true solutions are at the ends of the inputs and at the corners of their box.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The inputs of answers: parameters that are numbers, entry by entry; given quantities where they are asked for."""
+"""The inputs of answers: parameters that are numbers, entry by entry, given quantities where they are wanted; their tolerances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TODO."""
+"""The picture of a stability map: one panel a method, timestep to the right, outcomes in colours, boundaries of theory."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _panel(axes: Any, made: StabilityMap, panel: MethodPanel) -> None:
 
 
 def _theory(axes: Any, made: StabilityMap, panel: MethodPanel, x: np.ndarray, y: np.ndarray) -> None:
-    """Boundaries of theory, each with its formula beside it; a line outside the panel is told of in words."""
+    """Boundaries of theory, each with its formula; the text says where a line lies outside the panel."""
     from matplotlib.patheffects import withStroke
 
     outline = [withStroke(linewidth=3.0, foreground="white")]
@@ -128,10 +128,10 @@ def _legend(figure: Any, made: StabilityMap, left: float, height: float) -> None
         RunOutcome.RIGHT: f"stable and right (up to {made.right:g})", RunOutcome.DRIFTING: f"drifting (up to {made.wrong:g})",
         RunOutcome.WRONG: "wrong", RunOutcome.BLOWN_UP: "blown up", RunOutcome.REFUSED: "refused", RunOutcome.NOT_RUN: "not run",
     }  # fmt: skip
-    marks: list[Any] = [
+    handles: list[Any] = [
         Patch(facecolor=LOOKS[o][0], edgecolor="#999999", label=words[o]) for o in LOOKS if o in present
     ]
     if made.theory:
-        marks.append(Line2D([], [], color="#111111", lw=1.8, label="boundary of theory"))
-    figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(left, 0.27 / height), ncol=4, fontsize=8.5, frameon=False,
+        handles.append(Line2D([], [], color="#111111", lw=1.8, label="boundary of theory"))
+    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(left, 0.27 / height), ncol=4, fontsize=8.5, frameon=False,
                   title=f"{made.value_name}:", title_fontsize=8.5, alignment="left", borderaxespad=0.0)  # fmt: skip

@@ -1,9 +1,4 @@
-"""What a map says, in plain words: theory against measurement, and how far each method can be trusted.
-
-The picture of a map: one panel a method, timestep to the right, outcomes in colours that colour-blind eyes tell apart.
-
-A stability study as text and as files.
-"""
+"""A stability study as one line, as text (maps of letters, sentences), and as files."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What a block gives: numbers, how each point went, and sentences for those that went wrong.
+"""A sweep as data: axes, quantities, fixed values and the way to compute it, in one picklable object with a fingerprint.
 
-What a sweep asks: axes, quantities, what stays fixed, how it is computed. One picklable object, and its fingerprint.
+A block is the unit of work: a range of points, with their numbers, how each of them went, and why some have no number.
 """
 
 from __future__ import annotations

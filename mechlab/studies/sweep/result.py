@@ -1,7 +1,4 @@
-"""What a sweep found: numbers over the axes, gaps with their reasons, files.
-
-A sweep as one labelled dataset, and as a netCDF file: names, units, provenance, reasons of the gaps.
-"""
+"""The result of a sweep: numbers over the axes, gaps with their reasons; also as one labelled dataset (xarray)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sweep itself: blocks go to a scheduler, come back in any order, are kept, and become one result."""
+"""Runs a sweep: blocks go to a scheduler, come back in any order, are kept in files, and become one result."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.studies.sweep.parts import Parts, kept_dataset, write_dataset
+from mechlab.studies.sweep.files import Parts, kept_dataset, write_dataset
 from mechlab.studies.sweep.picture import draw, refuse
 from mechlab.studies.sweep.request import SweepBlock, SweepRequest
 from mechlab.studies.sweep.result import SweepResult, need_xarray
@@ -73,8 +73,8 @@ def sweep(
     kept_points = done
     progress(done, request.count)
     left = [k for k in range(request.blocks) if k not in before_now]
-    blocks = run_on_cores(request, left, workers) if scheduler is None else run_on_cluster(request, left, scheduler)
     try:
+        blocks = run_on_cores(request, left, workers) if scheduler is None else run_on_cluster(request, left, scheduler)
         for index, block in blocks if left else ():
             done += take(index, block)
             if parts is not None:

@@ -1,9 +1,4 @@
-"""The grid that a workspace is counted on: named axes, taken in slabs so that memory does not grow with the grid.
-
-Quantities mapped over a workspace: dexterity, margins.
-
-Two regions on one grid: what they share, and what each has alone.
-"""
+"""The grid that a workspace is counted on: named axes, taken in slabs so that memory does not grow with the grid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The study: plan, survey, maps, comparison, surfaces."""
+"""Counts the workspace of a design, compares two designs, and makes the border a closed surface (marching cubes) for CAD."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def with_surfaces(
 
 
 MOST = 20_000_000
-"""Nodes of the field that a surface is cut from (80 MB); a finer grid is taken at every so-manyeth node."""
+"""Nodes of the field that a surface is cut from (80 MB); of a finer grid every second, third ... node is taken."""
 
 
 KINDS = (".stl", ".glb", ".ply", ".obj")

@@ -1,4 +1,4 @@
-"""Counting a region on a grid, slab by slab: nodes inside, columns, which clause decides, where it lies."""
+"""Counts a region on a grid: nodes inside, columns, which clause decides; maps of quantities over it, and two regions compared."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class _Tally:
 
 
 MOST_IN_MAP = 1_000_000
-"""A map with more nodes than this is taken on every so-manyeth node of each axis."""
+"""A map with more nodes than this skips nodes: it takes every second, third ... node of each axis."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""Finished blocks on disk: what an interrupted sweep need not compute again.
+"""Files of a sweep: the finished dataset (netCDF), and the finished blocks of one that was interrupted.
 
-FILE.nc.parts/ holds request.json, what was asked, and files of finished blocks, each written whole or not at all.
+FILE.nc.parts/ holds request.json, the description of the request, and files of finished blocks, each written whole or not at all.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Parts:
     """The folder of one sweep. `finished`: block -> what it gave."""
 
     def __init__(self, folder: Path, request: SweepRequest, resume: bool) -> None:
-        """Raises MechlabError where the folder holds another sweep, or one that was not asked to be resumed."""
+        """Raises MechlabError where the folder holds another sweep, or one that was not wanted to be resumed."""
         self.folder, self.request = folder, request
         self.finished: dict[int, SweepBlock] = {}
         self._waiting: dict[int, SweepBlock] = {}
@@ -78,13 +78,13 @@ class Parts:
 
 def refuse_another(kept: Mapping[str, Any], request: SweepRequest, where: Path) -> None:
     """Raises MechlabError, naming what differs, where `kept` is the description of another request."""
-    asked = json.loads(json.dumps(request.description()))
-    differ = [k for k in {*kept, *asked} if kept.get(k) != asked.get(k)]
+    wanted = json.loads(json.dumps(request.description()))
+    differ = [k for k in {*kept, *wanted} if kept.get(k) != wanted.get(k)]
     if not differ:
         return
     inner = []
     for k in sorted(differ):
-        was, now = kept.get(k), asked.get(k)
+        was, now = kept.get(k), wanted.get(k)
         if isinstance(was, dict) and isinstance(now, dict):
             inner += [f"{k} {x}" for x in sorted({*was, *now}) if was.get(x) != now.get(x)]
         else:
@@ -95,11 +95,11 @@ def refuse_another(kept: Mapping[str, Any], request: SweepRequest, where: Path) 
 
 
 def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
-    """What a sweep was asked, from its JSON; raises MechlabError that names the file."""
+    """What a sweep was wanted, from its JSON; raises MechlabError that names the file."""
     try:
         text = content if isinstance(content, str) else content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise MechlabError(f"{where} does not say what was asked: {error}.") from None
+        raise MechlabError(f"{where} does not say what was wanted: {error}.") from None
     return parse(text, str(where), finite=False)
 
 

@@ -1,4 +1,4 @@
-"""What bites in a URDF: what it cannot say, and what the engines make of what it says."""
+"""Findings in the text of a file: what a URDF cannot express, compiler settings of an MJCF, what other readers would lose of it."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _name(e: ET.Element) -> str:
     return e.get("name") or "a joint"
 
 
-def compiler(root: ET.Element) -> Iterator[Symptom]:
+def compiler_settings(root: ET.Element) -> Iterator[Symptom]:
     """Findings "masses_changed" and "degrees" of the <compiler> element and the numbers that it rules."""
     merged: dict[str, str] = {}
     for element in root.findall("compiler"):
@@ -120,7 +120,7 @@ def compiler(root: ET.Element) -> Iterator[Symptom]:
     yield from _degrees(root, merged.get("angle", "degree") == "radian", "angle" in merged)
 
 
-def _degrees(root: ET.Element, radian: bool, said: bool) -> Iterator[Symptom]:
+def _degrees(root: ET.Element, radian: bool, unit_given: bool) -> Iterator[Symptom]:
     """Angles of hinges that look like those of the other unit."""
     angles: dict[str, list[float]] = {}
     for e in root.iter("joint"):
@@ -140,7 +140,7 @@ def _degrees(root: ET.Element, radian: bool, said: bool) -> Iterator[Symptom]:
         exact = any(_of_pi(x) for v in known.values() for x in v)
         text = (
             f"{listed([f'{k} = {_list(v)}' for k, v in known.items()])} is read in degrees"
-            f"{'' if said else ', the default of MJCF'}: {biggest:.4g} is {np.radians(biggest):.3g} rad. Radians are meant?"
+            f"{'' if unit_given else ', the default of MJCF'}: {biggest:.4g} is {np.radians(biggest):.3g} rad. Radians are meant?"
         )
         yield Symptom("degrees", "error" if exact else "warning", text, '<compiler angle="radian"/>')
 
