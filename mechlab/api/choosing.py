@@ -62,7 +62,7 @@ def sensitivity(
     values (and keyword arguments): as `solve`. tolerance: half widths by name, in SI (a given quantity with one is an input
     too), or one number: the share of every parameter. only: inputs by name, default all.
     """
-    from mechlab.studies.sensitivity.derivatives import Tolerances
+    from mechlab.studies.sensitivity.inputs import Tolerances
     from mechlab.studies.sensitivity.study import sensitivity as work
 
     if source == "toolpath":

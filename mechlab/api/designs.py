@@ -14,7 +14,7 @@ from mechlab.lab.ask import parameters_and_rest
 if TYPE_CHECKING:
     from mechlab.studies.workspace.plan import WorkspacePlan
     from mechlab.studies.workspace.result import WorkspaceResult
-    from mechlab.studies.workspace.surface import WorkspaceSurface
+    from mechlab.studies.workspace.study import WorkspaceSurface
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 
@@ -62,7 +62,7 @@ def workspace(
 def _page(result: WorkspaceResult, border: WorkspaceSurface, second: WorkspacePlan | None, path: Path) -> Path:
     """The mechanism in its reference pose inside its workspace."""
     from mechlab.mechanism import GROUND
-    from mechlab.studies.workspace.surface import surface
+    from mechlab.studies.workspace.study import surface
     from mechlab.studies.workspace.survey import survey
     from mechlab.viewer import write_page
     from mechlab.viewer.from_recording import mechanism_story

@@ -18,7 +18,7 @@ from mechlab.lab.results import FilesResult, TableResult
 from mechlab.lab.sheet import Description, describe_design
 from mechlab.mechanism import Mechanism
 from mechlab.studies.check.check import CheckReport, run_checks, write_figure
-from mechlab.studies.check.claims import ClaimReport, judge
+from mechlab.studies.check.claims import ClaimReport, run_claims
 from mechlab.studies.pipeline import RunResult
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pict
             made = write_verified(d.mechanism(list(d.entry.fidelities)[-1]), stage, d.file_settings)
             code = max(code, made.trial.exit_code)
             warnings += [f"{name}: {w}" for w in made.trial.warnings]
-            sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
+            sheet = model_sheet(d, run_checks([d]), run_claims([d.entry]), "picture.png", "motion.svg")
             write(stage / "README.md", sheet)
             if pictures:
                 from mechlab.viewer.film import write_motion_svg
@@ -140,7 +140,7 @@ def claims(sources: Source | Sequence[Source] = (), figure: str | Path | None = 
     )
     entries = [find(s) for s in many or catalog.NAMES]
     drawn = "" if figure is None else str(write_figure(entries, figure))
-    return replace(judge(entries), figure=drawn)
+    return replace(run_claims(entries), figure=drawn)
 
 
 def doctor(source: Source) -> Diagnosis:

@@ -41,7 +41,8 @@ def modes(
     swings through the modes (`only`: their numbers); out: a folder for modes.json, modes.npz and modes.html. See
     `mechlab.studies.modes`.
     """
-    from mechlab.studies.modes.study import find_modes, mode_motion
+    from mechlab.studies.modes.motion import mode_motion
+    from mechlab.studies.modes.study import find_modes
 
     if only and html is None and out is None:
         raise MechlabError("only: it chooses the modes that the page shows: give html or out, or leave it out.")

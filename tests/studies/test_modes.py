@@ -11,8 +11,8 @@ import pytest
 import mechlab as ml
 from mechlab.errors import MechlabError, NoSolution, Untrustworthy
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, prismatic, revolute
+from mechlab.studies.modes.motion import mode_motion
 from mechlab.studies.modes.result import ModesResult, eigenvalue_gaps
-from mechlab.studies.modes.study import mode_motion
 
 # Difference quotients of fourth order at 1e-3 rad: 1e-12 of the stiffness; frequencies halve it.
 FINE = 1e-9

@@ -18,8 +18,8 @@ from mechlab.cli import main
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.studies.sweep import schedulers as local
 from mechlab.studies.sweep import study as work
-from mechlab.studies.sweep.probe import evaluate
-from mechlab.studies.sweep.result import read
+from mechlab.studies.sweep.evaluate import evaluate
+from mechlab.studies.sweep.files import read
 from mechlab.studies.sweep.study import Interrupted
 from mechlab.values import Range
 
@@ -392,7 +392,9 @@ def test_progress_counts_points_and_a_sweep_that_fails_keeps_its_parts(
         "fourbar", crank_angle=Range(0.0, 1.0, 100), witness="pinocchio", progress=lambda *x: seen.append(x), workers=1
     )
     assert seen[0] == (0, 100) and seen[-1] == (100, 100) and [a for a, _ in seen] == sorted(a for a, _ in seen)
-    monkeypatch.setattr(work, "_blocks", lambda request, left, *a: iter([(left[0], evaluate(request, left[0])), 1 / 0]))
+    monkeypatch.setattr(
+        work, "run_on_cores", lambda request, left, *a: iter([(left[0], evaluate(request, left[0])), 1 / 0])
+    )
     with pytest.raises(ZeroDivisionError):
         api.sweep("fourbar", {"crank_angle": Range(0.0, 1.0, 3)}, out=tmp_path / "a.nc")
 

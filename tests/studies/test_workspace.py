@@ -13,10 +13,10 @@ from mechlab.cli import main
 from mechlab.cli.verbs.workspace import changes
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, UsageError
 from mechlab.experiment.entry import WorkspaceMap
-from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of, map_over
+from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.studies.workspace.plan import plan
-from mechlab.studies.workspace.surface import surface
-from mechlab.studies.workspace.survey import survey
+from mechlab.studies.workspace.study import surface
+from mechlab.studies.workspace.survey import map_over, survey
 from mechlab.values import Range
 
 SMALL = {"x": Range(-0.3, 0.3, 31), "y": Range(-0.3, 0.3, 31), "z": Range(-0.3, 0.4, 36)}

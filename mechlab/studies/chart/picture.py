@@ -23,7 +23,7 @@ SIZE = 9.6
 
 
 def line_label(name: str, points: Sequence[ChartPoint]) -> str:
-    """The method, and from which step on it diverges: what is missing is said, not dropped."""
+    """The method, and from which step on it diverges: what is missing is sentence, not dropped."""
     lost = [p.step for p in points if p.status == "diverged"]
     if not lost:
         return name
@@ -270,9 +270,9 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
         color=INK,
         bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
     )
-    said, color = headline(chart), RED if flat_methods(chart) else INK
+    sentence, color = headline(chart), RED if flat_methods(chart) else INK
     figure.text(0.022, 0.957, chart.title, fontsize=11.5, weight="bold", color=FAINT)
-    figure.text(0.022, 0.912, said, fontsize=min(18.0, 18.0 * 70 / len(said)), weight="bold", color=color)
+    figure.text(0.022, 0.912, sentence, fontsize=min(18.0, 18.0 * 70 / len(sentence)), weight="bold", color=color)
     words = f"{chart.duration:g} s simulated, scene {chart.scene}. Lower left is better. Each line: one method, from large to small steps."
     figure.text(0.022, 0.876, words, fontsize=10.5, color=FAINT)
 

@@ -1,7 +1,4 @@
-"""The figure that goes with the claims of an entry.
-
-Running the checks of entries: every check with its witnesses, its difference, and whether it passed.
-"""
+"""Runs the checks of entries: each with its witnesses, their difference, and whether it passed; and draws the figure of an entry."""
 
 from __future__ import annotations
 
@@ -17,7 +14,6 @@ from mechlab.files import unfinished
 from mechlab.lab.design import Design
 from mechlab.results import Shown
 from mechlab.studies.check.generic_checks import generic_checks
-from mechlab.tables import number
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -96,15 +92,6 @@ class CheckReport(Shown):
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {"checks": [o.to_dict() for o in self.outcomes], "message": self.message}
-
-    def rows(self) -> list[list[str]]:
-        """A row for each check, under HEADERS."""
-        rows = []
-        for o in self.outcomes:
-            said = ", ".join(o.measured.values) if o.measured else ""
-            rows.append([o.mechanism, o.check.id, o.verdict, number(o.measured.difference if o.measured else None),
-                         number(o.measured.tolerance if o.measured else None), o.check.text, said or o.error or o.missing])  # fmt: skip
-        return rows
 
 
 def checks_of(entry: Entry) -> tuple[Check, ...]:

@@ -34,6 +34,6 @@ class ClaimReport(Shown):
         return {v.value: sum(1 for _, _, f in self.items if f.verdict is v) for v in Verdict}
 
 
-def judge(entries: Sequence[Entry]) -> ClaimReport:
+def run_claims(entries: Sequence[Entry]) -> ClaimReport:
     """Test every claim of the entries anew."""
     return ClaimReport(tuple((e.name, c, c.test()) for e in entries for c in e.claims))

@@ -7,6 +7,8 @@ from mechlab.studies.check.check import CheckReport
 from mechlab.studies.check.claims import ClaimReport
 from mechlab.tables import counted, html_sheet, number, table
 
+HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
+
 
 @line_of.register
 def _(report: CheckReport) -> str:
@@ -16,12 +18,23 @@ def _(report: CheckReport) -> str:
 @text_of.register
 def _(report: CheckReport) -> str:
     """A table and a sentence."""
-    return table(HEADERS, report.rows()) + f"\n\n{report.message}."
+    return table(HEADERS, _rows(report)) + f"\n\n{report.message}."
 
 
 @html_of.register
 def _(report: CheckReport) -> str:
-    return html_sheet("", [f"{report.message}."], {"": (HEADERS, report.rows())})
+    return html_sheet("", [f"{report.message}."], {"": (HEADERS, _rows(report))})
+
+
+def _rows(report: CheckReport) -> list[list[str]]:
+    """A row for each check, under HEADERS."""
+    rows = []
+    for o in report.outcomes:
+        m = o.measured
+        numbers = [number(m.difference if m else None), number(m.tolerance if m else None)]
+        witnesses = ", ".join(m.values) if m else ""
+        rows.append([o.mechanism, o.check.id, o.verdict, *numbers, o.check.text, witnesses or o.error or o.missing])
+    return rows
 
 
 @line_of.register
@@ -40,9 +53,6 @@ def _(report: ClaimReport) -> str:
         )
     drawn = [f"figure: {report.figure}"] if report.figure else []
     return "\n\n".join([*blocks, f"{len(report.items)} claims: {_counts(report)}.", *drawn])
-
-
-HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
 
 
 def _counts(report: ClaimReport) -> str:

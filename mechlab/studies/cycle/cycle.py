@@ -181,15 +181,15 @@ def run_cycle(
     _y _z; centre_A_B_x .. for planar mechanisms.
     """
     m = mechanism
-    rate, accel, load, asked = _given(m, dict(motion or {}))
-    wanted = drive or asked or next((d.on for d in m.drives), None)
+    rate, accel, load, named = _given(m, dict(motion or {}))
+    wanted = drive or named or next((d.on for d in m.drives), None)
     if points < 2 or points > 100_000:
         raise MechlabError(f"points: expected a number from 2 to 100000, got {points!r}.")
     path = ClosedPath(m, wanted) if wanted else choose_path(m)[0]
-    if asked not in (None, path.coordinate):
+    if named not in (None, path.coordinate):
         raise MechlabError(
-            f"{m.name}: a rate or an acceleration of {asked} is given, and the drive is {path.coordinate}: give "
-            f"{path.coordinate}_rate, or drive {asked}."
+            f"{m.name}: a rate or an acceleration of {named} is given, and the drive is {path.coordinate}: give "
+            f"{path.coordinate}_rate, or drive {named}."
         )
     phis, notes = _range(path, span, points)
     poses = [path.at(float(phi)) for phi in phis]
@@ -208,7 +208,7 @@ def run_cycle(
 
 
 def _acts(m: Mechanism, drive: str, motion: Mapping[str, float]) -> str:
-    """What acts, in a line: the drive moves as given and the force for it is asked, so no declared drive holds."""
+    """What acts, in a line: the drive moves as given and the force for it is named, so no declared drive holds."""
     loads = tuple(
         Constant(k.removesuffix("_force"), float(x)) for k, x in motion.items() if k.endswith("_force") and float(x)
     )

@@ -15,9 +15,7 @@ from mechlab.formats.dxf import dxf_polylines
 from mechlab.mechanism.geometry import Array
 from mechlab.results import line_of, save_result, text_of
 from mechlab.studies.cycle.cycle import CycleResult
-from mechlab.studies.cycle.quantities import (
-    extremum,
-)
+from mechlab.studies.cycle.quantities import extremum
 from mechlab.tables import number, table
 
 

@@ -1,7 +1,4 @@
-"""A diagnosis as data: findings with a sentence and a text to paste, the structure, the gap, the settings.
-
-The patient: a file as text, as MuJoCo compiles it, and as a Mechanism, as far as each of them can be had.
-"""
+"""A diagnosis as data, and the file that is examined: its text, the model that MuJoCo compiles of it, the Mechanism read from it."""
 
 from __future__ import annotations
 
@@ -79,7 +76,7 @@ ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 
 @dataclass(frozen=True)
-class Case:
+class ExaminedFile:
     """What is known of a file: the root of its XML (None for other sources), the compiled model or why MuJoCo refuses it,
     the Mechanism or why mechlab cannot hold it."""
 
@@ -92,7 +89,7 @@ class Case:
     unread: str = ""
 
 
-def read_case(path: Path) -> Case:
+def read_case(path: Path) -> ExaminedFile:
     """The case of an .xml or .urdf file; raises MechlabError for a file that cannot be read, or is neither."""
     try:
         content = path.read_text()
@@ -105,16 +102,16 @@ def read_case(path: Path) -> Case:
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
     model, refused = _compiled(path, root, kind)
-    return Case(path.name, kind, root, model, refused, mechanism, unread)
+    return ExaminedFile(path.name, kind, root, model, refused, mechanism, unread)
 
 
-def case_of(mechanism: Mechanism, kind: str) -> Case:
+def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
     """The case of a Mechanism: the MJCF that mechlab would write of it."""
     from mechlab.engines.mujoco import to_mujoco
     from mechlab.formats.mjcf.write import to_mjcf
 
     root = ET.fromstring(to_mjcf(mechanism))
-    return Case(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
+    return ExaminedFile(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
 
 
 def _as_mechanism(content: str, kind: str) -> tuple[Mechanism | None, str]:

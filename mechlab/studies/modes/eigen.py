@@ -1,6 +1,7 @@
-"""What an engine must give for small motions about a rest, and the matrices that follow on the constraint manifold.
+"""Small motions about an equilibrium: linear equations on the constraint manifold, and their modes.
 
-Eigenmodes of M y'' + C y' + K y = 0 with mass 1: one mode for each freedom, two eigenvalues each.
+With an M-orthonormal basis they are y'' + C y' + K y = 0: one mode for each freedom, two eigenvalues each. `Dynamics` is what an
+engine must give for that.
 """
 
 from __future__ import annotations
@@ -203,7 +204,7 @@ Root = tuple[complex, Array]
 
 
 def _pairs(linear: LinearMotion) -> list[tuple[Root, Root]]:
-    """Eigenvalues two by two, with their shapes: conjugates, and real ones whose shapes are most alike."""
+    """Eigenvalues two by two, with their shapes: conjugates, and real ones by the likeness of their shapes."""
     k, c = linear.stiffness, linear.damping
     count = len(k)
     symmetric = np.max(np.abs(k - k.T)) <= 1e-8 * max(float(np.max(np.abs(k))), 1e-300)

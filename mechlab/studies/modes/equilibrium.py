@@ -1,6 +1,6 @@
-"""What acts on a mechanism that is to rest: the laws of a scene, if they can stand still.
+"""The equilibrium of a mechanism at rest, and the laws of a scene as they act on one.
 
-Rest: Newton on the constraint manifold for the pose in which weight, springs, servos and constant loads balance.
+Newton's method on the constraint manifold finds the pose in which weight, springs, servos and constant loads balance.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ def _(found: ModesResult) -> str:
     lines += [
         "",
         table(["joint or shaft", "at rest [rad or m]"], rows),
-        f"unbalanced: {found.spoken.residual:.2g} N m or N",
+        f"unbalanced: {found.first.residual:.2g} N m or N",
         "",
     ]
     heads = ["", "kind", "Hz", "omega [rad/s]", "damping", "eigenvalues [1/s]", "shape (largest first)"]

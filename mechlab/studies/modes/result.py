@@ -1,4 +1,4 @@
-"""Modes as a result: equilibrium, modes, witnesses and their difference, in words and as JSON."""
+"""The modes of a mechanism as data: the equilibrium, the modes of every witness, and how far the witnesses differ."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ModesWitness:
 
 @dataclass(frozen=True, repr=False)
 class ModesResult(Shown):
-    """Modes of a mechanism about its rest. The first witness that could answer speaks; the others confirm it."""
+    """Modes of a mechanism about its rest. The numbers are those of the first witness that could answer; the others confirm them."""
 
     name: str
     mechanism: Mechanism
@@ -44,24 +44,24 @@ class ModesResult(Shown):
     files: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def said(self) -> dict[str, ModesWitness]:
+    def answering(self) -> dict[str, ModesWitness]:
         """The witnesses that could answer."""
         return {n: w for n, w in self.witnesses.items() if not w.cannot}
 
     @property
-    def spoken(self) -> ModesWitness:
+    def first(self) -> ModesWitness:
         """The witness whose numbers are shown."""
-        return next(iter(self.said.values()))
+        return next(iter(self.answering.values()))
 
     @property
     def modes(self) -> tuple[VibrationMode, ...]:
         """The modes, slowest first."""
-        return self.spoken.modes
+        return self.first.modes
 
     @property
     def q(self) -> Array:
         """(nq,) coordinates at rest."""
-        return self.spoken.q
+        return self.first.q
 
     @property
     def equilibrium(self) -> dict[str, Any]:
@@ -95,11 +95,11 @@ class ModesResult(Shown):
         return text
 
     def _differences(self) -> tuple[float | None, float | None]:
-        said = list(self.said.values())
+        answering = list(self.answering.values())
         absolute: list[float] = []
         relative: list[float] = []
-        for i, a in enumerate(said):
-            for b in said[:i]:
+        for i, a in enumerate(answering):
+            for b in answering[:i]:
                 moved = np.abs(a.q - b.q)
                 absolute.append(float(np.max(moved, initial=0.0)))
                 gaps = eigenvalue_gaps(a.modes, b.modes)
@@ -126,7 +126,7 @@ class ModesResult(Shown):
         """JSON-able form."""
         return {
             "name": self.name, "scene": self.scene, "acts": self.acts, "fidelity": self.fidelity, "equilibrium": self.equilibrium,
-            "residual": self.spoken.residual, "modes": [self._mode(m) for m in self.modes],
+            "residual": self.first.residual, "modes": [self._mode(m) for m in self.modes],
             "answers": {n: self._answer(w) for n, w in self.witnesses.items()}, "max_difference": self.max_difference,
             "relative_difference": self.relative_difference, "notes": list(self.notes), "parameters": dict(self.parameters),
             "status": "answered" if not self.exit_code else "finished, do not trust it", "message": self.message,

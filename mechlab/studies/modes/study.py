@@ -1,14 +1,8 @@
-"""A third witness where there is one freedom: J phi'' - Q(phi, phi') = 0 along the closed path, J the generalised inertia.
-
-Modes made visible: a recording that swings through the modes one after another, closed at every instant.
-
-The modes of a design, from Pinocchio, MuJoCo and, where there is one freedom, the generalised inertia of the path.
-"""
+"""The modes of a design, from Pinocchio, from MuJoCo and, with one freedom, from the generalised inertia along its path."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
@@ -20,28 +14,15 @@ from mechlab.errors import EngineMissing, MechlabError, NoSolution, Untrustworth
 from mechlab.experiment.acting import acting, what_acts
 from mechlab.experiment.laws import Law, applied_force
 from mechlab.experiment.parameters import describe
-from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
-from mechlab.experiment.scene import Scene, Settings, initial_pose
+from mechlab.experiment.scene import Scene, initial_pose
 from mechlab.kit.witness import room
 from mechlab.lab.design import Design, with_extra
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.run import versions
-from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.newton import newton
 from mechlab.mechanism.structure import structure
-from mechlab.studies.modes.eigen import (
-    OSCILLATING,
-    RIGID,
-    UNSTABLE,
-    Dynamics,
-    LinearMotion,
-    VibrationMode,
-    linear,
-    modes,
-)
+from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
 from mechlab.studies.modes.result import ModesResult, ModesWitness
 
@@ -96,100 +77,6 @@ def _balance(path: OneFreedom, phi: float) -> _Balance:
     return _Balance(inertia, now, -(8 * (q1 - q2) - q3 + q4) / (12 * h), damping, u, q)
 
 
-SECONDS, SWINGS, FRAMES = 4.0, 4, 80
-"""Each mode: seconds, swings within them, frames."""
-LARGEST_TURN, LARGEST_SHIFT = 0.35, 0.12
-"""Amplitude: no joint turns farther [rad], no centre of mass moves farther [sizes of the mechanism]."""
-MOST = 8
-
-
-def mode_motion(result: ModesResult, chosen: Sequence[int] = ()) -> Recording:
-    """A Recording of the chosen modes (numbers from 1; default: the slowest that are not rigid, at most eight).
-
-    Each swings q = rest + a w(t) Re(shape exp(i phase(t))), w = sin^2 over its seconds, and is closed again by assembly. The
-    tempo is the page's, not the mode's; the findings say which is which. Raises MechlabError for a number that does not exist.
-    """
-    numbers = list(chosen) or _default(result.modes)
-    for k in numbers:
-        if not 1 <= k <= len(result.modes):
-            raise MechlabError(f"{result.name}: mode {k} does not exist; modes are numbered 1 to {len(result.modes)}.")
-    m = result.mechanism
-    amplitudes, q, findings = {}, [result.q], []
-    total = len(numbers) * FRAMES + 1
-    t = np.linspace(0.0, max(1, len(numbers)) * SECONDS, total)
-    for place, k in enumerate(numbers):
-        mode = result.modes[k - 1]
-        size = _amplitude(m, result.q, np.real(mode.shape))
-        s = np.arange(1, FRAMES + 1) / FRAMES
-        envelope = size * np.sin(math.pi * s) ** 2
-        turns = SWINGS if mode.kind == OSCILLATING else 1
-        swing = envelope[:, None] * np.real(mode.shape * np.exp(2j * math.pi * turns * s)[:, None])
-        q += [_closed(m, integrate(m, result.q, x)) for x in swing]
-        wave = np.zeros(total)
-        wave[place * FRAMES + 1 : (place + 1) * FRAMES + 1] = envelope * np.cos(2 * math.pi * turns * s)
-        amplitudes[f"mode_{k}"] = wave
-        findings.append(_finding(k, mode, place * SECONDS))
-    poses = np.array(q if numbers else [result.q])
-    v = np.zeros((len(poses), m.nv))
-    channels, units = basic_channels(m, poses, v)
-    return Recording(
-        m, t, poses, v, channels | amplitudes, units | dict.fromkeys(amplitudes, ""), Health(tuple(findings)),
-        settings=Settings(engine="analytic"), scene=f"modes about {result.scene}", name=result.name, fidelity=result.fidelity,
-        parameters=dict(result.parameters), versions=dict(result.versions),
-    )  # fmt: skip
-
-
-def _default(found: tuple[VibrationMode, ...]) -> list[int]:
-    lively = [k for k, m in enumerate(found, 1) if m.kind != RIGID]
-    return (lively or list(range(1, len(found) + 1)))[:MOST]
-
-
-def _finding(k: int, mode: VibrationMode, start: float) -> Finding:
-    what = f"{mode.frequency_hz:.5g} Hz" + (f", damping {mode.damping:.3g}" if mode.damping else "")
-    if mode.kind == UNSTABLE:
-        what = f"grows with {mode.growth:.4g} 1/s"
-    elif mode.kind == RIGID:
-        what = "no stiffness"
-    text = f"{start:g} to {start + SECONDS:g} s: mode {k}, {mode.kind}, {what}; tempo and size are of the picture"
-    severity = "warning" if mode.kind == UNSTABLE else "ok"
-    return Finding(f"mode_{k}", mode.omega, 0.0, "rad/s", severity, text)
-
-
-def _amplitude(m: Mechanism, q: Array, shape: Array) -> float:
-    """Factor of the shape that is large enough to see and small enough to be a small motion."""
-    points = _centres(m, q)
-    size = float(np.max(np.ptp(np.vstack([points, np.zeros((1, 3))]), axis=0))) or 1.0
-    h = 1e-4
-    moved = float(np.max(np.linalg.norm(_centres(m, integrate(m, q, h * shape)) - points, axis=1))) / h
-    slides = [m.v_slice[j.name].start for j in m.joints if j.kind == "prismatic"]
-    turn = float(np.max(np.abs(np.delete(shape, slides)), initial=0.0))
-    limits = [
-        LARGEST_SHIFT * size / moved if moved > 1e-9 else math.inf,
-        LARGEST_TURN / turn if turn > 1e-9 else math.inf,
-    ]
-    least = min(limits)
-    return least if math.isfinite(least) else 1.0
-
-
-def _centres(m: Mechanism, q: Array) -> Array:
-    tree = TreeKinematics(m, q)
-    out = []
-    for body in m.bodies:
-        rotation, origin = tree.pose(body.name)
-        out += [origin, origin + rotation @ np.array(body.inertia.com)]
-    return np.array(out)
-
-
-def _closed(m: Mechanism, q: Array) -> Array:
-    tree, constraints = TreeKinematics(m), ConstraintSet(m)
-    if not len(constraints):
-        return q
-    found = newton(
-        lambda x: (constraints.residual(tree.set(x)), constraints.jacobian(tree)), lambda x, dv: integrate(m, x, dv), q
-    )
-    return found.q
-
-
 ENGINES = {"pinocchio": "mechlab.engines.pinocchio.linearise", "mujoco": "mechlab.engines.mujoco.linearise"}
 REFERENCE = "the reference pose"
 
@@ -207,8 +94,8 @@ def find_modes(
     neither; weight, springs and dampers alone. extra: X_0 (start of the search), X_force (constant loads). Raises
     NoSolution for a motion that does not rest or a start without equilibrium near, MechlabError for bad input.
     """
-    lived = design if scene is None else design.for_scene(scene)
-    m, made, laws, notes = _situation(lived, scene, fidelity, dict(extra or {}), free)
+    chosen = design if scene is None else design.for_scene(scene)
+    m, made, laws, notes = _situation(chosen, scene, fidelity, dict(extra or {}), free)
     start = initial_pose(m, made.initial, f"{m.name}, {made.name}")
     rough = [*(j.name for j in m.joints if j.friction), *(s.name for s in m.shafts if s.friction)]
     if rough:
@@ -218,9 +105,9 @@ def find_modes(
         witnesses[engine] = _ask(lambda engine=engine: _engine(engine, m, laws, start))  # type: ignore[misc]
     if structure(m).freedoms == 1:
         witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
-    parameters = {i.name: getattr(lived.parameters, i.name) for i in describe(lived.entry.parameters)}
+    parameters = {i.name: getattr(chosen.parameters, i.name) for i in describe(chosen.entry.parameters)}
     acts = what_acts(m, replace(made, laws=laws))
-    return ModesResult(lived.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
+    return ModesResult(chosen.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
 
 
 def _situation(

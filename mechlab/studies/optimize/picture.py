@@ -10,7 +10,6 @@ import numpy as np
 
 from mechlab.experiment.parameters import describe
 from mechlab.files import unfinished
-from mechlab.studies.optimize.problem import TriedDesign
 from mechlab.studies.optimize.result import Optimum
 
 BLUE, ORANGE, GREY, DARK = "#1d4ed8", "#d97706", "#b8bec8", "#222222"
@@ -109,18 +108,3 @@ def _bound(c: Any, unit: str) -> str:
     value = np.degrees(c.bound) if unit == "rad" else c.bound
     shown = " deg" if unit == "rad" else f" {unit}" if unit else ""
     return f"{c.quantity.replace('_', ' ')} {'≥' if c.sign > 0 else '≤'} {value:g}{shown}"
-
-
-def rows(found: Optimum) -> list[list[str]]:
-    """The front as a table in SI: goals, other quantities, variables."""
-    assert found.second is not None
-    p = found.problem
-    first = [p.goal.quantity, found.second.quantity]
-    names = list(dict.fromkeys([*first, *p.measured.units]))
-    head = [f"{n} [{u}]" if (u := p.measured.units.get(n, "")) else n for n in names]
-    head += [f"{v.name} [{v.unit}]" if v.unit else v.name for v in p.variables]
-    return [head, *(_row(t, names) for t in found.front)]
-
-
-def _row(t: TriedDesign, names: list[str]) -> list[str]:
-    return [repr(float(x)) for x in (*(t.values[n] for n in names), *t.x)]

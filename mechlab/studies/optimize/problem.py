@@ -1,7 +1,4 @@
-"""Tasks by the name of the mechanism: what `mechlab optimize NAME` does without further words.
-
-An optimisation as data: variables, a goal, constraints; and the memory of every design that was tried.
-"""
+"""An optimisation as data: variables, goal, bounds, every design that was tried; and the tasks that mechanisms bring."""
 
 from __future__ import annotations
 
@@ -89,7 +86,7 @@ class TriedDesign:
 
 @dataclass
 class OptimisationProblem:
-    """What is asked, and every trial so far (`trials`), by its variables: nothing is computed twice."""
+    """Variables, goal and bounds, and every design tried so far (`trials`) by its variables: nothing is computed twice."""
 
     base: Design
     variables: tuple[DesignVariable, ...]

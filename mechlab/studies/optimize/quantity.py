@@ -12,6 +12,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design
+from mechlab.studies.cycle.cycle import run_cycle
 from mechlab.studies.optimize import sources
 from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, QuantitySource
 from mechlab.studies.workspace.grid import product
@@ -63,7 +64,7 @@ def quantity_set(design: Design, names: Sequence[str], given: Mapping[str, Any])
         units |= {n: infos[n].unit for n in groups["parameter"]}
     asked: dict[tuple[str | None, tuple[str, ...]], list[str]] = {}
     for name in groups.get("answer", ()):
-        question, keys, units[name] = _asked(design, name, given)
+        question, keys, units[name] = _question_for(design, name, given)
         asked.setdefault((None if question is None else question.name, keys), []).append(name)
         taken |= set(keys)
     made += [sources.AnswerSource(tuple(n), q, {k: given[k] for k in keys}) for (q, keys), n in asked.items()]
@@ -105,8 +106,6 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
     design that has no cycle or no run at all tells nothing about the others."""
     try:
         if kind == "cycle":
-            from mechlab.studies.cycle.cycle import run_cycle
-
             found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
             columns, findings = {*found.columns, *found.zero}, set[str]()
         else:
@@ -147,11 +146,11 @@ def _workspace_unit(design: Design, name: str) -> str:
     return maps[stem].unit if stem in maps else ""
 
 
-def _asked(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Question | None, tuple[str, ...], str]:
+def _question_for(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Question | None, tuple[str, ...], str]:
     """The question, the given keys it takes, the unit of the answer."""
     fits = []
     for q in design.entry.questions:
-        if set(q.given) <= set(given) and (name in q.answers or name in _said(design, q, given)):
+        if set(q.given) <= set(given) and (name in q.answers or name in _further_answers(design, q, given)):
             fits.append(q)
     if fits:
         best = max(fits, key=lambda q: len(q.given))
@@ -171,7 +170,7 @@ def _asked(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Questio
     raise unknown(f"{design.name}: quantity", name, exists)
 
 
-def _said(design: Design, q: Question, given: Mapping[str, Any]) -> tuple[str, ...]:
+def _further_answers(design: Design, q: Question, given: Mapping[str, Any]) -> tuple[str, ...]:
     """The answers that a question gives beyond those it declares."""
     complete = {k: v for k, v in q.optional.items() if v is not None}
     complete |= {k: v for k, v in given.items() if k in {*q.given, *q.optional} and np.ndim(v) == 0}
@@ -190,7 +189,7 @@ def _plain(key: str, value: Any) -> float:
 
 
 def _engine_unit(design: Design, name: str) -> str:
-    """Angles and angle rates are told by their joint; other columns carry SI."""
+    """rad for columns called X_angle; "" for others."""
     what = name.split(".", 2)[2]
     return "rad" if what.endswith("_angle") else ""
 

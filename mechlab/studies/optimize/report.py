@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mechlab.results import line_of, text_of
+from mechlab.studies.optimize.problem import TriedDesign
 from mechlab.studies.optimize.result import Optimum
 from mechlab.tables import number, table
 
@@ -37,8 +38,8 @@ def _(found: Optimum) -> str:
         lines.append(table(("quantity", "unit", "range or wish", "start", head), rows))
     if found.start.failure:
         lines.append(f"start: {found.start.failure}")
-    for q, said in found.checks.items():
-        lines.append(f"checked: {q} = {', '.join(f'{v:.9g} ({way})' for way, v in said.items())}")
+    for q, others in found.checks.items():
+        lines.append(f"checked: {q} = {', '.join(f'{v:.9g} ({way})' for way, v in others.items())}")
     lines.append(f"{len(p.trials)} designs evaluated, seed {found.seed}")
     if found.second is not None and found.front:
         names = [v.name for v in p.variables]
@@ -50,3 +51,18 @@ def _(found: Optimum) -> str:
         ]
     lines += [f"{k}: {f}" for k, f in found.files.items()]
     return "\n".join([*lines, *(f"warning: {w}" for w in found.warnings)])
+
+
+def rows(found: Optimum) -> list[list[str]]:
+    """The front as a table in SI: goals, other quantities, variables."""
+    assert found.second is not None
+    p = found.problem
+    first = [p.goal.quantity, found.second.quantity]
+    names = list(dict.fromkeys([*first, *p.measured.units]))
+    head = [f"{n} [{u}]" if (u := p.measured.units.get(n, "")) else n for n in names]
+    head += [f"{v.name} [{v.unit}]" if v.unit else v.name for v in p.variables]
+    return [head, *(_row(t, names) for t in found.front)]
+
+
+def _row(t: TriedDesign, names: list[str]) -> list[str]:
+    return [repr(float(x)) for x in (*(t.values[n] for n in names), *t.x)]

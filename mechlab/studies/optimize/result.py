@@ -1,4 +1,4 @@
-"""What an optimisation found: the best design beside the start, what holds it, how it was checked, the front; or why not."""
+"""The result of an optimisation: the best design, the start, active bounds, checks, the front; or why there is none."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class Optimum(Shown):
         """The first quantity for which another way to compute it says something else; empty when all agree."""
         if self.best is None:
             return ""
-        for name, said in self.checks.items():
+        for name, others in self.checks.items():
             value = self.best.values[name]
             limit = self.tolerances.get(name, AGREES) * max(abs(value), 1e-9)
-            for way, other in said.items():
+            for way, other in others.items():
                 if not abs(other - value) <= limit:
                     return f"{name} is {value:.9g}, but {other:.9g} as computed by {way}"
         return ""
@@ -88,9 +88,9 @@ class Optimum(Shown):
             return f"{p.base.name}: do not trust the optimum: {self.disagreement}"
         g = p.goal.quantity
         what = ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters.items())
-        before = f" (start: {told(self.start.values[g], self.unit(g))})" if g in self.start.values else ""
+        before = f" (start: {with_unit(self.start.values[g], self.unit(g))})" if g in self.start.values else ""
         held = f"; held by {', '.join(self.active)}" if self.active else "; no constraint is active"
-        return f"{p.base.name}: {p.goal.text} is {told(self.best.values[g], self.unit(g))}{before} at {what}{held}"
+        return f"{p.base.name}: {p.goal.text} is {with_unit(self.best.values[g], self.unit(g))}{before} at {what}{held}"
 
     def unit(self, quantity: str) -> str:
         """Unit of a quantity."""
@@ -135,7 +135,7 @@ class Optimum(Shown):
         return dict(zip((v.name for v in self.problem.variables), t.x, strict=True))
 
 
-def told(value: float, unit: str) -> str:
+def with_unit(value: float, unit: str) -> str:
     """A number with its unit, angles in degrees too."""
     if unit == "rad":
         return f"{value:.6g} rad ({math.degrees(value):.5g} deg)"
@@ -152,17 +152,17 @@ def infeasible(p: OptimisationProblem, nearest: TriedDesign | None) -> str:
     known = [t for t in p.trials.values() if not t.failure]
     if nearest is None or not known:
         reasons = [t.failure for t in p.trials.values() if t.failure]
-        most = max(set(reasons), key=reasons.count) if reasons else "nothing was tried"
-        return f"none of {len(p.trials)} designs in these ranges has the quantities asked for; for example: {most}"
+        commonest = max(set(reasons), key=reasons.count) if reasons else "nothing was tried"
+        return f"none of {len(p.trials)} designs in these ranges has the quantities asked for; for example: {commonest}"
     alone = []
     for c in p.constraints:
         best = max((t.values[c.quantity] for t in known), key=lambda value: c.sign * value)
         if c.sign * (best - c.bound) < 0.0:
             alone.append(f"{c.text} cannot be met in these ranges: the {'largest' if c.sign > 0 else 'smallest'} "
-                         f"{c.quantity} found is {told(best, p.measured.units[c.quantity])}")  # fmt: skip
+                         f"{c.quantity} found is {with_unit(best, p.measured.units[c.quantity])}")  # fmt: skip
     where = ", ".join(f"{v.name} = {x:.6g}" for v, x in zip(p.variables, nearest.x, strict=True))
     values = ", ".join(
-        f"{c.quantity} = {told(nearest.values[c.quantity], p.measured.units[c.quantity])}" for c in p.constraints
+        f"{c.quantity} = {with_unit(nearest.values[c.quantity], p.measured.units[c.quantity])}" for c in p.constraints
     )
     reason = "; ".join(alone) or (
         f"each of {', '.join(c.text for c in p.constraints)} can be met, but not all of them in one design"

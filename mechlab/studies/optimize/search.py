@@ -1,12 +1,9 @@
-"""The front of two goals: epsilon-constraint sweeps, which also find the parts of a front that bulge inwards.
+"""The search of an optimisation, and the front of two goals; both with constraints.
 
-Haimes, Lasdon & Wismer 1971: the second goal becomes a constraint that is tightened step by step, each step starting from the
-designs that are known.
-
-The search: differential evolution over the whole box, then COBYQA from the best, both of scipy, both with constraints.
-
-Differential evolution: Storn & Price 1997, constraints by the rules of Lampinen 2002. COBYQA: Ragonneau & Zhang 2023,
-without derivatives, so that goals with kinks (a least angle, a reach) need no care.
+Differential evolution over the whole box (Storn & Price 1997, constraints by the rules of Lampinen 2002), then COBYQA from the
+best (Ragonneau & Zhang 2023), which takes no derivatives, so that goals with kinks (a least angle, a reach) need no care. The
+front is made of epsilon-constraint searches, which also find its parts that bulge inwards: the second goal becomes a constraint
+that is tightened step by step, each step starting from the designs that are known (Haimes, Lasdon & Wismer 1971).
 """
 
 from __future__ import annotations
@@ -56,12 +53,12 @@ def search(
     if problem.best(goal, constraints) is None:
         evolve(problem, lambda t: -t.worst(constraints), (), evaluations, seed + 1, starts)
     found = problem.best(goal, constraints)
-    most = min(POLISH, max(8, evaluations // (2 * len(problem.variables) + 2)))
+    evaluations_each = min(POLISH, max(8, evaluations // (2 * len(problem.variables) + 2)))
     for _ in range(ROUNDS if len(problem.variables) > 1 else 1):
         if found is None:
             return None
         before = found.values[goal.quantity]
-        refine(problem, goal, constraints, found, polish or most)
+        refine(problem, goal, constraints, found, polish or evaluations_each)
         found = problem.best(goal, constraints)
         if found is not None and abs(found.values[goal.quantity] - before) <= SETTLED * abs(before):
             break

@@ -13,8 +13,9 @@ from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.cycle.cycle import CycleResult
+from mechlab.studies.cycle.cycle import CycleResult, run_cycle
 from mechlab.studies.optimize.reach import RAYS, least_within, plane_of, reach
+from mechlab.studies.workspace.study import workspace
 
 REDUCE = ("least", "largest", "peak", "mean", "span", "final")
 DEXTERITY = "inverse_condition"
@@ -61,20 +62,21 @@ class AnswerSource:
         """The answers. Raises NoSolution with the status where there is none."""
         found = self._question(design)
         complete = {k: v for k, v in found.optional.items() if v is not None} | dict(self.given)
-        said = next(iter(found.witnesses.values()))(design.parameters, complete)
-        if said.cannot:
-            raise MechlabError(f"{design.name}: {said.cannot}")
-        if said.status.exit_code:
-            notes = f" ({'; '.join(said.notes)})" if said.notes else ""
-            raise NoSolution(f"{design.name}: {said.status.value}{notes}")
-        return {n: _single(design, n, said) for n in self.names}
+        answer = next(iter(found.witnesses.values()))(design.parameters, complete)
+        if answer.cannot:
+            raise MechlabError(f"{design.name}: {answer.cannot}")
+        if answer.status.exit_code:
+            notes = f" ({'; '.join(answer.notes)})" if answer.notes else ""
+            raise NoSolution(f"{design.name}: {answer.status.value}{notes}")
+        return {n: _single(design, n, answer) for n in self.names}
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
         """What every witness says."""
         found = ask(design, self.given)
-        said = {w: a for w, a in found.answers.items() if not a.cannot and not a.status.exit_code}
+        answers = {w: a for w, a in found.answers.items() if not a.cannot and not a.status.exit_code}
         return {
-            n: {w: float(a.values[n]) for w, a in said.items() if np.size(a.values.get(n, ())) == 1} for n in self.names
+            n: {w: float(a.values[n]) for w, a in answers.items() if np.size(a.values.get(n, ())) == 1}
+            for n in self.names
         }
 
     def _question(self, design: Design) -> Question:
@@ -83,10 +85,10 @@ class AnswerSource:
         return next(q for q in design.entry.questions if q.name == self.question)
 
 
-def _single(design: Design, name: str, said: Answer) -> float:
-    if name not in said.values:
-        raise unknown(f"{design.name}: answer", name, said.values)
-    value = np.asarray(said.values[name], dtype=float)
+def _single(design: Design, name: str, answer: Answer) -> float:
+    if name not in answer.values:
+        raise unknown(f"{design.name}: answer", name, answer.values)
+    value = np.asarray(answer.values[name], dtype=float)
     if value.size != 1 or not np.all(np.isfinite(value)):
         raise MechlabError(f"{design.name}: {name} is not one finite number: {value!r}.")
     return float(value.ravel()[0])
@@ -129,8 +131,6 @@ class WorkspaceSource:
         return out
 
     def _on_grid(self, design: Design) -> dict[str, float]:
-        from mechlab.studies.workspace.study import workspace
-
         found = workspace(design, dict(self.asked))
         s = found.survey
         out = {"voxels": float(s.voxels), "volume": s.volume, "margin": float(s.margin)}
@@ -152,8 +152,6 @@ class CycleSource:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """The numbers."""
-        from mechlab.studies.cycle.cycle import run_cycle
-
         found = run_cycle(design.mechanism(None), design.name, self.motion, points=self.points)
         return {n: _of_cycle(found, n.split(".")[1], n.split(".", 2)[2]) for n in self.names}
 

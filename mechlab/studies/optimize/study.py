@@ -15,6 +15,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.files import whole_folder, write
 from mechlab.lab.ask import in_si
 from mechlab.lab.design import Design, design
+from mechlab.studies.optimize.picture import draw
 from mechlab.studies.optimize.problem import (
     TASKS,
     OptimisationGoal,
@@ -27,6 +28,7 @@ from mechlab.studies.optimize.problem import (
     variables_of,
 )
 from mechlab.studies.optimize.quantity import quantity_set, workspace_names
+from mechlab.studies.optimize.report import rows
 from mechlab.studies.optimize.result import Optimum
 from mechlab.studies.optimize.search import LEVELS, MEMBERS, SHARE, fewest, search
 from mechlab.studies.optimize.search import front as front_of
@@ -163,8 +165,6 @@ def _write(found: Optimum, folder: Path) -> Optimum:
         names |= {"front": "front.csv", "picture": "front.png", "drawing": "front.svg"}
     with whole_folder(folder) as stage:
         if found.front:
-            from mechlab.studies.optimize.picture import draw, rows
-
             table = io.StringIO(newline="")
             csv.writer(table).writerows(rows(found))
             write(stage / names["front"], table.getvalue())

@@ -12,8 +12,8 @@ from mechlab.experiment.question import Answers
 from mechlab.lab.ask import ask, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sensitivity.derivatives import Slope, ToleranceCorners, Tolerances, corners, slope
-from mechlab.studies.sensitivity.inputs import AnswerInput, inputs_of
+from mechlab.studies.sensitivity.derivatives import Slope, ToleranceCorners, corners, slope
+from mechlab.studies.sensitivity.inputs import AnswerInput, Tolerances, inputs_of
 from mechlab.studies.sensitivity.result import AnswerDerivative, AnswerTolerance, Sensitivity
 
 ROUNDING = 1e-6
@@ -68,8 +68,8 @@ class _Layout:
         self.slots: dict[tuple[str, str], tuple[slice, tuple[int, ...]]] = {}
         parts: list[Array] = []
         at = 0
-        for witness, said in answers.answers.items():
-            for key, value in said.values.items():
+        for witness, answer in answers.answers.items():
+            for key, value in answer.values.items():
                 array = np.asarray(value, dtype=float)
                 self.slots[witness, key] = (slice(at, at + array.size), array.shape)
                 parts.append(array.ravel())
@@ -85,8 +85,8 @@ class _Layout:
         """Flat differences from the reference; NaN where a witness has no answer."""
         out = np.full(len(self.reference), np.nan)
         for (witness, key), (where, shape) in self.slots.items():
-            said = answers.answers.get(witness)
-            value = None if said is None or said.status.exit_code else said.values.get(key)
+            answer = answers.answers.get(witness)
+            value = None if answer is None or answer.status.exit_code else answer.values.get(key)
             if value is not None and np.shape(value) == shape:
                 out[where] = np.ravel(np.asarray(value, dtype=float)) - self.reference[where]
                 if key in self.angles:
@@ -182,9 +182,9 @@ def _apart(cells: Mapping[str, Mapping[str, AnswerDerivative]], sizes: Mapping[s
         changes = [sizes[p] * np.max(np.abs(list(c.witnesses.values())), axis=0) for p, c in row.items()]
         whole = sum(changes, np.float64(ROUNDING))
         for p, cell in row.items():
-            said = [np.asarray(v) for v in cell.witnesses.values()]
-            if len(said) > 1:
-                gap = np.max([np.abs(v - said[0]) for v in said[1:]], axis=0) * sizes[p]
+            values = [np.asarray(v) for v in cell.witnesses.values()]
+            if len(values) > 1:
+                gap = np.max([np.abs(v - values[0]) for v in values[1:]], axis=0) * sizes[p]
                 worst = max(worst or 0.0, float(np.max(gap / whole, initial=0.0)))
     return worst
 

@@ -1,9 +1,4 @@
-"""Maps of mechanisms with gear relations: gear ratio, and light parts under load.
-
-Map "stiffness": timestep against the stiffness of springs, dampers and servos, with the limits of theory.
-
-Map "sticking": timestep against dry friction; what sticks must not creep.
-"""
+"""Maps of gears, springs and friction: gear ratio, light parts under load, stiffness with the limits of theory, sticking."""
 
 from __future__ import annotations
 

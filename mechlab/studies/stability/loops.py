@@ -1,10 +1,8 @@
-"""Maps of mechanisms with loops: mass ratio, distance to a singular position, redundancy, softness of the rows.
+"""Maps of mechanisms with loops: mass ratio, redundant rows, softness of the rows, distance to a singular position.
 
-Map "singularity": timestep against the distance to a singular position, made by the length of one link of each loop.
-
-A mechanism whose drive turns fully is brought near its change point: the length at which it stops turning is found by
-bisection, and the map keeps ever less away from it. A mechanism whose own motion passes a singular position (a parallelogram)
-is made ever less perfect.
+The distance is made by the length of one link of each loop. For a mechanism whose drive turns fully, bisection finds the length
+at which it stops turning, and the map comes ever closer to it. A mechanism whose own motion passes a singular position (a
+parallelogram) gets links that differ ever less from the singular ones.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Running a plan: a reference for each row, every method at every timestep, and what became of it."""
+"""Runs a plan: a reference for each row, every method at every timestep, and the outcome of each run."""
 
 from __future__ import annotations
 
@@ -104,12 +104,12 @@ def _truth(problem: Problem, run: Trace, way: Method) -> tuple[ReferenceRun, flo
 
 
 def _spans(m: Mechanism, q: Array) -> Array:
-    """(nq,) for each coordinate how far the one of its kind that moves most goes."""
+    """(nq,) for each coordinate how far the one of its kind that moves largest goes."""
     reach = np.ptp(q, axis=0)
-    most: dict[str, float] = {}
+    largest: dict[str, float] = {}
     for joint in m.joints:
-        most[joint.kind] = max(most.get(joint.kind, SMALLEST_SPAN), float(np.max(reach[m.q_slice[joint.name]])))
-    return np.array([most[j.kind] for j in m.joints for _ in range(j.nq)])
+        largest[joint.kind] = max(largest.get(joint.kind, SMALLEST_SPAN), float(np.max(reach[m.q_slice[joint.name]])))
+    return np.array([largest[j.kind] for j in m.joints for _ in range(j.nq)])
 
 
 def outcome_of(plan: StabilityPlan, problem: Problem, truth: ReferenceRun | None, run: Trace) -> StabilityCell:

@@ -1,7 +1,4 @@
-"""A method with the softness of its constraints set by hand: what maps of softness and redundancy turn.
-
-A plan: everything that one map needs before anything is run.
-"""
+"""What one map needs before anything is run: its rows, methods and timesteps; and methods with other softness of the constraints."""
 
 from __future__ import annotations
 
@@ -73,7 +70,7 @@ class StabilityPlan:
     """problem(y) makes the row of y; tune(method, y) the method as it is used there. measure: "error" (of the coordinates,
     relative to how far they move), "energy" (relative to the energy turned over) or "gap" (of loops and relations, rad or
     m); `right` and `wrong`: limits of it. theory(methods, steps) -> boundaries to draw. reference: the method that
-    the others are held against ("": see `measure.sharp_method`)."""
+    gives the reference runs ("": see `measure.sharp_method`)."""
 
     kind: str
     title: str
@@ -117,8 +114,8 @@ class StabilityCase:
     def problem(self, mechanism: Mechanism | None = None, scene: Scene | None = None, duration: float = 0.0) -> Problem:
         """The case with another mechanism, scene or duration [s]; joints have no ends of their ranges."""
         design = with_mechanism(self.design, without_ranges(mechanism or self.mechanism))
-        lived = scene or self.scene
-        return Problem(design, replace(lived, duration=duration or lived.duration), OUTPUTS)
+        used = scene or self.scene
+        return Problem(design, replace(used, duration=duration or used.duration), OUTPUTS)
 
     @property
     def free(self) -> StabilityCase:

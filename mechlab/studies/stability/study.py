@@ -1,6 +1,6 @@
-"""Which maps a mechanism gets, and making them within a budget of counted work.
+"""Stability maps of a mechanism: timestep against what may make a method fail, by measurement, within a budget of counted work.
 
-Maps over a range that the user gives: a parameter of the mechanism, or mass, stiffness or friction of a named part.
+`KINDS` are the maps that the structure of a mechanism calls for; a range of a parameter, mass, stiffness or friction adds one.
 """
 
 from __future__ import annotations
@@ -182,10 +182,10 @@ def study(
     """
     if not budget > 0:
         raise MechlabError(f"budget: expected seconds of work > 0, got {budget!r}.")
-    lived = design.for_scene(scene)
-    made = chosen_scene(lived, scene, fidelity)
-    lived.mechanism(made.fidelity)
-    case = StabilityCase(lived, made, chosen_methods(methods))
+    chosen = design.for_scene(scene)
+    made = chosen_scene(chosen, scene, fidelity)
+    chosen.mechanism(made.fidelity)
+    case = StabilityCase(chosen, made, chosen_methods(methods))
     for kind in kinds:
         if kind not in KINDS:
             raise unknown("map", kind, KINDS)

@@ -1,4 +1,4 @@
-"""From keys and words to a request: which key is an axis, which question or run it means, what the quantities are."""
+"""From keys and words to a request: which keys are axes, which question or run they mean, which quantities are computed."""
 
 from __future__ import annotations
 
@@ -15,10 +15,16 @@ from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
 from mechlab.lab.design import Design, design
 from mechlab.lab.run import versions
-from mechlab.studies.sweep import rollout as by_rollout
-from mechlab.studies.sweep.by_run import DIFFERENCE, question_of
-from mechlab.studies.sweep.probe import a_mechanism, answers_of, corners, known_initial_keys
-from mechlab.studies.sweep.quantities import distinct, quantities_of_runs, split_words
+from mechlab.studies.sweep.evaluate import DIFFERENCE, question_of
+from mechlab.studies.sweep.quantities import (
+    a_mechanism,
+    answers_of,
+    corners,
+    distinct,
+    known_initial_keys,
+    quantities_of_runs,
+    split_words,
+)
 from mechlab.studies.sweep.request import (
     ANSWERS,
     CLOSED_FORM,
@@ -29,6 +35,7 @@ from mechlab.studies.sweep.request import (
     SweepRequest,
     block_size,
 )
+from mechlab.studies.sweep.rollout import why_not
 from mechlab.values import Quantity as Written
 from mechlab.values import Range, has_unit
 
@@ -92,7 +99,7 @@ def plan(
     question = None if role == "initial" else _question(chosen, axes, rest, given)
     draft = replace(draft, axes=tuple(_with_unit(a, question, chosen, axes) for a in axes))
     starts = [f"{k}_0 instead of {k}" for k in sorted(rest) if f"{k}_0" in mechanism_keys]
-    request = _asked(draft, chosen, question, quantities, witness, bool(rest) and role == "given", starts)
+    request = _with_quantities(draft, chosen, question, quantities, witness, bool(rest) and role == "given", starts)
     _refuse_idle(request, sorted(rest), starts)
     if count * len(request.quantities) > MOST_NUMBERS:
         raise _too_many(base.name, count, len(request.quantities))
@@ -191,7 +198,7 @@ def _question(
     return next((q for q in chosen.entry.questions if not q.given), None)
 
 
-def _asked(
+def _with_quantities(
     draft: SweepRequest,
     chosen: Design,
     question: Question | None,
@@ -203,31 +210,35 @@ def _asked(
     """The request with its quantities, and with how it is computed."""
     words = [w.strip() for q in quantities for w in split_words(str(q)) if w.strip()]
     by_witness = _witness(question, witness, chosen) if question is not None else ""
-    said, left_open = answers_of(draft, chosen, question, by_witness) if question is not None else ({}, ())
-    if answers_only or (words and question is not None and all(w in said or w == DIFFERENCE for w in words)):
+    answers, left_open = answers_of(draft, chosen, question, by_witness) if question is not None else ({}, ())
+    if answers_only or (words and question is not None and all(w in answers or w == DIFFERENCE for w in words)):
         assert question is not None
         if DIFFERENCE in words:
-            said[DIFFERENCE] = ""
+            answers[DIFFERENCE] = ""
         for word in words:
             for loose in (x for x in left_open if word in x.quantities):
                 raise MechlabError(f"{chosen.name}: {word} is open: {loose.sentence}.")
-            if word not in said:
-                strange = unknown(f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*said, DIFFERENCE})
+            if word not in answers:
+                strange = unknown(
+                    f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*answers, DIFFERENCE}
+                )
                 runs = f" Channels, findings and trusted are of runs: give {', '.join(starts)}." if starts else ""
                 raise MechlabError(f"{strange}{runs}")
-        asked = tuple(SweepQuantity(w, "answer", w, unit=said[w]) for w in dict.fromkeys(words or said))
-        if not asked:
+        chosen_quantities = tuple(
+            SweepQuantity(w, "answer", w, unit=answers[w]) for w in dict.fromkeys(words or answers)
+        )
+        if not chosen_quantities:
             raise MechlabError(
                 f"{chosen.name}: where {_words(draft)} is given nothing is left that {by_witness} answers with a number."
             )
         method = CLOSED_FORM if by_witness == "analytic" and DIFFERENCE not in words else ANSWERS
-        return replace(draft, quantities=distinct(asked, draft.axes), method=method, witness=by_witness)
+        return replace(draft, quantities=distinct(chosen_quantities, draft.axes), method=method, witness=by_witness)
     if witness is not None:
         raise MechlabError(f"{chosen.name}: --witness is for answers to a question; a simulation has --engine.")
     request = replace(draft, quantities=distinct(quantities_of_runs(draft, chosen, words), draft.axes))
     for one in corners(chosen, draft.axes):
         try:
-            reason = by_rollout.why_not(request, one)
+            reason = why_not(request, one)
         except MechlabError:
             continue
         return request if reason else replace(request, method=ROLLOUT)

@@ -1,6 +1,6 @@
-"""What a block gives: numbers, how each point went, and sentences for those that went wrong.
+"""A sweep as data: axes, quantities, fixed values and the way to compute it, in one picklable object with a fingerprint.
 
-What a sweep asks: axes, quantities, what stays fixed, how it is computed. One picklable object, and its fingerprint.
+A block is the unit of work: a range of points, with their numbers, how each of them went, and why some have no number.
 """
 
 from __future__ import annotations
@@ -210,3 +210,21 @@ def _plain(value: Any) -> Any:
     if isinstance(value, bool | str) or value is None:
         return value
     return float(value)
+
+
+def reduced(how: str, t: Array, values: Array) -> float:
+    """final, max, min, mean or rms (over time, by the trapezoidal rule) of a channel (n,) at times t (n,)."""
+    x = np.asarray(values, dtype=float)
+    if how == "final":
+        return float(x[-1])
+    if how in ("max", "min"):
+        return float(np.max(x) if how == "max" else np.min(x))
+    span = float(t[-1] - t[0])
+    if not span > 0.0:
+        raise MechlabError(f"a {how} over time needs a run that lasts.")
+    if how == "mean":
+        return float(np.trapezoid(x, t)) / span
+    return float(np.sqrt(np.trapezoid(x * x, t) / span))
+
+
+REDUCTIONS = ("final", "max", "min", "mean", "rms")

@@ -1,7 +1,4 @@
-"""What a sweep found: numbers over the axes, gaps with their reasons, files.
-
-A sweep as one labelled dataset, and as a netCDF file: names, units, provenance, reasons of the gaps.
-"""
+"""The result of a sweep: numbers over the axes, gaps with their reasons; also as one labelled dataset (xarray)."""
 
 from __future__ import annotations
 
@@ -15,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import EngineMissing, MechlabError
-from mechlab.files import unfinished
+from mechlab.errors import EngineMissing
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown
 from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
@@ -172,45 +168,3 @@ def _attributes(axis: SweepAxis) -> dict[str, str]:
     """Attributes of an axis."""
     told = {"long_name": axis.text or axis.key, "role": axis.role}
     return told | ({"units": axis.unit} if axis.unit else {})
-
-
-def write(result: SweepResult, path: Path) -> Path:
-    """Write netCDF-3 (64-bit offset), which every netCDF reader opens; the file is there complete or not at all."""
-    with unfinished(path) as temporary:
-        result.dataset.to_netcdf(temporary, format="NETCDF3_64BIT", engine="scipy")
-    return path
-
-
-def read(path: Path) -> Any:
-    """The dataset of a file, in memory; raises MechlabError for what is no netCDF file."""
-    xarray = need_xarray()
-    try:
-        with xarray.open_dataset(path, engine="scipy") as found:
-            return found.load()
-    except Exception as cause:  # whatever a damaged file makes the readers of netCDF raise
-        words = " ".join(str(cause).split())[:200].rstrip(".") or type(cause).__name__
-        raise MechlabError(f"{path} is no netCDF file of a sweep: {words}.") from None
-
-
-def kept(path: Path, request: SweepRequest) -> tuple[np.ndarray, np.ndarray, dict[int, str]] | None:
-    """Numbers, outcomes and reasons, in the order of work, of a finished file of the same request; None where there is no
-    file. Raises MechlabError where the file holds another sweep, naming what differs."""
-    from mechlab.studies.sweep.parts import description_in, refuse_another
-
-    if not path.is_file():
-        return None
-    found = read(path)
-    refuse_another(description_in(str(found.attrs.get("request", "{}")), path), request, path)
-    order = [a.key for a in request.work]
-
-    def flat(name: str) -> np.ndarray:
-        return np.asarray(found[name].transpose(*order).values).ravel()
-
-    try:
-        reasons = {int(i): str(text) for i, text in enumerate(flat("reason")) if text}
-        values, outcomes = np.column_stack([flat(q.label) for q in request.quantities]).astype(float), flat("outcome")
-    except (KeyError, ValueError, TypeError) as cause:
-        raise MechlabError(f"{path} is no complete file of a sweep: {cause}.") from None
-    if values.shape != (request.count, len(request.quantities)) or outcomes.shape != (request.count,):
-        raise MechlabError(f"{path} holds {len(values)} points, expected {request.count}.")
-    return values, outcomes, reasons

@@ -1,4 +1,4 @@
-"""Points that differ in initial state and constant loads alone: a block is stepped inside the engine."""
+"""Points that differ in initial state and constant loads alone: MuJoCo steps a block of them inside the engine."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from mechlab.lab.design import AUTO, Design
 from mechlab.lab.nature import by_nature, rough
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.by_run import reduced
-from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest
+from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest, reduced
 
 FEWEST = 16
 """Fewer motions are run one by one, each with its whole health record."""
@@ -33,13 +32,13 @@ FINDINGS = ("energy_balance", "relation_residual")
 
 def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
     """What `run_scene` would run, without initial values and loads of the points."""
-    lived = design.for_scene(request.scene)
-    scene = lived.scene(request.scene, request.fidelity, request.duration)
-    mechanism = lived.mechanism(scene.fidelity)
+    in_scene = design.for_scene(request.scene)
+    scene = in_scene.scene(request.scene, request.fidelity, request.duration)
+    mechanism = in_scene.mechanism(scene.fidelity)
     chosen = by_nature(scene.settings, mechanism, scene)
     if request.timestep is not None:
         chosen = replace(chosen, timestep=request.timestep)
-    return lived, mechanism, scene, chosen
+    return in_scene, mechanism, scene, chosen
 
 
 def why_not(request: SweepRequest, design: Design) -> str:
@@ -127,7 +126,7 @@ def roll_block(
     room("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.stepping import grid
 
-    lived, mechanism, scene, settings = scene_of(request, design)
+    in_scene, mechanism, scene, settings = scene_of(request, design)
     steps = grid(scene.duration, settings.timestep)
     whole = any(q.reduce != "final" or q.name in design.entry.channels for q in request.quantities)
     steps = replace(steps, samples=steps.samples if whole or mechanism.relations else (0, steps.count))
@@ -135,7 +134,7 @@ def roll_block(
     many = max(1, NUMBERS // (len(steps.samples) * (mechanism.nq + mechanism.nv)))
     for i in range(0, len(where), many):
         some = {k: v[i : i + many] for k, v in values.items()}
-        _roll(request, lived, mechanism, scene, settings, steps, where[i : i + many], some, out, threads)
+        _roll(request, in_scene, mechanism, scene, settings, steps, where[i : i + many], some, out, threads)
 
 
 def _roll(

@@ -1,7 +1,4 @@
-"""Blocks on this machine: in this process while that is quick, else in a pool of processes.
-
-Blocks on an existing Dask cluster: the same function, the same blocks, hence the same bits.
-"""
+"""Where blocks are computed: in this process while that is quick, else in a pool of processes, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.lab.run import versions
-from mechlab.studies.sweep.probe import evaluate
+from mechlab.studies.sweep.evaluate import evaluate
 from mechlab.studies.sweep.request import ANSWERS, RUNS, SweepBlock, SweepRequest
 
 WORTH_IT = 4.0
@@ -208,7 +205,7 @@ def _failure(future: Any, block: int) -> Exception:
     cause = future.exception() if future.status == "error" else None
     if isinstance(cause, MechlabError):
         return cause
-    said = f"{type(cause).__name__}: {cause}" if cause is not None else future.status
+    failure = f"{type(cause).__name__}: {cause}" if cause is not None else future.status
     return MechlabError(
-        f"block {block} of the sweep could not be computed on the cluster: {' '.join(said.split())[:300]}"
+        f"block {block} of the sweep could not be computed on the cluster: {' '.join(failure.split())[:300]}"
     )

@@ -1,9 +1,4 @@
-"""The grid that a workspace is counted on: named axes, taken in slabs so that memory does not grow with the grid.
-
-Quantities mapped over a workspace: dexterity, margins.
-
-Two regions on one grid: what they share, and what each has alone.
-"""
+"""The grid that a workspace is counted on: named axes, taken in slabs so that memory does not grow with the grid."""
 
 from __future__ import annotations
 
@@ -15,9 +10,7 @@ from math import prod
 
 import numpy as np
 
-from mechlab.analytic.regions import Region
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import WorkspaceMap
 from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
 
@@ -109,91 +102,6 @@ def grid_of(ranges: Mapping[str, Range], fixed: Mapping[str, float] | None = Non
     """A grid from ranges as a user writes them; low:high has 41 nodes."""
     axes = {k: (float(r.low), float(r.high), COUNT if r.count is None else r.count) for k, r in ranges.items()}
     return WorkspaceGrid(axes, dict(fixed or {}))
-
-
-MOST_IN_MAP = 1_000_000
-"""A map with more nodes than this is taken on every so-manyeth node of each axis."""
-
-
-@dataclass(frozen=True)
-class MapSummary:
-    """A quantity over the part of its axes where every clause holds that looks at these axes alone: extremes, median, and
-    `values` over `nodes` (the coordinates of its axes), NaN where a clause fails."""
-
-    axes: tuple[str, ...]
-    unit: str
-    text: str
-    smallest: float
-    median: float
-    largest: float
-    nodes: Mapping[str, Array] = field(repr=False)
-    values: Array = field(repr=False)
-
-    def to_dict(self) -> dict[str, object]:
-        """JSON-able form, without the arrays."""
-        return {
-            "axes": list(self.axes), "unit": self.unit, "smallest": self.smallest, "median": self.median,
-            "largest": self.largest, "text": self.text,
-        }  # fmt: skip
-
-
-def map_over(region: Region, grid: WorkspaceGrid, item: WorkspaceMap) -> MapSummary | None:
-    """The map over the grid; None where no node keeps the clauses."""
-    free = [n for n in item.axes if n in grid.axes]
-    size = prod(grid.axes[n][2] for n in free)
-    stride = int(np.ceil((size / MOST_IN_MAP) ** (1.0 / max(1, len(free))))) if size > MOST_IN_MAP else 1
-    nodes = {n: grid.nodes[grid.names.index(n)][::stride] for n in free}
-    points = {n: v.reshape([-1 if m == n else 1 for m in free]) for n, v in nodes.items()}
-    points |= {n: np.full((1,) * len(free), grid.fixed[n]) for n in item.axes if n not in points}
-    shape = tuple(len(v) for v in nodes.values())
-    holds = np.ones(shape, dtype=bool)
-    for clause in region.clauses:
-        if set(clause.axes) <= set(item.axes):
-            holds &= clause.margin(points) >= 0.0
-    if not holds.any():
-        return None
-    values = np.broadcast_to(item.function(points), shape)
-    inside = values[holds]
-    return MapSummary(
-        tuple(free), item.unit, item.text, float(inside.min()), float(np.median(inside)), float(inside.max()), nodes,
-        np.where(holds, values, np.nan),
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class WorkspaceComparison:
-    """Nodes of both regions, of the first alone, of the second alone; a cell is the volume of a node."""
-
-    both: int
-    only_first: int
-    only_second: int
-    cell: float
-
-    @property
-    def union(self) -> int:
-        """Nodes of at least one."""
-        return self.both + self.only_first + self.only_second
-
-    @property
-    def voxels(self) -> dict[str, int]:
-        """Nodes by part."""
-        return {"both": self.both, "only_first": self.only_first, "only_second": self.only_second, "union": self.union}
-
-    def to_dict(self) -> dict[str, object]:
-        """Voxels and volumes."""
-        return {"voxels": self.voxels, "volumes": {k: n * self.cell for k, n in self.voxels.items()}}
-
-
-def compare(first: Region, second: Region, grid: WorkspaceGrid, slab: int = SLAB) -> WorkspaceComparison:
-    """Count both on the grid, slab by slab."""
-    both = alone = other = 0
-    for cut in grid.slabs(slab):
-        points = grid.points(*cut)
-        a, b = (r.decide(points).inside for r in (first, second))
-        both += int((a & b).sum())
-        alone += int((a & ~b).sum())
-        other += int((b & ~a).sum())
-    return WorkspaceComparison(both, alone, other, grid.cell)
 
 
 def product(units: list[str]) -> str:

@@ -1,7 +1,4 @@
-"""The workspace of any mechanism: a question is asked at every node, and its answer is held to limits.
-
-From key=value to a region on a grid: the mechanism's own recipe, or a question that is asked at every node.
-"""
+"""From key=value to a region on a grid: the mechanism's own recipe, or a question that is asked at every node."""
 
 from __future__ import annotations
 
@@ -35,7 +32,7 @@ SOLVED = "solved"
 
 @dataclass
 class QuestionOnGrid:
-    """Asks one witness. limits: answer -> (low, high), either may be None. `statuses` counts what was said of the nodes."""
+    """Asks one witness. limits: answer -> (low, high), either may be None. `statuses` counts the nodes by the status of their answer."""
 
     design: Design
     question: Question
@@ -82,26 +79,26 @@ class QuestionOnGrid:
     def _ask(self, flat: Mapping[str, Array], i: int, j: int, out: dict[str, Array]) -> None:
         """Nodes i to j - 1. A closed form answers many at once when all have an answer; else in parts."""
         nodes = {k: float(v[i]) if j - i == 1 else v[i:j] for k, v in flat.items()}
-        said = self._answer(nodes)
-        if said.cannot:
-            raise EngineMissing(f"{self.design.name}: {self.witness} cannot answer: {said.cannot}")
-        good = said.status.exit_code == 0 and bool(said.values)
+        answer = self._answer(nodes)
+        if answer.cannot:
+            raise EngineMissing(f"{self.design.name}: {self.witness} cannot answer: {answer.cannot}")
+        good = answer.status.exit_code == 0 and bool(answer.values)
         if not good and j - i > 1:
             part = -(-(j - i) // PARTS)
             for k in range(i, j, part):
                 self._ask(flat, k, min(k + part, j), out)
             return
-        self.statuses[said.status] = self.statuses.get(said.status, 0) + j - i
+        self.statuses[answer.status] = self.statuses.get(answer.status, 0) + j - i
         if not good:
             return
         out[SOLVED][i:j] = np.inf
         for name in self.limits:
-            if name not in said.values:
+            if name not in answer.values:
                 raise MechlabError(
                     f"{self.design.name}: {self.witness} does not answer {name}, on which there is a limit; "
-                    f"it answers {', '.join(said.values)}."
+                    f"it answers {', '.join(answer.values)}."
                 )
-            out[name][i:j] = said.values[name]
+            out[name][i:j] = answer.values[name]
 
     def _answer(self, nodes: Mapping[str, Any]) -> Answer:
         optional = {k: v for k, v in self.question.optional.items() if v is not None}
@@ -130,15 +127,15 @@ def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -
     asked = in_si(design, asked)
     recipe = design.entry.workspace
     if recipe is not None and witness is None and set(asked) <= {*recipe.grid, *recipe.limits}:
-        return _own(design, recipe, asked)
+        return _of_recipe(design, recipe, asked)
     ranges = [k for k, v in asked.items() if isinstance(v, Range)]
     if not ranges:
         raise MechlabError(f"{design.name}: no axis is given. {_what_to_give(design)}")
     question = _question(design, asked)
-    return _asked(design, question, asked, witness)
+    return _of_question(design, question, asked, witness)
 
 
-def _own(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> WorkspacePlan:
+def _of_recipe(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> WorkspacePlan:
     limits: dict[str, float] = {}
     ranges: dict[str, Range] = {}
     fixed: dict[str, float] = {}
@@ -195,7 +192,7 @@ def _question(design: Design, asked: Mapping[str, Any]) -> Question:
         raise (unknown(f"{design.name}: quantity", strange[0], exists) if strange else error) from None
 
 
-def _asked(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> WorkspacePlan:
+def _of_question(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> WorkspacePlan:
     name = witness or next((w for w in WITNESSES if w in question.witnesses), "")
     if name not in question.witnesses:
         raise unknown(f"{design.name}: witness", name, question.witnesses)
@@ -224,7 +221,7 @@ def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float |
 
 
 def _unit(question: Question, name: str) -> str:
-    """The unit of a quantity, as far as the question says; angles are told by it too."""
+    """The unit of a quantity, as far as the question states it; answers that are angles are in rad."""
     if name in question.units:
         return question.units[name]
     rates = {"_rate": "/s", "_accel": "/s2"}

@@ -10,9 +10,9 @@ from typing import Any
 
 from mechlab.experiment.parameters import describe
 from mechlab.results import Shown
-from mechlab.studies.workspace.grid import MapSummary, WorkspaceComparison, product
+from mechlab.studies.workspace.grid import product
 from mechlab.studies.workspace.plan import WorkspacePlan
-from mechlab.studies.workspace.survey import WorkspaceSurvey
+from mechlab.studies.workspace.survey import MapSummary, WorkspaceComparison, WorkspaceSurvey
 
 DEEPEST = "largest_margin"
 
