@@ -19,7 +19,7 @@ from mechlab.errors import EngineMissing, MechlabError
 from mechlab.studies.sweep import schedulers as local
 from mechlab.studies.sweep import study as work
 from mechlab.studies.sweep.evaluate import evaluate
-from mechlab.studies.sweep.files import read
+from mechlab.studies.sweep.files import read_dataset
 from mechlab.studies.sweep.study import Interrupted
 from mechlab.values import Range
 
@@ -179,7 +179,7 @@ def test_the_dataset_survives_its_file_with_names_units_and_provenance(tmp_path:
     words = f"sweep delta6 x=-0.1:0.1:5 y=-100mm:100mm:5 z=0 alpha=0 beta=0 gamma=0 quantity=q1,q2 -o {out} --plot {picture}"
     assert main(words.split()) == 0
     found = ml.sweep("delta6", {"x": Range(-0.1, 0.1, 5), "y": Range(-0.1, 0.1, 5)}, ["q1", "q2"], **FIXED)
-    ds = read(out)
+    ds = read_dataset(out)
     assert ds.drop_attrs().identical(found.dataset.drop_attrs())
     assert (
         ds["q1"].attrs["units"] == "m"
@@ -202,7 +202,10 @@ def test_words_can_be_an_axis_and_one_axis_is_a_line(tmp_path: Path) -> None:
     )
     truth = [ml.solve("fourbar", mode=m, crank_angle=0.5)["analytic"]["coupler_angle"] for m in (-1, 1)]
     assert found["coupler_angle"].tolist() == truth
-    assert "<svg" in (tmp_path / "a.svg").read_text() and read(tmp_path / "a.nc")["mode"].values.tolist() == [-1.0, 1.0]
+    assert "<svg" in (tmp_path / "a.svg").read_text() and read_dataset(tmp_path / "a.nc")["mode"].values.tolist() == [
+        -1.0,
+        1.0,
+    ]
 
 
 # -- interrupted, resumed ---------------------------------------------------------------------------------------------------
