@@ -17,6 +17,7 @@ import numpy as np
 from mechlab.files import write
 from mechlab.studies.chart.advice import final_error, flat_methods, headline, with_prefix
 from mechlab.studies.chart.data import Chart, ChartPoint
+from mechlab.studies.picture_style import new_figure, open_frame
 
 INK, FAINT, RED = "#1b2330", "#5b6470", "#c1121f"
 SIZE = 9.6
@@ -191,13 +192,10 @@ def draw(chart: Chart, path: Path) -> Path:
 def picture(chart: Chart, kind: str) -> bytes:
     """The picture as "svg" or "png"; the SVG of one chart is the same every time."""
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     out = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "mechlab"}):
-        figure = Figure(figsize=(11.0, 7.0), dpi=130, facecolor="white")
-        FigureCanvasAgg(figure)
+        figure = new_figure(11.0, 7.0)
         axes = figure.add_axes((0.085, 0.145, 0.60, 0.675))
         _frame(chart, figure, axes)
         lines = {name: [p for p in chart.points if p.method == name] for name in _names(chart)}
@@ -236,10 +234,7 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
         max(errors) * (60.0 if flat_methods(chart) else 4.0),
     )
     axes.set_xlim(min(times) / 1.6, max(times) * 1.5)
-    for axis, unit, (low, high) in (
-        (axes.xaxis, "s", axes.get_xlim()),
-        (axes.yaxis, chart.unit, axes.get_ylim()),
-    ):
+    for axis, unit, (low, high) in ((axes.xaxis, "s", axes.get_xlim()), (axes.yaxis, chart.unit, axes.get_ylim())):
         between = (1.0, 2.0, 5.0) if high < 60.0 * low else (1.0,)
         axis.set_major_locator(LogLocator(10.0, subs=between, numticks=12))
         axis.set_major_formatter(FuncFormatter(lambda v, _, unit=unit: with_prefix(v, unit, 1)))
@@ -255,8 +250,7 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
     )
     axes.tick_params(labelsize=10, colors=INK)
     axes.grid(True, which="major", color="#e3e6ea", lw=0.8)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    open_frame(axes)
     axes.axhline(target, color=INK, lw=0.9, ls=(0, (5, 4)), zorder=1)
     right = _free_end(axes, shown, target)
     axes.annotate(

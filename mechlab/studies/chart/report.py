@@ -125,16 +125,7 @@ def _(peers: PeerTable) -> str:
 
 @text_of.register
 def _(peers: PeerTable) -> str:
-    heads = [
-        f"target [{peers.unit}]",
-        "--max-error: cpu_s",
-        "error",
-        "by",
-        "fastest peer",
-        "cpu_s",
-        "error",
-        "ratio",
-    ]
+    heads = [f"target [{peers.unit}]", "--max-error: cpu_s", "error", "by", "fastest peer", "cpu_s", "error", "ratio"]
     rows = [
         [
             f"{r.target:.0e}", number(r.ours_cpu_s), number(r.ours_error) + ("" if r.ours_reached else " (not reached)"),

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mechlab.experiment.parameters import describe
-from mechlab.files import unfinished
 from mechlab.studies.optimize.result import Optimum
+from mechlab.studies.picture_style import new_figure, open_frame, save_figure
 
 BLUE, ORANGE, GREY, DARK = "#1d4ed8", "#d97706", "#b8bec8", "#222222"
 
@@ -18,8 +18,6 @@ BLUE, ORANGE, GREY, DARK = "#1d4ed8", "#d97706", "#b8bec8", "#222222"
 def draw(found: Optimum, path: Path) -> Path:
     """Write the picture; the suffix of the path says whether SVG or PNG. Angles are drawn in degrees."""
     from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     assert found.second is not None
     p, second = found.problem, found.second
@@ -30,8 +28,7 @@ def draw(found: Optimum, path: Path) -> Path:
     def points(trials: Any) -> Any:
         return np.array([[t.values[n] for n in names] for t in trials]).reshape(-1, 2) * scale
 
-    figure = Figure(figsize=(8.2, 6.4), dpi=130, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = new_figure(8.2, 6.4)
     axes = figure.add_axes((0.11, 0.2, 0.85, 0.63))
     others = tuple(c for c in p.constraints if c.quantity != second.quantity)
     front = points(found.front)
@@ -61,8 +58,7 @@ def draw(found: Optimum, path: Path) -> Path:
         put(f"{name.replace('_', ' ')}{f', {shown}' if shown else ''}   (better: {better})", fontsize=10)
     axes.grid(color="#e6e8ec", lw=0.7)
     axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    open_frame(axes)
     title = f"{p.goal.text} against {names[1]}".replace("_", " ")
     figure.text(0.11, 0.955, f"{title[0].upper()}{title[1:]}", fontsize=13, weight="bold")
     chosen = f"{p.base.entry.title}. {_fixed(found)}"
@@ -79,9 +75,7 @@ def draw(found: Optimum, path: Path) -> Path:
     )
     figure.legend(loc="lower left", bbox_to_anchor=(0.1, 0.012), ncol=3, fontsize=9, frameon=False)
     with rc_context({"svg.hashsalt": "mechlab"}):
-        with unfinished(path) as temporary:
-            figure.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
-    return path
+        return save_figure(figure, path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
 def _fixed(found: Optimum) -> str:

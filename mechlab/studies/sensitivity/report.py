@@ -53,14 +53,7 @@ def _(found: Sensitivity) -> str:
             if np.any(s.worst_case != 0) or np.any(np.asarray(s.at_corners) > SMALLEST)
         ]
         lines += ["", f"tolerances: {given}"]
-        heads = (
-            "answer",
-            "unit",
-            "worst case, linear +-",
-            "at corners +-",
-            "root sum square +-",
-            "most of it from",
-        )
+        heads = ("answer", "unit", "worst case, linear +-", "at corners +-", "root sum square +-", "most of it from")
         lines.append(table(heads, cells))
     if found.box is not None:
         kind = (

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.files import unfinished
-from mechlab.studies.stability.data import MethodPanel, RunOutcome, Stability, StabilityAxis, StabilityMap
+from mechlab.studies.picture_style import cell_borders, new_figure, open_frame, save_figure
+from mechlab.studies.stability.data import MethodPanel, RunOutcome, Stability, StabilityMap
 
 LOOKS: dict[RunOutcome, tuple[str, str]] = {
     RunOutcome.RIGHT: ("#2c7fb8", ""),
@@ -28,15 +28,12 @@ COLUMNS = 3
 
 def draw(found: Stability, made: StabilityMap, path: Path) -> Path:
     """Write the picture of one map; the suffix of the path says whether PNG or SVG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     count = max(1, len(made.panels))
     columns = min(COLUMNS, count)
     rows = math.ceil(count / columns)
     width, height = 4.1 * columns + 0.9, 3.15 * rows + 2.3
-    figure = Figure(figsize=(width, height), dpi=120, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = new_figure(width, height, 120)
     left, bottom = 0.85 / width, 1.25 / height
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True, gridspec_kw={
         "left": left, "right": 1.0 - 0.2 / width, "bottom": bottom, "top": 1.0 - 1.35 / height, "wspace": 0.08, "hspace": 0.24,
@@ -54,17 +51,7 @@ def draw(found: Stability, made: StabilityMap, path: Path) -> Path:
             axes.set_ylabel(f"{made.y.name}{unit}", fontsize=9.5)
     _words(figure, found, made, left, height)
     _legend(figure, made, left, height)
-    with unfinished(path) as temporary:
-        figure.savefig(temporary)
-    return path
-
-
-def edges(axis: StabilityAxis) -> np.ndarray:
-    """(n + 1,) borders of the cells, halfway between the values on the scale of the axis."""
-    values = np.log(axis.values) if axis.log else np.array(axis.values)
-    middle = 0.5 * (values[1:] + values[:-1])
-    out = np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
-    return np.asarray(np.exp(out) if axis.log else out)
+    return save_figure(figure, path)
 
 
 def _panel(axes: Any, made: StabilityMap, panel: MethodPanel) -> None:
@@ -72,7 +59,7 @@ def _panel(axes: Any, made: StabilityMap, panel: MethodPanel) -> None:
 
     order = list(LOOKS)
     codes = np.array([[order.index(c.outcome) for c in row] for row in panel.cells])
-    x, y = 1e3 * edges(made.x), edges(made.y)
+    x, y = 1e3 * cell_borders(made.x.values, made.x.log), cell_borders(made.y.values, made.y.log)
     axes.pcolormesh(x, y, codes, cmap=ListedColormap([LOOKS[o][0] for o in order]), vmin=-0.5, vmax=len(order) - 0.5,
                     edgecolors="white", linewidth=0.6)  # fmt: skip
     axes.set_xscale("log" if made.x.log else "linear")
@@ -91,8 +78,7 @@ def _panel(axes: Any, made: StabilityMap, panel: MethodPanel) -> None:
     axes.set_ylim(y[0], y[-1])
     axes.set_title(panel.method, fontsize=10, loc="left", weight="bold")
     axes.tick_params(labelsize=8.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    open_frame(axes)
 
 
 def _theory(axes: Any, made: StabilityMap, panel: MethodPanel, x: np.ndarray, y: np.ndarray) -> None:
