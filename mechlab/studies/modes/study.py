@@ -13,7 +13,6 @@ from mechlab.engines.own.one_freedom import OneFreedom
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, Untrustworthy
 from mechlab.experiment.acting import acting, what_acts
 from mechlab.experiment.laws import Law, applied_force
-from mechlab.experiment.parameters import describe
 from mechlab.experiment.scene import Scene, initial_pose
 from mechlab.kit.witness import room
 from mechlab.lab.design import Design, with_extra
@@ -25,6 +24,7 @@ from mechlab.mechanism.structure import structure
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
 from mechlab.studies.modes.result import ModesResult, ModesWitness
+from mechlab.studies.named import parameter_values
 
 STEP = 1e-3
 
@@ -105,7 +105,7 @@ def find_modes(
         witnesses[engine] = _ask(lambda engine=engine: _engine(engine, m, laws, start))  # type: ignore[misc]
     if structure(m).freedoms == 1:
         witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
-    parameters = {i.name: getattr(chosen.parameters, i.name) for i in describe(chosen.entry.parameters)}
+    parameters = parameter_values(chosen)
     acts = what_acts(m, replace(made, laws=laws))
     return ModesResult(chosen.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
 

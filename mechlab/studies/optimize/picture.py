@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.parameters import describe
+from mechlab.studies.named import parameter_infos
 from mechlab.studies.optimize.result import Optimum
 from mechlab.studies.picture_style import new_figure, open_frame, save_figure
 
@@ -80,7 +80,7 @@ def draw(found: Optimum, path: Path) -> Path:
 
 def _fixed(found: Optimum) -> str:
     """Parameters that the user or the task set."""
-    infos = {i.name: i for i in describe(found.problem.base.entry.parameters)}
+    infos = parameter_infos(found.problem.base)
     free = {v.name for v in found.problem.variables}
     set_ = {k: v for k, v in found.problem.base.given.items() if k not in free and isinstance(v, int | float)}
     both = {k: (v, infos[k].unit) for k, v in set_.items()}

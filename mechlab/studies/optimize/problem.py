@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, UsageError, unknown
-from mechlab.experiment.parameters import coerce, describe
+from mechlab.experiment.parameters import coerce
 from mechlab.lab.design import Design, design
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.named import SINGLE_NUMBERS, parameter_infos
 from mechlab.studies.optimize.quantity import QuantitySet
 from mechlab.values import Range, parse_number
 
@@ -137,11 +138,11 @@ class OptimisationProblem:
 
 def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[DesignVariable, ...]:
     """Variables from ranges; raises MechlabError for a parameter that cannot vary, and for ends out of its limits."""
-    infos = {i.name: i for i in describe(base.entry.parameters)}
+    infos = parameter_infos(base)
     out = []
     for name, r in ranges.items():
         info = infos[name]
-        if info.kind not in ("number", "integer", "ratio"):
+        if info.kind not in SINGLE_NUMBERS:
             raise MechlabError(
                 f"{base.name}: {name} cannot vary: it is of the kind {info.kind!r}, not a single number."
             )
@@ -189,7 +190,7 @@ def read_constraints(text: str | Sequence[str], units: Mapping[str, str]) -> tup
 
 def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Range], dict[str, Any], dict[str, Any]]:
     """Ranges of parameters, fixed parameters, and what is no parameter."""
-    names = {i.name: i for i in describe(base.entry.parameters)}
+    names = parameter_infos(base)
     ranges: dict[str, Range] = {}
     fixed: dict[str, Any] = {}
     rest: dict[str, Any] = {}
@@ -198,7 +199,7 @@ def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Ran
             rest[k] = v
         elif isinstance(v, Range):
             ranges[k] = v
-        elif isinstance(v, tuple | list) and len(v) == 2 and names[k].kind in ("number", "integer", "ratio"):
+        elif isinstance(v, tuple | list) and len(v) == 2 and names[k].kind in SINGLE_NUMBERS:
             ranges[k] = Range(v[0], v[1])
         else:
             fixed[k] = v

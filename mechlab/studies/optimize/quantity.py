@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design
 from mechlab.studies.cycle.cycle import run_cycle
+from mechlab.studies.named import SINGLE_NUMBERS, keys_to_give, parameter_infos, witness_answer
 from mechlab.studies.optimize import sources
 from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, QuantitySource
 from mechlab.studies.workspace.grid import product
@@ -59,7 +59,7 @@ def quantity_set(design: Design, names: Sequence[str], given: Mapping[str, Any])
     units: dict[str, str] = {}
     taken: set[str] = set()
     if "parameter" in groups:
-        infos = {i.name: i for i in describe(design.entry.parameters)}
+        infos = parameter_infos(design)
         made.append(sources.ParameterSource(tuple(groups["parameter"])))
         units |= {n: infos[n].unit for n in groups["parameter"]}
     asked: dict[tuple[str | None, tuple[str, ...]], list[str]] = {}
@@ -84,7 +84,7 @@ def quantity_set(design: Design, names: Sequence[str], given: Mapping[str, Any])
             units |= {n: _engine_unit(design, n) for n in groups[kind]}
     strange = [k for k in given if k not in taken]
     if strange:
-        raise unknown(f"{design.name}: quantity", strange[0], _takes(design) | taken)
+        raise unknown(f"{design.name}: quantity", strange[0], keys_to_give(design) | taken)
     return QuantitySet(tuple(made), units)
 
 
@@ -96,7 +96,8 @@ def _kind(design: Design, name: str) -> str:
         if how not in allowed or "." not in rest:
             raise MechlabError(f"{name}: expected {first}.HOW.COLUMN, HOW one of {', '.join(allowed)}.")
         return first
-    if any(i.name == name and i.kind in ("number", "integer", "ratio") for i in describe(design.entry.parameters)):
+    info = parameter_infos(design).get(name)
+    if info is not None and info.kind in SINGLE_NUMBERS:
         return "parameter"
     return "workspace" if name in workspace_names(design) else "answer"
 
@@ -166,18 +167,17 @@ def _question_for(design: Design, name: str, given: Mapping[str, Any]) -> tuple[
     if needs:
         raise MechlabError(f"{design.name}: {name} is an answer; also give {' or '.join(needs)}.")
     exists = {a for q in design.entry.questions for a in q.answers} | {*workspace_names(design)}
-    exists |= {i.name for i in describe(design.entry.parameters)} | {"cycle.peak.COLUMN", "run.final.CHANNEL"}
+    exists |= {*parameter_infos(design)} | {"cycle.peak.COLUMN", "run.final.CHANNEL"}
     raise unknown(f"{design.name}: quantity", name, exists)
 
 
 def _further_answers(design: Design, q: Question, given: Mapping[str, Any]) -> tuple[str, ...]:
     """The answers that a question gives beyond those it declares."""
-    complete = {k: v for k, v in q.optional.items() if v is not None}
-    complete |= {k: v for k, v in given.items() if k in {*q.given, *q.optional} and np.ndim(v) == 0}
-    if not set(q.given) <= set(complete):
+    known = {k: v for k, v in given.items() if k in {*q.given, *q.optional} and np.ndim(v) == 0}
+    if not set(q.given) <= set(known):
         return ()
     try:
-        return tuple(next(iter(q.witnesses.values()))(design.parameters, complete).values)
+        return tuple(witness_answer(q, design, known).values)
     except MechlabError:
         return ()
 
@@ -192,10 +192,3 @@ def _engine_unit(design: Design, name: str) -> str:
     """rad for columns called X_angle; "" for others."""
     what = name.split(".", 2)[2]
     return "rad" if what.endswith("_angle") else ""
-
-
-def _takes(design: Design) -> set[str]:
-    recipe = design.entry.workspace
-    keys = {k for q in design.entry.questions for k in (*q.given, *q.optional)}
-    keys |= {i.name for i in describe(design.entry.parameters)}
-    return keys | ({*recipe.grid, *recipe.limits} if recipe else set())

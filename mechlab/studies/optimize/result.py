@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mechlab.experiment.parameters import describe
 from mechlab.mechanism import Status
 from mechlab.results import Shown
+from mechlab.studies.named import parameter_values
 from mechlab.studies.optimize.problem import OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 ACTIVE = 1e-4
@@ -99,7 +99,7 @@ class Optimum(Shown):
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         p = self.problem
-        fixed = {i.name: getattr(p.base.parameters, i.name) for i in describe(p.base.entry.parameters)}
+        fixed = parameter_values(p.base)
         out: dict[str, Any] = {
             "status": Status.SOLVED.value if self.best else "infeasible", "message": self.message, "task": self.task,
             "goal": {"quantity": p.goal.quantity, "sense": "largest" if p.goal.sign > 0 else "smallest"},

@@ -14,6 +14,7 @@ from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.cycle.cycle import CycleResult, run_cycle
+from mechlab.studies.named import witness_answer
 from mechlab.studies.optimize.reach import RAYS, least_within, plane_of, reach
 from mechlab.studies.workspace.study import workspace
 
@@ -60,9 +61,7 @@ class AnswerSource:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """The answers. Raises NoSolution with the status where there is none."""
-        found = self._question(design)
-        complete = {k: v for k, v in found.optional.items() if v is not None} | dict(self.given)
-        answer = next(iter(found.witnesses.values()))(design.parameters, complete)
+        answer = witness_answer(self._question(design), design, self.given)
         if answer.cannot:
             raise MechlabError(f"{design.name}: {answer.cannot}")
         if answer.status.exit_code:

@@ -23,8 +23,6 @@ from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.statics import passive_force
 from mechlab.mechanism.structure import null_space
 
-RK4_UNDAMPED, RK4_DECAY, EULER_UNDAMPED = 2.0 * 2.0**0.5, 2.785293563405282, 2.0
-"""Limits of h omega and h / tau: |1 + z + z^2/2 + z^3/6 + z^4/24| = 1 on the imaginary and on the negative real axis."""
 GROWTH = 1e-3
 STIRRED = 1e-6
 

@@ -15,13 +15,13 @@ import numpy as np
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import what_acts
 from mechlab.experiment.laws import Servo
-from mechlab.experiment.parameters import describe
 from mechlab.integrate import work_done
 from mechlab.lab.design import Design
 from mechlab.lab.design import design as make_design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, Problem
 from mechlab.lab.run import versions
+from mechlab.studies.named import SINGLE_NUMBERS, parameter_infos, parameter_values
 from mechlab.studies.stability.data import Stability, StabilityAxis, StabilityMap
 from mechlab.studies.stability.gears import (
     plan_gear_ratio,
@@ -69,16 +69,16 @@ def spaced(key: str, given: Range) -> tuple[float, ...]:
 
 def plan_range(case: StabilityCase, key: str, given: Range) -> StabilityPlan:
     """The map of a range. Raises MechlabError for a key that names nothing, listing what can be varied."""
-    infos = {i.name: i for i in describe(case.design.entry.parameters)}
+    infos = parameter_infos(case.design)
     values = spaced(key, given)
     duration = min(case.scene.duration, LONGEST)
-    if key in infos and infos[key].kind in ("number", "ratio", "integer"):
+    if key in infos and infos[key].kind in SINGLE_NUMBERS:
         info = infos[key]
         in_unit(key, given, info.unit)
 
         def problem(y: float) -> Problem:
             given_values = {k: v for k, v in case.design.given.items() if k in infos}
-            made = make_design(case.design.entry, {**_kept(case), **given_values, key: y})
+            made = make_design(case.design.entry, {**parameter_values(case.design), **given_values, key: y})
             scene = made.scene(case.scene.name, case.scene.fidelity, duration)
             open_ended = without_ranges(made.mechanism(scene.fidelity))
             return Problem(with_mechanism(made, open_ended), scene, OUTPUTS)
@@ -91,7 +91,7 @@ def plan_range(case: StabilityCase, key: str, given: Range) -> StabilityPlan:
             raise unknown(
                 f"{case.design.name}: quantity to vary",
                 key,
-                [*(n for n, i in infos.items() if i.kind in ("number", "ratio", "integer")), *parts],
+                [*(n for n, i in infos.items() if i.kind in SINGLE_NUMBERS), *parts],
             )
         start, unit, text, scaled = parts[key]
         in_unit(key, given, *unit.split(" or "))
@@ -101,11 +101,6 @@ def plan_range(case: StabilityCase, key: str, given: Range) -> StabilityPlan:
             return scaled(y / start)
 
     return StabilityPlan(key, f"timestep and {key}", axis, problem, usual_methods(case), steps_of(duration))
-
-
-def _kept(case: StabilityCase) -> dict[str, object]:
-    """The parameters as the scene has them."""
-    return {i.name: getattr(case.design.parameters, i.name) for i in describe(case.design.entry.parameters)}
 
 
 Part = tuple[float, str, str, Callable[[float], Problem]]

@@ -19,6 +19,7 @@ from mechlab.lab.fidelity.choose import run_chosen
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.check.check import checks_of
+from mechlab.studies.named import witness_answer
 from mechlab.studies.sweep.request import (
     ANSWERS,
     CLOSED_FORM,
@@ -50,16 +51,14 @@ def closed_form(
 ) -> None:
     """All points of a group at once, in parts where some have no answer."""
     question = question_of(design, set(rest), rest)
-    witness = question.witnesses[request.witness]
-    fixed = {k: v for k, v in question.optional.items() if v is not None and k not in rest}
     arrays = {k: v for k, v in rest.items() if np.ndim(v)}
-    fixed |= {k: v for k, v in rest.items() if not np.ndim(v)}
+    fixed = {k: v for k, v in rest.items() if not np.ndim(v)}
 
     def part(points: np.ndarray) -> None:
         single = len(points) == 1
         nodes = {k: float(v[points[0]]) if single else v[points] for k, v in arrays.items()}
         try:
-            answer = witness(design.parameters, fixed | nodes)
+            answer = witness_answer(question, design, fixed | nodes, request.witness)
             whole = all(q.name in answer.values for q in request.quantities)
             if answer.status.exit_code == 0 and not answer.cannot and (whole or single):
                 _take(request, answer, where[points], out)
@@ -104,8 +103,7 @@ def answers_one_by_one(
                     )
             else:
                 question = question_of(design, set(given), given)
-                optional = {k: v for k, v in question.optional.items() if v is not None}
-                answer = question.witnesses[request.witness](design.parameters, optional | given)
+                answer = witness_answer(question, design, given, request.witness)
         except (Exception, SystemExit) as cause:  # one point must not end the others
             out.failed(spot, cause)
             continue

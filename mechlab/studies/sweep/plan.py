@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.parameters import checked, describe, entry_units
+from mechlab.experiment.parameters import checked, entry_units
 from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
 from mechlab.lab.design import Design, design
 from mechlab.lab.run import versions
+from mechlab.studies.named import parameter_infos
 from mechlab.studies.sweep.evaluate import DIFFERENCE, question_of
 from mechlab.studies.sweep.quantities import (
     a_mechanism,
@@ -61,7 +62,7 @@ def plan(
     """
     _refuse_too_many(base.name, values)
     parameters, rest = parameters_and_rest(base.entry.parameters, values)
-    infos = {i.name: i for i in describe(base.entry.parameters)}
+    infos = parameter_infos(base)
     axes: list[SweepAxis] = []
     fixed: dict[str, Any] = {}
     for key, value in parameters.items():

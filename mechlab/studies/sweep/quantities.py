@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.question import Answer, Open, Question
+from mechlab.experiment.question import Open, Question
 from mechlab.experiment.recording import Recording
 from mechlab.lab.design import Design, design, initial_keys
 from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
 from mechlab.mechanism import Mechanism
 from mechlab.studies.check.check import checks_of
+from mechlab.studies.named import witness_answer
 from mechlab.studies.sweep.evaluate import STEP_ERROR, question_of
 from mechlab.studies.sweep.request import REDUCTIONS, SweepAxis, SweepQuantity, SweepRequest
 
@@ -70,7 +71,6 @@ def answers_of(
     """Answers that are single numbers -> unit, from a few points, and those that are open; where none has an answer, those
     that the question names."""
     inner = [a for a in draft.axes if a.role == "given"]
-    optional = {k: v for k, v in question.optional.items() if v is not None}
     picks = [tuple(a.values[len(a.values) // 2] for a in inner)]
     picks += itertools.islice(itertools.product(*((a.values[0], a.values[-1]) for a in inner)), PROBES)
     for one in corners(chosen, draft.axes):
@@ -79,7 +79,7 @@ def answers_of(
             try:
                 given = dict(draft.given) | nodes
                 here = question if question.name != "generic" else question_of(one, set(given), given)
-                answer: Answer = here.witnesses[witness](one.parameters, optional | given)
+                answer = witness_answer(here, one, given, witness)
             except (MechlabError, ArithmeticError, ValueError):
                 continue
             if answer.cannot:

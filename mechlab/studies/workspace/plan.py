@@ -11,12 +11,12 @@ import numpy as np
 from mechlab.analytic.regions import Clause, Region, all_of
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.entry import Coordinates, WorkspaceMap, WorkspaceRecipe
-from mechlab.experiment.parameters import describe
-from mechlab.experiment.question import Answer, Question, Witness
+from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import generic_question, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.named import keys_to_give, witness_answer
 from mechlab.studies.workspace.grid import SLAB as GRID_SLAB
 from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.values import Range
@@ -101,9 +101,7 @@ class QuestionOnGrid:
             out[name][i:j] = answer.values[name]
 
     def _answer(self, nodes: Mapping[str, Any]) -> Answer:
-        optional = {k: v for k, v in self.question.optional.items() if v is not None}
-        ask: Witness = self.question.witnesses[self.witness]
-        return ask(self.design.parameters, optional | dict(self.given) | dict(nodes))
+        return witness_answer(self.question, self.design, dict(self.given) | dict(nodes), self.witness)
 
 
 @dataclass(frozen=True)
@@ -184,10 +182,7 @@ def _question(design: Design, asked: Mapping[str, Any]) -> Question:
     try:
         return generic_question(design, dict.fromkeys(inputs, 0.0))
     except MechlabError as error:
-        exists = {k for q in design.entry.questions for k in (*q.given, *q.optional, *q.answers)}
-        exists |= {i.name for i in describe(design.entry.parameters)}
-        recipe = design.entry.workspace
-        exists |= {*recipe.grid, *recipe.limits} if recipe else set()
+        exists = keys_to_give(design) | {k for q in design.entry.questions for k in q.answers}
         strange = [k for k in asked if k not in exists]
         raise (unknown(f"{design.name}: quantity", strange[0], exists) if strange else error) from None
 

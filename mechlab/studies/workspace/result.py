@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mechlab.experiment.parameters import describe
 from mechlab.results import Shown
+from mechlab.studies.named import parameter_values
 from mechlab.studies.workspace.grid import product
 from mechlab.studies.workspace.plan import WorkspacePlan
 from mechlab.studies.workspace.survey import MapSummary, WorkspaceComparison, WorkspaceSurvey
@@ -80,7 +80,7 @@ class WorkspaceResult(Shown):
             "maps": {k: m.to_dict() for k, m in self.maps.items()},
             "grid": {k: {"low": a, "high": b, "count": n} for k, (a, b, n) in s.grid.axes.items()} | dict(s.grid.fixed),
             "units": {"volume": self.volume_unit, "margin": p.margin_unit} | {a: p.units.get(a, "") for a in s.grid.names},
-            "parameters": {i.name: getattr(p.design.parameters, i.name) for i in describe(p.design.entry.parameters)},
+            "parameters": parameter_values(p.design),
             "warnings": list(p.design.warnings),
         }  # fmt: skip
         if p.poses is not None:
