@@ -6,6 +6,7 @@ A result is data. How it looks is written in the module `report` of its package,
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import singledispatch
 from html import escape
 from importlib import import_module
@@ -42,6 +43,17 @@ def save_result(result: Any, path: Path) -> Path:
 def save_files(result: Any, path: Path) -> dict[str, Path]:
     """Writes a result to files, kind -> path. Raises TypeError for a type that has none."""
     raise TypeError(f"no files are registered for {type(result).__name__}")
+
+
+offered_pages: list[Callable[[Any], str]] = []
+
+
+def offer_page(write: Callable[[Any], str]) -> None:
+    """From now on recordings show `write(recording)` in a notebook, HTML that is safe there. The last offer counts.
+
+    A MechlabError that `write` raises becomes the sentence above a table.
+    """
+    offered_pages[:] = [write]
 
 
 class Shown:

@@ -17,7 +17,8 @@ import numpy as np
 from mechlab.engines.peers import PEERS, PeerStopped
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
-from mechlab.lab.accuracy import Result, solve_to
+from mechlab.lab.accuracy.result import Solution
+from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.methods import PEER_METHODS, Method, Problem
 from mechlab.studies.chart.data import DIVERGED, NOT_RUN, OK, ChartPoint, PeerRow, PeerTable
 from mechlab.studies.chart.score import Reference, score
@@ -74,7 +75,7 @@ def ours(problem: Problem, truth: Reference, target: float) -> Ours:
     return Ours(found.cpu_s, errors.error, found.method, found.reached)
 
 
-def _solved(problem: Problem, target: float) -> Result:
+def _solved(problem: Problem, target: float) -> Solution:
     return solve_to(problem.design, problem.scene, target, problem.outputs)
 
 
