@@ -6,6 +6,7 @@ A result is data. How it looks is written in the module `report` of its package,
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import singledispatch
 from html import escape
 from importlib import import_module
@@ -36,6 +37,17 @@ def html_of(result: Any) -> str:
 def save_result(result: Any, path: Path) -> Path:
     """Writes a result to a file, its kind by the ending. Raises TypeError for a type that has no file."""
     raise TypeError(f"no file is registered for {type(result).__name__}")
+
+
+offered_pages: list[Callable[[Any], str]] = []
+
+
+def offer_page(write: Callable[[Any], str]) -> None:
+    """From now on recordings show `write(recording)` in a notebook, HTML that is safe there. The last offer counts.
+
+    A MechlabError that `write` raises becomes the sentence above a table.
+    """
+    offered_pages[:] = [write]
 
 
 class Shown:

@@ -10,7 +10,7 @@ from mechlab import api
 from mechlab.analytic import delta6
 from mechlab.analytic.regions import Clause
 from mechlab.cli import main
-from mechlab.cli.verbs.workspace import changes
+from mechlab.cli.options import options_of
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, UsageError
 from mechlab.experiment.entry import WorkspaceMap
 from mechlab.studies.workspace import grid_of, plan, surface, survey
@@ -130,9 +130,10 @@ def test_two_designs(capsys):
     assert parts["both"] + parts["only_second"] == second
     assert parts["union"] == first + second - parts["both"]
     assert found["against"]["volumes"]["union"] == pytest.approx(8e-6 * parts["union"])
-    assert changes("a=1,b=2,3,c=4") == {"a": 1.0, "b": (2.0, 3.0), "c": 4.0}
+    against = next(o for o in options_of(api.workspace, {}) if o.flag == "--against")
+    assert against.read(["a=1,b=2,3,c=4"]) == {"a": 1.0, "b": (2.0, 3.0), "c": 4.0}
     with pytest.raises(UsageError, match="--against"):
-        changes("rod")
+        against.read(["rod"])
 
 
 def ball(radius, centre=(0.0, 0.0, 0.0)):

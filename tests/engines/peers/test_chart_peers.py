@@ -11,8 +11,9 @@ import pytest
 
 import mechlab as ml
 from mechlab import api
+from mechlab.cli import main
 from mechlab.engines.peers import INTEGRATORS, PeerStopped, controlled, installed
-from mechlab.errors import MechlabError, UsageError
+from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
 from mechlab.lab.methods import METHODS, PEER_METHODS, Method, Problem
 from mechlab.studies.chart import peers as chart_peers
@@ -129,15 +130,9 @@ def test_an_mjcf_file_has_no_peers(tmp_path: Path) -> None:
         api.chart(tmp_path / "some.xml", peers=True)
 
 
-def test_fidelities_and_peers_exclude_each_other() -> None:
-    import argparse
-
-    from mechlab.cli.verbs import chart as verb
-
-    parser = argparse.ArgumentParser()
-    verb.add_options(parser)
-    with pytest.raises(UsageError, match="--peers"):
-        verb.execute(["fourbar"], {}, parser.parse_args(["--peers", "--fidelities"]))
+def test_fidelities_and_peers_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["chart", "fourbar", "--peers", "--fidelities"]) == 2
+    assert "--fidelities does not go with --peers" in capsys.readouterr().err
 
 
 @pytest.mark.slow
