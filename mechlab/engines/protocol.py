@@ -262,6 +262,8 @@ _ADDRESSES: dict[str, tuple[str, str]] = {
 """Engine -> the module below `mechlab.engines` that lists it in ENGINES, and the sentence where its package is not installed."""
 WITNESSES = ("pinocchio", "mujoco")
 """Engines that answer questions about a mechanism by their own kinematics."""
+IMPLEMENTATIONS = ("numpy", *WITNESSES)
+"""Engines that compute the state of a mechanism, each from a model of its own."""
 
 
 def engine(name: str) -> Engine:

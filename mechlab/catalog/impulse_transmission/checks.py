@@ -24,10 +24,10 @@ from mechlab.catalog.impulse_transmission.checks_turning import TURNING
 from mechlab.catalog.impulse_transmission.moving import MOVING
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
+from mechlab.engines.protocol import engine
 from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 SPEED = 150.0
@@ -42,13 +42,12 @@ TABLE = {
 def _engine_accelerations(p: Parameters, fidelity: str, states: Array) -> Array:
     """(n, 2) alpha'' and beta'' by Pinocchio's tree, at states (alpha, beta, alpha', beta', Md), resisting torque M0."""
     m = build(p, fidelity)
-    plant = room("pinocchio").PinPlant(m)
     place = minimal_coordinates if fidelity == "minimal" else full_coordinates
     rows = np.array([m.row("alpha"), m.row("beta")])
     out = []
     for y in states:
         q, v = (place(p, y[[i]], y[[i + 1]])[0] for i in (0, 2))
-        a, _ = plant.set(q, v).accelerations(np.array([y[4], -p.M0]) @ rows)
+        a = engine("pinocchio").accelerations(m, q, v, np.array([y[4], -p.M0]) @ rows)
         out.append(rows @ a)
     return np.array(out)
 

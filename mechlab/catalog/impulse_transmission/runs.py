@@ -10,9 +10,9 @@ import numpy as np
 from mechlab.catalog.impulse_transmission.build import build
 from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.catalog.impulse_transmission.scenes import SCENES
+from mechlab.engines.protocol import engine
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Settings, preset
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 
@@ -26,18 +26,16 @@ def hybrid_run(
     p: Parameters, scene: str, duration: float, fidelity: str = "minimal", tolerance: float = 1e-11
 ) -> Recording:
     """A scene by the engine hybrid; equations from Pinocchio."""
-    room("pinocchio")
-    from mechlab.engines.own.hybrid import run
-
     made = replace(SCENES[scene].make(p, fidelity), duration=duration)
-    return run(build(p, fidelity), made, Settings(engine="hybrid", integrator="DOP853", tolerance=tolerance))
+    return engine("hybrid").run(
+        build(p, fidelity), made, Settings(engine="hybrid", integrator="DOP853", tolerance=tolerance)
+    )
 
 
 def mujoco_run(p: Parameters, scene: str, duration: float, timestep: float, fidelity: str = "minimal") -> Recording:
     """A scene by MuJoCo with RK4."""
     made = replace(SCENES[scene].make(p, fidelity), duration=duration)
-    found: Recording = room("mujoco").run(build(p, fidelity), made, preset("accurate", timestep=timestep))
-    return found
+    return engine("mujoco").run(build(p, fidelity), made, preset("accurate", timestep=timestep))
 
 
 def end(recording: Recording) -> Array:

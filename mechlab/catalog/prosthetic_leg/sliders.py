@@ -12,9 +12,9 @@ from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.prosthetic_leg.build import LEG, mechanism, tree
 from mechlab.catalog.prosthetic_leg.parameters import Parameters, body
 from mechlab.catalog.prosthetic_leg.scenes import SWING_RATES, SWING_START, swing_motion
+from mechlab.engines.protocol import engine
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 LOCKED = {
@@ -84,7 +84,7 @@ def _motion(p: Parameters, witness: str, free: tuple[str, ...], times: Array, hi
         return dict(zip(free, q.T, strict=True))
     scene = Scene("swing", "parts", float(times[-1]), (), initial, rates)
     settings = Settings(engine=witness, integrator="RK4", timestep=1e-3)
-    run = room(witness).run(mechanism(p, free), scene, settings, times.tolist())
+    run = engine(witness).run(mechanism(p, free), scene, settings, times.tolist())
     return {n: np.array([run.at(n, t) for t in times]) for n in free}
 
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.kit.witness import room
 from mechlab.lab.order_check import file_order
 from mechlab.lab.run import versions
 from mechlab.mechanism.geometry import Array
@@ -47,7 +47,7 @@ def chart_file(
 
     Raises MechlabError for a file that MuJoCo refuses, NoSolution when no fine run comes through.
     """
-    room("mujoco")
+    engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.trace_file import INTEGRATORS, read_model, trace_file
 
     length = DURATION if duration is None else duration

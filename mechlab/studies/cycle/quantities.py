@@ -16,8 +16,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from mechlab.engines.own.closed_path import PathPoint
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
-from mechlab.kit.witness import room
 from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array, cross
 
@@ -38,14 +38,15 @@ class ReactionTable:
 def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array) -> ReactionTable:
     """Force of the drive and the wrenches of loops (on body b) and joints (on the body from its parent, about the
     joint), world axes, of the motion q (n, nq), v (n, nv) under the constant load (nv,)."""
-    solve = room("pinocchio")
-    plant = solve.PinPlant(m)
+    from mechlab.engines.pinocchio import PinPlant, inverse_dynamics
+
+    plant = PinPlant(m)
     names = [x.name for x in m.loops] + [j.name for j in m.joints]
     forces = {n: np.zeros((len(q), 6)) for n in names}
     loads: dict[str, Array] = {r.name: np.zeros(len(q)) for r in m.relations}
     driving = np.zeros(len(q))
     for k in range(len(q)):
-        found = solve.inverse_dynamics(plant, q[k], v[k], {drive: accel}, [drive], load)
+        found = inverse_dynamics(plant, q[k], v[k], {drive: accel}, [drive], load)
         driving[k] = found.drive_forces[drive]
         for name, wrench in (found.loops | found.joints).items():
             if name in forces:
@@ -75,16 +76,16 @@ def witness_difference(
 
     Of a body with several joints the last is compared. Raises MechlabError where MuJoCo cannot say.
     """
-    room("mujoco")
+    engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.inverse import InverseDynamics
 
-    engine = InverseDynamics(m)
+    by_mujoco = InverseDynamics(m)
     worst = 0.0
     for k in np.unique(np.linspace(0, len(q) - 1, COMPARED).astype(int)):
-        said = engine.solve(q[k], v[k], drive, accel, load)
-        gaps = [abs(said.drive_force - found.drive[k])]
-        gaps += [float(np.max(np.abs(f - found.forces[n][k, :3]))) for n, f in said.loops.items()]
-        gaps += [float(np.max(np.abs(w - found.forces[n][k]))) for n, w in said.joints.items()]
+        theirs = by_mujoco.solve(q[k], v[k], drive, accel, load)
+        gaps = [abs(theirs.drive_force - found.drive[k])]
+        gaps += [float(np.max(np.abs(f - found.forces[n][k, :3]))) for n, f in theirs.loops.items()]
+        gaps += [float(np.max(np.abs(w - found.forces[n][k]))) for n, w in theirs.joints.items()]
         worst = max(worst, *gaps)
     return worst
 
@@ -168,10 +169,11 @@ def transmission(
     passes on and the velocity of its point. In a four-bar it is the angle of coupler and rocker. Not a number where the
     loop passes no force or its point stands.
     """
-    solve = room("pinocchio")
+    engine("pinocchio")  # raises EngineMissing where it is not installed
+    from mechlab.engines.pinocchio import PinPlant
     from mechlab.engines.pinocchio.reactions import loop_wrenches
 
-    plant = solve.PinPlant(m)
+    plant = PinPlant(m)
     pins = [x for x in m.loops if x.kind in POINT_LOOPS]
     angles = {x.name: np.full(len(poses), np.nan) for x in pins}
     ratio = np.array([float(m.row(output) @ p.u) for p in poses])

@@ -10,19 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from mechlab.engines.own.one_freedom import OneFreedom
+from mechlab.engines.protocol import WITNESSES, engine
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, Untrustworthy
 from mechlab.experiment.acting import acting, what_acts
 from mechlab.experiment.laws import Law, applied_force
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings, initial_pose
-from mechlab.kit.witness import room
 from mechlab.lab.design import Design, with_extra
 from mechlab.lab.run import versions
 from mechlab.mechanism.assembly import newton
@@ -180,7 +179,6 @@ def _closed(m: Mechanism, q: Array) -> Array:
     return found.q
 
 
-ENGINES = {"pinocchio": "mechlab.engines.pinocchio.linearise", "mujoco": "mechlab.engines.mujoco.linearise"}
 REFERENCE = "the reference pose"
 
 
@@ -204,8 +202,8 @@ def find_modes(
     if rough:
         notes = (*notes, f"dry friction of {', '.join(rough)} is left out: where it sticks nothing swings at all")
     witnesses: dict[str, Witness] = {}
-    for engine in ENGINES:
-        witnesses[engine] = _ask(lambda engine=engine: _engine(engine, m, laws, start))  # type: ignore[misc]
+    for witness in WITNESSES:
+        witnesses[witness] = _ask(lambda witness=witness: _engine(witness, m, laws, start))  # type: ignore[misc]
     if structure(m).freedoms == 1:
         witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
     parameters = {i.name: getattr(lived.parameters, i.name) for i in describe(lived.entry.parameters)}
@@ -241,9 +239,8 @@ def _ask(work: Callable[[], Witness]) -> Witness:
         return Witness(cannot=str(error))
 
 
-def _engine(engine: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> Witness:
-    room(engine)
-    dynamics: Dynamics = import_module(ENGINES[engine]).SmallMotions(m, laws)
+def _engine(witness: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> Witness:
+    dynamics: Dynamics = engine(witness).small_motions(m, laws)
     rest = settle(dynamics, q)
     found = linear(dynamics, rest.x)
     freedoms, here = structure(m).freedoms, found.basis.shape[1]

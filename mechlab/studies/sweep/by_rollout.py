@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import ENERGY_LIMIT
 from mechlab.experiment.findings import GAP_LIMIT
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.kit.witness import room
 from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.design import AUTO, Design
 from mechlab.lab.nature import by_nature, rough
@@ -124,7 +124,7 @@ def roll_block(
     request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block, threads: int
 ) -> None:
     """All motions of a group."""
-    room("mujoco")  # raises EngineMissing where it is not installed
+    engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.stepping import grid
 
     lived, mechanism, scene, settings = scene_of(request, design)
