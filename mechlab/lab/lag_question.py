@@ -18,7 +18,7 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
-from mechlab.mechanism import Mechanism
+from mechlab.mechanism import ConstraintSet, Mechanism
 
 FORCE = "_force"
 SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
