@@ -174,7 +174,7 @@ class Clause(Region):
 
 
 @dataclass(frozen=True)
-class _Pair(Region):
+class _Combined(Region):
     first: Region
     second: Region
 
@@ -185,7 +185,7 @@ class _Pair(Region):
 
 
 @dataclass(frozen=True)
-class Both(_Pair):
+class Both(_Combined):
     """Points of both regions."""
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:
@@ -198,7 +198,7 @@ class Both(_Pair):
 
 
 @dataclass(frozen=True)
-class Either(_Pair):
+class Either(_Combined):
     """Points of at least one of the regions."""
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:

@@ -67,13 +67,13 @@ def simulate_values(
     values: parameters, X_0, X_rate_0 (initial), X_force (constant loads). settings: a Settings or the name of a preset.
     order_check: measure the order of the error in the timestep; the finding "order" names it and the expected one.
     """
-    from mechlab.lab.run import run_scene
+    from mechlab.lab.fidelity.choose import run_chosen
 
     base = load(source)
     parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}))
     chosen = load(base, **parameters)
     numbers = {k: one_number(k, v) for k, v in extra.items()}
-    recording = run_scene(
+    recording = run_chosen(
         chosen, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
         settings=settings, at=tuple(at or ()), extra=numbers,
     )  # fmt: skip

@@ -17,7 +17,7 @@ from mechlab.values import one_number
 if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
     from mechlab.lab.design import Design
-    from mechlab.lab.fidelity import Fidelities
+    from mechlab.lab.fidelity.result import Fidelities
     from mechlab.studies.modes import ModesResult
     from mechlab.studies.stability import Stability
     from mechlab.viewer.story import Story
@@ -80,7 +80,7 @@ def fidelities(
 ) -> Fidelities:
     """The fidelities of a mechanism side by side on a scene: what each answers, its error against the richest, its cost, and
     which one `fidelity="auto"` takes. needs: what must be answered (default: the scene's). See `mechlab.lab.fidelity`."""
-    from mechlab.lab.fidelity import compare
+    from mechlab.lab.fidelity.compare import compare
 
     d, extra = _split(source, dict(values or {}) | more)
     return compare(d, scene, duration, extra, needs)

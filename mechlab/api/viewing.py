@@ -16,12 +16,13 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.files import whole_folder
 from mechlab.lab.design import Design, design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.results import FilesResult
 from mechlab.lab.sheet import describe_design
 from mechlab.values import Range
 
 if TYPE_CHECKING:
-    from mechlab.viewer.explore import Surface
+    from mechlab.viewer.explore import BorderSurface
     from mechlab.viewer.story import Story
 
 
@@ -86,11 +87,11 @@ def explore(
 def _explored(d: Design) -> Story:
     from mechlab.viewer.from_recording import exploration_story
 
-    rates = d.scene().initial_rates
+    rates = chosen_scene(d).initial_rates
     return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
 
 
-def _reach(d: Design) -> Surface | None:
+def _reach(d: Design) -> BorderSurface | None:
     """The border of the region that an entry states in x, y, z."""
     from mechlab.viewer.explore import border
 
@@ -178,7 +179,7 @@ def studio(source: Source, values: Mapping[str, Any] | None = None) -> FilesResu
     """MuJoCo's own web viewer with a mechanism, until it is interrupted. Warns on stderr: its port is open to the network."""
     import tempfile
 
-    from mechlab.viewer.picture import open_studio
+    from mechlab.viewer.live import open_studio
 
     d = load(source, **dict(values or {}))
     with tempfile.TemporaryDirectory() as folder:
@@ -248,7 +249,7 @@ def _live(
 
     with serve(told, host=host, port=port) as server:
         if wait and _recording(source) is None:
-            from mechlab.viewer.rebuild import Rebuilder
+            from mechlab.viewer.streaming import Rebuilder
 
             d = load(source, **dict(values or {}))  # type: ignore[arg-type]
             Rebuilder(server, d, _still, _recorded)

@@ -25,10 +25,10 @@ from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.experiment.tree_plant import MassShare
-from mechlab.mechanism.assembly import Assembly
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly
 
 SMOOTH_LAWS = ("constant", "harmonic", "table", "servo", "viscous", "constant_power")
 """Kinds of laws without memory and without kinks."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.assembly import Status
+from mechlab.mechanism.newton import Status
 from mechlab.results import Result
 
 TOLERANCE = 1e-6

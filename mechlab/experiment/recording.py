@@ -57,6 +57,21 @@ def limit_finding(name: str, value: float, limit: float, unit: str, what: str, w
 
 
 @dataclass(frozen=True)
+class Symptom:
+    """One finding about a model file: a name, its severity ("error": results of the file as it is cannot be trusted; "warning";
+    "note": for other tools), a sentence with the numbers, and what to paste into the file ("" for nothing)."""
+
+    name: str
+    severity: str
+    sentence: str
+    paste: str = ""
+
+    def to_dict(self) -> dict[str, str]:
+        """JSON-able form."""
+        return {"name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste}
+
+
+@dataclass(frozen=True)
 class Health:
     """All findings of a run."""
 

@@ -16,11 +16,12 @@ import numpy as np
 
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.laws import Law
-from mechlab.mechanism.assembly import Assembly, close
+from mechlab.mechanism.assembly import close
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly
 
 ENGINES = ("mujoco", "pinocchio", "analytic", "hybrid", "one_freedom")
 PEER_ENGINES = ("exudyn", "drake", "opensim")

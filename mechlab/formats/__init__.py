@@ -1,16 +1,14 @@
 """Mechanisms as files and back: JSON (exact), MJCF, URDF with a sidecar, recordings as .npz. No engine is imported."""
 
 from mechlab.formats.mechanism_json import from_json, to_json
-from mechlab.formats.mjcf import scene_mjcf, to_mjcf
-from mechlab.formats.mjcf_loops import Connector, connectors
-from mechlab.formats.mjcf_read import from_mjcf
+from mechlab.formats.mjcf.read import from_mjcf
+from mechlab.formats.mjcf.write import scene_mjcf, to_mjcf
 from mechlab.formats.recording_npz import load_recording, save_recording
-from mechlab.formats.statics import Hold, hold
 from mechlab.formats.urdf import to_urdf, urdf_map
 from mechlab.formats.urdf_read import from_urdf
 from mechlab.formats.write import write_files
 
 __all__ = [
-    "Connector", "Hold", "connectors", "from_json", "from_mjcf", "from_urdf", "hold", "load_recording",
-    "save_recording", "scene_mjcf", "to_json", "to_mjcf", "to_urdf", "urdf_map", "write_files",
+    "from_json", "from_mjcf", "from_urdf", "load_recording", "save_recording", "scene_mjcf", "to_json", "to_mjcf",
+    "to_urdf", "urdf_map", "write_files",
 ]  # fmt: skip

@@ -23,14 +23,12 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from mechlab.errors import MechlabError
-from mechlab.formats.mjcf_tree import safe_tensor
-from mechlab.formats.solids import SIZES, primitive
-from mechlab.formats.xml_text import add, text
+from mechlab.formats.mjcf.write_tree import safe_tensor
+from mechlab.formats.xml_text import SIZES, add, primitive, text
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Body, Joint
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import GROUND, Body, Joint, Shape
 
 
 @dataclass(frozen=True)

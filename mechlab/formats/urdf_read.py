@@ -13,16 +13,14 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import exact
-from mechlab.formats.mjcf_source import clean, fail
+from mechlab.formats.mjcf.source import clean, fail
 from mechlab.formats.urdf import MASSLESS
 from mechlab.formats.xml_text import floats, parse
-from mechlab.mechanism.depth_first import depth_first
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.joints import floating
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Body, Frame, Joint, LinearRelation
-from mechlab.mechanism.shape import Color, Shape
+from mechlab.mechanism.parts import GROUND, Body, Color, Frame, Joint, LinearRelation, Shape, floating
+from mechlab.mechanism.tree import depth_first
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 UNLIMITED = 1e8

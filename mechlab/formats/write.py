@@ -15,12 +15,11 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.files import whole_folder, write
 from mechlab.formats.mechanism_json import from_json, to_json
-from mechlab.formats.mjcf import scene_mjcf, to_mjcf
-from mechlab.formats.solids import primitive
+from mechlab.formats.mjcf.write import scene_mjcf, to_mjcf
 from mechlab.formats.urdf import to_urdf, urdf_map
+from mechlab.formats.xml_text import primitive
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import GROUND, Shape
 
 MESHES = "meshes"
 SAME_SIZE = 1e-9

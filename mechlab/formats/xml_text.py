@@ -1,4 +1,7 @@
-"""Helpers of the XML writers: numbers with 17 digits, elements, text that is the same byte for byte."""
+"""Helpers of the XML writers: numbers with 17 digits, elements, text that is the same byte for byte.
+
+Shapes that MJCF and URDF draw themselves, without a mesh.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from collections.abc import Iterable
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import IDENTITY, Placement
+from mechlab.mechanism.parts import Shape
 
 
 def number(value: float) -> str:
@@ -86,3 +90,20 @@ def label(element: ET.Element) -> str:
     """How a message names an element."""
     name = element.get("name")
     return f"<{element.tag} name={name!r}>" if name else f"<{element.tag}>"
+
+
+SIZES = {"box": ("x", "y", "z"), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+
+
+def primitive(item: Shape) -> tuple[float, ...] | None:
+    """The sizes of a box (edges), cylinder (radius, length) or sphere (radius); None for any other solid.
+
+    A cylinder with a chamfer is none. Raises MechlabError when a size is missing.
+    """
+    if item.kind not in SIZES or item.parameters.get("chamfer"):
+        return None
+    given = item.parameters
+    missing = [k for k in SIZES[item.kind] if k not in given]
+    if missing:
+        raise MechlabError(f"shape {item.name or item.kind!r}: missing {', '.join(missing)}.")
+    return tuple(given[k] for k in SIZES[item.kind])

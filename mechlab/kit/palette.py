@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechlab.mechanism.shape import Color
+from mechlab.mechanism.parts import Color
 
 STEEL: Color = (0.62, 0.66, 0.72, 1.0)
 DARK: Color = (0.28, 0.31, 0.36, 1.0)

@@ -16,8 +16,7 @@ import numpy as np
 from mechlab.analytic.linkage import Linkage, Motion, Step
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
-from mechlab.mechanism.parts import GROUND
-from mechlab.mechanism.shape import Color, Shape
+from mechlab.mechanism.parts import GROUND, Color, Shape
 
 AXIS = "-y"
 """Axis of every turn: counter-clockwise as seen from the front."""

@@ -19,7 +19,7 @@ from mechlab.experiment.question import Answer
 from mechlab.kit.determined import LETTERS, determined, level, quantities, split
 from mechlab.mechanism import Mechanism, Status, singularity
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.size import coordinate_units, in_unit_of_length, is_length
+from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
 
 ENGINES = {"pinocchio": "mechlab.engines.pinocchio", "mujoco": "mechlab.engines.mujoco"}
 

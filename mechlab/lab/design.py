@@ -25,7 +25,7 @@ from mechlab.results import Shown
 HOLD, FREE = "hold", "free-motion"
 """The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
 AUTO = "auto"
-"""As the fidelity of a scene or a run: the cheapest that answers what is needed; see `mechlab.lab.fidelity`."""
+"""As the fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
 
 
 LONGEST = 1e6
@@ -92,7 +92,7 @@ class Design(Shown):
         Warns (UserWarning) where NAME.xml says another timestep or integrator than `file_settings`, because it needs that to
         run in plain MuJoCo, or where none was found with which it runs.
         """
-        from mechlab.lab.generate import write_verified
+        from mechlab.lab.generate import write_verified  # loads MuJoCo
 
         made = write_verified(self.mechanism(fidelity), out, self.file_settings)
         for text in made.trial.warnings:
@@ -136,7 +136,7 @@ class Design(Shown):
         chosen = name or self.default_scene
         recipe = self.recipe(chosen)
         p = replace(self.parameters, **{k: v for k, v in recipe.overrides.items() if k not in self.given})
-        level = self.fidelity(self._resolved(fidelity or recipe.fidelity, chosen, duration, extra))
+        level = self._level(fidelity or recipe.fidelity, chosen)
         scene = recipe.make(p, level)
         if duration is not None:
             if not duration > 0.0:
@@ -155,13 +155,13 @@ class Design(Shown):
             raise unknown(f"{self.name}: scene", chosen, self.entry.scenes)
         return self.entry.scenes[chosen]
 
-    def _resolved(self, fidelity: str, scene: str, duration: float | None, extra: Mapping[str, float] | None) -> str:
-        """The fidelity; for "auto" the cheapest that answers what the scene needs."""
-        if fidelity != AUTO:
-            return fidelity
-        from mechlab.lab.fidelity import choose
-
-        return choose(self, scene, None, duration, extra).chosen
+    def _level(self, fidelity: str, scene: str) -> str:
+        if fidelity == AUTO:
+            raise MechlabError(
+                f"{self.name}, scene {scene}: which fidelity is the cheapest that answers is found by running it. Name one of "
+                f"{', '.join(self.entry.fidelities)}, or choose first with mechlab.lab.fidelity.choose.chosen_scene."
+            )
+        return self.fidelity(fidelity)
 
     def for_scene(self, name: str | None) -> Design:
         """The same design with the overrides of a scene taken into its parameters."""

@@ -1,36 +1,20 @@
-"""Model files that are reloaded by their consumers before anybody gets them.
-
-A moment of the model file of a mechanism in plain MuJoCo, and the settings with which it comes through.
-
-A file may be loaded by MuJoCo and still blow up in its first steps: a servo that is too stiff for the timestep. So the text
-that is to be written is stepped as anybody would step it: from its keyframe, and from there with a push along all free
-motions. Where the settings asked for fail, smaller timesteps and the integrator `discrete`, implicit in springs, dampers and
-servos, are tried in turn.
-"""
+"""Model files that are reloaded by their consumers before anybody gets them."""
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.control import compiling, engine
-from mechlab.engines.mujoco.trace import step_through
+from mechlab.engines.mujoco.file_trial import FileTrial, compiled_mass, try_file
 from mechlab.errors import MechlabError
-from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
+from mechlab.experiment.scene import Settings
 from mechlab.formats import from_json, write_files
-from mechlab.formats.mjcf import to_mjcf
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.size import row_units
-from mechlab.studies.doctor.case import Symptom
-from mechlab.studies.doctor.stiff import stiff
-from mechlab.studies.doctor.trial import PUSH, Start, free_push
+from mechlab.mechanism.length_unit import row_units
 
 
 @dataclass(frozen=True)
@@ -53,7 +37,7 @@ def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | N
     """Write the files of a mechanism into `out`; nothing is left behind when one is refused.
 
     settings: timestep, integrator and hardness that the MJCF file says (default: the preset accurate). Where plain MuJoCo
-    does not come through a moment of the file with them, the file says others; see `mechlab.lab.generate`.
+    does not come through a moment of the file with them, the file says others; see `mechlab.engines.mujoco.file_trial`.
 
     Raises MechlabError naming the file and its consumer.
     """
@@ -85,15 +69,9 @@ def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:
 
 
 def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:
-    import mujoco
-
     masses = {}
     for file in (f"{m.name}.xml", "scene.xml"):
-        try:
-            model = mujoco.MjModel.from_xml_path(str(folder / file))
-        except ValueError as error:
-            raise MechlabError(f"MuJoCo refuses {file}: {error}") from None
-        masses[file] = float(model.body_mass.sum())
+        masses[file] = compiled_mass(folder / file)
         if abs(masses[file] - m.total_mass) > 1e-12 * max(1.0, m.total_mass):
             raise MechlabError(f"{file}: MuJoCo finds {masses[file]:.9g} kg, the mechanism has {m.total_mass:.9g} kg.")
     return {"mujoco": masses}
@@ -153,128 +131,3 @@ def _yourdfpy(m: Mechanism, folder: Path) -> dict[str, Any]:
     if worst > 1e-9 * m.length_scale:
         raise MechlabError(f"{m.name}.urdf: a link stands {worst:.3g} off in yourdfpy.")
     return {"yourdfpy": {"links": len(robot.link_map), "difference": worst}}
-
-
-DURATION, MOST_STEPS, OUTPUTS = 1.0, 8000, 20
-"""A run lasts DURATION [s], or MOST_STEPS steps if that is less."""
-WILD, FALL = 10.0, (2.0 / PUSH) ** 0.5
-"""Rates that WILD times exceed those at half the timestep are made by the step, not by the mechanism. Looked at are rates
-above those of the push times FALL: with that energy, weight falls through the size of the model."""
-SMALLER = (2, 4, 8, 16)
-"""Parts of the timestep that are tried with the integrator asked for."""
-IMPLICIT = (4, 16, 64)
-"""Parts of the timestep that are tried with `discrete` after that; it is of first order, so none is the whole of it."""
-
-
-@dataclass(frozen=True)
-class FileTrial:
-    """settings: those with which the file runs, or those asked for where none were found; trouble: what happens with those
-    asked for ("" when they do); paste: what may help where no settings were found."""
-
-    asked: Settings
-    settings: Settings
-    trouble: str = ""
-    paste: str = ""
-
-    @property
-    def exit_code(self) -> int:
-        """3 when the file must not be run as it is."""
-        return 3 if self.trouble and self.settings == self.asked else 0
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What was changed and why, or that nothing helped and what to do."""
-        if not self.trouble:
-            return ()
-        if self.exit_code:
-            return (
-                f"do not run the file as it is: {self.trouble} No timestep down to {_spread(self.asked):.2g} s and no integrator "
-                f"that was tried carries it. {self.paste}",
-            )
-        s = self.settings
-        return (
-            f'the file says timestep="{s.timestep:.6g}" integrator="{s.integrator}" instead of "{self.asked.timestep:.6g}" and '
-            f'"{_integrator(self.asked)}", with which it does not run in plain MuJoCo: {self.trouble}',
-        )
-
-
-def try_file(m: Mechanism, settings: Settings | None = None) -> FileTrial:
-    """Step the MJCF of a mechanism for a moment and find settings with which it comes through."""
-    asked = settings or Settings()
-    found = _trouble(m, asked)
-    if found is None:
-        return FileTrial(asked, asked)
-    for other in _others(asked):
-        if _trouble(m, other) is None:
-            return FileTrial(asked, other, found.sentence)
-    paste = f"Paste {found.paste} into it." if found.paste else "Make its springs, dampers and servos softer."
-    return FileTrial(asked, asked, found.sentence, paste)
-
-
-def _others(asked: Settings) -> Iterator[Settings]:
-    h = asked.timestep
-    yield from (replace(asked, timestep=h / n) for n in SMALLER)
-    if _integrator(asked) != "discrete":
-        yield from (replace(asked, engine="mujoco", integrator="discrete", timestep=h / n) for n in IMPLICIT)
-
-
-def _spread(asked: Settings) -> float:
-    """The smallest timestep that is tried."""
-    return min(s.timestep for s in _others(asked))
-
-
-def _integrator(s: Settings) -> str:
-    """As `to_mjcf` writes it."""
-    return s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
-
-
-def _trouble(m: Mechanism, settings: Settings) -> Symptom | None:
-    """What goes wrong with the file that these settings make; None when it runs, and for one that MuJoCo refuses, which
-    whoever reloads the written file says with its name."""
-    try:
-        with compiling():
-            model = mujoco.MjModel.from_xml_string(to_mjcf(m, settings))
-    except ValueError:
-        return None
-    return run_trouble(model)
-
-
-def run_trouble(model: mujoco.MjModel) -> Symptom | None:
-    """What goes wrong in a moment of a model with a keyframe, as it is: a linear instability of the step at the start, a run
-    that diverges, rates that only the step makes. None when it runs.
-
-    The bound on the work is a count of steps: MOST_STEPS at the timestep and twice as many at half of it, from two starts.
-    """
-    if not model.nv:
-        return None
-    with engine():
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-        home, ctrl = np.array(data.qpos), np.array(data.ctrl)
-        mujoco.mj_forward(model, data)
-        push = free_push(model, home, max(float(model.stat.extent), 1e-9))
-        unstable = next(stiff(model, home), None)
-        if unstable is not None:
-            return unstable
-        usual = FALL * float(np.max(np.abs(push), initial=0.0))
-        for start in ((home, np.zeros(model.nv), ctrl), (home, push, ctrl)):
-            fastest, reason = _run(model, start, 1)
-            if reason:
-                return Symptom("trial", "error", f"a run of it {reason}.")
-            half, failed = _run(model, start, 2) if fastest > usual else (fastest, "")
-            if not failed and fastest > WILD * half:
-                text = f"a run of it reaches {fastest:.3g} rad/s or m/s, with half the timestep {half:.3g}."
-                return Symptom("trial", "error", text)
-    return None
-
-
-def _run(model: mujoco.MjModel, start: Start, parts: int) -> tuple[float, str]:
-    """The largest rate of a run with the timestep divided by `parts`, and why it ended early."""
-    each = max(1, min(MOST_STEPS, round(DURATION / model.opt.timestep)) // OUTPUTS)
-    model = copy.copy(model)
-    model.opt.timestep /= parts
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:], data.ctrl[:] = start
-    _, rates, _, reason = step_through(model, data, OUTPUTS, parts * each)
-    return float(np.max(np.abs(rates), initial=0.0)), reason

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import metadata
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from mechlab.engines.protocol import engine as engine_named
 from mechlab.errors import MechlabError, NoSolution, unknown
@@ -15,13 +16,11 @@ from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
 from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
-from mechlab.lab.design import AUTO, Design
+from mechlab.lab.accuracy.control import Controlled, control
+from mechlab.lab.design import Design
 from mechlab.lab.nature import FASTEST, by_nature, drive_step, motor_findings, other_softness, with_static_motors
 from mechlab.lab.step_error import with_step_error
 from mechlab.mechanism.geometry import Array
-
-if TYPE_CHECKING:
-    from mechlab.lab.accuracy import Controlled
 
 HALVINGS = 7
 LOOSER = 30.0
@@ -61,18 +60,9 @@ def run_scene(
     changes by less. The estimate stands in the health record, as an error when it is not reached; the error of every channel,
     controlled or not, stands in `errors`.
     estimate: whether a run carries the errors of its channels and its "step_error", which takes more runs.
-    fidelity "auto": the cheapest that answers what the scene needs; the finding "fidelity" says why.
+    fidelity: one of the entry (default: that of the scene); `mechlab.lab.fidelity.choose.run_chosen` also takes "auto".
     Raises MechlabError for unknown names and engines that cannot run the scene.
     """
-    if (fidelity or design.recipe(scene).fidelity) == AUTO:
-        from mechlab.lab.fidelity import choose
-
-        choice = choose(design, scene, None, duration, extra)
-        done = run_scene(
-            design, scene, engine=engine, fidelity=choice.chosen, duration=duration, timestep=timestep,
-            max_error=max_error, settings=settings, at=at, extra=extra,
-        )  # fmt: skip
-        return replace(done, health=done.health + Health((choice.finding(),)))
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     lived = design.for_scene(scene)
@@ -174,8 +164,6 @@ def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recor
 
 def _controlled(design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]) -> Controlled:
     """A run of which only the error is asked for; the default run, not to be trusted, where no method gets to the end."""
-    from mechlab.lab.accuracy import Controlled, control
-
     try:
         return control(design, scene, max_error, at)
     except NoSolution as cause:
@@ -202,8 +190,6 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
 
 def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Controlled:
     """A run that controls its steps by a tolerance well below `max_error`, held against one at LOOSER times that."""
-    from mechlab.lab.accuracy import Controlled
-
     tolerance = min(1e-6, 1e-2 * max_error)
     run, looser = (once(replace(settings, tolerance=x)) for x in (tolerance, LOOSER * tolerance))
     found = differences(run, looser, 1.0)
@@ -215,10 +201,6 @@ def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_erro
 
 def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Controlled:
     """Halves the timestep until the joints change by less than `max_error` at 101 times."""
-    import numpy as np
-
-    from mechlab.lab.accuracy import Controlled
-
     if not max_error > 0:
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
     before = coarse = once(settings)

@@ -10,8 +10,8 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design, initial_keys
 from mechlab.lab.lag_question import gear_rows
+from mechlab.mechanism.report import Rows, body_rows, closing_rows, freedom_sentences
 from mechlab.mechanism.structure import structure
-from mechlab.mechanism.summary import Rows, body_rows, closing_rows, freedom_sentences
 from mechlab.results import Shown
 from mechlab.tables import counted
 

@@ -1,16 +1,15 @@
 """What a mechanism is: immutable data, a small numpy kinematics, structure analysis, assembly. No engine."""
 
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
-from mechlab.mechanism.assembly import Assembly, Status, close, follow, mode_sign, newton, same_mode
+from mechlab.mechanism.assembly import close, mode_sign, same_mode
 from mechlab.mechanism.builder import Builder
 from mechlab.mechanism.constraints import ConstraintSet
-from mechlab.mechanism.depth_first import depth_first
 from mechlab.mechanism.gears import GearMesh, belt, mimic, relation, screw
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.joints import floating, prismatic, revolute, spherical, universal
 from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, body_poses, integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import (
     GROUND,
     Body,
@@ -20,13 +19,20 @@ from mechlab.mechanism.parts import (
     LinearRelation,
     Loop,
     Shaft,
+    Shape,
     Spring,
     Winding,
     as_fraction,
+    floating,
+    prismatic,
+    revolute,
+    shape,
+    spherical,
+    universal,
 )
 from mechlab.mechanism.reduction import Reduction, reduce
-from mechlab.mechanism.shape import Shape, shape
 from mechlab.mechanism.structure import Structure, singularity, structure
+from mechlab.mechanism.tree import depth_first
 
 __all__ = [
     "GROUND", "IDENTITY", "AngleBasis", "Assembly", "Body", "Builder", "ConstraintSet", "Drive", "Frame", "GearMesh",

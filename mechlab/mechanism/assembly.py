@@ -1,140 +1,21 @@
-"""Closing a mechanism: damped Newton, path continuation, and the check that the assembly mode was kept.
-
-Written over callables, so that the numpy tree, Pinocchio and MuJoCo are closed by the same code:
-`evaluate(q) -> (residual (m,), jacobian (m, nv))` and `step(q, dv) -> q`.
-"""
+"""Closing a mechanism, the check that the assembly mode was kept, and making a closed pose the reference pose."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from enum import Enum
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from mechlab.errors import MechlabError
 from mechlab.mechanism.constraints import ConstraintSet
-from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.geometry import Array, Placement, axis_rotation, quaternion_to_matrix, unit
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
+from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
 from mechlab.mechanism.model import Mechanism
-
-Evaluate = Callable[[Array], tuple[Array, Array]]
-Step = Callable[[Array, Array], Array]
-
-
-class Status(Enum):
-    """What became of a solution, as a sentence for the user."""
-
-    SOLVED = "solved"
-    BOUNDARY = "on the boundary: the position is singular"
-    OUT_OF_REACH = "out of reach"
-    NO_ASSEMBLY = "no assembly exists here"
-    CHANGE_POINT = "change point: two assembly modes meet here"
-    MODES_MERGE = "modes merge here"
-    NO_REGIME = "no such regime"
-    WRONG_MODE = "wrong mode avoided: the solver met another assembly mode and did not take it"
-    REDUNDANT = "redundant: some constraint rows repeat others"
-    NOT_CONVERGED = "did not converge"
-    DISAGREE = "the witnesses differ by more than the tolerance of the question; do not trust the answer"
-
-    @property
-    def exit_code(self) -> int:
-        """Exit code of the command line: 0 answered, 3 do not trust it, 4 no solution exists."""
-        if self in (Status.SOLVED, Status.BOUNDARY, Status.REDUNDANT):
-            return 0
-        if self in (
-            Status.NOT_CONVERGED, Status.WRONG_MODE, Status.CHANGE_POINT, Status.MODES_MERGE, Status.DISAGREE,
-        ):  # fmt: skip
-            return 3
-        return 4
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """Result of closing a mechanism: coordinates, largest residual, iterations, status."""
-
-    q: Array
-    residual: float
-    iterations: int
-    status: Status
-
-    @property
-    def closed(self) -> bool:
-        """True when the residual is at rounding level."""
-        return self.status is Status.SOLVED
-
-
-def newton(
-    evaluate: Evaluate,
-    step: Step,
-    q: Array,
-    *,
-    tolerance: float = 1e-13,
-    iterations: int = 60,
-    largest: float = 0.5,
-) -> Assembly:
-    """Damped Newton for r(q) = 0 with the minimum-norm step of a possibly redundant Jacobian.
-
-    The step is limited to `largest` [rad or m per rate] and halved until the residual falls. Converged means below
-    `tolerance`, or at rounding level: below 1e-11 and no longer falling. Never returns a NaN.
-    """
-    residual, jacobian = evaluate(q)
-    size = float(np.max(np.abs(residual), initial=0.0))
-    for k in range(iterations):
-        if size < tolerance:
-            return Assembly(q, size, k, Status.SOLVED)
-        dv = np.asarray(-np.linalg.lstsq(jacobian, residual, rcond=1e-11)[0], dtype=np.float64)
-        biggest = float(np.max(np.abs(dv), initial=0.0))
-        if not np.isfinite(biggest):
-            break
-        scale = min(1.0, largest / biggest) if biggest > 0 else 1.0
-        for _ in range(12):
-            trial = step(q, scale * dv)
-            new_residual, new_jacobian = evaluate(trial)
-            new_size = float(np.max(np.abs(new_residual), initial=0.0))
-            if new_size < size:
-                break
-            scale *= 0.5
-        else:
-            return Assembly(q, size, k, Status.SOLVED if size < 1e-11 else Status.NOT_CONVERGED)
-        if size < 1e-11 and new_size > 0.5 * size:
-            return Assembly(trial, new_size, k + 1, Status.SOLVED)
-        q, residual, jacobian, size = trial, new_residual, new_jacobian, new_size
-    return Assembly(q, size, iterations, Status.SOLVED if size < 1e-11 else Status.NOT_CONVERGED)
-
-
-def follow(
-    evaluate: Callable[[Array, float], tuple[Array, Array]],
-    step: Step,
-    q: Array,
-    *,
-    steps: int = 10,
-    smallest: float = 1e-4,
-) -> Assembly:
-    """Path continuation: closes r(q, s) = 0 from s = 0, where q is closed, to s = 1.
-
-    A step of s is accepted when Newton converges and moves each coordinate by less than 0.5; otherwise it is halved.
-    Below `smallest` the path has ended: status CHANGE_POINT when the Jacobian is singular there, else NOT_CONVERGED.
-    """
-    s, ds = 0.0, 1.0 / steps
-    total = 0
-    found = newton(lambda x: evaluate(x, 0.0), step, q)
-    if not found.closed:
-        return found
-    while s < 1.0:
-        target = min(1.0, s + ds)
-        trial = newton(lambda x, target=target: evaluate(x, target), step, found.q, iterations=12)  # type: ignore[misc]
-        total += trial.iterations
-        moved = float(np.max(np.abs(trial.q - found.q), initial=0.0))
-        if trial.closed and moved < 0.5:
-            found, s = trial, target
-            ds *= 1.5 if trial.iterations <= 4 else 1.0
-            continue
-        ds *= 0.5
-        if ds < smallest:
-            values = np.linalg.svd(evaluate(found.q, s)[1], compute_uv=False)
-            status = Status.CHANGE_POINT if values[-1] < 1e-3 * values[0] else Status.NOT_CONVERGED
-            return Assembly(found.q, found.residual, total, status)
-    return Assembly(found.q, found.residual, total, Status.SOLVED)
+from mechlab.mechanism.newton import Assembly, Status, follow, newton
+from mechlab.mechanism.parts import LOOP_ROWS, Body
+from mechlab.mechanism.structure import independent_rows
 
 
 def _tree(mechanism: Mechanism) -> tuple[TreeKinematics, ConstraintSet]:
@@ -188,8 +69,6 @@ def _close_in_own_unit(
     mechanism: Mechanism, q: Array | None, targets: dict[str, float], *, start: Array | None, steps: int
 ) -> Assembly:
     """`close` in the unit of length that fits the mechanism; the residual is in that unit."""
-    from mechlab.mechanism.size import coordinate_units, in_unit_of_length, is_length
-
     unit = mechanism.length_scale
     units = coordinate_units(mechanism, unit)
     goal = {n: x / unit if is_length(mechanism, n) else x for n, x in targets.items()}
@@ -207,7 +86,7 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
     tree, constraints = _tree(mechanism)
     jacobian = constraints.jacobian(tree.set(q))
     rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
-    keep = _independent_rows(mechanism, constraints)
+    keep = independent_rows(mechanism, constraints)
     matrix = np.vstack([jacobian[keep], rows])
     if matrix.shape[0] != matrix.shape[1]:
         return 0
@@ -215,14 +94,69 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
     return int(sign) if logdet > -60 else 0
 
 
-def _independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[int]:
-    """Rows of the constraint Jacobian that are independent at a generic pose near the reference, in order."""
-    from mechlab.mechanism.structure import independent_rows
-
-    return independent_rows(mechanism, constraints)
-
-
 def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
     """True when both poses lie in the same assembly mode for the `held` joints, or when the sign cannot tell."""
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
     return a == 0 or b == 0 or a == b
+
+
+def assembled_pose(m: Mechanism, guess: Mapping[str, float], hold: Sequence[str]) -> Array:
+    """(nq,) coordinates closed by Newton from `guess` (joint name -> change from the placements as given).
+
+    Joints in `hold` keep their guess exactly. Raises MechlabError that names the loop that stays open.
+    """
+    q = m.reference()
+    for name, value in guess.items():
+        m.joint(name)
+        start = m.q_slice[name].start
+        if m.joint(name).kind == "spherical":  # a ball joint for a tilt: the guess turns about the axis it had
+            turn = np.array(m.joint(name).axis) * np.sin(0.5 * float(value))
+            q[start : start + 4] = [np.cos(0.5 * float(value)), *turn]
+        else:
+            q[start] = float(value)
+    zeros = {n: m.zero(n) for n in hold}
+    found = close(m, q, {n: zeros[n] + q[m.q_slice[n].start] for n in hold})
+    if not found.closed:
+        constraints = ConstraintSet(m)
+        residual = constraints.residual(TreeKinematics(m, found.q))
+        loops = sum(LOOP_ROWS[x.kind] for x in m.loops)  # a loop that cannot meet also keeps relations open
+        worst = int(np.argmax(np.abs(residual[: loops or None])))
+        raise MechlabError(
+            f"{m.name}: it does not close: {constraints.rows[worst]} stays open by {abs(residual[worst]):.3g} "
+            f"({found.status.value}). Are the lengths long enough to meet? Is the guess near the mode you want?"
+        )
+    return found.q
+
+
+def rebased(body: Body, m: Mechanism, q: Array) -> Body:
+    """The same body with its coordinates q taken into the placement, so that they become zero.
+
+    Raises MechlabError for a joint that slides after one that turns.
+    """
+    turn, shift = np.eye(3), np.zeros(3)
+    moves: list[Array] = []
+    for joint in body.joints:
+        x = q[m.q_slice[joint.name]]
+        if joint.kind == "prismatic":
+            if x[0] != 0.0 and not np.allclose(turn, np.eye(3)):
+                raise MechlabError(
+                    f"body {body.name!r}: joint {joint.name!r} slides after a turn; put it into a body of its own."
+                )
+            shift = shift + np.array(joint.axis) * x[0]
+            moves.append(np.eye(3))
+        else:
+            r = axis_rotation(joint.axis, x[0]) if joint.kind == "revolute" else quaternion_to_matrix(x)
+            turn = turn @ r
+            moves.append(r)
+    joints = []
+    for k, joint in enumerate(body.joints):
+        after = np.eye(3)
+        for r in moves[k + 1 :]:
+            after = after @ r
+        axis = joint.axis if np.array_equal(after, np.eye(3)) else unit(after.T @ np.array(joint.axis), "axis")
+        moved = float(q[m.q_slice[joint.name].start]) if joint.nv == 1 else 0.0
+        joints.append(replace(joint, axis=axis, zero=joint.zero + moved))
+    placement = body.placement
+    if np.any(shift) or not np.array_equal(turn, np.eye(3)):
+        placement = placement @ Placement.of(turn, shift)
+    return replace(body, placement=placement, joints=tuple(joints))

@@ -1,4 +1,7 @@
-"""Building a Mechanism step by step: bodies, loops, meshes; then `build()`, or `assemble(guess)` when it does not close yet."""
+"""A straight uniform bar: how it looks, and its inertia.
+
+Building a Mechanism step by step: bodies, loops, meshes; then `build()`, or `assemble(guess)` when it does not close yet.
+"""
 
 from __future__ import annotations
 
@@ -8,38 +11,62 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.mechanism.bar import uniform_bar
-from mechlab.mechanism.depth_first import depth_first, too_many_bodies
+from mechlab.mechanism.assembly import assembled_pose, rebased
 from mechlab.mechanism.gears import GearMesh, relation
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, vector
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.joints import AxisLike, axis_vector
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import (
     GROUND,
-    MOST_BODIES,
+    MAX_BODIES,
+    AxisLike,
     Body,
+    Color,
     Drive,
     Frame,
     Joint,
     LinearRelation,
     Loop,
     Shaft,
+    Shape,
     Spring,
     Winding,
+    X,
+    Z,
     as_fraction,
+    axis_vector,
+    shape,
 )
-from mechlab.mechanism.reference_pose import assembled_pose, rebased
-from mechlab.mechanism.shape import Color, Shape
 from mechlab.mechanism.tilt import with_balls
+from mechlab.mechanism.tree import depth_first, too_many_bodies
+from mechlab.mechanism.validate import validate
+
+PIN: Color = (0.28, 0.31, 0.36, 1.0)
+
+
+def uniform_bar(
+    name: str, joint: Joint, length: float, mass: float | None, width: float | None, color: Color, layer: float
+) -> tuple[Inertia, tuple[Shape, ...]]:
+    """Inertia and shapes of the bar along its local x, from its joint to `length` [m]; see `Builder.bar`."""
+    w = 0.08 * length if width is None else width
+    m = length if mass is None else mass
+    axis = np.array(joint.axis) if joint.kind == "revolute" and abs(joint.axis[0]) < 0.5 else np.array(Z)
+    facing = np.column_stack([np.array(X), np.cross(axis, X), axis])
+    place = Placement.of(facing, layer * axis)
+    looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.18 * w)
+    ends = (layer * axis, layer * axis + np.array([length, 0.0, 0.0]))
+    pins = [
+        shape("cylinder", Placement.of(facing, p), PIN, f"pin_{k}", radius=0.18 * w, length=0.9 * w)
+        for k, p in enumerate(ends)
+    ]
+    rod = Inertia.rod(m, (0.0, 0.0, 0.0), (length, 0.0, 0.0), w / 4)
+    return rod, (looks, *pins)
 
 
 class _Open(Mechanism):
     """A mechanism under construction: checked in everything but closure."""
 
     def __post_init__(self) -> None:
-        from mechlab.mechanism.validate import validate
-
         validate(self, closed=False)
 
 
@@ -72,7 +99,7 @@ class Builder:
         shapes: Sequence[Shape] = (),
     ) -> Builder:
         """A body whose frame stands `at` a point of its parent, rotated by `turned`, moving by `joints` in their order."""
-        if len(self.bodies) == MOST_BODIES:
+        if len(self.bodies) == MAX_BODIES:
             raise too_many_bodies(self.name)
         placement = Placement(vector(at, f"body {name!r}: at")) @ turned
         self.bodies.append(Body(name, parent, placement, tuple(joints), inertia or Inertia(), tuple(shapes)))
@@ -232,7 +259,7 @@ class Builder:
         return Mechanism(**self._parts(self.bodies, m.relations))  # type: ignore[arg-type]
 
     def assemble(self, guess: Mapping[str, float] | None = None, hold: Sequence[str] = ()) -> Mechanism:
-        """The Mechanism, closed by Newton from `guess` (joint name -> value away from the placements as given).
+        """The Mechanism, closed by Newton from `guess` (joint name -> change from the placements as given).
 
         Joints in `hold` keep their guess exactly. The closed pose becomes the reference pose: placements absorb it, and
         it is added to the `zero` of each joint and shaft. Raises MechlabError that names the loop that stays open.

@@ -21,7 +21,7 @@ TOLERANCE = 1e-11
 
 
 @dataclass(frozen=True)
-class Share:
+class InertiaShare:
     """inertia [kg m2] x row row^T in the mass matrix; `owner`: the body, `kind`: "spin", "orbit" or "rest"."""
 
     row: Row
@@ -30,7 +30,7 @@ class Share:
     kind: str
 
 
-def shares(m: Mechanism, basis: AngleBasis) -> list[Share]:
+def shares(m: Mechanism, basis: AngleBasis) -> list[InertiaShare]:
     """The shares of all bodies (armatures and shafts are not in it). Every body has one revolute joint.
 
     T = 1/2 sum of inertia (row . y')^2. A part on a fixed axis: J + m e^2 about it (e: offset of the centre of mass). A
@@ -51,7 +51,7 @@ def shares(m: Mechanism, basis: AngleBasis) -> list[Share]:
             pulls[body.name].append(pull @ k)
     _no_gravity(m, pulls)
     spins: dict[str, Row | None] = {GROUND: None}
-    out: list[Share] = []
+    out: list[InertiaShare] = []
     for body in m.bodies:
         first, spin = seen[body.name][0]
         scale = float(np.max(np.abs(first), initial=0.0))
@@ -91,26 +91,26 @@ def _exact_spin(m: Mechanism, basis: AngleBasis, body: Body) -> Row:
     return basis.combine(tuple(terms))
 
 
-def _split(body: Body, block: Array, spin: Row, carrier: Row | None, scale: float) -> list[Share]:
+def _split(body: Body, block: Array, spin: Row, carrier: Row | None, scale: float) -> list[InertiaShare]:
     """block = J spin spin^T + orbit carrier carrier^T + rest, every inertia >= 0."""
     axis = np.array(body.joints[0].axis)
     along = float(axis @ body.inertia.matrix() @ axis)
     s = np.array([float(x) for x in spin])
-    out: list[Share] = []
+    out: list[InertiaShare] = []
     rest = block
     if carrier is None:
         along = _fit(block, s)
     if along > 0.0 and np.any(s):
-        out.append(Share(spin, along, body.name, "spin"))
+        out.append(InertiaShare(spin, along, body.name, "spin"))
         rest = rest - along * np.outer(s, s)
     if carrier is not None and any(carrier):
         r = np.array([float(x) for x in carrier])
         orbit = _fit(rest, r)
         if orbit > 1e-14 * scale:
-            out.append(Share(carrier, orbit, body.name, "orbit"))
+            out.append(InertiaShare(carrier, orbit, body.name, "orbit"))
             rest = rest - orbit * np.outer(r, r)
     if np.max(np.abs(rest), initial=0.0) > TOLERANCE * max(scale, 1e-300):
-        out += [Share(row, x, body.name, "rest") for row, x in _triangles(rest)]
+        out += [InertiaShare(row, x, body.name, "rest") for row, x in _triangles(rest)]
     return out
 
 

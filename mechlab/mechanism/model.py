@@ -1,11 +1,13 @@
 """The mechanism: a tree of bodies, what closes it, what couples it, what drives it (`mechlab.mechanism.parts`).
 
-Two mechanisms are equal when their data are. A Mechanism is checked when it is made (`mechlab.mechanism.validate`): an object
-that exists is sound.
+Two mechanisms are equal when their data are. A Mechanism is checked when it is made: an object that exists is sound. The
+check (`mechlab.mechanism.validate`) needs kinematics, which need this module; so it registers itself here instead of
+being imported. The package `mechlab.mechanism` imports it with Builder, hence no Mechanism is made without it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,12 +15,16 @@ import numpy as np
 
 from mechlab.errors import unknown
 from mechlab.mechanism.geometry import Array, Vector
-from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Spring
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Shape, Spring
+from mechlab.mechanism.tree import size, unit_of_length
+from mechlab.results import Result
+
+CHECKS: list[Callable[[Mechanism], None]] = []
+"""What every Mechanism must pass when it is made; filled by `mechlab.mechanism.validate`."""
 
 
-@dataclass(frozen=True)
-class Mechanism:
+@dataclass(frozen=True, repr=False)
+class Mechanism(Result):
     """A tree of bodies, depth-first, and what closes, couples and drives it. All coordinates are 0 in the reference
     pose (spherical joints: the identity), and the reference pose is assembled.
 
@@ -38,9 +44,8 @@ class Mechanism:
     summary: str = field(default="", compare=True)
 
     def __post_init__(self) -> None:
-        from mechlab.mechanism.validate import validate
-
-        validate(self)
+        for check in CHECKS:
+            check(self)
 
     # -- names ---------------------------------------------------------------------------------------------------
 
@@ -174,21 +179,19 @@ class Mechanism:
         return np.array(columns, dtype=int)
 
     @cached_property
-    def length_scale(self) -> float:
-        """The unit of length [m] in which it has a size of order 1; see `mechlab.mechanism.size`."""
-        from mechlab.mechanism.size import length_scale
+    def size(self) -> float:
+        """Largest distance [m] of any of its points from the origin in the reference pose; see `mechlab.mechanism.tree`."""
+        return size(self.bodies, self.loops, self.springs, self.frames)
 
-        return length_scale(self)
+    @cached_property
+    def length_scale(self) -> float:
+        """The unit of length [m] in which it has a size of order 1; a power of two, 1 from 1 cm to 100 m."""
+        return unit_of_length(self.size)
 
     @property
     def total_mass(self) -> float:
         """Mass of all moving parts and everything fixed that carries mass [kg]."""
         return sum(b.inertia.mass for b in self.bodies)
-
-    def _repr_html_(self) -> str:
-        from mechlab.mechanism.summary import mechanism_html
-
-        return mechanism_html(self)
 
 
 def _slices(sizes: list[tuple[str, int]]) -> dict[str, slice]:

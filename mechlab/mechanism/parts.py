@@ -1,19 +1,52 @@
-"""Exact coefficients of joints: what a shaft, a relation or a gear ratio is made of.
+"""What a part looks like: a kind of solid and its parameters. The meshes themselves are made in `mechlab.shapes`.
+
+Exact coefficients of joints: what a shaft, a relation or a gear ratio is made of.
 
 The parts of a mechanism: bodies and their joints, what closes them, what couples them, what drives them.
 
 Everything is immutable and plain: tuples of floats, exact fractions, names.
+
+The joints by name: revolute, prismatic, spherical, universal, floating.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from mechlab.errors import MechlabError
-from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
+from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.shape import Shape
+
+Color = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A solid of `kind` (see `mechlab.shapes.KINDS`) with named `size` parameters [m, rad, counts], placed in its body.
+
+    Shapes carry no mass: inertia is given separately, so that a picture never changes the physics.
+    """
+
+    kind: str
+    size: tuple[tuple[str, float], ...] = ()
+    placement: Placement = IDENTITY
+    color: Color = (0.62, 0.66, 0.72, 1.0)
+    name: str = ""
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The size parameters as a dict."""
+        return dict(self.size)
+
+
+def shape(
+    kind: str, placement: Placement = IDENTITY, color: Color = (0.62, 0.66, 0.72, 1.0), name: str = "", **size: float
+) -> Shape:
+    """A Shape from keyword sizes: `shape("cylinder", radius=0.01, length=0.1)`."""
+    return Shape(kind, tuple(sorted((k, float(v)) for k, v in size.items())), placement, color, name)
+
 
 Coefficients = tuple[tuple[str, Fraction], ...]
 
@@ -31,7 +64,7 @@ def as_fraction(value: object, what: str) -> Fraction:
 GROUND = "ground"
 """Name of the fixed body; every Mechanism has it without listing it."""
 
-MOST_BODIES = 300
+MAX_BODIES = 300
 """Of one mechanism: its dense matrices grow with the square of the coordinates, the work with the cube."""
 
 JOINT_KINDS = ("revolute", "prismatic", "spherical")
@@ -184,3 +217,44 @@ class Drive:
     limit: float | None = None
     winding: Winding | None = None
     target: float | None = field(default=None, metadata={"brief": True})
+
+
+AxisLike = str | Sequence[float]
+X: Vector = (1.0, 0.0, 0.0)
+Y: Vector = (0.0, 1.0, 0.0)
+Z: Vector = (0.0, 0.0, 1.0)
+
+
+def axis_vector(axis: AxisLike, what: str) -> Vector:
+    """The unit vector of an axis: "x", "-z" and the like, or three numbers. Raises MechlabError that names `what`."""
+    if isinstance(axis, str):
+        named = {"x": X, "y": Y, "z": Z, "-x": (-1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0)}
+        if axis not in named:
+            raise unknown(f"{what}: axis", axis, named)
+        return named[axis]
+    return unit(axis, f"{what}: axis")
+
+
+def revolute(name: str, axis: AxisLike = "z", **options: object) -> Joint:
+    """A revolute joint [rad]; options as of `Joint`: zero, range, damping, armature, friction, stiffness, spring_rest."""
+    return Joint(name, "revolute", axis_vector(axis, f"joint {name!r}"), **options)  # type: ignore[arg-type]
+
+
+def prismatic(name: str, axis: AxisLike = "z", **options: object) -> Joint:
+    """A prismatic joint [m]; options as of `Joint`."""
+    return Joint(name, "prismatic", axis_vector(axis, f"joint {name!r}"), **options)  # type: ignore[arg-type]
+
+
+def spherical(name: str, **options: object) -> Joint:
+    """A spherical joint (quaternion w, x, y, z)."""
+    return Joint(name, "spherical", Z, **options)  # type: ignore[arg-type]
+
+
+def universal(first: str, second: str, axis_1: AxisLike = "x", axis_2: AxisLike = "y") -> tuple[Joint, Joint]:
+    """A universal joint: two revolutes with crossing axes in one body."""
+    return revolute(first, axis_1), revolute(second, axis_2)
+
+
+def floating(name: str) -> tuple[Joint, Joint, Joint, Joint]:
+    """Six freedoms in one body: prismatics NAME_x, NAME_y, NAME_z and the spherical NAME_turn."""
+    return prismatic(f"{name}_x", X), prismatic(f"{name}_y", Y), prismatic(f"{name}_z", Z), spherical(f"{name}_turn")

@@ -19,8 +19,7 @@ from mechlab.mechanism.geometry import IDENTITY, Array, Placement, cross, frame_
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Body, Coefficients, Shaft
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import GROUND, Body, Coefficients, Shaft, Shape
 
 
 def placed(shapes: tuple[Shape, ...], by: Placement) -> tuple[Shape, ...]:
@@ -79,7 +78,7 @@ def without_welds(m: Mechanism) -> Mechanism:
 
 
 @dataclass(frozen=True)
-class Link:
+class ChainLink:
     """One independent joint in the reduced tree. `under`: the body it is nested in; `joint`: the name of the coordinate,
     which is that of the original joint where the coordinate means the same, else JOINT_on_OTHER."""
 
@@ -98,7 +97,7 @@ class Link:
 class Chain:
     """All links, depth-first. `turn[i][j]`: the original joint of link i = sum over j of turn[i][j] x coordinate of link j."""
 
-    links: tuple[Link, ...]
+    links: tuple[ChainLink, ...]
     order: tuple[int, ...]
     turn: tuple[tuple[Fraction, ...], ...]
 
@@ -139,7 +138,7 @@ def chains(m: Mechanism, basis: AngleBasis, coupled: Iterable[Row]) -> Chain:
     """
     home = {b.joints[0].name: b for b in m.bodies}
     groups = _groups(len(basis.independent), coupled)
-    links: list[Link] = []
+    links: list[ChainLink] = []
     order: list[int] = []
     turn: list[dict[int, Fraction]] = []
     tree = TreeKinematics(m)
@@ -153,7 +152,7 @@ def chains(m: Mechanism, basis: AngleBasis, coupled: Iterable[Row]) -> Chain:
         for i, body in grounded:
             joint = body.joints[0].name
             if previous is None:
-                links.append(Link(body, joint, GROUND, joint))
+                links.append(ChainLink(body, joint, GROUND, joint))
                 turn.append({len(links) - 1: Fraction(1)})
             else:
                 above, at = previous
@@ -161,14 +160,14 @@ def chains(m: Mechanism, basis: AngleBasis, coupled: Iterable[Row]) -> Chain:
                     raise _no_path(m, above, body)
                 u, w = (tree.axes[m.v_slice[x.joints[0].name].start] for x in (above, body))
                 sign = Fraction(1 if float(u @ w) > 0 else -1)
-                links.append(Link(body, joint, above.name, f"{joint}_on_{above.joints[0].name}"))
+                links.append(ChainLink(body, joint, above.name, f"{joint}_on_{above.joints[0].name}"))
                 turn.append({k: sign * c for k, c in turn[at].items()} | {len(links) - 1: Fraction(1)})
             order.append(i)
             previous = (body, len(links) - 1)
         for i, body in nested:
             if previous is None or body.parent != previous[0].name:
                 raise _no_path(m, previous[0] if previous else m.body(body.parent), body)
-            links.append(Link(body, body.joints[0].name, body.parent, body.joints[0].name))
+            links.append(ChainLink(body, body.joints[0].name, body.parent, body.joints[0].name))
             turn.append({len(links) - 1: Fraction(1)})
             order.append(i)
             previous = (body, len(links) - 1)
@@ -236,7 +235,7 @@ def _carries(m: Mechanism, name: str, body: Body) -> bool:
     return False
 
 
-def _relative(tree: TreeKinematics, link: Link, body: Body) -> Placement:
+def _relative(tree: TreeKinematics, link: ChainLink, body: Body) -> Placement:
     """Placement of a body of the ground in the body that it is nested in, in the reference pose."""
     r, p = tree.pose(link.under)
     own_r, own_p = tree.pose(body.name)

@@ -13,7 +13,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.angle_basis import AngleBasis, Row, dependent_angles, eliminate, positive
-from mechlab.mechanism.constant_inertia import Share, shares
+from mechlab.mechanism.constant_inertia import InertiaShare, shares
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
@@ -100,7 +100,7 @@ def _choose(m: Mechanism) -> list[str]:
     return [n for n in order if n not in pivots]
 
 
-def _rows_with_inertia(m: Mechanism, basis: AngleBasis, found: list[Share]) -> dict[Row, float]:
+def _rows_with_inertia(m: Mechanism, basis: AngleBasis, found: list[InertiaShare]) -> dict[Row, float]:
     """Inertia by row over the independent joints; a row and its negative are the same."""
     out: dict[Row, float] = {}
     for share in found:

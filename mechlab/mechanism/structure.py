@@ -15,6 +15,7 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import newton
 from mechlab.tables import counted
 
 RANK_TOLERANCE = 1e-9
@@ -91,8 +92,6 @@ def null_space(matrix: Array, tolerance: float = RANK_TOLERANCE) -> Array:
 
 def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed: int = 7) -> list[Array]:
     """Assembled poses near the reference: steps along the null space, closed again by Newton. The first is the reference."""
-    from mechlab.mechanism.assembly import newton
-
     rng = np.random.default_rng(seed)
     tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
     poses = [mechanism.reference()]

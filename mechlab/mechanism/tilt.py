@@ -14,6 +14,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import GROUND, Body, Joint, Loop
+from mechlab.mechanism.tree import reference_poses
 
 ROUNDING = 1e-9
 """Axes nearer than this [rad] are the same to within rounding of their placements."""
@@ -36,7 +37,7 @@ def tilts(bodies: Sequence[Body], loops: Sequence[Loop]) -> tuple[Tilt, ...]:
     """Tilted joints of all loops that are planar but for a tilt between 1e-9 and 0.05 rad: revolute axes parallel, slides
     square to them, closed by a pin ("spherical" or "revolute")."""
     by_name = {b.name: b for b in bodies}
-    rotation = _rotations(bodies)
+    rotation = {name: r for name, (r, _) in reference_poses(bodies).items()}
     out: dict[tuple[str, str], Tilt] = {}
     for loop in loops:
         if loop.kind not in ("spherical", "revolute"):
@@ -105,20 +106,6 @@ def with_balls(
                 "ball joint (drives, shafts and relations need their joint as it is); write the axes from one vector."
             )
     return tuple(out.values()), tuple(changed)
-
-
-def _rotations(bodies: Sequence[Body]) -> dict[str, Array]:
-    """World rotation of each body in the pose as placed."""
-    out: dict[str, Array] = {GROUND: np.eye(3)}
-    waiting = list(bodies)
-    while waiting:
-        ready = [b for b in waiting if b.parent in out]
-        if not ready:
-            break
-        for body in ready:
-            out[body.name] = out[body.parent] @ body.placement.rotation
-        waiting = [b for b in waiting if b.name not in out]
-    return out
 
 
 def _path(loop: Loop, by_name: dict[str, Body]) -> list[tuple[str, Joint]]:

@@ -10,23 +10,27 @@ from fractions import Fraction
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.depth_first import too_many_bodies
+from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Vector, unit, vector
-from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MOST_BODIES, Body, Drive, Joint
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.length_unit import row_units
+from mechlab.mechanism.model import CHECKS, Mechanism
+from mechlab.mechanism.naming import refuse_collisions
+from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, Body, Drive, Joint
 from mechlab.mechanism.tilt import refuse_tilts
+from mechlab.mechanism.tree import too_many_bodies
 
 CLOSURE_TOLERANCE = 1e-12
+"""Largest residual of an assembled reference pose: of offsets in units of `length_scale`, of angles as sines."""
+SMALLEST, LARGEST = 1e-9, 1e12
+"""Sizes [m] within which mechlab works: rounding and the squares and cubes of lengths stay far from the ends of doubles."""
 
 
 def validate(m: Mechanism, closed: bool = True) -> None:
     """Raise MechlabError for the first thing in a Mechanism that is not sound; `closed` asks for an assembled pose too."""
-    from mechlab.mechanism.naming import refuse_collisions
-    from mechlab.mechanism.size import check_size
-
     if not m.bodies:
         raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
-    if len(m.bodies) > MOST_BODIES:
+    if len(m.bodies) > MAX_BODIES:
         raise too_many_bodies(m.name)
     _names(m)
     _tree(m)
@@ -37,7 +41,7 @@ def validate(m: Mechanism, closed: bool = True) -> None:
     _linear(m)
     _masses(m)
     _relations_consistent(m)
-    check_size(m)
+    _size(m)
     refuse_collisions(m)
     if closed:
         _closed(m)
@@ -250,6 +254,14 @@ def _masses(m: Mechanism) -> None:
         carried[body.parent] = (up[0] + mass, up[1] or turns)
 
 
+def _size(m: Mechanism) -> None:
+    if m.size and not SMALLEST <= m.size <= LARGEST:
+        raise MechlabError(
+            f"{m.name}: its size is {m.size:.3g} m; mechlab computes with mechanisms from {SMALLEST:g} m to {LARGEST:g} m. "
+            "Are the lengths in metres?"
+        )
+
+
 def _relations_consistent(m: Mechanism) -> None:
     """Relations may repeat each other exactly, but must not lock a joint (exact fractions, reduced row echelon form).
 
@@ -287,10 +299,6 @@ def _relations_consistent(m: Mechanism) -> None:
 
 
 def _closed(m: Mechanism) -> None:
-    from mechlab.mechanism.constraints import ConstraintSet
-    from mechlab.mechanism.kinematics import TreeKinematics
-    from mechlab.mechanism.size import row_units
-
     constraints = ConstraintSet(m)
     if not len(constraints):
         return
@@ -303,3 +311,6 @@ def _closed(m: Mechanism) -> None:
             f"{m.name}: the reference pose is not assembled: {constraints.rows[worst]} is open by {abs(residual[worst]):.3g} "
             f"(limit {limit:.3g}). Correct the lengths, or close it with Builder.assemble(guess)."
         )
+
+
+CHECKS.append(validate)

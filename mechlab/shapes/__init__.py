@@ -51,7 +51,7 @@ __all__ = [
 _MODULES = (simple, links, joints, gears, bevel)
 KINDS: Mapping[str, Kind] = MappingProxyType({kind.name: kind for module in _MODULES for kind in module.KINDS})
 
-MOST_COUNT = 2000
+MAX_COUNT = 2000
 """Of teeth, holes, spokes and the like in one solid."""
 
 
@@ -68,11 +68,11 @@ def mesh(kind: str, size: Mapping[str, float]) -> Mesh:
 def _drawable(kind: str, sizes: dict[str, float | int]) -> dict[str, float | int]:
     """The sizes with at most MOST_COUNT of anything: more teeth are drawn as so many on the same pitch circle."""
     teeth = sizes.get("teeth", 0)
-    if teeth > MOST_COUNT and "module" in sizes:
-        sizes = sizes | {"teeth": MOST_COUNT, "module": sizes["module"] * (teeth / MOST_COUNT)}
+    if teeth > MAX_COUNT and "module" in sizes:
+        sizes = sizes | {"teeth": MAX_COUNT, "module": sizes["module"] * (teeth / MAX_COUNT)}
     for p in KINDS[kind].parameters:
-        if p.unit == "count" and sizes[p.name] > MOST_COUNT:
-            raise MechlabError(f"{kind}: {p.name} must be at most {MOST_COUNT}, got {sizes[p.name]:g}.")
+        if p.unit == "count" and sizes[p.name] > MAX_COUNT:
+            raise MechlabError(f"{kind}: {p.name} must be at most {MAX_COUNT}, got {sizes[p.name]:g}.")
     return sizes
 
 

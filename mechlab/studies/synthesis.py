@@ -12,7 +12,7 @@ from mechlab.analytic import gear_linkage as linkage
 from mechlab.analytic.differential_synthesis import closed_differential_teeth
 from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.assembly import Status
+from mechlab.mechanism.newton import Status
 from mechlab.mechanism.parts import as_fraction
 from mechlab.tables import Told, number, table
 from mechlab.values import Range

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CREASE_ANGLE = math.radians(30.0)
+FEATURE_ANGLE = math.radians(30.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Creased:
+class SplitMesh:
     """A mesh whose vertices carry one normal each.
 
     vertices: (n, 3) [m]; normals: (n, 3), unit; faces: (m, 3) indices; edges: (k, 2) indices of creases and
@@ -29,7 +29,7 @@ class Creased:
     edges: Indices
 
 
-def crease(vertices: ArrayLike, faces: ArrayLike, angle: float = CREASE_ANGLE) -> Creased:
+def split_at_edges(vertices: ArrayLike, faces: ArrayLike, angle: float = FEATURE_ANGLE) -> SplitMesh:
     """Welds equal vertices, then splits them where neighbouring faces meet at more than `angle` [rad].
 
     The corners of faces that meet smoothly share a vertex: connected components over the smooth edges. Its
@@ -68,7 +68,7 @@ def crease(vertices: ArrayLike, faces: ArrayLike, angle: float = CREASE_ANGLE) -
     lines = np.unique(np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1), axis=0)
     representative = np.zeros(len(points), dtype=np.int64)
     representative[triangles.reshape(-1)] = label
-    return Creased(out_vertices, out_normals, label.reshape(-1, 3).astype(np.int64), representative[lines])
+    return SplitMesh(out_vertices, out_normals, label.reshape(-1, 3).astype(np.int64), representative[lines])
 
 
 def _edges(

@@ -18,10 +18,10 @@ from mechlab.experiment.recording import Health, Recording, frame_positions
 from mechlab.files import write
 from mechlab.mechanism import GROUND, Mechanism, Shape
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
-from mechlab.viewer.explore.many import ManyPoses
-from mechlab.viewer.explore.sweep import Surface
+from mechlab.viewer.explore.sweep import BorderSurface
 from mechlab.viewer.story import Arrow, Part, Plot, Severity, Story
 
 
@@ -118,7 +118,7 @@ def exploration_story(
     title: str = "",
     facts: Mapping[str, str] | None = None,
     rates: Mapping[str, float] | None = None,
-    reach: Surface | None = None,
+    reach: BorderSurface | None = None,
 ) -> Story:
     """A Story whose drives can be moved in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
     from mechlab.viewer.explore import explore

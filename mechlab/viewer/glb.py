@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.files import write
-from mechlab.viewer.feature_edges import Creased, crease
+from mechlab.viewer.feature_edges import SplitMesh, split_at_edges
 from mechlab.viewer.pack import geometry_key, quaternions
 from mechlab.viewer.story import Color, Part, Story
 
@@ -65,7 +65,7 @@ class _Writer:
             "nodes": [{"name": "z up", "rotation": _Z_UP, "children": []}],
         }
         self.materials: dict[tuple[Color, bool], int] = {}
-        self.geometries: dict[str, tuple[Creased, dict[str, int]]] = {}
+        self.geometries: dict[str, tuple[SplitMesh, dict[str, int]]] = {}
         self.meshes: dict[tuple[str, Color], int] = {}
         body_nodes = [self._body(k) for k in range(len(story.bodies))]
         for part in story.parts:
@@ -135,10 +135,10 @@ class _Writer:
             self.materials[color, line] = self._add("materials", item)
         return self.materials[color, line]
 
-    def _geometry(self, part: Part) -> tuple[Creased, dict[str, int]]:
+    def _geometry(self, part: Part) -> tuple[SplitMesh, dict[str, int]]:
         key = geometry_key(part)
         if key not in self.geometries:
-            mesh = crease(part.vertices, part.faces)
+            mesh = split_at_edges(part.vertices, part.faces)
             wide = UINT16 if len(mesh.vertices) < 0xFFFF else UINT32
             found = {
                 "POSITION": self._accessor(mesh.vertices, FLOAT, VERTICES, limits=True),

@@ -1,19 +1,23 @@
-"""A simulation on a live page, while it runs: a thread runs the scene and sends what the watch sees.
+"""Pages that a server keeps up to date: our live page, and MuJoCo's own web viewer.
 
-The live page: a small web server on this computer only, which sends poses to every browser that looks.
+The live page comes from a small web server on this computer only, which sends poses to every browser that shows it.
+MuJoCo's viewer (running, pushing bodies, stepping back) opens its port to the whole network; a warning says so.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import importlib
 import ipaddress
 import json
+import os
 import socket
 import sys
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -21,15 +25,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tornado import httpserver, web, websocket
 
-from mechlab.errors import MechlabError
-from mechlab.experiment.recording import Recording
-from mechlab.lab.design import Design
-from mechlab.lab.run import run_scene
-from mechlab.viewer.from_recording import mechanism_story, placed
+from mechlab.errors import EngineMissing, MechlabError
 from mechlab.viewer.html_page import story_to_html
 from mechlab.viewer.pack import quaternions
 from mechlab.viewer.story import Story
-from mechlab.viewer.watch import Stopped, Watch, glimpse, watched
 
 _STARTUP_SECONDS = 10.0
 _LARGEST_MESSAGE = 65536
@@ -249,8 +248,8 @@ class _Live(websocket.WebSocketHandler):
     def on_message(self, message: str | bytes) -> None:
         """Parameters {"type": "values", "values": {key: text}} are handed on; whatever else a browser sends is ignored."""
         try:
-            said = json.loads(message)
-            values = said["values"] if said["type"] == "values" else None
+            sent = json.loads(message)
+            values = sent["values"] if sent["type"] == "values" else None
         except (ValueError, TypeError, KeyError):
             return
         take = self.server.on_values
@@ -268,52 +267,35 @@ class _Live(websocket.WebSocketHandler):
         self.server._clients.discard(self)
 
 
-def stream(
-    server: Server,
-    design: Design,
-    told: Callable[[Recording], Story],
-    scene: str | None = None,
-    speed: float = 1.0,
-    stop: Callable[[], bool] = lambda: False,
-) -> threading.Thread:
-    """Runs a scene of the design in a thread, not faster than `speed` times its own time, and shows every browser where
-    it is; when it has ended, the page of the recording replaces it. What goes wrong is told on the page. `stop()` true: the
-    run is no longer wanted and ends."""
-    lived = design.for_scene(scene)
-    chosen = scene or design.default_scene
-    fidelity = design.entry.scenes[chosen].fidelity
+WARNING = (
+    "warning: MuJoCo's web viewer listens on ALL network interfaces, without a password: everybody who can reach this "
+    "computer can move the model and send it files. Use it on a network you trust, or behind a firewall; `mechlab view "
+    "NAME` without --studio stays on this computer."
+)
 
-    def over() -> bool:
-        return server.closed or stop()
 
-    def see(t: float, plant: Any) -> None:
-        now = glimpse(plant, t, fidelity)
-        mechanism, q = now.mechanism, now.q
-        if lived.entry.expand is not None:
-            mechanism, q = lived.entry.expand(lived.parameters, now)
-        names, poses, _ = placed(mechanism, q)
-        if names != server.story.bodies:
-            server.show(mechanism_story(mechanism, design.entry.title))
-            return
-        server.update(poses[0])
+def open_studio(scene: str | os.PathLike[str], title: str) -> None:
+    """Serves MuJoCo's web viewer with the model file `scene` until it is closed or interrupted; prints WARNING on stderr.
 
-    def work() -> None:
-        watch = Watch(see, speed, over)
-        try:
-            recording = run_scene(replace(design, entry=watched(design.entry, watch)), scene)
-            if not over():
-                page = told(recording)
-                if not over():
-                    server.show(page)
-        except Stopped:
-            return
-        except MechlabError as error:
-            if not over():
-                failed = replace(
-                    server.story, health=(*server.story.health, ("error", f"the simulation ended: {error}"))
-                )
-                server.show(failed)
+    Raises EngineMissing where MuJoCo is missing or older than 4.0, which brought this viewer.
+    """
+    launcher, protocol, app = _studio_modules()
+    mujoco = importlib.import_module("mujoco")
+    model = mujoco.MjModel.from_xml_path(str(Path(scene)))
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    print(WARNING, file=sys.stderr, flush=True)
+    config = protocol.ViewerConfig(title=title, gfx="web")
+    launcher.run(config, model=model, data=data, plugins=[app.App(), *app.SIM_PLUGINS])
 
-    thread = threading.Thread(target=work, name="mechlab-stream", daemon=True)
-    thread.start()
-    return thread
+
+def _studio_modules() -> tuple[Any, Any, Any]:
+    try:
+        names = ("launch_web", "viewer_protocol", "app")
+        launcher, protocol, app = (importlib.import_module(f"mujoco.studio.{name}") for name in names)
+    except ImportError as error:
+        raise EngineMissing(
+            f"MuJoCo's web viewer needs mujoco 4.0 or later ({error}). Try: pip install 'mujoco>=4.0'"
+        ) from error
+    return launcher, protocol, app

@@ -22,7 +22,7 @@ def framed(page: str, title: str, height: int = HEIGHT, limit: int = LIMIT) -> s
     if size > limit:
         raise MechlabError(
             f"it has {size / 1e6:.1f} MB, more than the {limit / 1e6:.1f} MB that a notebook should keep; "
-            'try mechlab.viewer(recording, html="run.html") and open that file.'
+            'try mechlab.view(recording, html="run.html") and open that file.'
         )
     return (
         f'<iframe title="{escape(title)}" srcdoc="{escape(page)}" sandbox="allow-scripts allow-downloads" '

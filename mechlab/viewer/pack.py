@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.viewer.feature_edges import crease
+from mechlab.viewer.feature_edges import split_at_edges
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,
@@ -30,7 +30,7 @@ FEW_ARROWS = 3
 """Up to so many arrows are shown at once; the page knows the same number."""
 
 
-class Block:
+class ByteBlock:
     """Collects arrays into one block of little-endian bytes; `add` returns the reference that stands for the
     array in the JSON."""
 
@@ -76,7 +76,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     Positions keep all 64 bits and quaternions 32: a recorded pose comes back to 2e-7. A body that stands
     still takes one frame.
     """
-    block = Block()
+    block = ByteBlock()
     motion = pack_motion(story.poses, block)
     pace = tempo(story)
     geometries, (parts, ghost_parts) = _pack_parts(story.bodies, (story.parts, story.ghost_parts), block)
@@ -161,7 +161,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     return document, block.bytes()
 
 
-def pack_motion(poses: Array, block: Block, kind: str = "f8") -> list[dict[str, Any]]:
+def pack_motion(poses: Array, block: ByteBlock, kind: str = "f8") -> list[dict[str, Any]]:
     """References of positions, of that kind, and quaternions of poses (n, nb, 4, 4), body by body."""
     rotation = quaternions(poses[:, :, :3, :3])
     motion = []
@@ -190,11 +190,11 @@ def _pack_marks(story: Story) -> list[dict[str, Any]]:
     ]
 
 
-def _pack_traces(traces: Mapping[str, Array], block: Block) -> list[dict[str, Any]]:
+def _pack_traces(traces: Mapping[str, Array], block: ByteBlock) -> list[dict[str, Any]]:
     return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
 
 
-def _pack_choice(story: Story, block: Block) -> dict[str, Any]:
+def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
     """What differs from one variant of a mechanism to the next."""
     geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
     explore = None if story.explore is None else story.explore.packed(block, pack_motion)
@@ -228,7 +228,7 @@ def geometry_key(part: Part) -> str:
 
 
 def _pack_parts(
-    bodies: Sequence[str], lists: Sequence[Sequence[Part]], block: Block
+    bodies: Sequence[str], lists: Sequence[Sequence[Part]], block: ByteBlock
 ) -> tuple[list[dict[str, Any]], list[list[dict[str, Any]]]]:
     """Geometries that lists of parts share, and the lists."""
     index: dict[str, int] = {}
@@ -238,7 +238,7 @@ def _pack_parts(
         key = geometry_key(part)
         if key not in index:
             index[key] = len(geometries)
-            mesh = crease(part.vertices, part.faces)
+            mesh = split_at_edges(part.vertices, part.faces)
             width = "u2" if len(mesh.vertices) <= 0xFFFF else "u4"
             geometries.append(
                 {

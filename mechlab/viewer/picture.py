@@ -1,7 +1,4 @@
-"""A still picture of a Story, drawn by MuJoCo's renderer without a window.
-
-MuJoCo's own web viewer: running, poking, stepping back. Its port is open to the whole network, and we say so.
-"""
+"""A still picture of a Story, drawn by MuJoCo's renderer without a window."""
 
 from __future__ import annotations
 
@@ -189,37 +186,3 @@ def _open_context(width: int, height: int) -> Any:
         "No way to draw without a window was found. On Debian or Ubuntu, install one of the system packages "
         f"libegl1 (with libgl1-mesa-dri) or libosmesa6. What was tried: {'; '.join(reasons)}."
     )
-
-
-WARNING = (
-    "warning: MuJoCo's web viewer listens on ALL network interfaces, without a password: everybody who can reach this "
-    "computer can move the model and send it files. Use it on a network you trust, or behind a firewall; `mechlab view "
-    "NAME` without --studio stays on this computer."
-)
-
-
-def open_studio(scene: str | os.PathLike[str], title: str) -> None:
-    """Serves MuJoCo's web viewer with the model file `scene` until it is closed or interrupted; prints WARNING on stderr.
-
-    Raises EngineMissing where MuJoCo is missing or older than 4.0, which brought this viewer.
-    """
-    launcher, protocol, app = _parts()
-    mujoco = importlib.import_module("mujoco")
-    model = mujoco.MjModel.from_xml_path(str(Path(scene)))
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    print(WARNING, file=sys.stderr, flush=True)
-    config = protocol.ViewerConfig(title=title, gfx="web")
-    launcher.run(config, model=model, data=data, plugins=[app.App(), *app.SIM_PLUGINS])
-
-
-def _parts() -> tuple[Any, Any, Any]:
-    try:
-        names = ("launch_web", "viewer_protocol", "app")
-        launcher, protocol, app = (importlib.import_module(f"mujoco.studio.{name}") for name in names)
-    except ImportError as error:
-        raise EngineMissing(
-            f"MuJoCo's web viewer needs mujoco 4.0 or later ({error}). Try: pip install 'mujoco>=4.0'"
-        ) from error
-    return launcher, protocol, app

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.viewer.feature_edges import crease
+from mechlab.viewer.feature_edges import split_at_edges
 from mechlab.viewer.framing import FIELD_OF_VIEW, Framing, fit_camera
 from mechlab.viewer.pack import geometry_key, quaternions
 from mechlab.viewer.story import Color, Story
@@ -30,7 +30,7 @@ def compile_scene(mujoco: Any, story: Story, frame: int, framing: Framing, size:
         key = geometry_key(part)
         if key not in names:
             names[key] = f"mesh{len(names)}"
-            mesh = crease(part.vertices, part.faces)
+            mesh = split_at_edges(part.vertices, part.faces)
             spec.add_mesh(
                 name=names[key],
                 uservert=mesh.vertices.reshape(-1),
@@ -151,7 +151,7 @@ class Lines:
         self.story, self.framing = story, framing
         self._edges: list[tuple[int, NDArray[np.float64], Color]] = []
         for part in story.parts:
-            mesh = crease(part.vertices, part.faces)
+            mesh = split_at_edges(part.vertices, part.faces)
             in_body = mesh.vertices @ part.placement[:3, :3].T + part.placement[:3, 3]
             red, green, blue, opacity = part.color
             color = (0.3 * red, 0.3 * green, 0.3 * blue, 0.7 * opacity)

@@ -10,7 +10,7 @@ from mechlab.catalog import planetary_stage, wolfrom
 from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
 from mechlab.mechanism.angle_basis import dependent_angles
 from mechlab.mechanism.geometry import Placement
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import Shape
 from mechlab.shapes.involute import Teeth, internal_outline, spur_outline
 from tests.shapes.test_gears import dense, depth
 

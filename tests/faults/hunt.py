@@ -17,7 +17,7 @@ from mechlab import catalog
 from mechlab.engines.pinocchio import model as pin_models
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check
-from mechlab.formats.mjcf import to_mjcf
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.kit import planar_entry
 from mechlab.lab.design import Design, design
 from mechlab.studies.check.check import checks_of

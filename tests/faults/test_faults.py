@@ -10,7 +10,7 @@ from mechlab import catalog
 from mechlab.analytic.fourbar import kinematics
 from mechlab.engines.mujoco import model as simulate_model
 from mechlab.experiment.entry import Check
-from mechlab.formats.mjcf import to_mjcf
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.lab.design import design
 from mechlab.studies.check.check import checks_of
 from tests.faults import builders, formulas

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from mechanism_zoo import LOOPS, looped, planetary, tree
 
-from mechlab.formats import connectors, to_mjcf
+from mechlab.formats import to_mjcf
+from mechlab.formats.mjcf.write_loops import connectors
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 
 

@@ -11,9 +11,8 @@ from mechanism_zoo import ALL, arm, fourbar, state, tree
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings, preset
 from mechlab.formats import to_mjcf
-from mechlab.formats.statics import hold
 from mechlab.mechanism import Builder, Inertia, TreeKinematics, prismatic, revolute, spherical
-from mechlab.mechanism.statics import passive_force
+from mechlab.mechanism.statics import hold_reference_pose, passive_force
 
 
 def load(m, **options):
@@ -166,7 +165,7 @@ def test_a_shaft_spring_at_minus_one():
 
 def test_home_holds_against_gravity():
     m = arm()
-    assert hold(m).holds
+    assert hold_reference_pose(m).holds
     model, data = load(m)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     for _ in range(1000):
@@ -177,7 +176,7 @@ def test_home_holds_against_gravity():
 
 def test_home_of_a_closed_loop_holds():
     m = fourbar()
-    assert hold(m).holds
+    assert hold_reference_pose(m).holds
     model, data = load(m)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     for _ in range(1000):
@@ -187,10 +186,10 @@ def test_home_of_a_closed_loop_holds():
 
 def test_drives_that_cannot_hold_say_so():
     m = replace(fourbar(), drives=())
-    found = hold(m)
+    found = hold_reference_pose(m)
     assert not found.holds and "cannot hold" in found.sentence(m)
     weak = replace(fourbar(), drives=(replace(fourbar().drives[0], limit=1e-3),))
-    assert not hold(weak).holds and abs(hold(weak).forces["crank"]) == 1e-3
+    assert not hold_reference_pose(weak).holds and abs(hold_reference_pose(weak).forces["crank"]) == 1e-3
 
 
 def test_a_limit_of_zero_is_refused():

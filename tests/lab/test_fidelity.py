@@ -13,7 +13,9 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.fidelity import agreement, choose, compare, missing_answers
+from mechlab.lab.fidelity.choose import choose, chosen_scene, missing_answers
+from mechlab.lab.fidelity.compare import compare
+from mechlab.lab.fidelity.measure import agreement
 from mechlab.lab.run import run_scene
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
 
@@ -168,7 +170,9 @@ def test_a_scene_may_leave_the_fidelity_open() -> None:
     d = ml.load("closed_differential")
     entry = replace(d.entry, scenes={n: replace(r, fidelity="auto") for n, r in d.entry.scenes.items()})
     open_design = replace(d, entry=entry)
-    assert open_design.scene().fidelity == "minimal"
+    assert chosen_scene(open_design).fidelity == "minimal"
+    with pytest.raises(MechlabError, match="choose first"):
+        open_design.scene()
     assert ml.simulate(open_design, duration=0.02).health.finding("fidelity").sentence.startswith("fidelity minimal")
 
 

@@ -11,8 +11,7 @@ from mechlab.errors import MechlabError
 from mechlab.formats import from_mjcf
 from mechlab.mechanism.builder import Builder
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.joints import floating, prismatic, revolute, spherical
-from mechlab.mechanism.parts import MOST_BODIES
+from mechlab.mechanism.parts import MAX_BODIES, floating, prismatic, revolute, spherical
 
 BALL = Inertia(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 CRANK, COUPLER, ROCKER, BASE = 0.1, 0.4, 0.3, 0.35
@@ -117,8 +116,8 @@ def test_names_of_bodies_that_never_ended():
 
 def test_the_number_of_bodies_is_limited_before_they_are_made():
     b = Builder("many")
-    with pytest.raises(MechlabError, match=f"more than {MOST_BODIES} bodies"):
-        for k in range(MOST_BODIES + 1):
+    with pytest.raises(MechlabError, match=f"more than {MAX_BODIES} bodies"):
+        for k in range(MAX_BODIES + 1):
             b.body(f"b{k}")
 
 

@@ -1,5 +1,7 @@
 """Anything that is not sound raises at construction, and the message names the culprit."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from fractions import Fraction
 
@@ -84,3 +86,13 @@ def test_the_builder_sorts_depth_first() -> None:
         "a", revolute("a"), inertia=MASS
     )
     assert [x.name for x in b.build().bodies] == ["b", "a", "c"]
+
+
+def test_a_mechanism_is_checked_whatever_was_imported_first():
+    code = (
+        "from mechlab.mechanism.model import Mechanism; from mechlab.errors import MechlabError\n"
+        "try: Mechanism('empty', ())\n"
+        "except MechlabError as error: print(error)"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "has no bodies" in out.stdout

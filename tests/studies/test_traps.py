@@ -181,7 +181,7 @@ def test_other_readers_keep_all_bodies_and_gears_are_own_rows() -> None:
     rows, never through the reader."""
     import xml.etree.ElementTree as ET
 
-    from mechlab.formats.mjcf import to_mjcf
+    from mechlab.formats.mjcf.write import to_mjcf
 
     m = planetary()
     world = ET.fromstring(to_mjcf(m)).find("worldbody")

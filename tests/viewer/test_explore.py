@@ -13,10 +13,10 @@ from mechlab.analytic.delta6 import workspace_counts
 from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism.many_poses import ManyPoses, displacement, moved
 from mechlab.values import Range
 from mechlab.viewer import Story
 from mechlab.viewer.explore import Load, border
-from mechlab.viewer.explore.many import ManyPoses, displacement, moved
 from mechlab.viewer.pack import pack
 
 

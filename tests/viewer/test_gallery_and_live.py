@@ -15,11 +15,12 @@ from mechlab.errors import EngineMissing
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.viewer import Story
-from mechlab.viewer import picture as studio
+from mechlab.viewer import live as studio
 from mechlab.viewer.explore import explore
 from mechlab.viewer.from_recording import placed
 from mechlab.viewer.gallery import Exhibit, write_gallery
-from mechlab.viewer.live import serve, stream
+from mechlab.viewer.live import serve
+from mechlab.viewer.streaming import stream
 
 
 def png() -> bytes:
@@ -80,7 +81,7 @@ def test_studio_warns_before_it_opens_a_port(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("mujoco.studio")
-    launcher, protocol, app = studio._parts()
+    launcher, protocol, app = studio._studio_modules()
     opened: list[Any] = []
 
     def run(config: Any, **how: Any) -> None:
@@ -98,7 +99,7 @@ def test_an_old_mujoco_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(studio.importlib, "import_module", missing)
     with pytest.raises(EngineMissing, match=r"mujoco>=4\.0"):
-        studio._parts()
+        studio._studio_modules()
 
 
 def test_samples_of_the_sliders_are_closed_and_one_drive_moves() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.viewer import Part, Story, from_poses
-from mechlab.viewer.pack import Block, pack
+from mechlab.viewer.pack import ByteBlock, pack
 
 
 def read(block: bytes, reference: dict[str, Any]) -> np.ndarray:
@@ -39,7 +39,7 @@ def test_equal_parts_share_their_geometry(story: Story) -> None:
 
 
 def test_every_array_starts_on_eight_bytes() -> None:
-    block = Block()
+    block = ByteBlock()
     references = [block.add(np.arange(n), kind) for n, kind in ((3, "u2"), (5, "f4"), (2, "f8"), (1, "i2"))]
     assert all(reference["at"] % 8 == 0 for reference in references)
     for reference in references:

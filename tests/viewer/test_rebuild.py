@@ -16,7 +16,7 @@ from tornado import httpclient, websocket
 from mechlab import api
 from mechlab.api import viewing
 from mechlab.viewer.live import Server, serve
-from mechlab.viewer.rebuild import Rebuilder, controls
+from mechlab.viewer.streaming import Rebuilder, controls
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from mechlab.catalog.closed_differential.parameters import Parameters
 from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
-from mechlab.mechanism.shape import Color, Shape
+from mechlab.mechanism.parts import Color, Shape
 from mechlab.shapes import external_phase, internal_phase
 
 WIDTH, GAP = 8.0, 9.0

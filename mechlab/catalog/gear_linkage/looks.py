@@ -9,7 +9,7 @@ import numpy as np
 from mechlab.analytic.gear_linkage import GearLinkage
 from mechlab.kit.palette import BLUE, BRASS, DARK, ORANGE, RED, SLATE, STEEL, TEAL
 from mechlab.mechanism import Placement, Shape, shape
-from mechlab.mechanism.shape import Color
+from mechlab.mechanism.parts import Color
 
 FEWEST, MOST = 24, 120
 

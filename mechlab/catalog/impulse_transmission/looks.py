@@ -8,7 +8,7 @@ from mechlab.catalog.impulse_transmission.parameters import Parameters
 from mechlab.kit.palette import BLUE, BRASS, DARK, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import Shape
 
 X = (1.0, 0.0, 0.0)
 

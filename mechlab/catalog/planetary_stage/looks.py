@@ -7,7 +7,7 @@ from mechlab.kit.epicyclic import azimuth, on_circle
 from mechlab.kit.palette import BLUE, BRASS, RED, STEEL
 from mechlab.mechanism import Placement, shape
 from mechlab.mechanism.geometry import axis_rotation
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import Shape
 from mechlab.shapes import external_phase, internal_phase
 
 

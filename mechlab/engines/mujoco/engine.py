@@ -18,9 +18,9 @@ from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import MUJOCO, Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
-from mechlab.mechanism.assembly import Assembly
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly
 
 
 class Mujoco(Engine):

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.engines.mujoco.plant import ExactDynamics
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.formats.mjcf_loops import site_names
+from mechlab.formats.mjcf.write_loops import site_names
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.model import Mechanism
 

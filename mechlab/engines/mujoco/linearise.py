@@ -15,9 +15,9 @@ from mechlab.engines.mujoco.closure import Closure
 from mechlab.engines.mujoco.model import MujocoMap, equality_jacobian, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.experiment.laws import Law, applied_force
-from mechlab.mechanism.assembly import Assembly, newton
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, newton
 
 
 class SmallMotions:

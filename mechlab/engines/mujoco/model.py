@@ -12,8 +12,8 @@ from mechlab.engines.mujoco.closure import Connector, find_connectors
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import Settings
-from mechlab.formats.mjcf import to_mjcf
-from mechlab.formats.mjcf_loops import axis_name, body_name, tendon_name
+from mechlab.formats.mjcf.write import to_mjcf
+from mechlab.formats.mjcf.write_loops import axis_name, body_name, tendon_name
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

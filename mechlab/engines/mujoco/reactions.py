@@ -17,7 +17,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import ExactDynamics
-from mechlab.formats.mjcf_loops import axis_name, axis_site_names, connector_name, site_names
+from mechlab.formats.mjcf.write_loops import axis_name, axis_site_names, connector_name, site_names
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.parts import LOOP_ROWS, Loop
 

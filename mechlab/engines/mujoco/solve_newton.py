@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike
 from mechlab.engines.mujoco.closure import Closure
 from mechlab.engines.mujoco.model import MujocoMap, equality_jacobian, to_mujoco
 from mechlab.errors import MechlabError, NoSolution, unknown
-from mechlab.mechanism.assembly import Assembly, Status, follow, newton, same_mode
+from mechlab.mechanism.assembly import same_mode
 from mechlab.mechanism.geometry import Array, axis_rotation, rotation_log
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, Status, follow, newton
 
 LINEAR = {"x": 0, "y": 1, "z": 2}
 ANGULAR = {"wx": 0, "wy": 1, "wz": 2}

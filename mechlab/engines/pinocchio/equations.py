@@ -23,8 +23,8 @@ from mechlab.integrate import count_work
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
+from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.size import row_units
 
 Indices = NDArray[np.int_]
 FASTEST = 1e6

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.closer import NEAR, Closer, kept_closer, path
 from mechlab.engines.pinocchio.quantities import check_target
-from mechlab.mechanism.assembly import Assembly, Status, follow, newton
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.structure import singularity
 
 FOLD = 0.05

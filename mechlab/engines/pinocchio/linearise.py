@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.experiment.laws import Law, applied_force
-from mechlab.mechanism.assembly import Assembly, newton
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, newton
 
 
 class SmallMotions:

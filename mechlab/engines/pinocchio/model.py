@@ -107,7 +107,7 @@ def build(mechanism: Mechanism) -> PinModel:
     if not model.check(model.createData()):
         raise Untrustworthy(
             f"{mechanism.name}: Pinocchio refuses the order of the joints; its mass matrix would be silently wrong. "
-            "Sort the bodies with mechlab.mechanism.depth_first."
+            "Sort the bodies with mechlab.mechanism.tree."
         )
     return PinModel(mechanism, model, joint_of, offset_of, tuple(quaternions))
 

@@ -22,6 +22,7 @@ from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene
 from mechlab.integrate import OutOfWork, work_done, work_limit
 from mechlab.lab.design import Design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, TOLERANCES, Method, Problem, steps
 from mechlab.lab.run import versions
 from mechlab.studies.chart.data import PUBLISHED
@@ -64,7 +65,7 @@ def chart(
     if target is not None and not target > 0:
         raise MechlabError(f"target: expected an error > 0, got {target!r}.")
     lived = design.for_scene(scene)
-    made = lived.scene(scene, fidelity, duration)
+    made = chosen_scene(lived, scene, fidelity, duration)
     problem = Problem(lived, made)
     progress("reference")
     truth = reference_of(problem)

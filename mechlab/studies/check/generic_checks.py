@@ -11,7 +11,7 @@ from mechlab.engines.protocol import IMPLEMENTATIONS, EngineState, engine
 from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.size import in_unit_of_length
+from mechlab.mechanism.length_unit import in_unit_of_length
 from mechlab.mechanism.structure import null_space, rank, sample_poses
 
 
@@ -23,7 +23,7 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
         return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})
 
     def in_own_unit(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
-        """Lengths in the unit that fits the mechanism, as its tolerances are (see `mechlab.mechanism.size`)."""
+        """Lengths in the unit that fits the mechanism, as its tolerances are (see `mechlab.mechanism.length_unit`)."""
         return of_each(lambda m: measure(m if m.length_scale == 1.0 else in_unit_of_length(m, m.length_scale)))
 
     three = "three implementations"

@@ -16,6 +16,7 @@ import mujoco
 
 from mechlab.engines.mujoco.control import compiling
 from mechlab.errors import MechlabError
+from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import FREEDOMS, Redundancy
@@ -24,20 +25,6 @@ from mechlab.tables import Told, counted, number
 ORDER = {"error": 0, "warning": 1, "note": 2}
 """Severities: "error": results of the file as it is cannot be trusted; "warning": to be known; "note": for other tools."""
 SHOWN = 12
-
-
-@dataclass(frozen=True)
-class Symptom:
-    """One finding: a name, its severity, a sentence with the numbers, and what to paste into the file ("" for nothing)."""
-
-    name: str
-    severity: str
-    sentence: str
-    paste: str = ""
-
-    def to_dict(self) -> dict[str, str]:
-        """JSON-able form."""
-        return {"name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste}
 
 
 @dataclass(frozen=True)
@@ -155,7 +142,7 @@ def read_case(path: Path) -> Case:
 def case_of(mechanism: Mechanism, kind: str) -> Case:
     """The case of a Mechanism: the MJCF that mechlab would write of it."""
     from mechlab.engines.mujoco import to_mujoco
-    from mechlab.formats.mjcf import to_mjcf
+    from mechlab.formats.mjcf.write import to_mjcf
 
     root = ET.fromstring(to_mjcf(mechanism))
     return Case(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)

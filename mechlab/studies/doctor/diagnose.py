@@ -12,12 +12,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.growing_step import growing_step
+from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import floats
 from mechlab.lab.run import versions
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
-from mechlab.studies.doctor import masses, options, softness, stiff
-from mechlab.studies.doctor.case import ORDER, Case, Diagnosis, Symptom
+from mechlab.studies.doctor import masses, options, softness
+from mechlab.studies.doctor.case import ORDER, Case, Diagnosis
 from mechlab.studies.doctor.masses import contacts
 from mechlab.studies.doctor.options import IN_URDF, settings_to_paste
 from mechlab.studies.doctor.rows import EngineStructure, engine_structure
@@ -110,7 +112,7 @@ def _engine(model: mujoco.MjModel, start: Any, trial: Trial | None) -> Iterator[
     yield from options.options(model, start)
     yield from options.tendons(model, start)
     yield from options.friction(model)
-    yield from stiff.stiff(model, start)
+    yield from growing_step(model, start)
     yield from contacts(model, start)
     if trial is not None:
         yield from trial.symptoms()

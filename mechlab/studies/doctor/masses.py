@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
+from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.doctor.case import Symptom
 from mechlab.studies.doctor.softness import active, listed
 
 LARGE, SMALL_G = 50.0, 100.0

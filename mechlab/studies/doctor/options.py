@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.trace_file import INTEGRATORS
+from mechlab.engines.mujoco.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
+from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.doctor.case import Symptom
 from mechlab.studies.doctor.softness import active, equality_default, listed
 from mechlab.studies.doctor.trial import Trial
 
@@ -46,11 +46,6 @@ WRONG = 1e-6
 IMPLICIT = ("implicitfast", "implicit")
 
 
-def integrator(model: mujoco.MjModel) -> str:
-    """The integrator's name."""
-    return next(n for n, k in INTEGRATORS.items() if k == model.opt.integrator)
-
-
 def options(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Findings on options: "sparse_jacobian", "autoreset", "first_order", "first_order_activation", "fast_activation"."""
     yield from _sparse(model, qpos)
@@ -60,7 +55,7 @@ def options(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
             "(mjData.warning) tells."
         )
         yield Symptom("autoreset", "warning", text, '<option><flag autoreset="disable"/></option>')
-    name = integrator(model)
+    name = integrator_name(model)
     if name != "RK4" and active(model):
         text = (
             f"{name} closes the loops but is of first order: phase and energy drift (a four-bar was 0.26 rad wrong after 1 s at "
@@ -68,7 +63,7 @@ def options(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
         )
         yield Symptom("first_order", "warning", text, '<option integrator="RK4"/>')
     if name == "RK4" and model.na:
-        names = [_name(model, "ACTUATOR", k) for k in range(model.nu) if model.actuator_dyntype[k]]
+        names = [name_of(model, "ACTUATOR", k) for k in range(model.nu) if model.actuator_dyntype[k]]
         text = f"{listed(names)} has a state (activation), which MuJoCo integrates in first order beside RK4."
         yield Symptom("first_order_activation", "warning", text)
     yield from _fast_activation(model)
@@ -118,7 +113,7 @@ def _fast_activation(model: mujoco.MjModel) -> Iterator[Symptom]:
     h, kind = float(model.opt.timestep), mujoco.mjtDyn.mjDYN_FILTER
     quick = [k for k in range(model.nu) if model.actuator_dyntype[k] == kind and model.actuator_dynprm[k, 0] < h]
     if quick:
-        names = [_name(model, "ACTUATOR", k) for k in quick]
+        names = [name_of(model, "ACTUATOR", k) for k in quick]
         text = f"the time constant of {listed(names)} is below the timestep {h:g} s: the filter is unstable or does nothing."
         yield Symptom("fast_activation", "error", text, 'dyntype="filterexact"')
 
@@ -133,22 +128,24 @@ def tendons(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
         rng = np.random.default_rng(2)
         mujoco.mj_integratePos(probe, data.qpos, 0.01 * rng.standard_normal(model.nv), 1.0)
         mujoco.mj_fwdPosition(probe, data)
-        moments = _moments(probe, data)
+        moments = tendon_moments(probe, data)
     across = {k: pair for k in range(model.ntendon) if (pair := _branches(model, moments[k])) is not None}
     for k, (a, b) in across.items():
         name, ends = (
-            _name(model, "TENDON", k),
-            f"{_dof(model, a)} and {_dof(model, b)}, which lie on different branches",
+            name_of(model, "TENDON", k),
+            f"{joint_of_dof(model, a)} and {joint_of_dof(model, b)}, which lie on different branches",
         )
         if model.tendon_armature[k] > 0:
             text = f"the armature of {name} couples {ends}: MuJoCo drops that term of the mass matrix and says nothing."
             yield Symptom("armature_across_branches", "error", text)
         damped = model.tendon_damping[k] > 0 or np.any(model.tendon_dampingpoly[k])
-        if damped and integrator(model) in IMPLICIT:
-            text = f"the damping of {name} couples {ends}: {integrator(model)} drops that term, momentum is lost."
+        if damped and integrator_name(model) in IMPLICIT:
+            text = f"the damping of {name} couples {ends}: {integrator_name(model)} drops that term, momentum is lost."
             yield Symptom("damping_across_branches", "error", text, '<option integrator="RK4"/>')
         elif damped:
-            text = f"the damping of {name} couples {ends}: right with {integrator(model)}, wrong with implicitfast."
+            text = (
+                f"the damping of {name} couples {ends}: right with {integrator_name(model)}, wrong with implicitfast."
+            )
             yield Symptom("damping_across_branches", "note", text)
     yield from _held(model)
 
@@ -161,11 +158,11 @@ def _held(model: mujoco.MjModel) -> Iterator[Symptom]:
         if model.eq_type[k] == kind.mjEQ_TENDON:
             t = int(model.eq_obj1id[k])
             if model.wrap_type[model.tendon_adr[t]] != mujoco.mjtWrap.mjWRAP_JOINT:
-                curved.append(_name(model, "TENDON", t))
+                curved.append(name_of(model, "TENDON", t))
             if model.tendon_frictionloss[t] > 0 and model.eq_obj2id[k] < 0:
-                rubbing.append(_name(model, "TENDON", t))
+                rubbing.append(name_of(model, "TENDON", t))
         elif model.eq_type[k] == kind.mjEQ_JOINT and np.any(model.eq_data[k, 2:5]):
-            curved.append(_name(model, "JOINT", int(model.eq_obj1id[k])))
+            curved.append(name_of(model, "JOINT", int(model.eq_obj1id[k])))
     if curved:
         text = (
             f"the equality of {listed(curved)} is not linear in the coordinates and MuJoCo leaves out its dJ/dt v: positions "
@@ -177,16 +174,6 @@ def _held(model: mujoco.MjModel) -> Iterator[Symptom]:
             f"frictionloss of {listed(rubbing)} does nothing: an equality holds the tendon still. Put it on the joints."
         )
         yield Symptom("held_friction", "warning", text)
-
-
-def _moments(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """(ntendon, nv) dense Jacobian of the tendon lengths."""
-    out = np.zeros((model.ntendon, model.nv))
-    for k in range(model.ntendon):
-        start, count = int(model.ten_J_rowadr[k]), int(model.ten_J_rownnz[k])
-        flat = np.asarray(data.ten_J).ravel()
-        out[k, model.ten_J_colind[start : start + count]] = flat[start : start + count]
-    return out
 
 
 def _branches(model: mujoco.MjModel, moment: Array) -> tuple[int, int] | None:
@@ -209,9 +196,9 @@ def friction(model: mujoco.MjModel) -> Iterator[Symptom]:
     soft = [
         i for i in dofs if model.dof_solref[i, 0] > HARD_FRICTION * model.opt.timestep or model.dof_solimp[i, 1] < 0.99
     ]
-    names = list(dict.fromkeys(_dof(model, i) for i in soft))
+    names = list(dict.fromkeys(joint_of_dof(model, i) for i in soft))
     ropes = [k for k in range(model.ntendon) if model.tendon_frictionloss[k] > 0]
-    names += [_name(model, "TENDON", k) for k in ropes if model.tendon_solimp_fri[k, 1] < 0.99]
+    names += [name_of(model, "TENDON", k) for k in ropes if model.tendon_solimp_fri[k, 1] < 0.99]
     if names:
         text = (
             f"the dry friction of {listed(names)} is as soft as MuJoCo's default: what should stick creeps, what should stop "
@@ -233,15 +220,7 @@ def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
         if model.jnt_limited[j] and single:
             value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
             if not low - 1e-9 <= value <= high + 1e-9:
-                out.append(f"{_name(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})")
+                out.append(f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})")
     if out:
         text = f"the reference pose is outside the range of {listed(out)}: the stop pushes from the first step on"
         yield Symptom("beyond_range", "error", f"{text}; degrees written as radians look like this, too.")
-
-
-def _name(model: mujoco.MjModel, kind: str, k: int) -> str:
-    return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), k) or f"{kind.lower()} number {k}"
-
-
-def _dof(model: mujoco.MjModel, i: int) -> str:
-    return _name(model, "JOINT", int(model.dof_jntid[i]))

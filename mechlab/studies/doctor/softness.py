@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.equality_rows import equality_name
+from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.doctor.case import Symptom
-from mechlab.studies.doctor.rows import equality_name
 
 SOFT_TIMECONST, HARD_TIMECONST = 0.01, 4.0
 """A time constant [s] from which on rows are soft at any timestep; and that, in timesteps, up to which they are hard."""

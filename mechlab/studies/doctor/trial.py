@@ -14,28 +14,22 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.equality_rows import Start, free_push
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.engines.mujoco.trace_file import HARD, INTEGRATORS, FileTrace
-from mechlab.experiment.recording import Finding
+from mechlab.experiment.recording import Finding, Symptom
 from mechlab.lab.order_check import FILE_STEPS, file_order
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.structure import null_space
-from mechlab.studies.doctor.case import Symptom
-from mechlab.studies.doctor.rows import Rows
 from mechlab.studies.doctor.softness import active
 
 DURATION, MOST_STEPS, OUTPUTS = 0.5, 500, 20
 """The run lasts DURATION [s], or MOST_STEPS of the file's steps if that is less."""
 WRONG, DOUBTFUL = 1e-2, 1e-3
 """Error, over the extent of the motion, that is an error of the file; and one to be known."""
-STILL, PUSH = 1e-2, 1e-3
-"""Motion, over the size of the model, below which a run says nothing; twice the energy of the push, over weight x size."""
+STILL = 1e-2
+"""Motion, over the size of the model, below which a run says nothing."""
 SURE = 3.0
 """The finer run counts where its own error is smaller than what it judges by this factor."""
-
-
-Start = tuple[Array, Array, Array]
-"""qpos, qvel, ctrl."""
 
 
 @dataclass(frozen=True)
@@ -120,22 +114,6 @@ def _start(model: mujoco.MjModel, size: float, h: float, each: int) -> Start:
         mujoco.mj_forward(model, data)
         qvel = free_push(model, qpos, size)
     return qpos, qvel, ctrl
-
-
-def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
-    """(nv,) rates along all motions that the equality rows allow, of twice the energy PUSH x weight x size; zero where
-    nothing can move. size [m]: that of the model."""
-    rows = Rows(model, qpos)
-    _, jacobian = rows.at(qpos)
-    basis = null_space(jacobian)
-    if not basis.shape[1]:
-        return np.zeros(model.nv)
-    weight = float(np.linalg.norm(model.opt.gravity)) or 9.81
-    mass = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(rows.model, rows.data, mass)
-    v = basis @ np.random.default_rng(1).standard_normal(basis.shape[1])
-    total = float(model.body_mass.sum())
-    return np.asarray(v * np.sqrt(PUSH * total * weight * size / max(float(v @ mass @ v), 1e-300)))
 
 
 def _run(model: mujoco.MjModel, start: Start, h: float, outputs: int, each: int, better: str = "") -> tuple[Array, str]:

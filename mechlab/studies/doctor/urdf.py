@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import floats
-from mechlab.studies.doctor.case import Symptom
 from mechlab.studies.doctor.softness import listed
 
 MOVING = ("revolute", "continuous", "prismatic", "floating", "planar")

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import Untrustworthy
-from mechlab.mechanism.assembly import Assembly
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly
 from mechlab.mechanism.structure import null_space
 
 STEP = 1e-3

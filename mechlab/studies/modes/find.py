@@ -23,12 +23,13 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings, initial_pose
 from mechlab.lab.design import Design, with_extra
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.run import versions
-from mechlab.mechanism.assembly import newton
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import newton
 from mechlab.mechanism.structure import structure
 from mechlab.studies.modes.eigen import OSCILLATING, RIGID, UNSTABLE, Dynamics, Linear, Mode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
@@ -221,7 +222,7 @@ def _situation(
             f"{design.name}: {moving[0]}: modes are about a rest; give X_0 (where to look) and X_force (constant loads)."
         )
     if scene is not None:
-        made = design.scene(scene, fidelity, None, extra)
+        made = chosen_scene(design, scene, fidelity, None, extra)
         m = design.mechanism(made.fidelity)
         laws, notes = laws_at_rest(m, made)
         return m, made, () if free else laws, notes

@@ -110,10 +110,10 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
             found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
             columns, findings = {*found.columns, *found.zero}, set[str]()
         else:
-            from mechlab.lab.run import run_scene
+            from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
 
-            step = design.for_scene(None).scene(None).settings.timestep
-            recording = run_scene(design, None, duration=FEW * step, extra=dict(own))
+            step = chosen_scene(design.for_scene(None), None).settings.timestep
+            recording = run_chosen(design, None, duration=FEW * step, extra=dict(own))
             columns, findings = set(recording.channels), {f.name for f in recording.health.findings}
     except MechlabError as cause:
         if cause.exit_code > 2:

@@ -193,9 +193,9 @@ class Run:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """The numbers. Raises Untrustworthy for a run that must not be trusted."""
-        from mechlab.lab.run import run_scene
+        from mechlab.lab.fidelity.choose import run_chosen
 
-        r = run_scene(design, None, extra=dict(self.extra), estimate=False)
+        r = run_chosen(design, None, extra=dict(self.extra), estimate=False)
         if not r.health.trusted:
             bad = "; ".join(f.sentence for f in r.health.findings if f.severity == "error")
             raise Untrustworthy(f"{design.name}: {bad}")

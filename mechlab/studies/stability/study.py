@@ -10,6 +10,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import what_acts
 from mechlab.integrate import work_done
 from mechlab.lab.design import Design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS
 from mechlab.lab.run import versions
 from mechlab.studies.stability.data import Axis, Map, Stability
@@ -59,7 +60,7 @@ def study(
     if not budget > 0:
         raise MechlabError(f"budget: expected seconds of work > 0, got {budget!r}.")
     lived = design.for_scene(scene)
-    made = lived.scene(scene, fidelity)
+    made = chosen_scene(lived, scene, fidelity)
     lived.mechanism(made.fidelity)
     case = Case(lived, made, chosen_methods(methods))
     for kind in kinds:

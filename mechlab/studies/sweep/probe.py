@@ -15,7 +15,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Open, Question
 from mechlab.experiment.recording import Recording
 from mechlab.lab.design import Design, design, initial_keys
-from mechlab.lab.run import run_scene
+from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
 from mechlab.mechanism import Mechanism
 from mechlab.studies.sweep.by_run import question_of
 from mechlab.studies.sweep.request import ANSWERS, CLOSED_FORM, ROLLOUT, Axis, Block, Request
@@ -97,8 +97,8 @@ def short_run(draft: Request, chosen: Design, step_error: bool) -> Recording | N
     cause: MechlabError | None = None
     for one in corners(chosen, draft.axes):
         try:
-            step = draft.timestep or one.for_scene(draft.scene).scene(draft.scene, None).settings.timestep
-            return run_scene(
+            step = draft.timestep or chosen_scene(one.for_scene(draft.scene), draft.scene, None).settings.timestep
+            return run_chosen(
                 one, draft.scene, engine=draft.engine, fidelity=draft.fidelity, duration=PROBE_STEPS * step,
                 timestep=draft.timestep, extra=extra, estimate=step_error,
             )  # fmt: skip
@@ -123,7 +123,7 @@ def scene_channels(chosen: Design, draft: Request, recipe: Any) -> list[str]:
     """Channels that the scene names."""
     for one in [*corners(chosen, draft.axes), chosen]:
         try:
-            return list(one.scene(draft.scene, draft.fidelity).channels)
+            return list(chosen_scene(one, draft.scene, draft.fidelity).channels)
         except MechlabError:
             continue
     return []

@@ -1,6 +1,6 @@
 """Explore mode: closed poses solved beforehand, so densely that what lies between them is closed too."""
 
 from mechlab.viewer.explore.drives import cycle_loads, explore
-from mechlab.viewer.explore.sweep import Exploration, Load, Surface, Sweep, blend_weights, border
+from mechlab.viewer.explore.sweep import BorderSurface, Exploration, Load, Sweep, blend_weights, border
 
-__all__ = ["Exploration", "Load", "Surface", "Sweep", "blend_weights", "border", "cycle_loads", "explore"]
+__all__ = ["Exploration", "Load", "BorderSurface", "Sweep", "blend_weights", "border", "cycle_loads", "explore"]

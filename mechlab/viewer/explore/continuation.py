@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from mechlab.errors import MechlabError
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, structure
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_poses import ManyPoses, displacement, moved, rotation_vectors
 from mechlab.mechanism.structure import generic, independent_rows, rank
-from mechlab.viewer.explore.many import ManyPoses, displacement, moved, rotation_vectors
 
 CLOSED = 1e-11
 """Residual [m, rad] below which a pose counts as closed, when it no longer falls."""
@@ -187,7 +187,7 @@ def tangents(closing: Closing, jacobian: Array, drives: Array) -> Array:
     return found / np.maximum(norms(closing, found), 1e-300)[:, None]
 
 
-def march(closing: Closing, lanes: list[Lane]) -> None:
+def follow_lanes(closing: Closing, lanes: list[Lane]) -> None:
     """Follows every lane until its drive is at `last`, at a fold, or where assembly modes meet; fills q, tangent, ended."""
     drives = np.array([x.drive for x in lanes])
     jacobian = closing.equations(np.array([x.q[-1] for x in lanes]))[1]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_poses import displacement, moved
 from mechlab.viewer.explore.continuation import Closing, Lane, correct, norms, row_sizes, smallest_values, tangents
-from mechlab.viewer.explore.many import displacement, moved
 
 GAUSS = np.polynomial.legendre.leggauss(4)
 SCAN, ROOM = 151, 2e-3

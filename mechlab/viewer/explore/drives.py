@@ -14,7 +14,7 @@ import numpy as np
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.mechanism import Mechanism, TreeKinematics, structure
 from mechlab.mechanism.geometry import Array
-from mechlab.viewer.explore.continuation import END, FOLD, MEET, Closing, Lane, march
+from mechlab.viewer.explore.continuation import END, FOLD, MEET, Closing, Lane, follow_lanes
 from mechlab.viewer.explore.curve import Curve, arcs, curve, uncrossed
 from mechlab.viewer.explore.sweep import Exploration, Load, Sweep, blend_error
 
@@ -113,7 +113,7 @@ def explore(
         raise MechlabError(f"{mechanism.name}: it has no drive, joint or shaft that could be moved in the page.")
     closing = Closing(mechanism, drives, size)
     lanes = [_lane(closing, k, way, size) for k in range(min(len(drives), MOST_SWEEPS)) for way in (-1.0, 1.0)]
-    march(closing, lanes)
+    follow_lanes(closing, lanes)
     sweeps = [_sweep(closing, lanes[k], lanes[k + 1], poses_of, size) for k in range(0, len(lanes), 2)]
     for k, sweep in enumerate(sweeps):
         rate = abs((rates or {}).get(sweep.name, 0.0)) or 1.0

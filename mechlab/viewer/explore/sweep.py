@@ -21,7 +21,7 @@ COARSE, FINE = 41, 39
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class BorderSurface:
     """name, in words; vertices (n, 3) [m]; faces (m, 3), counter-clockwise seen from outside."""
 
     name: str
@@ -29,7 +29,7 @@ class Surface:
     faces: NDArray[np.int64]
 
 
-def border(name: str, margin: Callable[[Array, Array, Array], Array], low: Array, high: Array) -> Surface | None:
+def border(name: str, margin: Callable[[Array, Array, Array], Array], low: Array, high: Array) -> BorderSurface | None:
     """The border of the region of the box `low`, `high` (3,) where margin(x, y, z) >= 0, which broadcasts; None if it is
     empty. A coarse grid finds the region, a fine one about it draws it."""
     for count in (COARSE, COARSE, FINE):
@@ -46,7 +46,7 @@ def border(name: str, margin: Callable[[Array, Array, Array], Array], low: Array
         low, high = found
     values = np.pad(values, 1, constant_values=-float(step.max()))
     vertices, faces = nets(values)
-    return Surface(name, low + (vertices - 1.0) * step, faces)
+    return BorderSurface(name, low + (vertices - 1.0) * step, faces)
 
 
 def nets(values: Array) -> tuple[Array, NDArray[np.int64]]:
@@ -171,7 +171,7 @@ class Exploration:
     mode: str
     loops: tuple[Loop, ...]
     bodies: tuple[str, ...]
-    reach: Surface | None = None
+    reach: BorderSurface | None = None
 
     def packed(self, block: Any, pack_motion: Callable[[Array, Any, str], Any]) -> dict[str, Any]:
         """What the page reads."""

@@ -8,15 +8,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from mechlab.experiment.scene import Settings
-from mechlab.formats import mjcf_loops as names
-from mechlab.formats.mjcf_loops import Connector, own_share
-from mechlab.formats.solids import primitive
-from mechlab.formats.xml_text import add, pose
+from mechlab.formats.mjcf import write_loops as names
+from mechlab.formats.mjcf.write_loops import ConnectorBody, own_share
+from mechlab.formats.xml_text import add, pose, primitive
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Joint
-from mechlab.mechanism.shape import Shape
+from mechlab.mechanism.parts import GROUND, Joint, Shape
 
 JOINT_TYPES = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
 FLOOR = 2e-15
@@ -34,7 +32,7 @@ def write_tree(
     root: ET.Element,
     m: Mechanism,
     s: Settings,
-    plan: tuple[Connector, ...],
+    plan: tuple[ConnectorBody, ...],
     sites: Mapping[str, list[tuple[str, Placement]]],
     meshes: Mapping[str, str],
     mesh_files: MeshFiles,

@@ -7,12 +7,12 @@ import xml.etree.ElementTree as ET
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
-from mechlab.formats import mjcf_loops as names
-from mechlab.formats.mjcf_loops import Connector
-from mechlab.formats.statics import hold
+from mechlab.formats.mjcf import write_loops as names
+from mechlab.formats.mjcf.write_loops import ConnectorBody
 from mechlab.formats.xml_text import add
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Coefficients, Drive, Shaft
+from mechlab.mechanism.statics import hold_reference_pose
 
 
 def write_tendons(root: ET.Element, m: Mechanism, s: Settings, size: float) -> None:
@@ -73,7 +73,7 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
     controls: dict[str, float] = {}
     if not m.drives:
         return controls
-    forces = hold(m).forces
+    forces = hold_reference_pose(m).forces
     section = add(root, "actuator")
     joints = {j.name for j in m.joints}
     for drive in m.drives:
@@ -178,7 +178,7 @@ def write_sensors(root: ET.Element, m: Mechanism) -> None:
         root.remove(section)
 
 
-def write_home(root: ET.Element, m: Mechanism, plan: tuple[Connector, ...], controls: dict[str, float]) -> None:
+def write_home(root: ET.Element, m: Mechanism, plan: tuple[ConnectorBody, ...], controls: dict[str, float]) -> None:
     """The keyframe `home`: the reference pose, with the controls that hold it."""
     qpos: list[float] = []
     for kind in _dof_order(m, plan):
@@ -189,7 +189,7 @@ def write_home(root: ET.Element, m: Mechanism, plan: tuple[Connector, ...], cont
     add(add(root, "keyframe"), "key", name="home", **attributes)
 
 
-def _dof_order(m: Mechanism, plan: tuple[Connector, ...]) -> list[str]:
+def _dof_order(m: Mechanism, plan: tuple[ConnectorBody, ...]) -> list[str]:
     """Kinds of all joints in the order of MuJoCo: depth-first, connectors after the other children."""
     children: dict[str, list[str]] = {}
     for body in m.bodies:

@@ -91,7 +91,7 @@ the rows, so that 2 makes its estimate right, less makes the weld soft in rotati
 
 
 @dataclass(frozen=True)
-class Connector:
+class ConnectorBody:
     """A connector body: child of `host`, welded to `guest`, with one or two joints (kind, axis in its own frame)."""
 
     loop: Loop
@@ -102,7 +102,7 @@ class Connector:
     inertia: Inertia
 
 
-def connectors(m: Mechanism) -> tuple[Connector, ...]:
+def connectors(m: Mechanism) -> tuple[ConnectorBody, ...]:
     """The connector bodies that the loops of a mechanism need in MJCF, in the order of the loops."""
     loops = [x for x in m.loops if x.kind in ("universal", "cylindrical", "prismatic")]
     if not loops:
@@ -123,7 +123,7 @@ def _guest(m: Mechanism, loop: Loop) -> str:
     )
 
 
-def _connector(m: Mechanism, tree: TreeKinematics, loop: Loop, guest: str, share: float) -> Connector:
+def _connector(m: Mechanism, tree: TreeKinematics, loop: Loop, guest: str, share: float) -> ConnectorBody:
     a, b = (loop.body_a, loop.placement_a), (loop.body_b, loop.placement_b)
     (host, host_frame), (_, own_frame) = (a, b) if guest == loop.body_b else (b, a)
     r_host, p_host = tree.pose(host)
@@ -145,7 +145,7 @@ def _connector(m: Mechanism, tree: TreeKinematics, loop: Loop, guest: str, share
     whole = m.body(guest).inertia
     frame = own_frame.rotation.T
     part = whole.at(tuple(-(frame @ own_frame.translation)), frame)
-    return Connector(loop, host, guest, placement, joints, scaled(part, share))
+    return ConnectorBody(loop, host, guest, placement, joints, scaled(part, share))
 
 
 def scaled(inertia: Inertia, share: float) -> Inertia:
@@ -154,7 +154,7 @@ def scaled(inertia: Inertia, share: float) -> Inertia:
     return replace(inertia, mass=share * inertia.mass, tensor=t)  # type: ignore[arg-type]
 
 
-def own_share(m: Mechanism, plan: tuple[Connector, ...], body: str) -> Inertia:
+def own_share(m: Mechanism, plan: tuple[ConnectorBody, ...], body: str) -> Inertia:
     """Inertia that is left in a body beside its connectors."""
     whole = m.body(body).inertia
     count = sum(1 for c in plan if c.guest == body)
@@ -176,7 +176,7 @@ def spread(m: Mechanism) -> float:
     return float(f"{extent / 2.0:.2g}") if extent > 1e-6 else 0.1
 
 
-def loop_ends(m: Mechanism, plan: tuple[Connector, ...], distance: float) -> dict[str, list[tuple[str, Placement]]]:
+def loop_ends(m: Mechanism, plan: tuple[ConnectorBody, ...], distance: float) -> dict[str, list[tuple[str, Placement]]]:
     """MJCF body name -> the sites (name, placement) that the loops and springs need in it."""
     out: dict[str, list[tuple[str, Placement]]] = {}
     cut = {c.loop.name: c for c in plan}
@@ -199,7 +199,7 @@ def loop_ends(m: Mechanism, plan: tuple[Connector, ...], distance: float) -> dic
     return out
 
 
-def write_equalities(root: ET.Element, m: Mechanism, plan: tuple[Connector, ...], s: Settings) -> None:
+def write_equalities(root: ET.Element, m: Mechanism, plan: tuple[ConnectorBody, ...], s: Settings) -> None:
     """The <equality> section: every loop, then every relation, each by its name."""
     if not (m.loops or m.relations):
         return

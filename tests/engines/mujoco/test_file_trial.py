@@ -10,12 +10,12 @@ import pytest
 import mechlab as ml
 from mechlab import api, catalog
 from mechlab.cli import main
+from mechlab.engines.mujoco import file_trial
 from mechlab.experiment.scene import Settings
 from mechlab.formats import to_json, to_mjcf
-from mechlab.lab import generate as file_trial
 from mechlab.mechanism import Builder, Mechanism, revolute
 
-MODELS = Path(__file__).parents[2] / "models"
+MODELS = Path(__file__).parents[3] / "models"
 
 
 def palletizer(stiffness: float = 2000.0, damping: float = 100.0) -> Mechanism:

@@ -15,9 +15,9 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import exact
-from mechlab.formats.mjcf_read_drives import Tendons, Terms, read_drives, read_tendons
-from mechlab.formats.mjcf_read_tree import Tree, read_tree
-from mechlab.formats.mjcf_source import Names, Source, fail, refuse
+from mechlab.formats.mjcf.read_drives import Tendons, Terms, read_drives, read_tendons
+from mechlab.formats.mjcf.read_tree import BodyTree, read_tree
+from mechlab.formats.mjcf.source import MjcfText, Names, fail, refuse
 from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -34,7 +34,7 @@ CONNECTOR_KINDS = {
 
 def from_mjcf(content: str) -> Mechanism:
     """The Mechanism in an MJCF text (without includes); raises MechlabError that names what it cannot read."""
-    source = Source(content)
+    source = MjcfText(content)
     tree = read_tree(source)
     tendons = read_tendons(source, tree)
     names = Names("equality")
@@ -60,12 +60,12 @@ def from_mjcf(content: str) -> Mechanism:
     )
 
 
-def _mechanism_name(source: Source) -> str:
+def _mechanism_name(source: MjcfText) -> str:
     name = source.root.get("model", "model")
     return "".join(c if c.isalnum() or c in "_-." else "_" for c in name) or "model"
 
 
-def _gravity(source: Source) -> tuple[float, float, float]:
+def _gravity(source: MjcfText) -> tuple[float, float, float]:
     gravity = (0.0, 0.0, -9.81)
     for option in source.section("option"):
         refuse(option, "wind", "density", "viscosity")
@@ -87,7 +87,9 @@ def _spring(tendons: Tendons, name: str, names: Names) -> Spring:
     )  # fmt: skip
 
 
-def _equalities(source: Source, tree: Tree, tendons: Tendons, names: Names) -> tuple[list[Loop], list[LinearRelation]]:
+def _equalities(
+    source: MjcfText, tree: BodyTree, tendons: Tendons, names: Names
+) -> tuple[list[Loop], list[LinearRelation]]:
     elements = [source.attributes(e) for e in source.items("equality") if e.get("active", "true") != "false"]
     given = {e.get("name") for e in elements}
     second = {e.get("name") for e in elements if source.ours and (e.get("name") or "").endswith(":axis")}
@@ -122,8 +124,8 @@ def _plain(body: Body) -> Body:
 
 
 def _loop(
-    source: Source,
-    tree: Tree,
+    source: MjcfText,
+    tree: BodyTree,
     reference: TreeKinematics,
     e: ET.Element,
     name: str,
@@ -158,7 +160,7 @@ def _loop(
     return Loop(name, kind, one_body, two, a_at, b_at)
 
 
-def _site(tree: Tree, name: str | None, e: ET.Element) -> tuple[str, Placement]:
+def _site(tree: BodyTree, name: str | None, e: ET.Element) -> tuple[str, Placement]:
     if name is None or name not in tree.sites:
         raise unknown(f"{label(e)}: site", name, tree.sites)
     return tree.sites[name]
@@ -187,7 +189,7 @@ def _no_offset(e: ET.Element) -> tuple[float, ...]:
     return poly
 
 
-def _relation(tree: Tree, tendons: Tendons, e: ET.Element) -> Coefficients:
+def _relation(tree: BodyTree, tendons: Tendons, e: ET.Element) -> Coefficients:
     poly = _no_offset(e)
     ratio = poly[1] if len(poly) > 1 else 0.0
     if e.tag == "joint":

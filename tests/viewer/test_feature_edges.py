@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mechlab.viewer import Story
-from mechlab.viewer.feature_edges import crease
+from mechlab.viewer.feature_edges import split_at_edges
 
 
 def prism(sides: int, radius: float = 0.1, height: float = 0.3) -> tuple[np.ndarray, np.ndarray]:
@@ -29,7 +29,7 @@ def prism(sides: int, radius: float = 0.1, height: float = 0.3) -> tuple[np.ndar
 
 def test_a_box_has_three_normals_at_every_corner_and_twelve_edges(story: Story) -> None:
     part = story.parts[0]
-    mesh = crease(part.vertices, part.faces)
+    mesh = split_at_edges(part.vertices, part.faces)
     assert mesh.vertices.shape == (24, 3)
     assert mesh.edges.shape == (12, 2)
     np.testing.assert_allclose(np.abs(mesh.normals).max(axis=1), 1.0)
@@ -37,7 +37,7 @@ def test_a_box_has_three_normals_at_every_corner_and_twelve_edges(story: Story) 
 
 
 def test_a_round_side_is_smooth_and_only_its_rims_are_drawn() -> None:
-    mesh = crease(*prism(48))
+    mesh = split_at_edges(*prism(48))
     side = np.abs(mesh.normals[:, 2]) < 0.5
     radial = mesh.vertices[side, :2] / np.linalg.norm(mesh.vertices[side, :2], axis=1)[:, None]
     np.testing.assert_allclose(mesh.normals[side, :2], radial, atol=1e-6)
@@ -48,8 +48,8 @@ def test_a_round_side_is_smooth_and_only_its_rims_are_drawn() -> None:
 
 def test_the_angle_decides_what_is_a_crease() -> None:
     vertices, faces = prism(8)
-    assert len(crease(vertices, faces).edges) == 24
-    assert len(crease(vertices, faces, math.radians(50.0)).edges) == 16
+    assert len(split_at_edges(vertices, faces).edges) == 24
+    assert len(split_at_edges(vertices, faces, math.radians(50.0)).edges) == 16
 
 
 def test_order_of_vertices_and_faces_does_not_matter() -> None:
@@ -57,7 +57,7 @@ def test_order_of_vertices_and_faces_does_not_matter() -> None:
     vertices, faces = prism(12)
     order = rng.permutation(len(vertices))
     shuffled = np.argsort(order)[faces][rng.permutation(len(faces))]
-    one, two = crease(vertices, faces), crease(vertices[order], shuffled)
+    one, two = split_at_edges(vertices, faces), split_at_edges(vertices[order], shuffled)
     for a, b in ((one.vertices, two.vertices), (one.normals, two.normals)):
         np.testing.assert_allclose(np.sort(a.round(6), axis=0), np.sort(b.round(6), axis=0), atol=1e-6)
     assert len(one.edges) == len(two.edges)
@@ -67,11 +67,11 @@ def test_loose_triangles_are_welded_and_empty_ones_dropped() -> None:
     vertices, faces = prism(24)
     loose = vertices[faces].reshape(-1, 3)
     numbered = np.concatenate([np.arange(len(loose)).reshape(-1, 3), [[0, 0, 1]]])
-    assert len(crease(loose, numbered).edges) == 2 * 24
+    assert len(split_at_edges(loose, numbered).edges) == 2 * 24
 
 
 def test_every_edge_index_names_an_end_of_that_edge() -> None:
-    mesh = crease(*prism(24))
+    mesh = split_at_edges(*prism(24))
     ends = mesh.vertices[mesh.edges]
     np.testing.assert_allclose(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1), 0.2 * math.sin(math.pi / 24), rtol=1e-5)
 
@@ -79,4 +79,4 @@ def test_every_edge_index_names_an_end_of_that_edge() -> None:
 @pytest.mark.parametrize("count", [1, 2])
 def test_an_open_sheet_shows_its_border(count: int) -> None:
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    assert len(crease(square, np.array([[0, 1, 2], [0, 2, 3]])[:count]).edges) == (3, 4)[count - 1]
+    assert len(split_at_edges(square, np.array([[0, 1, 2], [0, 2, 3]])[:count]).edges) == (3, 4)[count - 1]

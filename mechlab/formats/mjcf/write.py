@@ -15,10 +15,10 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
-from mechlab.formats import mjcf_drives as drives
-from mechlab.formats import mjcf_loops as loops
-from mechlab.formats.mjcf_loops import spread
-from mechlab.formats.mjcf_tree import MeshFiles, write_tree
+from mechlab.formats.mjcf import write_drives as drives
+from mechlab.formats.mjcf import write_loops as loops
+from mechlab.formats.mjcf.write_loops import spread
+from mechlab.formats.mjcf.write_tree import MeshFiles, write_tree
 from mechlab.formats.xml_text import add, text
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics

@@ -24,7 +24,7 @@ def fail(element: ET.Element, message: str) -> MechlabError:
     return MechlabError(f"{label(element)}: {message}")
 
 
-class Source:
+class MjcfText:
     """A parsed MJCF text. `attributes(element, childclass)` gives an element with its defaults filled in."""
 
     def __init__(self, content: str) -> None:

@@ -1,12 +1,11 @@
-"""The size of a mechanism, and the same mechanism in another unit of length: limits on lengths are relative to it.
+"""A mechanism in another unit of length, and which of its values are lengths.
 
-Positions are solved in a unit of length in which the mechanism has a size of order 1, so that one set of limits fits a
-mechanism of a micrometre and one of a million kilometres. The unit is a power of two, so that the change is exact.
+Positions are solved in the unit `Mechanism.length_scale`, in which the mechanism has a size of order 1, so that one set
+of limits fits a mechanism of a micrometre and one of a million kilometres.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -14,56 +13,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.errors import MechlabError
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Body, Coefficients, Joint
-
-SMALLEST, LARGEST = 1e-9, 1e12
-"""Sizes [m] within which mechlab works: rounding and the squares and cubes of lengths stay far from the ends of doubles."""
-ORDINARY = (1e-2, 1e2)
-"""Sizes [m] at which the unit of length stays the metre."""
-
-
-def size(m: Mechanism) -> float:
-    """Largest distance [m] of any point that counts (joints, loop ends, springs, frames, centres of mass) from the origin,
-    in the reference pose: rounding of positions goes with it. 0 where all of them lie in the origin."""
-    tree = TreeKinematics(m)
-    points = [(b.name, (0.0, 0.0, 0.0)) for b in m.bodies]
-    points += [(b.name, b.inertia.com) for b in m.bodies if b.inertia.mass > 0.0]
-    points += [(x.body_a, x.placement_a.position) for x in m.loops] + [
-        (x.body_b, x.placement_b.position) for x in m.loops
-    ]
-    points += [(x.body_a, x.point_a) for x in m.springs] + [(x.body_b, x.point_b) for x in m.springs]
-    points += [(f.body, f.placement.position) for f in m.frames]
-    largest = 0.0
-    with np.errstate(over="ignore", invalid="ignore"):
-        for body, point in points:
-            rotation, origin = tree.pose(body)
-            there = origin + rotation @ np.array(point)
-            largest = max(largest, float(np.max(np.abs(there)))) if np.all(np.isfinite(there)) else math.inf
-    return largest
-
-
-def check_size(m: Mechanism) -> None:
-    """Raise MechlabError for a mechanism too large or too small to compute with."""
-    found = size(m)
-    if found and not SMALLEST <= found <= LARGEST:
-        raise MechlabError(
-            f"{m.name}: its size is {found:.3g} m; mechlab computes with mechanisms from {SMALLEST:g} m to {LARGEST:g} m. "
-            "Are the lengths in metres?"
-        )
-
-
-def length_scale(m: Mechanism) -> float:
-    """The unit of length [m] that fits a mechanism: 1 from 1 cm to 100 m and without any length, else a power of two."""
-    found = size(m)
-    if found == 0.0 or not math.isfinite(found) or ORDINARY[0] <= found <= ORDINARY[1]:
-        return 1.0
-    return 2.0 ** round(math.log2(found))
 
 
 def is_length(m: Mechanism, name: str) -> bool:

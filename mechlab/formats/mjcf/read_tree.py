@@ -11,19 +11,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mechlab.formats.mjcf_loops import BASE, scaled
-from mechlab.formats.mjcf_source import Names, Source, along, fail, one, refuse
+from mechlab.formats.mjcf.source import MjcfText, Names, along, fail, one, refuse
+from mechlab.formats.mjcf.write_loops import BASE, scaled
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.joints import floating
-from mechlab.mechanism.parts import GROUND, Body, Joint
-from mechlab.mechanism.shape import Color, Shape, shape
+from mechlab.mechanism.parts import GROUND, Body, Color, Joint, Shape, floating, shape
 
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 
 
-def solid(source: Source, geom: ET.Element) -> tuple[str, tuple[float, ...], Placement]:
+def solid(source: MjcfText, geom: ET.Element) -> tuple[str, tuple[float, ...], Placement]:
     """Type, sizes (as MJCF: radii and half lengths) and placement of a primitive geom."""
     kind = geom.get("type", "sphere")
     sizes = floats(geom, "size") or ()
@@ -41,7 +39,7 @@ def solid(source: Source, geom: ET.Element) -> tuple[str, tuple[float, ...], Pla
     return kind, sizes[: SIZES[kind]], placement
 
 
-def geom_shape(source: Source, geom: ET.Element) -> Shape | None:
+def geom_shape(source: MjcfText, geom: ET.Element) -> Shape | None:
     """The shape of a geom, or None for what a Mechanism has no shape for (mesh, plane, ellipsoid)."""
     if geom.get("type", "sphere") not in SIZES:
         return None
@@ -59,7 +57,7 @@ def geom_shape(source: Source, geom: ET.Element) -> Shape | None:
     return None
 
 
-def geom_inertia(source: Source, geom: ET.Element) -> Inertia:
+def geom_inertia(source: MjcfText, geom: ET.Element) -> Inertia:
     """Inertia of a primitive geom from its mass or density, in the body frame."""
     refuse(geom, "shellinertia", "fluidshape")
     kind = geom.get("type", "sphere")
@@ -104,7 +102,7 @@ SKIPPED = ("light", "camera", "geom", "site", "inertial", "joint", "freejoint", 
 
 
 @dataclass
-class Tree:
+class BodyTree:
     """What was read of the tree: bodies depth-first, sites, connector bodies, the reference angle of each joint."""
 
     bodies: list[Body] = field(default_factory=list)
@@ -127,14 +125,14 @@ class Tree:
 
 
 @dataclass(frozen=True)
-class _Joint:
+class _PlacedJoint:
     joint: tuple[Joint, ...]
     pos: Vector
 
 
-def read_tree(source: Source) -> Tree:
+def read_tree(source: MjcfText) -> BodyTree:
     """The bodies of the text. The one fixed body `base` at the origin is the ground."""
-    tree = Tree()
+    tree = BodyTree()
     tree.body_names.given["world"] = GROUND
     tree.frame_of[GROUND] = IDENTITY
     for world in source.section("worldbody"):
@@ -143,7 +141,7 @@ def read_tree(source: Source) -> Tree:
 
 
 def _content(
-    source: Source, tree: Tree, element: ET.Element, name: str, inner: Placement, childclass: str | None
+    source: MjcfText, tree: BodyTree, element: ET.Element, name: str, inner: Placement, childclass: str | None
 ) -> tuple[Inertia, list[Shape]]:
     """Geoms, sites and child bodies of an element; `inner` is its frame in the frame of body `name`."""
     inertia, shapes = Inertia(), []
@@ -174,8 +172,8 @@ def _is_base(element: ET.Element, parent: str, placement: Placement) -> bool:
 
 
 def _body(
-    source: Source, tree: Tree, element: ET.Element, parent: str, outer: Placement, childclass: str | None,
-    before: tuple[_Joint, ...],
+    source: MjcfText, tree: BodyTree, element: ET.Element, parent: str, outer: Placement, childclass: str | None,
+    before: tuple[_PlacedJoint, ...],
 ) -> None:  # fmt: skip
     refuse(element, "gravcomp", "mocap")
     childclass = element.get("childclass") or childclass
@@ -212,7 +210,7 @@ def _body(
 
 
 def _anchored(
-    tree: Tree, name: str, parent: str, placement: Placement, joints: tuple[_Joint, ...]
+    tree: BodyTree, name: str, parent: str, placement: Placement, joints: tuple[_PlacedJoint, ...]
 ) -> tuple[str, Placement, Placement, tuple[Joint, ...]]:
     """Joints that act away from the body origin: its frame moves there, with bodies in between if they differ."""
     groups: list[tuple[Vector, list[Joint]]] = []
@@ -237,18 +235,20 @@ def _anchored(
     return parent, placement, inner, tuple(groups[-1][1]) if groups else ()
 
 
-def _joints(source: Source, tree: Tree, element: ET.Element, childclass: str | None, body: str) -> list[_Joint]:
+def _joints(
+    source: MjcfText, tree: BodyTree, element: ET.Element, childclass: str | None, body: str
+) -> list[_PlacedJoint]:
     out = []
     for child in element:
         if child.tag == "freejoint" or (child.tag == "joint" and child.get("type") == "free"):
             name = tree.joint_names.add(child.get("name"), f"{body or 'body'}_free")
-            out.append(_Joint(floating(name), (0.0, 0.0, 0.0)))
+            out.append(_PlacedJoint(floating(name), (0.0, 0.0, 0.0)))
         elif child.tag == "joint":
             out.append(_joint(source, tree, source.attributes(child, childclass)))
     return out
 
 
-def _joint(source: Source, tree: Tree, e: ET.Element) -> _Joint:
+def _joint(source: MjcfText, tree: BodyTree, e: ET.Element) -> _PlacedJoint:
     refuse(e, "springdamper", "actuatorfrcrange", "actuatorgravcomp")
     kind = e.get("type", "hinge")
     if kind not in KINDS:
@@ -276,10 +276,10 @@ def _joint(source: Source, tree: Tree, e: ET.Element) -> _Joint:
         one(e, "damping"), one(e, "armature"), one(e, "frictionloss"), one(e, "stiffness"),
         spring_at + shift if one(e, "stiffness") and kind != "ball" else 0.0,
     )  # fmt: skip
-    return _Joint((joint,), (pos[0], pos[1], pos[2]))
+    return _PlacedJoint((joint,), (pos[0], pos[1], pos[2]))
 
 
-def _inertial(source: Source, e: ET.Element) -> Inertia:
+def _inertial(source: MjcfText, e: ET.Element) -> Inertia:
     placement = source.placement(e)
     mass = one(e, "mass")
     full = floats(e, "fullinertia", 6)

@@ -12,24 +12,24 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.equality_rows import EqualityRows
+from mechlab.engines.mujoco.trace_file import INTEGRATORS
+from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space
-from mechlab.studies.doctor.case import Symptom
-from mechlab.studies.doctor.options import _dof, _moments, integrator
-from mechlab.studies.doctor.rows import Rows
 
 GROWTH = 1.0 + 1e-4
 """Growth of one step that is no rounding."""
 
 
-def stiff(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
+def growing_step(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Finding "unstable_step": names the joint that moves most in what grows, and a timestep that would do."""
     if not model.nv:
         return
     m, k, d, d_explicit, basis = _linear(model, qpos)
     if not basis.shape[1] or not (np.any(k) or np.any(d)):
         return
-    name, h = integrator(model), float(model.opt.timestep)
+    name, h = integrator_name(model), float(model.opt.timestep)
     own = np.linalg.eigvals(_rates(m, k, d))
     if np.max(own.real, initial=0.0) > 1e-6 * float(np.max(np.abs(own), initial=1.0)):
         return  # the equations themselves grow: a negative stiffness
@@ -39,7 +39,7 @@ def stiff(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     fits = h
     while fits > 1e-9 * h and _worst(name, fits, m, k, d, d_explicit)[0] > GROWTH:
         fits *= 0.5
-    culprit = _dof(model, int(np.argmax(np.abs(basis @ vector))))
+    culprit = joint_of_dof(model, int(np.argmax(np.abs(basis @ vector))))
     text = (
         f"a spring, damper or servo at {culprit} is too stiff for {name} at {h:g} s: each step makes its motion {growth:.3g} "
         f"times as large. {name} needs {fits:.2g} s; 'discrete' takes stiff springs and dampers at any step, in first order."
@@ -52,12 +52,12 @@ def stiff(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
 def _linear(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array, Array, Array, Array]:
     """M, K, D and the part of D that Euler takes explicitly, on the basis (nv, n) of the free motions."""
     with engine():
-        rows = Rows(model, qpos)
+        rows = EqualityRows(model, qpos)
         _, jacobian = rows.at(qpos)
         data, nv = rows.data, model.nv
         mass = np.zeros((nv, nv))
         mujoco.mj_fullM(rows.model, data, mass)
-        tendon = _moments(rows.model, data)
+        tendon = tendon_moments(rows.model, data)
         actuator = np.zeros((model.nu, nv))
         if model.nu:
             mujoco.mju_sparse2dense(
@@ -102,3 +102,28 @@ def _worst(name: str, h: float, m: Array, k: Array, d: Array, explicit: Array) -
         growth = np.abs(values)
     worst = int(np.argmax(growth))
     return float(growth[worst]), np.asarray(np.abs(vectors[:n, worst]))
+
+
+def integrator_name(model: mujoco.MjModel) -> str:
+    """The integrator's name."""
+    return next(n for n, k in INTEGRATORS.items() if k == model.opt.integrator)
+
+
+def tendon_moments(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(ntendon, nv) dense Jacobian of the tendon lengths."""
+    out = np.zeros((model.ntendon, model.nv))
+    for k in range(model.ntendon):
+        start, count = int(model.ten_J_rowadr[k]), int(model.ten_J_rownnz[k])
+        flat = np.asarray(data.ten_J).ravel()
+        out[k, model.ten_J_colind[start : start + count]] = flat[start : start + count]
+    return out
+
+
+def name_of(model: mujoco.MjModel, kind: str, k: int) -> str:
+    """The name of element k of a kind ("JOINT", "TENDON"), or its number where it has none."""
+    return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), k) or f"{kind.lower()} number {k}"
+
+
+def joint_of_dof(model: mujoco.MjModel, i: int) -> str:
+    """The name of the joint to which degree of freedom i belongs."""
+    return name_of(model, "JOINT", int(model.dof_jntid[i]))

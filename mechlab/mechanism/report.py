@@ -1,14 +1,17 @@
-"""A mechanism in tables: bodies, what closes them, freedoms. A notebook shows a Mechanism so."""
+"""How a Mechanism looks: one line for a shell, tables for a terminal, HTML for a notebook."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+from mechlab.errors import MechlabError
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import LOOP_ROWS
 from mechlab.mechanism.structure import Structure, structure
-from mechlab.tables import counted, html_sheet
+from mechlab.results import html_of, line_of, save_result, text_of
+from mechlab.tables import counted, html_sheet, table
 
 Rows = tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]
 
@@ -45,8 +48,35 @@ def freedom_sentences(found: Structure) -> list[str]:
     return out
 
 
-def mechanism_html(m: Mechanism) -> str:
-    """Name, freedoms, bodies, loops, relations, shafts, redundant rows, as escaped HTML."""
+@line_of.register
+def _line(m: Mechanism) -> str:
+    parts = [counted(len(m.bodies), "body", "bodies"), counted(m.nv, "coordinate")]
+    for items, word in ((m.loops, "loop"), (m.relations, "relation"), (m.shafts, "shaft"), (m.drives, "drive")):
+        parts += [counted(len(items), word)] if items else []
+    return f"Mechanism {m.name}: {', '.join(parts)}, {m.total_mass:.4g} kg"
+
+
+@text_of.register
+def _text(m: Mechanism) -> str:
+    sentences, tables = _sheet(m)
+    blocks = [f"{m.name}\n{'=' * len(m.name)}", *sentences]
+    return "\n".join([*blocks, *(f"\n{title}\n{table(*rows)}" for title, rows in tables.items())])
+
+
+@html_of.register
+def _html(m: Mechanism) -> str:
+    return html_sheet(m.name, *_sheet(m))
+
+
+@save_result.register
+def _save(m: Mechanism, path: Path) -> Path:
+    raise MechlabError(
+        f"{m.name}: one file does not hold a Mechanism; mechlab.generate(mechanism, folder) writes its files."
+    )
+
+
+def _sheet(m: Mechanism) -> tuple[list[str], dict[str, Rows]]:
+    """Sentences (summary, freedoms) and tables: bodies, loops, relations, shafts, redundant rows."""
     found = structure(m)
     sentences = [m.summary] if m.summary else []
     sentences.append(f"{counted(len(m.bodies), 'body', 'bodies')}, {m.total_mass:.4g} kg, {found.sentence}.")
@@ -55,4 +85,4 @@ def mechanism_html(m: Mechanism) -> str:
         tables["Loops, relations, shafts"] = closing_rows(m)
     if found.redundant:
         tables["Redundant rows"] = (("row",), tuple((r.sentence,) for r in found.redundant))
-    return html_sheet(m.name, [*sentences, *freedom_sentences(found)], tables)
+    return [*sentences, *freedom_sentences(found)], tables

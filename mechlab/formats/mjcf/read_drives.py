@@ -10,8 +10,8 @@ import numpy as np
 
 from mechlab.errors import unknown
 from mechlab.formats.json_text import exact
-from mechlab.formats.mjcf_read_tree import Tree
-from mechlab.formats.mjcf_source import Names, Source, fail, one, refuse
+from mechlab.formats.mjcf.read_tree import BodyTree
+from mechlab.formats.mjcf.source import MjcfText, Names, fail, one, refuse
 from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.parts import Drive, Shaft, Spring, Winding
 
@@ -34,7 +34,7 @@ class Tendons:
         return self.fixed[name]
 
 
-def read_tendons(source: Source, tree: Tree) -> Tendons:
+def read_tendons(source: MjcfText, tree: BodyTree) -> Tendons:
     """All tendons. A fixed one that only an equality uses is a relation, any other is a shaft."""
     out = Tendons()
     held = {e.get(k) for e in source.items("equality") if e.tag == "tendon" for k in ("tendon1", "tendon2")}
@@ -58,7 +58,7 @@ def read_tendons(source: Source, tree: Tree) -> Tendons:
     return out
 
 
-def _shaft(source: Source, tree: Tree, e: ET.Element, name: str, terms: Terms) -> Shaft:
+def _shaft(source: MjcfText, tree: BodyTree, e: ET.Element, name: str, terms: Terms) -> Shaft:
     start = sum(c * tree.ref[j] for j, c in terms)
     user = floats(e, "user") or ()
     zero = user[0] if source.ours and user else start
@@ -74,7 +74,7 @@ def _shaft(source: Source, tree: Tree, e: ET.Element, name: str, terms: Terms) -
     )  # fmt: skip
 
 
-def _spatial(tree: Tree, e: ET.Element, child: ET.Element, name: str, out: Tendons, held: bool) -> None:
+def _spatial(tree: BodyTree, e: ET.Element, child: ET.Element, name: str, out: Tendons, held: bool) -> None:
     refuse(e, "armature", "frictionloss")
     sites = [s.get("site", "") for s in child]
     if len(sites) != 2 or any(s.tag != "site" for s in child):
@@ -94,7 +94,7 @@ def _spatial(tree: Tree, e: ET.Element, child: ET.Element, name: str, out: Tendo
     out.springs[name] = Spring(name, body_a, body_b, at_a.position, at_b.position, stiffness, damping, rest[0])
 
 
-def read_drives(source: Source, tree: Tree, tendons: Tendons) -> tuple[Drive, ...]:
+def read_drives(source: MjcfText, tree: BodyTree, tendons: Tendons) -> tuple[Drive, ...]:
     """Motors, position and velocity servos, and general actuators that are one of them, on joints and fixed tendons.
 
     A servo holds what it holds in MuJoCo at the control 0. Raises MechlabError for what a Drive has no place for.
@@ -155,7 +155,7 @@ def _line(e: ET.Element, control: float) -> tuple[float, float, float]:
     return gain * control + bias[0], -bias[1] or 0.0, -bias[2] or 0.0
 
 
-def _control(source: Source, tree: Tree, e: ET.Element, clamped: bool) -> float:
+def _control(source: MjcfText, tree: BodyTree, e: ET.Element, clamped: bool) -> float:
     """The control 0 as MuJoCo takes it: the nearest end of a ctrlrange (of its own, or that of the joint) without it."""
     bounds: Sequence[float] | None = floats(e, "ctrlrange", 2)
     limited, share = e.get("ctrllimited", "auto"), one(e, "inheritrange")
@@ -167,7 +167,7 @@ def _control(source: Source, tree: Tree, e: ET.Element, clamped: bool) -> float:
     return min(max(0.0, float(bounds[0])), float(bounds[1]))
 
 
-def _reference(tree: Tree, tendons: Tendons, e: ET.Element) -> tuple[float, float]:
+def _reference(tree: BodyTree, tendons: Tendons, e: ET.Element) -> tuple[float, float]:
     """Length of a joint or tendon in the reference pose, in the coordinates of the file, and its physical value there."""
     if e.get("joint") is not None:
         name = tree.joint_names.find(e.get("joint"), e)
@@ -188,7 +188,7 @@ def _winding(e: ET.Element, gear: float) -> Winding:
     return Winding(constants[0] * gear, one(e, "resistance"), inductance[0])
 
 
-def _target(tree: Tree, tendons: Tendons, e: ET.Element) -> str:
+def _target(tree: BodyTree, tendons: Tendons, e: ET.Element) -> str:
     if e.get("joint") is not None:
         return tree.joint_names.find(e.get("joint"), e)
     if e.get("tendon") in tendons.shafts:

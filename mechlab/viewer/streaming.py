@@ -1,0 +1,225 @@
+"""A simulation on the live page while it runs, and again for every change of its parameters.
+
+A run is watched by a law without force (`Watch`), which every engine calls with its state. `stream` runs a scene in a
+thread and sends these states to the page; `Rebuilder` makes a new design of the parameters that a browser sends, and
+streams that.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.entry import Entry, SceneRecipe
+from mechlab.experiment.laws import Plant
+from mechlab.experiment.parameters import describe
+from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.scene import Scene
+from mechlab.lab.design import Design
+from mechlab.lab.design import design as made_of
+from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
+from mechlab.mechanism.geometry import Array
+from mechlab.values import parse_value
+from mechlab.viewer.from_recording import mechanism_story, placed
+from mechlab.viewer.live import Control, Server
+from mechlab.viewer.story import Story
+
+PICTURES = 25.0
+"""Pictures a second that are sent, at most [1/s]."""
+
+
+@dataclass
+class Pace:
+    """When the last picture was sent, and when the run began [s, of the wall clock]; times are those of the run."""
+
+    began: float = field(default_factory=time.monotonic)
+    shown: float = -1.0
+    latest: float = -1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Watch:
+    """A law that acts on nothing: `see(t, plant)` is called up to PICTURES times a second of the run, and the run is held
+    back so that it takes no less than its own time divided by `speed`. `stop()` true ends it: NobodyWatches is raised."""
+
+    see: Callable[[float, Any], None]
+    speed: float = 1.0
+    stop: Callable[[], bool] = lambda: False
+    pace: Pace = field(default_factory=Pace)
+    kind: ClassVar[str] = "watch"
+
+    def force(self, t: float, plant: Plant) -> Mapping[str, float]:
+        """No force; shows the state, and waits."""
+        pace = self.pace
+        if t <= pace.latest:
+            return {}
+        pace.latest = t
+        if t - pace.shown >= self.speed / PICTURES:
+            if self.stop():
+                raise NobodyWatches
+            pace.shown = t
+            self.see(t, plant)
+            ahead = t / self.speed - (time.monotonic() - pace.began)
+            if ahead > 0:
+                time.sleep(min(ahead, 0.5))
+        return {}
+
+    def targets(self) -> tuple[str, ...]:
+        """Acts on nothing."""
+        return ()
+
+
+def state_of(plant: Any) -> tuple[Array, Array]:
+    """Coordinates (nq,) and rates (nv,) of a plant of either engine."""
+    if hasattr(plant, "map"):
+        return plant.map.coordinates(plant.data.qpos), plant.map.rates(plant.data.qvel)
+    return np.array(plant.q), np.array(plant.v)
+
+
+def glimpse(plant: Any, t: float, fidelity: str) -> Recording:
+    """A Recording of this instant alone."""
+    q, v = (x[None] for x in state_of(plant))
+    channels, units = basic_channels(plant.mechanism, q, v)
+    return Recording(
+        plant.mechanism, np.array([t]), q, v, channels, units, name=plant.mechanism.name, fidelity=fidelity
+    )
+
+
+def watched(entry: Entry, watch: Watch) -> Entry:
+    """The same entry, with the watch among the laws of every scene."""
+
+    def with_watch(recipe: SceneRecipe) -> SceneRecipe:
+        def make(p: Any, fidelity: str) -> Scene:
+            scene = recipe.make(p, fidelity)
+            return replace(scene, laws=(*scene.laws, watch))
+
+        return replace(recipe, make=make)
+
+    return replace(entry, scenes={name: with_watch(recipe) for name, recipe in entry.scenes.items()})
+
+
+class NobodyWatches(Exception):
+    """Nobody watches any more."""
+
+
+def stream(
+    server: Server,
+    design: Design,
+    final: Callable[[Recording], Story],
+    scene: str | None = None,
+    speed: float = 1.0,
+    stop: Callable[[], bool] = lambda: False,
+) -> threading.Thread:
+    """Runs a scene of the design in a thread, not faster than `speed` times its own time, and shows every browser where
+    it is; when it has ended, the page of the recording replaces it. An error is shown on the page. `stop()` true: the
+    run is no longer wanted and ends."""
+    played = design.for_scene(scene)
+    chosen = scene or design.default_scene
+    fidelity = design.entry.scenes[chosen].fidelity
+
+    def over() -> bool:
+        return server.closed or stop()
+
+    def see(t: float, plant: Any) -> None:
+        now = glimpse(plant, t, fidelity)
+        mechanism, q = now.mechanism, now.q
+        if played.entry.expand is not None:
+            mechanism, q = played.entry.expand(played.parameters, now)
+        names, poses, _ = placed(mechanism, q)
+        if names != server.story.bodies:
+            server.show(mechanism_story(mechanism, design.entry.title))
+            return
+        server.update(poses[0])
+
+    def work() -> None:
+        watch = Watch(see, speed, over)
+        try:
+            recording = run_chosen(replace(design, entry=watched(design.entry, watch)), scene)
+            if not over():
+                page = final(recording)
+                if not over():
+                    server.show(page)
+        except NobodyWatches:
+            return
+        except MechlabError as error:
+            if not over():
+                failed = replace(
+                    server.story, health=(*server.story.health, ("error", f"the simulation ended: {error}"))
+                )
+                server.show(failed)
+
+    thread = threading.Thread(target=work, name="mechlab-stream", daemon=True)
+    thread.start()
+    return thread
+
+
+PATIENCE = 20.0
+"""How long a run that is no longer wanted may take to end [s]."""
+
+Reply = Callable[[str], None]
+
+
+class Rebuilder:
+    """The design that a live page shows, its running simulation, and the thread that replaces both when a browser sends
+    parameters. `still` makes the page of a design, `final` that of its finished recording."""
+
+    def __init__(
+        self, server: Server, first: Design, still: Callable[[Design], Story], final: Callable[[Recording], Story]
+    ) -> None:
+        self.server, self.design, self.still, self.final = server, first, still, final
+        self._wishes: queue.Queue[tuple[Mapping[str, str], Reply]] = queue.Queue()
+        self._stop = threading.Event()
+        self._run = stream(server, first, final, stop=self._stop.is_set)
+        server.controls = controls(first)
+        server.on_values = lambda values, reply: self._wishes.put((values, reply))
+        self._thread = threading.Thread(target=self._work, name="mechlab-rebuild", daemon=True)
+        self._thread.start()
+
+    def _work(self) -> None:
+        while not self.server.closed:
+            try:
+                values, reply = self._wishes.get(timeout=0.2)
+            except queue.Empty:
+                continue
+            try:
+                self._rebuild(values)
+            except MechlabError as error:
+                reply(str(error))
+
+    def _rebuild(self, values: Mapping[str, str]) -> None:
+        """Raises MechlabError for values that make no mechanism; then the old one stays and runs on."""
+        asked = {key: parse_value(key, text) for key, text in values.items()}
+        changed = made_of(self.design.entry, dict(self.design.given) | asked)
+        story = self.still(changed)
+        chosen_scene(changed)
+        self._stop.set()
+        self._run.join(PATIENCE)
+        self._stop = threading.Event()
+        self.design, self.server.controls = changed, controls(changed)
+        self.server.show(story)
+        self._run = stream(self.server, changed, self.final, stop=self._stop.is_set)
+
+
+def controls(d: Design) -> tuple[Control, ...]:
+    """The parameters of a design as the page's form shows them; those without a value are left out."""
+    found = []
+    for item in describe(d.entry.parameters):
+        value = getattr(d.parameters, item.name)
+        if value is not None:
+            found.append(Control(item.name, _text(value), item.unit, item.text))
+    return tuple(found)
+
+
+def _text(value: Any) -> str:
+    """A value as it can be typed again."""
+    if isinstance(value, tuple):
+        return ",".join(_text(x) for x in value) + ("," if len(value) == 1 else "")
+    return str(value) if isinstance(value, Fraction | str | int) else f"{value:.12g}"
