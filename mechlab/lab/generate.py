@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.mujoco.file_trial import FileTrial, compiled_mass, try_file
+from mechlab.engines.mujoco.model_file.written import FileTrial, compiled_mass, try_file
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.formats import from_json, write_files
@@ -37,7 +37,7 @@ def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | N
     """Write the files of a mechanism into `out`; nothing is left behind when one is refused.
 
     settings: timestep, integrator and hardness that the MJCF file says (default: the preset accurate). Where plain MuJoCo
-    does not come through a moment of the file with them, the file says others; see `mechlab.engines.mujoco.file_trial`.
+    does not come through a moment of the file with them, the file says others; see `mechlab.engines.mujoco.model_file.written`.
 
     Raises MechlabError naming the file and its consumer.
     """

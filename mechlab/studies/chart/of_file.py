@@ -15,7 +15,6 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.lab.order_check import file_order
 from mechlab.lab.run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.chart.advice import flat_defaults, recommend
@@ -24,7 +23,7 @@ from mechlab.studies.chart.data import Chart, Point
 from mechlab.studies.chart.score import THRESHOLD, Score
 
 if TYPE_CHECKING:
-    from mechlab.engines.mujoco.trace_file import FileModel, FileTrace
+    from mechlab.engines.mujoco.model_file.trace import FileModel, FileTrace
 
 OUTPUTS = 100
 DURATION = 1.0
@@ -48,7 +47,7 @@ def chart_file(
     Raises MechlabError for a file that MuJoCo refuses, NoSolution when no fine run comes through.
     """
     engine("mujoco")  # raises EngineMissing where it is not installed
-    from mechlab.engines.mujoco.trace_file import INTEGRATORS, read_model, trace_file
+    from mechlab.engines.mujoco.model_file.trace import INTEGRATORS, file_order, read_model, trace_file
 
     length = DURATION if duration is None else duration
     if not 0.0 < length < 1e6 or (target is not None and not target > 0):

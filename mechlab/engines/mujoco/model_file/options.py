@@ -1,6 +1,5 @@
-"""The settings to paste: `<option>` and the default class of equalities, from what was found.
-
-Options and parts of a MuJoCo model that bite: integrator, Jacobian, autoreset, activations, damping, friction, limits.
+"""Options and parts of a MuJoCo model that bite (integrator, Jacobian, autoreset, activations, damping, friction, limits), and the
+settings to paste against what was found: `<option>` and the default class of equalities.
 """
 
 from __future__ import annotations
@@ -12,11 +11,11 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
+from mechlab.engines.mujoco.model_file.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
+from mechlab.engines.mujoco.model_file.softness import active, equality_default, listed
+from mechlab.engines.mujoco.model_file.trial import Trial
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.doctor.softness import active, equality_default, listed
-from mechlab.studies.doctor.trial import Trial
 
 IN_URDF = (
     '<mujoco><compiler discardvisual="false"/><option integrator="RK4" timestep="0.001" jacobian="dense"/></mujoco>'
