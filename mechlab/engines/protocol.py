@@ -136,6 +136,10 @@ class StatePlant(Plant, Protocol):
         """Residual, rows and rates as in `EngineState`."""
         ...
 
+    def relation_rows(self) -> Array:
+        """(relations, nv) rows of the gear relations, in their order."""
+        ...
+
     def masses(self) -> list[MassShare]:
         """Masses and momenta of what moves, body by body or all together."""
         ...

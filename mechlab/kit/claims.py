@@ -46,6 +46,11 @@ def evidence(computed: Mapping[str, Any], **facts: Any) -> Evidence:
     return Evidence(dict(computed), facts)
 
 
+def labelled(values: Mapping[str, Any], what: str) -> dict[str, Any]:
+    """Values of witnesses under the names of a ledger: "numpy: largest difference [m]"."""
+    return {f"{witness}: {what}": value for witness, value in values.items()}
+
+
 # -- comparisons ---------------------------------------------------------------------------------------------------------
 
 

@@ -12,18 +12,20 @@ import numpy as np
 import pytest
 
 from mechlab.analytic import delta6 as closed
-from mechlab.catalog.delta6.cardan_chain import cardan_chain, turned
-from mechlab.catalog.delta6.checks import CHECKS
-from mechlab.catalog.delta6.checks_head import BETAS, RATES, _head, head_inertias
-from mechlab.catalog.delta6.graded import Quantity, graded
-from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.probes import SOURCE, reach, without_stops
+from mechlab.catalog.delta6 import ENTRY
+from mechlab.catalog.delta6.checks_motion import BETAS, RATES, terms_at_betas
+from mechlab.catalog.delta6.elements import cardan_chain, output_turns
+from mechlab.catalog.delta6.head import head_inertias
+from mechlab.catalog.delta6.parameters import SOURCE, Delta6Parameters
+from mechlab.catalog.delta6.poses import reach, without_stops
 from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import CheckResult
 from mechlab.experiment.scene import PRESETS
+from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.mechanism import Builder, Inertia
 
+CHECKS = ENTRY.checks
 BY_ID = {c.id: c for c in CHECKS}
 ENGINES = {"numpy", "pinocchio", "mujoco"}
 
@@ -109,11 +111,11 @@ def flipped_fork(patch: pytest.MonkeyPatch) -> None:
     def make(f: Any) -> Any:
         return lambda *a: (lambda c: replace(c, upper_fork=-c.upper_fork))(f(*a))
 
-    wrap(patch, module("mechlab.catalog.delta6.poses"), "cardan_angles", make)
+    wrap(patch, closed, "cardan_angles", make)
 
 
 def longer_lag(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "misphase"), "_lag", lambda f: lambda theta, c: 1.001 * f(theta, c))
+    wrap(patch, module(ANALYTIC + "cardan"), "_lag", lambda f: lambda theta, c: 1.001 * f(theta, c))
 
 
 def other_transfer(patch: pytest.MonkeyPatch) -> None:
@@ -196,7 +198,7 @@ def other_side_of_the_guide(patch: pytest.MonkeyPatch) -> None:
 
 
 def no_centripetal(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "translation_rates"), "_velocity_terms", lambda f: lambda *a: 0.99 * f(*a))
+    wrap(patch, module(ANALYTIC + "translation"), "_velocity_terms", lambda f: lambda *a: 0.99 * f(*a))
 
 
 def beta_reversed(patch: pytest.MonkeyPatch) -> None:
@@ -225,7 +227,7 @@ def target_late(patch: pytest.MonkeyPatch) -> None:
 
 
 def wrong_tip(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "friction"), "tip_distance", lambda f: lambda *a: 1.001 * f(*a))
+    wrap(patch, module(ANALYTIC + "drives"), "tip_distance", lambda f: lambda *a: 1.001 * f(*a))
 
 
 def wider_reach(patch: pytest.MonkeyPatch) -> None:
@@ -241,7 +243,7 @@ def wrong_determinant(patch: pytest.MonkeyPatch) -> None:
 
 
 def axis_reversed(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "pose_rates"), "output_axis", lambda f: lambda a: -f(a))
+    wrap(patch, module(ANALYTIC + "pose"), "output_axis", lambda f: lambda a: -f(a))
 
 
 def soft_preset(patch: pytest.MonkeyPatch) -> None:
@@ -280,7 +282,7 @@ def test_fails_when_something_is_wrong(
 def test_planets_turn_against_the_carrier(fidelity: str, changes: dict[str, Fraction]) -> None:
     p = replace(SOURCE, **changes)
     real = head_inertias(p)
-    mass, bias = _head(NumpyWitness(BUILD.build(p, fidelity)), p, fidelity)
+    mass, bias = terms_at_betas(NumpyWitness(BUILD.build(p, fidelity)), p, fidelity)
     np.testing.assert_allclose(mass, closed.mass_matrix(p.geometry, real, BETAS), atol=1e-12 * mass.max(), rtol=0)
     expected = closed.bias(real, np.array(BETAS), RATES)
     np.testing.assert_allclose(bias, expected, atol=1e-11 * np.abs(expected).max(), rtol=0)
@@ -300,7 +302,7 @@ def test_cardan_chain_follows_the_closed_form() -> None:
     start = 0.5 * math.pi
     expected = closed.misphase_output(inputs + start, bend, -misphase) - closed.misphase_output(start, bend, -misphase)
     for w in witnesses(cardan_chain(0.3, bend, misphase)):
-        np.testing.assert_allclose(turned(w, inputs), expected, atol=1e-11)
+        np.testing.assert_allclose(output_turns(w, inputs), expected, atol=1e-11)
 
 
 def test_cardan_chain_refuses_a_right_angle() -> None:
@@ -318,22 +320,22 @@ def test_probes_stay_within_the_mechanism() -> None:
 @pytest.mark.parametrize(
     "quantity",
     [
-        Quantity("one witness alone", 1.0, {"a": 1.0}),
-        Quantity("nobody", 1.0, {}, 1.0),
-        Quantity("another shape", 1.0, {"a": [1.0, 2.0]}, [1.0]),
-        Quantity("not finite", 1.0, {"a": math.nan}, 0.0),
-        Quantity("beyond its limit", 0.1, {"a": 0.2}, 0.0),
-        Quantity("witnesses that differ", 0.1, {"a": 0.2, "b": 0.4}),
+        CheckedQuantity("one witness alone", 1.0, {"a": 1.0}),
+        CheckedQuantity("nobody", 1.0, {}, 1.0),
+        CheckedQuantity("another shape", 1.0, {"a": [1.0, 2.0]}, [1.0]),
+        CheckedQuantity("not finite", 1.0, {"a": math.nan}, 0.0),
+        CheckedQuantity("beyond its limit", 0.1, {"a": 0.2}, 0.0),
+        CheckedQuantity("witnesses that differ", 0.1, {"a": 0.2, "b": 0.4}),
     ],
     ids=lambda q: q.what,
 )
-def test_graded_fails(quantity: Quantity) -> None:
-    good = Quantity("good", 1.0, {"a": 0.5, "b": 0.7})
-    assert graded(good).passed
-    assert not graded(good, quantity).passed
+def test_a_quantity_beyond_its_limit_fails(quantity: CheckedQuantity) -> None:
+    good = CheckedQuantity("good", 1.0, {"a": 0.5, "b": 0.7})
+    assert check_quantities(good).passed
+    assert not check_quantities(good, quantity).passed
 
 
-def test_graded_tells_the_numbers() -> None:
-    measured = graded(Quantity("length [m]", 0.5, {"a": 1.0, "b": 1.25}), note="why")
+def test_the_note_lists_the_differences() -> None:
+    measured = check_quantities(CheckedQuantity("length [m]", 0.5, {"a": 1.0, "b": 1.25}), note="why")
     assert measured.values == {"b": 0.5} and measured.tolerance == 1.0
     assert "length [m]: b 0.25 (limit 0.5)" in measured.note and measured.note.endswith("why")

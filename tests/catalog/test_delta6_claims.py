@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mechlab.catalog.delta6.claims import CLAIMS
-from mechlab.catalog.delta6.claims_velocity import shows
-from mechlab.catalog.delta6.probes import SOURCE
+from mechlab.catalog.delta6 import ENTRY
+from mechlab.catalog.delta6.parameters import SOURCE
 from mechlab.experiment.entry import ClaimResult, Verdict
+from mechlab.kit.claims import same_digits
 from mechlab.studies.check.claims import ClaimReport
 
+CLAIMS = ENTRY.claims
 BY_ID = {c.id: c for c in CLAIMS}
 HOLDS, ONLY_IF, MISPRINT, FAILS, CANNOT = (
     Verdict.HOLDS,
@@ -165,29 +166,29 @@ DIGITS = np.array([[-0.39159, 0.23374, -0.58277], [-0.00663, -0.456, -0.58277], 
 ROUGHER = np.array([50.0, 33.97, 37.05, 41.19, 51.0])
 
 OTHERWISE: list[tuple[str, str, str, Any, Verdict]] = [
-    ("C07", "decoupling", "SOURCE", BALANCED, HOLDS),
-    ("C08", "decoupling", "SOURCE", BALANCED, HOLDS),
-    ("C25", "velocity", "PRINTED_A", part("velocity").PRINTED_A * 1.01, CANNOT),
-    ("C26", "velocity", "PRINTED_B", -part("velocity").PRINTED_B, MISPRINT),
-    ("C27", "velocity", "PRINTED_A", DIGITS, HOLDS),
-    ("C28", "velocity", "PRINTED_ROTATION", np.diag([1.0, 2.0, 1.0]), FAILS),
-    ("C29", "velocity", "PRINTED_ROTATION", -part("velocity").PRINTED_ROTATION, HOLDS),
-    ("C30", "velocity", "SOURCE", replace(SOURCE, k_spur=SOURCE.k_spur * 2), MISPRINT),
-    ("C32", "dynamics", "SOURCE", BALANCED, HOLDS),
-    ("C35", "control", "GAINS", {"a": (240.0, 480.0), "b": (-1.0, 240.0)}, HOLDS),
-    ("C35", "control", "GAINS", {"a": (-1.0, 480.0), "b": (480.0, 240.0)}, MISPRINT),
-    ("C36", "control", "GAINS", {"critical": (2.0 * 480.0**0.5, 480.0)}, HOLDS),
+    ("C07", "mobility", "SOURCE", BALANCED, HOLDS),
+    ("C08", "mobility", "SOURCE", BALANCED, HOLDS),
+    ("C25", "motion", "PRINTED_A", part("motion").PRINTED_A * 1.01, CANNOT),
+    ("C26", "motion", "PRINTED_B", -part("motion").PRINTED_B, MISPRINT),
+    ("C27", "motion", "PRINTED_A", DIGITS, HOLDS),
+    ("C28", "motion", "PRINTED_ROTATION", np.diag([1.0, 2.0, 1.0]), FAILS),
+    ("C29", "motion", "PRINTED_ROTATION", -part("motion").PRINTED_ROTATION, HOLDS),
+    ("C30", "motion", "SOURCE", replace(SOURCE, k_spur=SOURCE.k_spur * 2), MISPRINT),
+    ("C32", "motion", "SOURCE", BALANCED, HOLDS),
+    ("C35", "motion", "GAINS", {"a": (240.0, 480.0), "b": (-1.0, 240.0)}, HOLDS),
+    ("C35", "motion", "GAINS", {"a": (-1.0, 480.0), "b": (480.0, 240.0)}, MISPRINT),
+    ("C36", "motion", "GAINS", {"critical": (2.0 * 480.0**0.5, 480.0)}, HOLDS),
     ("C38", "mesh", "PRINTED_CONTACT", (0.023579, 0.064782), HOLDS),
     ("C38", "mesh", "PRINTED_SLIDING", (0.1234, -0.0472), MISPRINT),
     ("C39", "mesh", "PRINTED_RADIUS", 0.03, HOLDS),
     ("C40", "mesh", "PRINTED_SLIDING", (0.1296, 0.0472), FAILS),
     ("C41", "mesh", "FRICTION", 1.0, HOLDS),
-    ("C42", "table", "FREE", np.array([50.0, 32.45, 32.35, 33.43, 40.12]), CANNOT),
-    ("C43", "table", "FREE", np.array([50.0, 32.35, 32.35, 33.43, 50.0 * 0.783]), HOLDS),
-    ("C44", "table", "ROUGH", np.array([50.0, 33.97, 37.05, 41.19, 60.0]), MISPRINT),
-    ("C45", "table", "ROUGH", ROUGHER, MISPRINT),
-    ("C46", "table", "ROUGH", ROUGHER, HOLDS),
-    ("C47", "table", "ROUGH", np.array([50.0, 33.97, 39.05, 41.19, 49.49]), CANNOT),
+    ("C42", "mesh", "FREE", np.array([50.0, 32.45, 32.35, 33.43, 40.12]), CANNOT),
+    ("C43", "mesh", "FREE", np.array([50.0, 32.35, 32.35, 33.43, 50.0 * 0.783]), HOLDS),
+    ("C44", "mesh", "ROUGH", np.array([50.0, 33.97, 37.05, 41.19, 60.0]), MISPRINT),
+    ("C45", "mesh", "ROUGH", ROUGHER, MISPRINT),
+    ("C46", "mesh", "ROUGH", ROUGHER, HOLDS),
+    ("C47", "mesh", "ROUGH", np.array([50.0, 33.97, 39.05, 41.19, 49.49]), CANNOT),
 ]  # fmt: skip
 
 
@@ -214,24 +215,32 @@ MUTATED: list[tuple[str, Callable[[pytest.MonkeyPatch], None], Verdict]] = [
     ("C01", patched(CLOSED, "somov_malyshev", lambda f: lambda *a: 3), HOLDS),
     ("C02", patched(CLOSED, "chebyshev", lambda f: lambda *a: f(*a) + 1), FAILS),
     ("C03", patched(CLOSED, "artobolevsky", lambda f: lambda *a: f(*a) + 1), FAILS),
-    ("C09", patched(DELTA + "claims_decoupling", "turned", lambda f: lambda w, x: np.asarray(x)), HOLDS),
-    ("C09", patched(DELTA + "claims_decoupling", "turned", lambda f: lambda w, x: f(w, x) * 1.001), FAILS),
-    ("C12", patched(DELTA + "claims_decoupling", "_rod_triples", lambda f: lambda x: f(x) + 0.9), FAILS),
+    ("C09", patched(DELTA + "claims_mobility", "output_turns", lambda f: lambda w, x: np.asarray(x)), HOLDS),
+    ("C09", patched(DELTA + "claims_mobility", "output_turns", lambda f: lambda w, x: f(w, x) * 1.001), FAILS),
+    ("C12", patched(DELTA + "claims_mobility", "_rod_triples", lambda f: lambda x: f(x) + 0.9), FAILS),
     ("C15", patched(CLOSED, "printed_turn_back", lambda f: lambda e: -np.arctan2(e[..., 1], e[..., 0])), HOLDS),
     ("C15", patched(CLOSED, "printed_turn_back", lambda f: lambda e: -f(e)), FAILS),
     ("C18", patched(CLOSED, "printed_drive_matrix", lambda f: lambda g: replace_k(g)), HOLDS),
     ("C24", patched(CLOSED, "workspace_counts", lambda f: lambda g, low, high, bend: f(g, low, high)), HOLDS),
     ("C33", patched(CLOSED, "generalized_forces", lambda f: lambda *a: -f(*a)), FAILS),
-    ("C37", patched(DELTA + "claims_control", "_deviation", lambda f: lambda *a: 1e-9), HOLDS),
-    ("C37", patched(DELTA + "claims_control", "_deviation", lambda f: lambda *a: 1.0), FAILS),
-    ("C49", patched(DELTA + "claims_toolpath", "_off_centre", lambda f: lambda curve: curve), HOLDS),
+    ("C37", patched(DELTA + "claims_motion", "_deviation", lambda f: lambda *a: 1e-9), HOLDS),
+    ("C37", patched(DELTA + "claims_motion", "_deviation", lambda f: lambda *a: 1.0), FAILS),
+    ("C49", patched(DELTA + "claims_articles", "_off_centre", lambda f: lambda curve: curve), HOLDS),
     ("C49", patched("mechlab.analytic.bspline", "simpson_spans", lambda f: lambda c, n: 1.01 * f(c, n)), FAILS),
     ("C50", patched("mechlab.analytic.bspline", "control_polygon_length", lambda f: lambda c: 0.7 * f(c)), HOLDS),
     ("C50", patched("mechlab.analytic.bspline", "control_polygon_length", lambda f: lambda c: 0.5 * f(c)), FAILS),
-    ("C53", patched(DELTA + "claims_regions", "SMOOTH", lambda f: type(f)("wrong", np.add, f.join)), FAILS),
-    ("C53", patched(DELTA + "claims_regions", "indicator", lambda f: lambda x: (np.asarray(x) > 0).astype(int)), HOLDS),
-    ("C54", patched(DELTA + "claims_regions", "SMOOTH", lambda f: type(f)("min", np.minimum, np.maximum)), FAILS),
-    ("C48", patched(DELTA + "claims_table", "loss", lambda f: lambda *a: 1.0501 if a[0] < a[1] else 1.0758), ONLY_IF),
+    ("C53", patched(DELTA + "claims_articles", "SMOOTH", lambda f: type(f)("wrong", np.add, f.join)), FAILS),
+    (
+        "C53",
+        patched(DELTA + "claims_articles", "indicator", lambda f: lambda x: (np.asarray(x) > 0).astype(int)),
+        HOLDS,
+    ),
+    ("C54", patched(DELTA + "claims_articles", "SMOOTH", lambda f: type(f)("min", np.minimum, np.maximum)), FAILS),
+    (
+        "C48",
+        patched(DELTA + "claims_mesh", "tooth_loss", lambda f: lambda *a: 1.0501 if a[0] < a[1] else 1.0758),
+        ONLY_IF,
+    ),
 ]
 
 
@@ -259,5 +268,5 @@ def test_other_closed_forms_give_another_verdict(
         ([0.39, 0.2336], [0.39, 0.233], [2, 3], False),
     ],
 )
-def test_shows(value: list[float], printed: list[float], decimals: Any, expected: bool) -> None:
-    assert shows(value, printed, decimals) is expected
+def test_same_digits(value: list[float], printed: list[float], decimals: Any, expected: bool) -> None:
+    assert same_digits(value, printed, decimals) is expected

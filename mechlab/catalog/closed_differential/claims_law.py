@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import differential as closed
-from mechlab.catalog.closed_differential.parameters import SOURCE
-from mechlab.catalog.closed_differential.probes import (
+from mechlab.catalog.closed_differential.build import SOURCE
+from mechlab.catalog.closed_differential.checks import (
     EXAMPLE,
     LAB,
     answers,
@@ -20,7 +20,7 @@ from mechlab.catalog.closed_differential.probes import (
     runs,
     speeds,
 )
-from mechlab.catalog.closed_differential.witnesses import ENGINES
+from mechlab.catalog.closed_differential.questions import ENGINES
 from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.mechanism.structure import rank
 

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import math
+
+from mechlab.catalog.delta6 import (
+    checks_motion,
+    checks_pose,
+    checks_source,
+    claims_articles,
+    claims_mesh,
+    claims_mobility,
+    claims_motion,
+    claims_positions,
+    head,
+    questions,
+    workspace,
+)
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.checks import CHECKS
-from mechlab.catalog.delta6.claims import CLAIMS
 from mechlab.catalog.delta6.parameters import Delta6Parameters
+from mechlab.catalog.delta6.particles import A15
 from mechlab.catalog.delta6.poses import expand
-from mechlab.catalog.delta6.questions import QUESTIONS
-from mechlab.catalog.delta6.questions_head import HEAD_QUESTIONS
-from mechlab.catalog.delta6.questions_region import REGION
 from mechlab.catalog.delta6.scenes import CHANNELS, SCENES, reference
-from mechlab.catalog.delta6.workspace import WORKSPACE
 from mechlab.experiment.entry import Entry
 
+LEDGERS = (
+    claims_mobility.LEDGER, claims_positions.LEDGER, claims_motion.LEDGER, claims_mesh.LEDGER, claims_articles.LENGTHS,
+    claims_articles.ALGEBRAS,
+)  # fmt: skip
 FORMULAS = """\
 - Position: O = D - d e1; h_i = sqrt(L^2 - |O_xy + g_i|^2); q_i = O_z + platform_height + h_i + slider_height, with
   g_i = -radial_offset r_i + tangential_offset t_i. Forward: three spheres, the intersection below their centres.
@@ -24,8 +38,6 @@ FORMULAS = """\
 
 
 def _warnings(p: Delta6Parameters) -> tuple[str, ...]:
-    import math
-
     home = math.degrees(math.acos(min(1.0, p.geometry.home_height / p.rod_length)))
     out = []
     if home > 45.0:
@@ -54,14 +66,16 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="pose-sweep",
-    questions=(*QUESTIONS, *HEAD_QUESTIONS, REGION),
-    checks=CHECKS,
-    claims=CLAIMS,
+    questions=(*questions.QUESTIONS, *head.QUESTIONS, workspace.MARGIN),
+    checks=tuple(
+        sorted((*checks_source.CHECKS, *checks_pose.CHECKS, *checks_motion.CHECKS, A15), key=lambda c: int(c.id[1:]))
+    ),
+    claims=tuple(claim for ledger in LEDGERS for claim in ledger.claims),
     reference=reference,
     expand=expand,
     channels=CHANNELS,
     warnings=_warnings,
-    workspace=WORKSPACE,
+    workspace=workspace.WORKSPACE,
     chain="3-PUU + 3-PSS legs (parallel rods) for translation; cardan shafts, spur train and bevel differential for rotation",
     formulas=FORMULAS,
     sources=("thesis abstract on a 6-DOF parallel mechanism with kinematic decoupling", "Gosselin & Angeles 1990"),

@@ -1,4 +1,4 @@
-"""Parameters of the 6-DOF delta: geometry, masses, control, and the closed-form geometry that follows from them."""
+"""Parameters of the 6-DOF delta, names of its drives and coordinates, and the three legs at home."""
 
 from __future__ import annotations
 
@@ -13,7 +13,20 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import parameter
 from mechlab.mechanism.geometry import Array
 
-_THESIS = "read in the source"
+CENTRE = ("O_x", "O_y", "O_z")
+"""Coordinates of the head centre O."""
+ANGLES = ("alpha", "beta", "gamma")
+"""Angles of the output link, R = Rz(gamma) Ry(beta) Rx(alpha)."""
+HEAD_POSE = (*CENTRE, *ANGLES)
+"""The six coordinates that fix where the head is and how the output link is turned."""
+SLIDERS = ("q1", "q2", "q3")
+ROTARY = ("phi1", "phi2", "phi3")
+DRIVES = (*SLIDERS, *ROTARY)
+
+THESIS = "thesis abstract on a 6-DOF parallel mechanism with decoupled motions"
+"""The source of the delta."""
+
+_READ = "read in the source"
 _FITTED = "fitted to the source's velocity example"
 _ASSUMED = "assumed; the source is silent"
 
@@ -31,12 +44,12 @@ class Delta6Parameters:
     leg_azimuths: tuple[float, ...] = parameter(
         (-math.pi / 6, math.pi / 2, 7 * math.pi / 6), "rad", "azimuths of the three legs", source=_FITTED
     )
-    head_offset: float = parameter(0.05, "m", "head centre O to output link centre D", source=_THESIS)
+    head_offset: float = parameter(0.05, "m", "head centre O to output link centre D", source=_READ)
     k_spur: Fraction = parameter(
-        Fraction(7, 5), "", "turns of drives 1 and 2 per turn of gamma", source=_THESIS, low=0, strict=True
+        Fraction(7, 5), "", "turns of drives 1 and 2 per turn of gamma", source=_READ, low=0, strict=True
     )
     k_transfer: Fraction = parameter(
-        Fraction(783, 1000), "", "turns of drives 1 and 2 per turn of beta", source=_THESIS, low=0, strict=True
+        Fraction(783, 1000), "", "turns of drives 1 and 2 per turn of beta", source=_READ, low=0, strict=True
     )
     k_bevel: Fraction = parameter(
         Fraction(1),
@@ -63,8 +76,8 @@ class Delta6Parameters:
     rotor_inertia: float = parameter(
         2e-3, "kg m2", "rotor of each rotary drive, at its shaft", source=_ASSUMED, low=0, strict=True
     )
-    position_gain: float = parameter(480.0, "1/s2", "head control: gain on the angle error", source=_THESIS, low=0)
-    velocity_gain: float = parameter(240.0, "1/s", "head control: gain on the rate error", source=_THESIS, low=0)
+    position_gain: float = parameter(480.0, "1/s2", "head control: gain on the angle error", source=_READ, low=0)
+    velocity_gain: float = parameter(240.0, "1/s", "head control: gain on the rate error", source=_READ, low=0)
     curve: str = parameter(
         "", "", "file of a B-spline for the scene toolpath (empty: a built-in curve)", source=_ASSUMED
     )
@@ -102,8 +115,12 @@ class Delta6Parameters:
             rod_length=self.rod_length, radial_offset=self.radial_offset, tangential_offset=self.tangential_offset,
             platform_radius=self.platform_radius, platform_height=self.platform_height, slider_height=self.slider_height,
             leg_azimuths=(a, b, c), head_offset=self.head_offset, k_spur=float(self.k_spur),
-            k_transfer=float(self.k_transfer), k_bevel=float(self.k_bevel),
+            k_transfer=float(self.k_transfer), k_bevel=float(self.k_bevel)
         )  # fmt: skip
+
+
+SOURCE = Delta6Parameters()
+"""The parameters of the source: its printed numbers are always compared with these, whatever the user has chosen."""
 
 
 @dataclass(frozen=True)
@@ -142,8 +159,3 @@ def legs(p: Delta6Parameters) -> tuple[Leg, ...]:
         a = np.array([-b[1], b[0], 0.0])
         out.append(Leg(i + 1, r, t, lower - span, lower, span, a, b))
     return tuple(out)
-
-
-def drive_names() -> tuple[str, ...]:
-    """The six drives."""
-    return ("q1", "q2", "q3", "phi1", "phi2", "phi3")

@@ -1,43 +1,38 @@
-"""All joint coordinates of every fidelity from the closed forms: start poses for the engines, poses for the page."""
+"""Poses of the delta: joint coordinates of every fidelity from the closed forms, test poses and a test motion, and what
+an engine's constraint rows say of rates, accelerations and forces there."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.delta6 import cardan_angles, drives_from_angles, inverse_position
+from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import Delta6Parameters, legs
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, HEAD_POSE, ROTARY, SLIDERS, Delta6Parameters, legs
+from mechlab.catalog.delta6.witnesses import Witness, witnesses
+from mechlab.errors import NoSolution
+from mechlab.experiment.laws import drive_forces
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
+SHAFT_SENSE = np.array([-1.0, -1.0, 1.0])
+"""Rotary drives 1 and 2 turn about -Z, drive 3 about +Z."""
+
+# -- joint coordinates ---------------------------------------------------------------------------------------------------
+
 
 def coordinates(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: ArrayLike) -> Array:
-    """(n, nq) coordinates for head centres O (n, 3) and angles alpha, beta, gamma (n, 3).
+    """(n, nq) coordinates of a fidelity for head centres O (n, 3) [m] and angles alpha, beta, gamma (n, 3) [rad].
 
-    Idle spins of the plain rods are those of the shortest turn. Raises NoSolution out of reach.
+    The plain rods do not spin: each turns the shortest way from its home direction. Raises NoSolution out of reach.
     """
-    found = joint_values(p, fidelity, centre, angles)
-    return _pack(build(p, fidelity), found, len(found["alpha"]))
-
-
-def joint_values(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: ArrayLike) -> dict[str, Array]:
-    """Joint or drive -> its values (n,), quaternions (n, 4), as of `coordinates`."""
-    centre, angles = np.atleast_2d(np.asarray(centre, dtype=float)), np.atleast_2d(np.asarray(angles, dtype=float))
-    values = _shared(p, centre, angles)
-    if fidelity == "minimal":
-        values |= _swings(p, centre)
-    if fidelity in ("parts", "full"):
-        values |= _gears(p, angles)
-    if fidelity == "full":
-        values |= _cardans(p, centre, angles) | _balls(p, centre)
-        values["O_turn"] = np.tile([1.0, 0.0, 0.0, 0.0], (len(centre), 1))
-    return values
-
-
-def _pack(m: Mechanism, values: dict[str, Array], n: int) -> Array:
-    q = np.tile(m.reference(), (n, 1))
+    m, values = build(p, fidelity), joint_values(p, fidelity, centre, angles)
+    q = np.tile(m.reference(), (len(values["alpha"]), 1))
     for joint in m.joints:
         if joint.name in values:
             value = values[joint.name]
@@ -45,42 +40,45 @@ def _pack(m: Mechanism, values: dict[str, Array], n: int) -> Array:
     return q
 
 
-def _shared(p: Delta6Parameters, centre: Array, angles: Array) -> dict[str, Array]:
-    sliders = inverse_position(p.geometry, centre).require()
-    shafts = drives_from_angles(p.geometry, angles)
-    out = {f"O_{a}": centre[:, k] for k, a in enumerate("xyz")}
-    out |= {name: angles[:, k] for k, name in enumerate(("alpha", "beta", "gamma"))}
-    for k in range(3):
-        out |= {f"q{k + 1}": sliders[:, k], f"phi{k + 1}": shafts[:, k]}
-    return out
+def joint_values(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: ArrayLike) -> dict[str, Array]:
+    """Joint or drive -> its values (n,), of ball joints quaternions w, x, y, z (n, 4); arguments as of `coordinates`."""
+    centre, angles = np.atleast_2d(np.asarray(centre, dtype=float)), np.atleast_2d(np.asarray(angles, dtype=float))
+    sliders = closed.inverse_position(p.geometry, centre).require()
+    shafts = closed.drives_from_angles(p.geometry, angles)
+    values: dict[str, Array] = {}
+    for names, columns in ((CENTRE, centre), (ANGLES, angles), (SLIDERS, sliders), (ROTARY, shafts)):
+        values |= {name: columns[:, k] for k, name in enumerate(names)}
+    if fidelity == "minimal":
+        values |= _swings(p, centre, sliders)
+    if fidelity in ("parts", "full"):
+        values |= _gears(p, angles, shafts)
+    if fidelity == "full":
+        values |= _cardans(p, centre, shafts) | _balls(p, centre, sliders)
+        values["O_turn"] = np.tile([1.0, 0.0, 0.0, 0.0], (len(centre), 1))
+    return values
 
 
-def _spans(p: Delta6Parameters, centre: Array) -> list[tuple[Array, Array, Array]]:
-    """Per leg: unit rod directions (n, 3), the home direction and fork_b."""
-    sliders = inverse_position(p.geometry, centre).require()
+def _rods(p: Delta6Parameters, centre: Array, sliders: Array) -> list[tuple[Array, Array, Array]]:
+    """Per leg: unit rod directions (n, 3), the home direction (3,) and the fork axis fork_b (3,)."""
     out = []
     for leg in legs(p):
-        upper = np.column_stack(
-            [
-                np.full(len(centre), leg.upper[0]),
-                np.full(len(centre), leg.upper[1]),
-                sliders[:, leg.index - 1] - p.slider_height,
-            ]
-        )
+        upper = np.empty((len(centre), 3))
+        upper[:, :2], upper[:, 2] = leg.upper[:2], sliders[:, leg.index - 1] - p.slider_height
         out.append(((centre + leg.lower - upper) / p.rod_length, leg.span / p.rod_length, leg.fork_b))
     return out
 
 
-def _swings(p: Delta6Parameters, centre: Array) -> dict[str, Array]:
+def _swings(p: Delta6Parameters, centre: Array, sliders: Array) -> dict[str, Array]:
+    """The two revolutes that carry the rods of a leg in `minimal`."""
     out: dict[str, Array] = {}
-    for i, (u, home, b) in enumerate(_spans(p, centre), start=1):
+    for i, (u, home, b) in enumerate(_rods(p, centre, sliders), start=1):
         out[f"swing{i}"] = np.arctan2(u @ np.cross(b, home), u @ home)
         out[f"sway{i}"] = np.arcsin(np.clip(u @ b, -1.0, 1.0))
     return out
 
 
-def _gears(p: Delta6Parameters, angles: Array) -> dict[str, Array]:
-    shafts = drives_from_angles(p.geometry, angles)
+def _gears(p: Delta6Parameters, angles: Array, shafts: Array) -> dict[str, Array]:
+    """Central gears rho, planets nu against the carrier, double bevels p against the T-shaped carrier."""
     kn, kp, kv = float(p.k_spur), float(p.k_transfer / p.k_spur), float(p.k_bevel)
     out: dict[str, Array] = {}
     for i in (1, 2):
@@ -90,26 +88,21 @@ def _gears(p: Delta6Parameters, angles: Array) -> dict[str, Array]:
     return out
 
 
-def _cardans(p: Delta6Parameters, centre: Array, angles: Array) -> dict[str, Array]:
-    shafts = drives_from_angles(p.geometry, angles)
-    about_z = shafts * np.array([-1.0, -1.0, 1.0])
-    found = cardan_angles(p.geometry, centre, about_z)
+def _cardans(p: Delta6Parameters, centre: Array, shafts: Array) -> dict[str, Array]:
+    found = closed.cardan_angles(p.geometry, centre, shafts * SHAFT_SENSE)
     out: dict[str, Array] = {}
     for k in range(3):
         i = k + 1
         out |= {f"fork{i}_a": found.upper_fork[:, k], f"fork{i}_b": found.upper_cross[:, k]}
-        out |= {
-            f"ankle{i}_b": found.lower_cross[:, k],
-            f"ankle{i}_a": found.lower_fork[:, k],
-            f"phi{i}_lower": shafts[:, k],
-        }
+        out |= {f"ankle{i}_b": found.lower_cross[:, k], f"ankle{i}_a": found.lower_fork[:, k]}
+        out[f"phi{i}_lower"] = shafts[:, k]
     return out
 
 
-def _balls(p: Delta6Parameters, centre: Array) -> dict[str, Array]:
+def _balls(p: Delta6Parameters, centre: Array, sliders: Array) -> dict[str, Array]:
     """Shortest turn of each plain rod, as quaternions (n, 4): (1 + u0 . u, u0 x u), normalised."""
     out: dict[str, Array] = {}
-    for i, (u, home, _) in enumerate(_spans(p, centre), start=1):
+    for i, (u, home, _) in enumerate(_rods(p, centre, sliders), start=1):
         q = np.column_stack([1.0 + u @ home, np.cross(home, u)])
         out[f"ball{i}"] = q / np.linalg.norm(q, axis=1, keepdims=True)
     return out
@@ -120,6 +113,151 @@ def expand(p: Delta6Parameters, recording: Recording) -> tuple[Mechanism, Array]
     full = build(p, "full")
     if recording.fidelity == "full":
         return full, recording.q
-    centre = np.column_stack([recording.channel(f"O_{a}") for a in "xyz"])
-    angles = np.column_stack([recording.channel(a) for a in ("alpha", "beta", "gamma")])
+    centre, angles = (np.column_stack([recording.channel(n) for n in names]) for names in (CENTRE, ANGLES))
     return full, coordinates(p, "full", centre, angles)
+
+
+# -- test poses and a test motion ------------------------------------------------------------------------------------------
+
+HEAD_CENTRE_SWING = 0.05
+"""Swing of the head centre on the test motion, for parameters that reach as far as the source's [m]."""
+
+
+def reach(p: Delta6Parameters) -> float:
+    """Horizontal distance from the home pose to the nearest pose with a horizontal rod [m]."""
+    return float(closed.reach_margin(p.geometry, np.zeros(3)))
+
+
+def without_stops(p: Delta6Parameters) -> Delta6Parameters:
+    """The same delta with slider stops that no test motion reaches: the checks do not ask what stops do to a motion."""
+    home = p.geometry.home_height + p.platform_height + p.slider_height
+    return replace(p, slider_min=min(p.slider_min, home - 1.0), slider_max=max(p.slider_max, home + 1.0))
+
+
+def random_poses(p: Delta6Parameters, count: int, share: float = 0.5, seed: int = 3) -> tuple[Array, Array]:
+    """Head centres O (count, 3) within `share` of the reach and angles (count, 3) with |beta| < 1.5 rad."""
+    rng = np.random.default_rng(seed)
+    radius, turn = share * reach(p) * np.sqrt(rng.random(count)), rng.uniform(-np.pi, np.pi, count)
+    centre = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), rng.uniform(-0.1, 0.1, count)])
+    return centre, rng.uniform([-3.0, -1.5, -3.0], [3.0, 1.5, 3.0], (count, 3))
+
+
+def moderate_poses(p: Delta6Parameters, count: int, seed: int) -> tuple[Array, Array, Array]:
+    """`random_poses` with 0.7 of their angles, so that |beta| stays below 61 deg; and D of each (count, 3)."""
+    centre, angles = random_poses(p, count, seed=seed)
+    angles = 0.7 * angles
+    return centre, angles, centre + p.head_offset * closed.output_axis(angles)
+
+
+@dataclass(frozen=True)
+class HeadMotion:
+    """Head centre and angles with their first and second derivatives, each (n, 3)."""
+
+    centre: Array
+    centre_rate: Array
+    centre_accel: Array
+    angles: Array
+    angle_rate: Array
+    angle_accel: Array
+
+    @property
+    def rate(self) -> Array:
+        """(n, 6) rates of O_x, O_y, O_z, alpha, beta, gamma."""
+        return np.hstack([self.centre_rate, self.angle_rate])
+
+    @property
+    def accel(self) -> Array:
+        """(n, 6) their accelerations."""
+        return np.hstack([self.centre_accel, self.angle_accel])
+
+
+def trial_motion(p: Delta6Parameters, t: ArrayLike) -> HeadMotion:
+    """All six freedoms at 1 Hz: O swings by about 0.05 m (less where the reach is short), the angles by 0.6, 0.5, 0.4 rad."""
+    time = np.asarray(t, dtype=float)[:, None]
+    swing = min(HEAD_CENTRE_SWING, 0.35 * reach(p))
+    w = 2.0 * np.pi
+    parts = []
+    for amplitude, phase in (([swing, swing, 0.6 * swing], [0.0, 1.3, 2.1]), ([0.6, 0.5, 0.4], [0.4, 1.7, 2.9])):
+        size, x = np.array(amplitude), w * time + np.array(phase)
+        parts += [size * np.sin(x), size * w * np.cos(x), -size * w**2 * np.sin(x)]
+    return HeadMotion(*parts)
+
+
+def refuses(ask: Callable[[], object]) -> bool:
+    """True when the closed form says that there is no solution."""
+    try:
+        ask()
+    except NoSolution:
+        return True
+    return False
+
+
+# -- what the constraint rows of an engine say at its state ----------------------------------------------------------------
+
+
+def rows_of(witness: Witness, names: Sequence[str]) -> Array:
+    """(k, nv) rates of joints or shafts by name from the rates of all coordinates."""
+    return np.array([witness.mechanism.row(name) for name in names])
+
+
+def response(witness: Witness, given: Sequence[str] = HEAD_POSE) -> Array:
+    """(nv, k) rates of everything per unit rate of each joint or shaft in `given`, by the constraint Jacobian.
+
+    Where local freedoms remain (spins of the plain rods), the smallest rates.
+    """
+    jacobian, rows = witness.jacobian(), rows_of(witness, given)
+    right = np.vstack([np.zeros((len(jacobian), len(rows))), np.eye(len(rows))])
+    return np.asarray(np.linalg.lstsq(np.vstack([jacobian, rows]), right, rcond=1e-11)[0])
+
+
+def rate_matrix(witness: Witness, wanted: Sequence[str], given: Sequence[str] = HEAD_POSE) -> Array:
+    """(wanted, given) rates of joints or shafts per unit rate of others."""
+    return rows_of(witness, wanted) @ response(witness, given)
+
+
+def gear_matrix(witness: Witness) -> Array:
+    """(3, 3) K of phi = K (alpha, beta, gamma): rates of the rotary drives per rate of the angles, O held."""
+    return rate_matrix(witness, ROTARY)[:, 3:]
+
+
+Measure: TypeAlias = Callable[[Witness], Any]
+"""What is computed from a witness at its state: a number or an array of fixed shape."""
+
+
+def at_poses(
+    p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: ArrayLike, measure: Measure
+) -> dict[str, Array]:
+    """Witness -> (n, ...) what is measured at rest at each of n poses of a fidelity."""
+    poses = coordinates(p, fidelity, centre, angles)
+    return {w.name: np.array([measure(w.at(q)) for q in poses]) for w in witnesses(build(p, fidelity))}
+
+
+def at_home(p: Delta6Parameters, fidelity: str, measure: Measure) -> dict[str, Any]:
+    """Witness -> what is measured in the reference pose."""
+    return {w.name: measure(w) for w in witnesses(build(p, fidelity))}
+
+
+def moving(
+    p: Delta6Parameters, fidelity: str, motion: HeadMotion, measure: Callable[[Witness, Array], Array]
+) -> dict[str, Array]:
+    """Witness -> (n, ...) what is measured on a motion; `measure` gets the witness, which moves, and the six accelerations."""
+    poses = coordinates(p, fidelity, motion.centre, motion.angles)
+    out = {}
+    for w in witnesses(build(p, fidelity)):
+        found = []
+        for q, rate, accel in zip(poses, motion.rate, motion.accel, strict=True):
+            found.append(measure(w.at(q, response(w.at(q)) @ rate), accel))
+        out[w.name] = np.array(found)
+    return out
+
+
+def accelerations(witness: Witness, values: ArrayLike) -> Array:
+    """(nv,) accelerations that keep the constraints and give O and alpha, beta, gamma the accelerations `values` (6,)."""
+    matrix = np.vstack([witness.jacobian(), rows_of(witness, HEAD_POSE)])
+    right = np.concatenate([-witness.constraint_bias(), np.asarray(values, dtype=float)])
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-11)[0])
+
+
+def forces(witness: Witness, values: ArrayLike, drives: tuple[str, ...]) -> Array:
+    """(drives,) forces [N, N m] that give O and alpha, beta, gamma the accelerations `values` (6,) at the present state."""
+    return drive_forces(witness, rows_of(witness, HEAD_POSE), np.asarray(values, dtype=float), drives)

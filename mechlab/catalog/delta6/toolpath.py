@@ -18,7 +18,7 @@ from scipy.interpolate import make_interp_spline
 
 from mechlab.analytic import delta6 as closed
 from mechlab.analytic.bspline import BSpline, Ramp, Travel, arc_length
-from mechlab.catalog.delta6.parameters import Delta6Parameters, drive_names
+from mechlab.catalog.delta6.parameters import DRIVES, Delta6Parameters
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.kit.curve_file import read_curve
 from mechlab.mechanism.geometry import Array
@@ -38,8 +38,8 @@ DEFAULT = BSpline(
         (0.00, 0.00, 0.00, 0.0, 0.0, 0.0), (0.00, 0.00, 0.02, 0.0, 0.0, 0.3), (0.05, 0.00, 0.05, 0.2, 0.1, 1.0),
         (0.05, 0.06, 0.05, 0.4, 0.3, 2.2), (-0.05, 0.06, 0.00, 0.2, 0.4, 3.6), (-0.06, -0.03, -0.05, -0.3, 0.2, 5.0),
         (0.00, -0.07, -0.04, -0.5, -0.2, 6.4), (0.05, -0.03, 0.00, -0.2, -0.3, 7.4), (0.04, 0.00, 0.01, 0.0, -0.1, 7.9),
-        (0.04, 0.00, 0.01, 0.0, 0.0, 8.0),
-    ),
+        (0.04, 0.00, 0.01, 0.0, 0.0, 8.0)
+    )
 )  # fmt: skip
 """Round the centre with more than a whole turn of gamma."""
 
@@ -198,4 +198,4 @@ def _stretch(law: Ramp, slopes: list[Any], bounds: Array) -> float:
 
 def table_of(path: Toolpath) -> dict[str, tuple[float, ...]]:
     """Values of each drive at the times of the path."""
-    return {name: tuple(path.drives[:, k].tolist()) for k, name in enumerate(drive_names())}
+    return {name: tuple(path.drives[:, k].tolist()) for k, name in enumerate(DRIVES)}

@@ -1,17 +1,30 @@
-"""The workspace of the head centre O: the source's grid, its test, and the limits that the source leaves out."""
+"""The workspace of the head centre O: the source's grid and test, the limits that the source leaves out, maps, and the
+question of the margin at a point."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial, reduce
+from typing import Any
 
 import numpy as np
 
 from mechlab.analytic import delta6 as closed
-from mechlab.analytic.regions import Region
-from mechlab.catalog.delta6.parameters import Delta6Parameters
+from mechlab.analytic.regions import Region, any_of, r_functions
+from mechlab.catalog.delta6.build import build
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, SLIDERS, Delta6Parameters
+from mechlab.catalog.delta6.poses import coordinates
+from mechlab.catalog.delta6.questions import START_OFFSET
 from mechlab.experiment.entry import Coordinates, WorkspaceLimit, WorkspaceMap, WorkspaceRecipe
+from mechlab.experiment.question import Answer, Question
+from mechlab.kit.witness import ENGINES, engine_answer
+from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
+
+Given = Mapping[str, Any]
+
+# -- region and maps -------------------------------------------------------------------------------------------------------
 
 
 def limits_of(p: Delta6Parameters, limits: Mapping[str, float]) -> closed.WorkspaceLimits:
@@ -20,35 +33,36 @@ def limits_of(p: Delta6Parameters, limits: Mapping[str, float]) -> closed.Worksp
 
 
 def region(p: Delta6Parameters, limits: Mapping[str, float]) -> Region:
-    """See `mechlab.analytic.delta6.workspace`."""
+    """The positions of O that keep every limit; see `mechlab.analytic.delta6.workspace_region`."""
     return closed.workspace_region(p.geometry, limits_of(p, limits), p.rod_spacing)
 
 
-def _plane(points: Coordinates) -> Array:
-    x, y = np.broadcast_arrays(points["x"], points["y"])
-    return np.stack([x, y, np.zeros(x.shape)], axis=-1)
-
-
 def maps(p: Delta6Parameters) -> dict[str, WorkspaceMap]:
-    """Dexterity, reach and clearance over (x, y)."""
+    """Dexterity, reach, bend and clearance over (x, y)."""
     g = p.geometry
 
-    def bend(points: Coordinates) -> Array:
-        reach = g.rod_length - closed.reach_margin(g, _plane(points))
+    def bend(centre: Array) -> Array:
+        reach = g.rod_length - closed.reach_margin(g, centre)
         return np.asarray(np.arcsin(np.minimum(reach / g.rod_length, 1.0)))
 
-    plane = ("x", "y")
+    def over_plane(of: Callable[[Array], Array], unit: str, text: str) -> WorkspaceMap:
+        def at(points: Coordinates) -> Array:
+            x, y = np.broadcast_arrays(points["x"], points["y"])
+            return of(np.stack([x, y, np.zeros(x.shape)], axis=-1))
+
+        return WorkspaceMap(at, ("x", "y"), unit, text)
+
     return {
-        "inverse_condition": WorkspaceMap(
-            lambda q: closed.inverse_condition(g, _plane(q)), plane, "",
+        "inverse_condition": over_plane(
+            partial(closed.inverse_condition, g), "",
             "dexterity: smallest singular value of the slider Jacobian over its largest",
         ),
-        "reach_margin": WorkspaceMap(
-            lambda q: closed.reach_margin(g, _plane(q)), plane, "m", "horizontal distance to a rod that lies horizontal"
+        "reach_margin": over_plane(
+            partial(closed.reach_margin, g), "m", "horizontal distance to a rod that lies horizontal"
         ),
-        "largest_bend": WorkspaceMap(bend, plane, "rad", "largest bend of a cardan"),
-        "clearance": WorkspaceMap(
-            lambda q: closed.clearance(g, _plane(q), p.rod_spacing), plane, "m",
+        "largest_bend": over_plane(bend, "rad", "largest bend of a cardan"),
+        "clearance": over_plane(
+            partial(closed.clearance, g, rod_spacing=p.rod_spacing), "m",
             "distance of centre lines of rods of different legs, and of rods and the guides of other legs",
         ),
     }  # fmt: skip
@@ -64,4 +78,101 @@ WORKSPACE = WorkspaceRecipe(
     },
     maps=maps,
     text="positions of the head centre O",
+)
+
+# -- the question ----------------------------------------------------------------------------------------------------------
+
+LIMITS = ("least_condition", "least_clearance")
+CLAUSES = ("reach", "slider_min", "slider_max", "bend", "condition", "clearance")
+MARGINS = tuple(f"{n}_margin" for n in CLAUSES)
+JOINED = ("margin", "any_margin", "r_conjunction", "r_disjunction")
+NO_CLEARANCE = "the clearance of the rods is known to the closed form alone, so is the margin of all limits"
+
+
+def _limits(given: Given) -> dict[str, float]:
+    return {k: float(given[k]) for k in LIMITS if k in given}
+
+
+def _margins_analytic(p: Delta6Parameters, given: Given) -> Answer:
+    """The region of the workspace, evaluated."""
+    inside = region(p, _limits(given))
+    points = dict(zip("xyz", np.broadcast_arrays(*(np.asarray(given[k], dtype=float) for k in CENTRE)), strict=True))
+    smooth = r_functions(float(given["r_alpha"]))
+    either = any_of(inside.clauses)
+    shape = points["x"].shape
+    margins = {f"{c.name}_margin": c.margin(points) for c in inside.clauses}
+    margins |= {"margin": inside.margin(points), "any_margin": either.margin(points)}
+    margins |= {"r_conjunction": inside.margin(points, smooth), "r_disjunction": either.margin(points, smooth)}
+    values: dict[str, Any] = {k: np.broadcast_to(x, shape).copy() for k, x in margins.items()}
+    notes: tuple[str, ...] = ()
+    if not shape:
+        verdict = inside.decide(points)
+        where = "inside" if bool(verdict.inside) else "outside"
+        notes = (f"{where} the workspace; {verdict.binding()} decides",)
+    found = closed.inverse_position(p.geometry, np.stack([points[k] for k in "xyz"], axis=-1))
+    if np.all(found.reachable):
+        values |= {n: found.drives[..., k] for k, n in enumerate(SLIDERS)}
+    return Answer(values, notes=notes)
+
+
+def _margins_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
+    """Margins measured on the pose that an engine assembles, and R-functions by their defining formula."""
+    centre = np.array([float(given[k]) for k in CENTRE])
+    if not bool(closed.inverse_position(p.geometry, centre).reachable):
+        return Answer(cannot="no pose has its head centre here, so that there is none to measure")
+    pose = dict(zip(CENTRE, centre.tolist(), strict=True)) | dict.fromkeys(ANGLES, 0.0)
+    start = coordinates(p, "minimal", centre, np.zeros(3))[0] + START_OFFSET
+    m = build(p, "minimal")
+    found = engine_answer(engine, m, pose, SLIDERS, start=start, steps=1)
+    if not found.values:
+        return found
+    limits, g = limits_of(p, _limits(given)), p.geometry
+    sliders = np.array([found.values[n] for n in SLIDERS])
+    heights = sliders - g.slider_height - g.platform_height - centre[2]
+    radius = float(np.sqrt(np.max(g.rod_length**2 - heights**2)))
+    margins = {
+        "reach": g.rod_length - radius,
+        "slider_min": float(sliders.min()) - limits.slider_min,
+        "slider_max": limits.slider_max - float(sliders.max()),
+    }
+    if limits.bend_limit is not None:
+        margins["bend"] = g.rod_length * float(np.sin(limits.bend_limit)) - radius
+    if limits.least_condition is not None:
+        sizes = np.linalg.svd(_slider_jacobian(engine, m, pose, start), compute_uv=False)
+        margins["condition"] = g.rod_length * float(sizes[-1] / sizes[0] - limits.least_condition)
+    values: dict[str, Any] = {f"{k}_margin": x for k, x in margins.items()} | dict(found.values)
+    if limits.least_clearance is not None:
+        return Answer(values, found.status, (*found.notes, NO_CLEARANCE))
+    alpha, each = float(given["r_alpha"]), list(margins.values())
+    values |= {"margin": min(each), "any_margin": max(each)}
+    values |= {"r_conjunction": reduce(_r(alpha, -1.0), each), "r_disjunction": reduce(_r(alpha, 1.0), each)}
+    return Answer(values, found.status, found.notes)
+
+
+def _r(alpha: float, sign: float) -> Callable[[float, float], float]:
+    """R_alpha as it is defined: (x + y -+ sqrt(x^2 + y^2 - 2 alpha x y)) / (1 + alpha)."""
+    return lambda x, y: (x + y + sign * float(np.sqrt(x * x + y * y - 2.0 * alpha * x * y))) / (1.0 + alpha)
+
+
+def _slider_jacobian(engine: str, m: Mechanism, pose: Mapping[str, float], start: Array) -> Array:
+    """(3, 3) slider rates per rate of O_x, O_y, O_z, the angles held."""
+    still = {f"{n}_rate": 0.0 for n in (*CENTRE, *ANGLES)}
+    columns = []
+    for n in CENTRE:
+        asked = {**pose, **still, f"{n}_rate": 1.0}
+        rates = engine_answer(engine, m, asked, [f"{s}_rate" for s in SLIDERS], start=start, steps=1).values
+        columns.append([rates[f"{s}_rate"] for s in SLIDERS])
+    return np.array(columns).T
+
+
+MARGIN = Question(
+    "margins of the workspace",
+    given=CENTRE,
+    optional=dict.fromkeys(LIMITS) | {"r_alpha": 0.0},
+    answers=(*MARGINS, *JOINED, *SLIDERS),
+    witnesses={"analytic": _margins_analytic} | {engine: partial(_margins_engine, engine) for engine in ENGINES},
+    units=dict.fromkeys((*CENTRE, *MARGINS, *JOINED, *SLIDERS, "least_clearance"), "m")
+    | dict.fromkeys(("least_condition", "r_alpha"), ""),
+    text="how far the head centre is inside every limit of the workspace (negative: outside), inside all and any of them, "
+    "and the R-functions R_alpha of the same",
 )

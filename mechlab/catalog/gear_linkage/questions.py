@@ -10,8 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from mechlab.analytic import gear_linkage as closed_form
-from mechlab.catalog.gear_linkage.build import build
-from mechlab.catalog.gear_linkage.parameters import Parameters
+from mechlab.catalog.gear_linkage.build import Parameters, build
 from mechlab.experiment.question import Answer, Question
 from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status

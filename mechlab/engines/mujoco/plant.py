@@ -166,6 +166,12 @@ class StateOfMujoco(MujocoPlant):
             mujoco.mj_forward(self.model, data)
         return self
 
+    def relation_rows(self) -> Array:
+        """(relations, nv) rows of the tendons that stand for the relations, in their order."""
+        equalities, closure = self.map.equalities, self._closure
+        k = [closure.slices[equalities[r.name][0]].start for r in self.mechanism.relations]
+        return closure.rows(self.data)[0][k][:, self.map.dof]
+
     def closing(self) -> tuple[Array, Array, Array]:
         """(rows,) residual and (rows, engine nv) gradient of the engine's equality rows (efc_pos, efc_J), (engine nv,) rates;
         columns of the Mechanism first, in its order, then those of connectors."""

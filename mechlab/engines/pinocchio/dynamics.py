@@ -188,6 +188,10 @@ class PinPlant:
             self._row_bias = self.constraints.bias()
         return self._row_bias
 
+    def relation_rows(self) -> Array:
+        """(relations, nv) rows of the relations, in their order."""
+        return self.jacobian()[[self.constraints.slices[r.name].start for r in self.mechanism.relations]]
+
     def closing(self) -> tuple[Array, Array, Array]:
         """(rows,) residual, (rows, nv) its gradient, (nv,) the rates."""
         return self.residual(), self.jacobian(), self.v
