@@ -24,7 +24,7 @@ from mechlab.experiment.laws import Law, Plant
 from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.experiment.tree_plant import MassShare
+from mechlab.experiment.tree_plant import MassShare, TreePlant
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -239,6 +239,19 @@ class Engine:
         return MechlabError(f"the engine {self.name} {what}.")
 
 
+class NumpyTree(Engine):
+    """The tree of `mechlab.mechanism` itself, as one more implementation of a state. It runs nothing."""
+
+    name = "numpy"
+
+    def plant(self, mechanism: Mechanism) -> TreePlant:
+        """The numpy tree in the reference pose."""
+        return TreePlant(mechanism)
+
+
+ENGINES = {"numpy": NumpyTree()}
+
+
 def state_of(name: str, plant: StatePlant, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
     """The EngineState of a plant at coordinates q (nq,) and rates v (nv,), default 0."""
     m = plant.mechanism
@@ -254,7 +267,7 @@ def state_of(name: str, plant: StatePlant, q: ArrayLike, v: ArrayLike | None = N
 
 _PINOCCHIO = "Pinocchio is not installed; `pip install pin` (there is no wheel for Windows: use WSL)."
 _ADDRESSES: dict[str, tuple[str, str]] = {
-    "numpy": ("own.tree", ""),
+    "numpy": ("protocol", ""),
     "pinocchio": ("pinocchio.engine", _PINOCCHIO),
     "mujoco": ("mujoco.engine", "mujoco is not installed (mujoco is missing); pip install mujoco."),
     "one_freedom": ("own.one_freedom", ""),

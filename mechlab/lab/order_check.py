@@ -12,7 +12,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.errors import expected_order, observed_order, order_finding
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.nature import with_static_motors
+from mechlab.lab.problem_settings import with_static_motors
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Joint, Shaft

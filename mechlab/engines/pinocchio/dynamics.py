@@ -1,7 +1,9 @@
-"""Constrained dynamics on Pinocchio: mass matrix, bias, constraint rows of a state, and the accelerations that
-follow.
+"""A mechanism at one state on Pinocchio: mass matrix, bias, constraint rows, accelerations and reactions.
 
-Passive forces of a Mechanism: dampers and springs of joints and shafts, springs between points, dry friction.
+    M(q) a + h(q, v) = tau + J^T r,    J a + dJ/dt v = 0
+
+M with armatures and J c c^T of every shaft; h with Coriolis, centrifugal, weight and passive terms: dampers and springs of joints
+and shafts, springs between points. Dry friction is not in h: it has no value at rest.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from mechlab.lab.accuracy.result import Neighbour, Result, motion_of, recording_
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
-from mechlab.lab.nature import other_softness
+from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 
 OUTPUTS = 400

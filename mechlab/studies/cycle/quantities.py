@@ -77,9 +77,9 @@ def witness_difference(
     Of a body with several joints the last is compared. Raises MechlabError where MuJoCo cannot say.
     """
     engine("mujoco")  # raises EngineMissing where it is not installed
-    from mechlab.engines.mujoco.inverse import InverseDynamics
+    from mechlab.engines.mujoco.reactions import InverseDynamicsSolver
 
-    by_mujoco = InverseDynamics(m)
+    by_mujoco = InverseDynamicsSolver(m)
     worst = 0.0
     for k in np.unique(np.linspace(0, len(q) - 1, COMPARED).astype(int)):
         theirs = by_mujoco.solve(q[k], v[k], drive, accel, load)

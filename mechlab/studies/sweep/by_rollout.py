@@ -17,7 +17,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.design import AUTO, Design
-from mechlab.lab.nature import by_nature, rough
+from mechlab.lab.problem_settings import rough_names, settings_for
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.sweep.by_run import reduced
@@ -36,7 +36,7 @@ def scene_of(request: Request, design: Design) -> tuple[Design, Mechanism, Scene
     lived = design.for_scene(request.scene)
     scene = lived.scene(request.scene, request.fidelity, request.duration)
     mechanism = lived.mechanism(scene.fidelity)
-    chosen = by_nature(scene.settings, mechanism, scene)
+    chosen = settings_for(scene.settings, mechanism, scene)
     if request.timestep is not None:
         chosen = replace(chosen, timestep=request.timestep)
     return lived, mechanism, scene, chosen
@@ -62,7 +62,7 @@ def why_not(request: Request, design: Design) -> str:
     reasons = {
         f"the scene has laws that Python evaluates ({', '.join(others)})": bool(others),
         "the scene keeps its assembly mode": bool(scene.keep_mode), "there are loops": bool(mechanism.loops),
-        "there is dry friction": bool(rough(mechanism)), "there are damped springs": any(s.damping for s in mechanism.springs),
+        "there is dry friction": bool(rough_names(mechanism)), "there are damped springs": any(s.damping for s in mechanism.springs),
         "there are joints of three coordinates": any(j.nv != 1 for j in mechanism.joints),
         f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
         "the timestep does not divide the duration": abs(steps - round(steps)) > 1e-9,
