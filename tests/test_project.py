@@ -137,7 +137,7 @@ def test_a_room_imports_only_rooms_above_it(room: str) -> None:
     assert not wrong
 
 
-@pytest.mark.parametrize("engine", [e for e in ENGINES if e != "own"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_engines_do_not_know_each_other(engine: str) -> None:
     others = tuple(f"mechlab.engines.{other}." for other in ENGINES if other != engine)
     wrong = [
