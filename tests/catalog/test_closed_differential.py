@@ -152,7 +152,7 @@ def test_inertia_ratio_of_a_million(light: dict[str, float]) -> None:
     for name in NAMES:
         assert found[name] == pytest.approx(truth[name], rel=1e-9, abs=1e-9)
     for fidelity in ("parts", "full"):
-        result = api.simulate_values(ENTRY, light, scene="constant-moments", fidelity=fidelity)
+        result = api.simulate(ENTRY, light, scene="constant-moments", fidelity=fidelity)
         final_speeds = result.recording.final()
         wrong = max(abs(final_speeds[n] - truth[n]) for n in NAMES) > 1e-5
         if wrong or "J36" not in light:

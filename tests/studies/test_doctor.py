@@ -13,7 +13,7 @@ import mechlab as ml
 from mechlab.cli import main
 from mechlab.engines.mujoco.model_file.options import settings_to_paste
 from mechlab.engines.mujoco.model_file.softness import equality_default
-from mechlab.studies.doctor import Diagnosis
+from mechlab.studies.doctor.case import Diagnosis
 
 HARD = 'solref="0.002 1" solimp=".9999 .9999 .001 .5 2"'
 OPTION = '<option timestep="0.001" integrator="RK4" jacobian="dense"><flag autoreset="disable"/></option>'

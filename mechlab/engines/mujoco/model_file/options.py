@@ -1,5 +1,6 @@
-"""Options and parts of a MuJoCo model that bite (integrator, Jacobian, autoreset, activations, damping, friction, limits), and the
-settings to paste against what was found: `<option>` and the default class of equalities.
+"""Findings on options and parts of a MuJoCo model: integrator, Jacobian, autoreset, activations, tendons, friction, limits.
+
+`settings_to_paste` makes the recommended `<option>` and default class of equalities from what was found.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
 from mechlab.engines.mujoco.model_file.softness import active, equality_default, listed
-from mechlab.engines.mujoco.model_file.trial import Trial
+from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 
@@ -23,7 +24,7 @@ IN_URDF = (
 """For a URDF that is to be opened in MuJoCo: a child of <robot>."""
 
 
-def settings_to_paste(model: mujoco.MjModel, trial: Trial | None, findings: Iterable[Symptom]) -> str:
+def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
     """The text; a comment says what else must go. The integrator is the one that came through in the trial."""
     h = float(model.opt.timestep)
     better = trial.better if trial is not None and trial.better else "discrete"
