@@ -202,7 +202,7 @@ def no_centripetal(patch: pytest.MonkeyPatch) -> None:
 
 
 def beta_reversed(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "drives"), "_signed", lambda f: lambda g, a, b: f(g, a, -b))
+    wrap(patch, module(ANALYTIC + "rotation"), "_signed", lambda f: lambda g, a, b: f(g, a, -b))
 
 
 def tee_forgotten(patch: pytest.MonkeyPatch) -> None:
@@ -227,7 +227,7 @@ def target_late(patch: pytest.MonkeyPatch) -> None:
 
 
 def wrong_tip(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "drives"), "tip_distance", lambda f: lambda *a: 1.001 * f(*a))
+    wrap(patch, module(ANALYTIC + "mesh"), "tip_distance", lambda f: lambda *a: 1.001 * f(*a))
 
 
 def wider_reach(patch: pytest.MonkeyPatch) -> None:
