@@ -7,10 +7,8 @@ True
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mechlab.api import (
@@ -22,7 +20,9 @@ if TYPE_CHECKING:
         explore,
         fidelities,
         find,
+        gallery,
         generate,
+        generate_catalog,
         list_entries,
         load,
         load_recording,
@@ -36,64 +36,162 @@ if TYPE_CHECKING:
         solve,
         stability,
         story,
+        studio,
         sweep,
         synthesize,
         view,
         workspace,
     )
-    from mechlab.errors import MechlabError
+    from mechlab.errors import (
+        EngineMissing,
+        MechlabError,
+        NoSolution,
+        Untrustworthy,
+        UsageError,
+    )
+    from mechlab.experiment.entry import (
+        Check,
+        CheckResult,
+        Claim,
+        ClaimResult,
+        Entry,
+        SceneRecipe,
+        Verdict,
+    )
+    from mechlab.experiment.laws import (
+        AppliedForce,
+        ComputedTorque,
+        Constant,
+        ConstantPower,
+        DcMotor,
+        Harmonic,
+        Law,
+        Motor,
+        OneSidedStop,
+        Plant,
+        Servo,
+        TableLaw,
+        Viscous,
+    )
     from mechlab.experiment.parameters import parameter
-    from mechlab.experiment.scene import Settings
-    from mechlab.formats import save_recording
+    from mechlab.experiment.question import (
+        Answer,
+        Answers,
+        Question,
+    )
+    from mechlab.experiment.recording import (
+        Health,
+        Recording,
+    )
+    from mechlab.experiment.scene import (
+        PRESETS,
+        Scene,
+        Settings,
+    )
+    from mechlab.formats import (
+        from_json,
+        from_mjcf,
+        from_urdf,
+        save_recording,
+        to_json,
+        to_mjcf,
+        to_urdf,
+    )
+    from mechlab.lab.design import Design
     from mechlab.mechanism import (
+        GROUND,
+        Body,
         Builder,
+        Drive,
+        Frame,
+        GearMesh,
         Inertia,
+        Joint,
+        LinearRelation,
+        Loop,
         Mechanism,
         Placement,
+        Shaft,
+        Shape,
+        Spring,
+        Status,
+        belt,
+        floating,
+        mimic,
         prismatic,
+        relation,
         revolute,
+        screw,
         shape,
         spherical,
         universal,
     )
+    from mechlab.mechanism.parts import LOOP_ROWS
+    from mechlab.values import (
+        Quantity,
+        Range,
+        Value,
+    )
+
+    __version__: str
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "generate", "list_entries", "load",
-        "load_recording", "modes", "optimize", "portrait",
-        "run", "sensitivity", "show", "simulate", "solve", "stability", "story", "sweep", "synthesize", "view", "workspace",
+        "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "gallery", "generate",
+        "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
+        "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
     ),
-    "mechlab.errors": ("MechlabError",),
+    "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
+    "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
+    "mechlab.experiment.laws": (
+        "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "Motor",
+        "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous",
+    ),
     "mechlab.experiment.parameters": ("parameter",),
-    "mechlab.experiment.scene": ("Settings",),
-    "mechlab.formats": ("save_recording",),
-    "mechlab.mechanism": (
-        "Builder", "Inertia", "Mechanism", "Placement", "prismatic", "revolute", "shape", "spherical", "universal",
+    "mechlab.experiment.question": ("Answer", "Answers", "Question",),
+    "mechlab.experiment.recording": ("Health", "Recording",),
+    "mechlab.experiment.scene": ("PRESETS", "Scene", "Settings",),
+    "mechlab.formats": (
+        "from_json", "from_mjcf", "from_urdf", "save_recording", "to_json", "to_mjcf",
+        "to_urdf",
     ),
+    "mechlab.lab.design": ("Design",),
+    "mechlab.mechanism": (
+        "GROUND", "Body", "Builder", "Drive", "Frame", "GearMesh", "Inertia", "Joint", "LinearRelation", "Loop",
+        "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "belt", "floating", "mimic",
+        "prismatic", "relation", "revolute", "screw", "shape", "spherical", "universal",
+    ),
+    "mechlab.mechanism.parts": ("LOOP_ROWS",),
+    "mechlab.values": ("Quantity", "Range", "Value",),
 }  # fmt: skip
+"""Module -> the public names that it holds; a test compares them with the imports above, which type checkers read."""
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Builder", "Inertia", "Mechanism", "MechlabError", "Placement", "Settings", "chart", "check", "claims", "cycle",
-    "doctor", "explore", "fidelities", "find", "generate", "list_entries", "load", "load_recording", "modes", "optimize",
-    "parameter", "portrait", "prismatic", "revolute", "run", "save_recording", "sensitivity", "shape", "show", "simulate", "solve",
-    "spherical", "stability", "story", "sweep", "synthesize", "universal", "view", "workspace",
+    "Answer", "Answers", "AppliedForce", "Body", "Builder", "Check", "Claim", "ComputedTorque", "Constant",
+    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "GROUND",
+    "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
+    "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
+    "Question", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Spring",
+    "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
+    "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "floating", "from_json",
+    "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
+    "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
+    "save_recording", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
+    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
 ]  # fmt: skip
 
 
-def __getattr__(name: str) -> Any:
-    """Public names are imported when they are first used: `import mechlab` stays fast."""
+def __getattr__(name: str) -> object:
+    """A public name, imported when it is asked for: `import mechlab` takes no time."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("mechlab")
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'mechlab' has no attribute {name!r}")
 
 
-class _Package(ModuleType):
-    """Verbs and rooms share names (solve, simulate, view): `mechlab.engines.pinocchio` is the verb, rooms are imported from."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not (name in _HOME and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
+def __dir__() -> list[str]:
+    return sorted(__all__)

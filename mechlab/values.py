@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, Protocol, SupportsFloat
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.units import UNITS, compact, described
@@ -64,11 +64,24 @@ class Range:
         return f"{float(self.low)!r}:{float(self.high)!r}{count}"
 
 
+class Numbers(Protocol):
+    """An array of numpy, or what behaves like one."""
+
+    def __len__(self) -> int: ...
+
+    def tolist(self) -> object:
+        """The same numbers as a list."""
+        ...
+
+
 Scalar = float | Fraction | str
-Value = float | Fraction | tuple[Scalar, ...] | Range | str
+Written = Scalar | tuple[Scalar, ...] | Range
+"""What a text stands for."""
+Value = SupportsFloat | str | Range | Sequence[SupportsFloat | str] | Numbers | None
+"""What may be given for a key in Python: a number, a text as on the command line, a range, a list, an array (n,)."""
 
 
-def parse_value(key: str, text: str) -> Value:
+def parse_value(key: str, text: str) -> Written:
     """The value written as `text`: a number, a list, a range, or the text itself where it begins like none.
 
     `1,` is a list of one. Raises MechlabError, naming `key`, for an empty value, an unknown unit, a number

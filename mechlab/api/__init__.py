@@ -1,53 +1,36 @@
-"""The public API: finds a mechanism in the catalog, a user's file or an object, and hands it on.
+"""The public API: one function per verb. It finds a mechanism in the catalog, a user's file or an object, and hands it on.
 
-Every verb of the command line is one function here; `Design` (what `load` gives) carries the parameters.
+Nothing heavy is imported before a verb is called: the command line reads its options, their types, defaults and help from the
+signatures and docstrings of these functions. In a docstring the entries under "Options:" are `name=METAVAR: help`.
 """
 
-from mechlab.api.choosing import optimize, sensitivity
-from mechlab.api.designs import workspace
-from mechlab.api.finding import Source, find, load
-from mechlab.api.models import check, claims, doctor, generate, generate_catalog, list_entries, run, show, synthesize
-from mechlab.api.notebook import recording_page
-from mechlab.api.runs import chart, cycle, portrait, simulate, simulate_values, solve, solve_values
-from mechlab.api.studies import fidelities, modes, stability
-from mechlab.api.sweeps import sweep
-from mechlab.api.viewing import explore, gallery, story, studio, view
-from mechlab.experiment.report import offer_page
-from mechlab.formats import load_recording
+from __future__ import annotations
 
-offer_page(recording_page)
+import warnings
+
+from mechlab.api.arguments import Values
+from mechlab.api.finding import Source, find, load
+from mechlab.api.models import check, claims, doctor, generate, generate_catalog, list_entries, run, show
+from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, simulate, solve
+from mechlab.api.studies import modes, optimize, stability, sweep, synthesize, workspace
+from mechlab.api.viewing import explore, gallery, load_recording, page_of_recording, story, studio, view
+from mechlab.results import offer_page
+
+offer_page(page_of_recording)
 
 __all__ = [
-    "Source",
-    "chart",
-    "check",
-    "claims",
-    "cycle",
-    "doctor",
-    "explore",
-    "fidelities",
-    "find",
-    "gallery",
-    "generate",
-    "generate_catalog",
-    "list_entries",
-    "load",
-    "load_recording",
-    "modes",
-    "optimize",
-    "portrait",
-    "run",
-    "sensitivity",
-    "show",
-    "simulate",
-    "simulate_values",
-    "solve",
-    "solve_values",
-    "stability",
-    "story",
-    "studio",
-    "sweep",
-    "synthesize",
-    "view",
-    "workspace",
-]
+    "Source", "Values", "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "gallery", "generate",
+    "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity", "show", "simulate",
+    "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
+]  # fmt: skip
+
+_OLD = {"solve_values": solve, "simulate_values": simulate}
+
+
+def __getattr__(name: str) -> object:
+    """Old names, for one more release."""
+    if name in _OLD:
+        new = _OLD[name]
+        warnings.warn(f"mechlab.api.{name} is mechlab.{new.__name__} now", DeprecationWarning, stacklevel=2)
+        return new
+    raise AttributeError(f"module 'mechlab.api' has no attribute {name!r}")

@@ -1,41 +1,63 @@
-"""Finding a mechanism: in the catalog, in a user's file, or as an object."""
+"""Finding a mechanism: in the catalog, in a user's file, or as an object; and sources that travel to other processes."""
 
 from __future__ import annotations
 
 import importlib.util
 import inspect
 import sys
+import tempfile
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Union
 
-from mechlab import catalog
+from mechlab.api.arguments import Values, key_values
 from mechlab.errors import USER_MODULE, MechlabError, described, unknown
-from mechlab.experiment.entry import Entry
-from mechlab.lab.design import Design, design, entry_of, entry_of_function
-from mechlab.mechanism import Mechanism
+from mechlab.values import Range, Value
 
 if TYPE_CHECKING:
-    pass
+    from mechlab.experiment.entry import Entry
+    from mechlab.lab.design import Design
+    from mechlab.mechanism import Mechanism
 
-
-Source = str | Path | Mechanism | Design | Entry | Callable[..., Mechanism]
+Source = Union[str, Path, "Mechanism", "Design", "Entry", Callable[..., "Mechanism"]]  # noqa: UP007 - names in quotes
 """What can be loaded; see `load`."""
 
 
-def load(source: Source, **parameters: Any) -> Design:
+def load(source: Source, values: Values | None = None, /, **parameters: Value) -> Design:
     """A Design from a catalog name, "file.py:function", a .json, .xml (MJCF) or .urdf file, a function or a Mechanism.
 
     Keyword arguments are parameters. Raises MechlabError for an unknown name, listing the catalog.
     """
+    return load_design(source, key_values(values, parameters))
+
+
+def load_design(source: Source, parameters: Mapping[str, Any]) -> Design:
+    """As `load`, with parameters that are read already."""
+    from mechlab.lab.design import Design, design
+
     if isinstance(source, Design):
-        return design(source.entry, dict(source.given) | parameters)
+        return design(source.entry, dict(source.given) | dict(parameters))
     return design(find(source), parameters)
+
+
+def design_and_rest(source: Source, given: Mapping[str, Any]) -> tuple[Design, dict[str, Any]]:
+    """The design with those of the keys that are its parameters, and the other keys."""
+    from mechlab.lab.ask import parameters_and_rest
+
+    base = load_design(source, {})
+    parameters, rest = parameters_and_rest(base.entry.parameters, given)
+    return load_design(base, parameters), rest
 
 
 def find(source: Source) -> Entry:
     """The entry behind a source; see `load`."""
+    from mechlab import catalog
+    from mechlab.experiment.entry import Entry
+    from mechlab.lab.design import Design, entry_of, entry_of_function
+    from mechlab.mechanism import Mechanism
+
     if isinstance(source, Entry):
         return source
     if isinstance(source, Design):
@@ -47,13 +69,31 @@ def find(source: Source) -> Entry:
     text = str(source)
     if text in catalog.NAMES:
         return catalog.entry(text)
-    path, _, name = text.rpartition(":") if ".py:" in text else (text, "", "")
-    if text.endswith(".py") or path.endswith(".py"):
-        return _from_python(Path(path or text), name)
+    path, function = python_file(text)
+    if path:
+        return _from_python(Path(path), function)
     suffix = Path(text).suffix.lower()
-    if suffix in (".json", ".xml", ".urdf"):
+    if suffix in MODEL_FILES:
         return entry_of(_from_file(Path(text), suffix))
-    raise unknown("mechanism", text, [*catalog.NAMES, "FILE.py:FUNCTION", "FILE.json", "FILE.xml", "FILE.urdf"])
+    raise unknown("mechanism", text, [*catalog.NAMES, "FILE.py:FUNCTION", *(f"FILE{s}" for s in MODEL_FILES)])
+
+
+def find_all(sources: Source | Sequence[Source]) -> list[Entry]:
+    """The entries behind one source or several; the whole catalog for none."""
+    from mechlab import catalog
+
+    if isinstance(sources, Sequence) and not isinstance(sources, str):
+        return [find(s) for s in sources or catalog.NAMES]
+    return [find(sources)]
+
+
+MODEL_FILES = (".json", ".xml", ".urdf")
+
+
+def python_file(text: str) -> tuple[str, str]:
+    """Path and function of "FILE.py:FUNCTION" or "FILE.py"; an empty path for anything else."""
+    path, _, function = text.rpartition(":") if ".py:" in text else (text, "", "")
+    return (path, function) if path.endswith(".py") else ("", "")
 
 
 def _read(path: Path) -> str:
@@ -74,7 +114,10 @@ def _from_file(path: Path, suffix: str) -> Mechanism:
 
 
 def _from_python(path: Path, name: str) -> Entry:
-    """The entry of a user's function. Errors of the file are told with its own line."""
+    """The entry of a user's function. Errors name the file and its own line."""
+    from mechlab.experiment.entry import Entry
+    from mechlab.lab.design import entry_of_function
+
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
     spec = importlib.util.spec_from_file_location(f"{USER_MODULE}{path.stem}", path)
@@ -129,3 +172,67 @@ def _line(error: BaseException, path: Path) -> str:
     own = path.resolve()
     lines = [n for f, n in traceback.walk_tb(error.__traceback__) if Path(f.f_code.co_filename).resolve() == own]
     return f", line {lines[-1]}" if lines else ""
+
+
+# -- sources on other machines -------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class UserFile:
+    """A user's Python file as it travels to other processes and machines: where it is here, and what it says."""
+
+    path: str
+    function: str
+    content: str
+
+
+def open_source(source: Source | UserFile, **parameters: Any) -> Design:
+    """The design of a source that may come from another machine: where the file is not there, or says something else, its
+    content is taken."""
+    if not isinstance(source, UserFile):
+        return load_design(source, parameters)
+    path = Path(source.path)
+    suffix = f":{source.function}" if source.function else ""
+    if path.is_file() and path.read_text() == source.content:
+        return load_design(f"{path}{suffix}", parameters)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / path.name
+        copy.write_text(source.content)
+        return load_design(f"{copy}{suffix}", parameters)
+
+
+def travelling(source: Source) -> tuple[Source | UserFile, str]:
+    """The source in a form that other processes can open, and a text that tells it from every other source."""
+    from mechlab.formats import to_json
+    from mechlab.lab.design import Design
+    from mechlab.mechanism import Mechanism
+
+    if isinstance(source, str | Path):
+        text = str(source)
+        path, function = python_file(text)
+        if path:
+            find(text)  # raises where the file is wrong
+            content = Path(path).read_text()
+            return UserFile(str(Path(path).resolve()), function, content), f"{function}\n{content}"
+        if Path(text).suffix.lower() in MODEL_FILES:
+            mechanism = load_design(text, {}).mechanism()
+            return mechanism, to_json(mechanism)
+        return text, text
+    if isinstance(source, Mechanism):
+        return source, to_json(source)
+    if isinstance(source, Design):
+        return source, f"{source.name} {dict(source.given)!r}"
+    return source, find(source).name
+
+
+def sweep_command(source: Source, given: Mapping[str, Any], quantities: Sequence[str]) -> str:
+    """The command line that asks for the same sweep."""
+    name = str(source) if isinstance(source, str | Path) else find(source).name
+
+    def written(value: Any) -> str:
+        if isinstance(value, Range | str):
+            return str(value)
+        return ",".join(str(x) for x in value) if hasattr(value, "__iter__") else str(value)
+
+    words = ["mechlab", "sweep", name, *(f"{k}={written(v)}" for k, v in given.items())]
+    return " ".join(words + (["--quantity", ",".join(quantities)] if quantities else []))

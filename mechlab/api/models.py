@@ -1,33 +1,33 @@
-"""Verbs about a mechanism itself: catalog, sheets, files, checks, claims, synthesis, the whole pipeline."""
+"""Verbs about a mechanism itself: catalog, sheets, files, checks, claims, diagnosis, the whole pipeline."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mechlab import catalog
-from mechlab.api.finding import Source, find, load
+from mechlab.api.arguments import File, Stages, Values, key_values, silent
+from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
-from mechlab.api.viewing import story, view, write_run_page
-from mechlab.experiment.entry import Entry
+from mechlab.api.viewing import story, view
 from mechlab.files import whole_folder, write
-from mechlab.lab.design import Design
-from mechlab.lab.results import FilesResult, TableResult
-from mechlab.lab.sheet import Description, describe_design
-from mechlab.mechanism import Mechanism
-from mechlab.studies.check.check import CheckReport, run_checks, write_figure
-from mechlab.studies.check.claims import ClaimReport, judge
-from mechlab.studies.pipeline import RunResult
+from mechlab.values import Value
 
 if TYPE_CHECKING:
-    from mechlab.studies.doctor import Diagnosis
-    from mechlab.studies.synthesis import SynthesisResult
+    from mechlab.lab.results import FilesResult, TableResult
+    from mechlab.lab.sheet import Description
+    from mechlab.studies.check.check import CheckReport
+    from mechlab.studies.check.claims import ClaimReport
+    from mechlab.studies.doctor.case import Diagnosis
+    from mechlab.studies.pipeline import RunResult
 
 
 def list_entries() -> TableResult:
     """The catalog."""
+    from mechlab import catalog
+    from mechlab.lab.results import TableResult
+
     entries = [catalog.entry(n) for n in catalog.NAMES]
     rows = tuple((e.name, e.title, ", ".join(e.fidelities), ", ".join(e.scenes), e.summary) for e in entries)
     data = {
@@ -45,49 +45,71 @@ def list_entries() -> TableResult:
     return TableResult(("name", "title", "fidelities", "scenes", "summary"), rows, data)
 
 
-def show(source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None) -> Description:
-    """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question."""
-    if source == "toolpath" and not values and fidelity is None:
+def show(
+    source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
+) -> Description:
+    """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question.
+
+    Options:
+        fidelity=F: level of fidelity: kinematic, minimal, parts, full
+    """
+    given = key_values(values, parameters)
+    if source == "toolpath" and not given and fidelity is None:
         from mechlab.lab.sheet import describe_question
         from mechlab.studies.toolpath import QUESTION
 
         return describe_question("toolpath", QUESTION)
-    return describe_design(load(source, **dict(values or {})), fidelity)
+    from mechlab.lab.sheet import describe_design
+
+    return describe_design(load_design(source, given), fidelity)
 
 
 def generate(
-    source: Source, values: Mapping[str, Any] | None = None, out: str | Path = "out", fidelity: str | None = None
+    source: Source,
+    values: Values | None = None,
+    /,
+    out: File = "out",
+    fidelity: str | None = None,
+    **parameters: Value,
 ) -> FilesResult:
     """Model files, each reloaded by its consumer; the MJCF is run for a moment in plain MuJoCo, and says a smaller timestep or
-    another integrator where it needs one. Exit code 3 where none was found: the warning says what to do."""
-    d = load(source, **dict(values or {}))
-    m = d.mechanism(fidelity)
+    another integrator where it needs one. Exit code 3 where none was found: the warning says what to do.
+
+    Options:
+        out=DIR: folder for the files
+        fidelity=F: level of fidelity: minimal, parts, full
+    """
     from mechlab.lab.generate import write_verified
+    from mechlab.lab.results import FilesResult
 
-    made = write_verified(m, out, d.file_settings)
-    warnings = (*d.warnings, *made.trial.warnings)
-    return FilesResult(Path(out), made.files, made.sentence, warnings, made.trial.exit_code)
+    d = load_design(source, key_values(values, parameters))
+    made = write_verified(d.mechanism(fidelity), out, d.file_settings)
+    return FilesResult(Path(out), made.files, made.sentence, (*d.warnings, *made.trial.warnings), made.trial.exit_code)
 
 
-def generate_catalog(out: str | Path = "models", names: Sequence[str] = (), pictures: bool = True) -> FilesResult:
+def generate_catalog(out: File = "models", names: Sequence[str] = (), *, pictures: bool = True) -> FilesResult:
     """A folder for each mechanism of the catalog: model files of its richest fidelity and the sheet (README.md).
 
     pictures: also picture.png, the plots of the default scene (motion.svg), and gallery.png, which shows every picture in `out`.
     """
+    from mechlab import catalog
     from mechlab.lab.generate import write_verified
+    from mechlab.lab.results import FilesResult
+    from mechlab.studies.check.check import run_checks
+    from mechlab.studies.check.claims import run_claims
     from mechlab.studies.sheet import model_sheet
 
     files: dict[str, Path] = {}
     warnings: list[str] = []
     code = 0
     for name in names or catalog.NAMES:
-        d = load(name)
+        d = load_design(name, {})
         folder = Path(out) / name
         with whole_folder(folder) as stage:
             made = write_verified(d.mechanism(list(d.entry.fidelities)[-1]), stage, d.file_settings)
             code = max(code, made.trial.exit_code)
             warnings += [f"{name}: {w}" for w in made.trial.warnings]
-            sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
+            sheet = model_sheet(d, run_checks([d]), run_claims([d.entry]), "picture.png", "motion.svg")
             write(stage / "README.md", sheet)
             if pictures:
                 from mechlab.viewer.film import write_motion_svg
@@ -113,6 +135,7 @@ def _remove_unnamed_meshes(folder: Path) -> None:
 
 def _gallery_picture(folder: Path) -> Path:
     """gallery.png: the pictures of all mechanisms that have a folder there, in the order of the catalog."""
+    from mechlab import catalog
     from mechlab.viewer.gallery import contact_sheet
 
     kept = [(catalog.entry(n).title, folder / n / "picture.png") for n in catalog.NAMES]
@@ -120,30 +143,29 @@ def _gallery_picture(folder: Path) -> Path:
     return write(folder / "gallery.png", made)
 
 
-def check(sources: Source | Sequence[Source] = (), values: Mapping[str, Any] | None = None) -> CheckReport:
+def check(sources: Source | Sequence[Source] = (), values: Values | None = None, /, **parameters: Value) -> CheckReport:
     """Every check of the mechanisms (default: the whole catalog)."""
-    many = (
-        [sources]
-        if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources)
-        else list(sources)
-    )
-    return run_checks([load(s, **dict(values or {})) for s in many or catalog.NAMES])
+    from mechlab.studies.check.check import run_checks
+
+    given = key_values(values, parameters)
+    return run_checks([load_design(entry, given) for entry in find_all(sources)])
 
 
-def claims(sources: Source | Sequence[Source] = (), figure: str | Path | None = None) -> ClaimReport:
-    """The ledger of printed claims (default: the whole catalog). figure: a file to draw the verdict to, for the one
-    mechanism that has a figure."""
-    many = (
-        [sources]
-        if isinstance(sources, str | Path | Mechanism | Design | Entry) or callable(sources)
-        else list(sources)
-    )
-    entries = [find(s) for s in many or catalog.NAMES]
+def claims(sources: Source | Sequence[Source] = (), /, *, figure: File | None = None) -> ClaimReport:
+    """The ledger of printed claims (default: the whole catalog).
+
+    Options:
+        figure=FILE: draw the verdict (.png, .svg, .pdf), for one mechanism with a figure
+    """
+    from mechlab.studies.check.check import write_figure
+    from mechlab.studies.check.claims import run_claims
+
+    entries = find_all(sources)
     drawn = "" if figure is None else str(write_figure(entries, figure))
-    return replace(judge(entries), figure=drawn)
+    return replace(run_claims(entries), figure=drawn)
 
 
-def doctor(source: Source) -> Diagnosis:
+def doctor(source: Source, /) -> Diagnosis:
     """What is wrong, or will go wrong, with an MJCF (.xml) or URDF file, or any other source: freedoms, redundant rows by
     name, gap of the reference pose, softness, traps of the engines, a short run of the file as it is, settings to paste.
 
@@ -158,23 +180,25 @@ def doctor(source: Source) -> Diagnosis:
     if isinstance(source, str | Path) and Path(source).suffix.lower() in ROOTS:
         return diagnose(read_case(Path(source)))
     kind = "JSON" if str(source).endswith(".json") else "mechanism"
-    return diagnose(case_of(load(source).mechanism(), kind))
-
-
-def synthesize(task: str, values: Mapping[str, Any] | None = None, **more: Any) -> SynthesisResult:
-    """Dimensions from wanted properties; tasks: planetary, gear_linkage, closed_differential. See `mechlab.studies.synthesis`."""
-    from mechlab.studies.synthesis import synthesize as work
-
-    return work(task, dict(values or {}) | more)
+    return diagnose(case_of(load_design(source, {}).mechanism(), kind))
 
 
 def run(
     source: Source,
-    values: Mapping[str, Any] | None = None,
-    out: str | Path = "out",
-    progress: Callable[[str], None] = lambda line: None,
+    values: Values | None = None,
+    /,
+    out: File = "out",
+    *,
+    progress: Stages = silent,
+    **parameters: Value,
 ) -> RunResult:
-    """The whole pipeline: files, checks, a run of the default scene, the page."""
+    """The whole pipeline: files, checks, a run of the default scene, the page.
+
+    Options:
+        out=DIR: folder for the results
+    """
+    progress(f"{source}: the whole pipeline, into {out}")  # before the engines load, which takes a second
+    from mechlab.api.pages import write_run_page
     from mechlab.studies.pipeline import pipeline
 
-    return pipeline(load(source, **dict(values or {})), Path(out), write_run_page, progress)
+    return pipeline(load_design(source, key_values(values, parameters)), Path(out), write_run_page, progress)

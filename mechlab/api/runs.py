@@ -1,168 +1,271 @@
-"""Verbs that compute: answers, runs, cycles, portraits, charts."""
+"""Verbs that compute one thing: answers and what they depend on, runs, cycles, portraits, charts."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mechlab.api.finding import Source, load
+from mechlab.api.arguments import Engine, Error, File, Progress, Seconds, Travel, Values, Whole, key_values, silent
+from mechlab.api.finding import Source, design_and_rest, load_design
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.question import Answers
-from mechlab.experiment.recording import Recording
-from mechlab.lab.ask import ask, parameters_and_rest
-from mechlab.lab.design import without_effect
-from mechlab.values import one_number
+from mechlab.values import Value, one_number
 
 if TYPE_CHECKING:
+    from mechlab.experiment.question import Answers
+    from mechlab.experiment.recording import Recording
+    from mechlab.experiment.scene import Settings
     from mechlab.kit.portrait import PortraitResult
+    from mechlab.lab.fidelity.result import Fidelities
     from mechlab.studies.chart.data import Chart
     from mechlab.studies.cycle.cycle import CycleResult
+    from mechlab.studies.sensitivity.result import Sensitivity
 
 
-def solve(source: Source, **values: Any) -> Answers:
-    """Answers of all witnesses; keyword arguments are parameters and given quantities, numbers or arrays."""
-    return solve_values(source, values)
+def solve(source: Source, values: Values | None = None, /, **given: Value) -> Answers:
+    """Answers of all witnesses; keys are parameters and given quantities, numbers or arrays that broadcast.
 
-
-def solve_values(source: Source, values: Mapping[str, Any]) -> Answers:
-    """As `solve`, from a mapping. The source "toolpath" is no mechanism: it asks about the curve of a file."""
+    The source "toolpath" is no mechanism: it asks about the curve of a file.
+    """
+    asked = key_values(values, given)
     if source == "toolpath":
         from mechlab.studies.toolpath import solve_toolpath
 
-        return solve_toolpath(values)
-    base = load(source)
-    parameters, given = parameters_and_rest(base.entry.parameters, values)
-    return ask(load(base, **parameters), given)
+        return solve_toolpath(asked)
+    from mechlab.lab.ask import ask
+
+    return ask(*design_and_rest(source, asked))
 
 
-def simulate(source: Source, scene: str | None = None, at: Sequence[float] = (), **options: Any) -> Recording:
-    """Run a scene and return its Recording.
-
-    options: parameters, X_0, X_rate_0 (initial values), X_force (constant loads), and duration [s], timestep [s],
-    max_error, engine, fidelity, settings, order_check as of `simulate_values`. Nothing is raised for a run that cannot be trusted:
-    look at `recording.health.trusted`.
-    """
-    names = ("duration", "timestep", "max_error", "engine", "fidelity", "settings", "order_check")
-    how = {k: options.pop(k) for k in names if k in options}
-    return simulate_values(source, options, scene=scene, at=at, **how)
-
-
-def simulate_values(
+def sensitivity(
     source: Source,
-    values: Mapping[str, Any] | None = None,
-    scene: str | None = None,
-    duration: float | None = None,
-    timestep: float | None = None,
-    max_error: float | None = None,
-    engine: str | None = None,
-    fidelity: str | None = None,
-    at: Sequence[float] | None = None,
-    settings: Any = None,
-    order_check: bool = False,
-) -> Recording:
-    """Run a scene; the recording's `samples` are read at the times `at` [s].
+    values: Values | None = None,
+    /,
+    *,
+    tolerance: Mapping[str, Value] | float | None = None,
+    only: Sequence[str] = (),
+    progress: Progress = silent,
+    **given: Value,
+) -> Sensitivity:
+    """First-order sensitivity of every answer to every parameter that is a number, from each witness, and tolerances.
 
-    values: parameters, X_0, X_rate_0 (initial), X_force (constant loads). settings: a Settings or the name of a preset.
-    order_check: measure the order of the error in the timestep; the finding "order" names it and the expected one.
+    Keys as of `solve`. A given quantity with a tolerance is an input too.
+
+    Options:
+        tolerance=key=t,... or share: half widths of parameters (or t / p of all): tolerances of the answers
+        only=key,...: only the sensitivity to these parameters
+    """
+    from mechlab.studies.sensitivity.inputs import Tolerances
+    from mechlab.studies.sensitivity.study import sensitivity as study
+
+    if source == "toolpath":
+        raise MechlabError("toolpath: a curve of a file has no parameters to vary; sensitivity is for mechanisms.")
+    design, asked = design_and_rest(source, key_values(values, given))
+    return study(design, asked, Tolerances.of(tolerance), only, progress)
+
+
+def simulate(
+    source: Source,
+    values: Values | str | None = None,
+    /,
+    *,
+    scene: str | None = None,
+    duration: Seconds | None = None,
+    timestep: Seconds | None = None,
+    max_error: Error | None = None,
+    engine: Engine | None = None,
+    order_check: bool = False,
+    fidelity: str | None = None,
+    at: Sequence[Seconds] | None = None,
+    settings: Settings | str | None = None,
+    out: File | None = None,
+    **given: Value,
+) -> Recording:
+    """Run a scene and return its Recording; keys are parameters, X_0, X_rate_0 (initial values) and X_force (constant loads).
+
+    Nothing is raised for a run that cannot be trusted: look at `health.trusted`. settings: a Settings or the name of a preset
+    ("accurate", "stiff", "draft").
+
+    Options:
+        scene=S: name of a scene; `mechlab show NAME` lists them
+        duration=T: simulated time [s]
+        timestep=H: timestep [s]
+        max_error=E: tolerated error [m or rad] of what the scene tracks; engine, method, step and constraint settings are
+            chosen, and every channel states its own error
+        engine=E: who computes
+        order_check: measure the order of the error in the timestep
+        fidelity=F: level of fidelity: minimal, parts, full, or auto: the cheapest that answers
+        at=T,...: times at which to sample the channels [s]
+        out=FILE.npz: file for the recording
     """
     from mechlab.lab.fidelity.choose import run_chosen
 
-    base = load(source)
-    parameters, extra = parameters_and_rest(base.entry.parameters, dict(values or {}))
-    chosen = load(base, **parameters)
-    numbers = {k: one_number(k, v) for k, v in extra.items()}
+    if isinstance(values, str):
+        warnings.warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning, stacklevel=2)
+        values, scene = None, values
+    design, rest = design_and_rest(source, key_values(values, given))
+    extra = {k: one_number(k, v) for k, v in rest.items()}
+    times = tuple(at or ())
     recording = run_chosen(
-        chosen, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
-        settings=settings, at=tuple(at or ()), extra=numbers,
+        design, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
+        settings=settings, at=times, extra=extra,
     )  # fmt: skip
-    if order_check and recording.settings.engine == "analytic":
-        raise MechlabError(
-            f"{chosen.name}: order_check: the engine analytic takes no steps, so that its error has no order."
-        )
     if order_check:
+        if recording.settings.engine == "analytic":
+            raise MechlabError(f"{design.name}: order_check: the engine analytic takes no steps; leave it out.")
         from mechlab.lab.order_check import with_order
 
-        if recording.settings.engine == "analytic":
-            raise MechlabError(f"{base.name}: order_check: the engine analytic takes no steps; leave it out.")
-        lived = chosen.for_scene(scene)
-        recording = with_order(recording, lived.scene(scene, recording.fidelity or fidelity, duration, numbers))
-    return replace(recording, sample_times=tuple(at or ()), notes=chosen.warnings)
+        of_scene = design.for_scene(scene).scene(scene, recording.fidelity or fidelity, duration, extra)
+        recording = with_order(recording, of_scene)
+    recording = replace(recording, sample_times=times, notes=design.warnings)
+    if out is not None:
+        recording.save(out)
+    return recording
 
 
 def portrait(
-    source: Source, kind: str, values: Mapping[str, Any] | None = None, out: str | Path | None = None, **more: Any
+    source: Source, kind: str, values: Values | None = None, /, *, out: File | None = None, **given: Value
 ) -> PortraitResult:
-    """A portrait of a mechanism (see its `portraits`); values: parameters (numbers), and what the portrait takes, numbers
-    or ranges. Arrays and a figure go to the folder `out`. Raises MechlabError for an unknown kind, listing them."""
-    from mechlab.kit.portrait import write
-    from mechlab.lab.ask import in_si, numeric
+    """A portrait of a mechanism (see its `portraits`); keys are parameters (numbers), and what the portrait takes, numbers or
+    ranges. Raises MechlabError for an unknown kind, listing them.
 
-    base = load(source)
+    Options:
+        out=DIR: folder for the arrays and a figure
+    """
+    from mechlab.kit.portrait import write
+    from mechlab.lab.ask import in_si, numeric, parameters_and_rest
+
+    base = load_design(source, {})
     if kind not in base.entry.portraits:
         raise unknown(f"{base.name}: portrait", kind, base.entry.portraits)
-    given = dict(values or {}) | more
-    parameters, rest = parameters_and_rest(base.entry.parameters, given)
+    parameters, rest = parameters_and_rest(base.entry.parameters, key_values(values, given))
     many = {k: numeric(k, v) for k, v in in_si(base, rest).items()}
-    for key in [k for k, v in parameters.items() if hasattr(v, "points") or isinstance(v, list | tuple)]:
+    for key in [k for k, v in parameters.items() if hasattr(v, "points") or hasattr(v, "__len__")]:
         many[key] = numeric(key, parameters.pop(key))
-    chosen = load(base, **parameters)
+    design = load_design(base, parameters)
     many |= {k: numeric(k, v) for k, v in parameters.items() if k.endswith("_0")}
-    made = base.entry.portraits[kind](chosen.parameters, many)
-    return write(base.name, made, None if out is None else Path(out), chosen.warnings)
+    made = base.entry.portraits[kind](design.parameters, many)
+    return write(base.name, made, None if out is None else Path(out), design.warnings)
 
 
 def cycle(
-    source: Source, values: Mapping[str, Any] | None = None, fidelity: str | None = None, **more: Any
+    source: Source,
+    values: Values | None = None,
+    /,
+    *,
+    drive: str | None = None,
+    output: str | None = None,
+    points: Whole | None = None,
+    span: tuple[Travel, Travel] | None = None,
+    fidelity: str | None = None,
+    out: File | None = None,
+    **given: Value,
 ) -> CycleResult:
-    """One turn of the drive of a mechanism with one freedom. Values (a mapping or keywords): parameters, X_rate and X_accel of
-    the drive X, X_force (constant loads). Options: drive, output, points, span; see `mechlab.studies.cycle.cycle.run_cycle`."""
-    from mechlab.studies.cycle.cycle import run_cycle
+    """One turn of the drive of a mechanism with one freedom; keys are parameters, X_rate and X_accel of the drive X, and X_force
+    (constant loads). See `mechlab.studies.cycle.cycle.run_cycle`.
 
-    options = {k: x for k in ("drive", "output", "points", "span") if (x := more.pop(k, None)) is not None}
-    base = load(source)
-    parameters, motion = parameters_and_rest(base.entry.parameters, dict(values or {}) | more)
-    chosen = load(base, **parameters)
-    idle = without_effect(base, parameters, fidelity)
-    if idle:
+    Options:
+        drive=X: joint or shaft that is driven (default: that of the drive, else the first that turns fully)
+        output=X: joint whose load the transmission angle is about
+        points=N: number of steps (default: 72)
+        span=LO,HI: range of the drive (default: a turn, or what the limits allow)
+        fidelity=F: level of fidelity: minimal, parts, full
+        out=FILE: table .csv, charts .svg or curves .dxf
+    """
+    from mechlab.lab.ask import parameters_and_rest
+    from mechlab.lab.design import without_effect
+    from mechlab.studies.cycle.cycle import POINTS, run_cycle
+
+    base = load_design(source, {})
+    parameters, motion = parameters_and_rest(base.entry.parameters, key_values(values, given))
+    design = load_design(base, parameters)
+    if idle := without_effect(base, parameters, fidelity):
         raise MechlabError(
             f"{base.name}: {', '.join(idle)}: a parameter of scenes changes nothing in a cycle. Give X_rate, X_accel of the drive, "
             "X_force as a load, or leave it out."
         )
-    return run_cycle(
-        chosen.mechanism(fidelity), chosen.name, {k: one_number(k, v) for k, v in motion.items()}, **options
+    numbers = {k: one_number(k, v) for k, v in motion.items()}
+    result = run_cycle(
+        design.mechanism(fidelity), design.name, numbers, drive, output, POINTS if points is None else points, span
     )
+    if out is not None:
+        result.save(Path(out))
+    return result
 
 
 def chart(
     source: Source,
-    values: Mapping[str, Any] | None = None,
+    values: Values | None = None,
+    /,
+    *,
     scene: str | None = None,
-    duration: float | None = None,
-    target: float | None = None,
+    duration: Seconds | None = None,
+    target: Error | None = None,
     fidelity: str | None = None,
     peers: bool = False,
-    **parameters: Any,
+    out: File | None = None,
+    **parameters: Value,
 ) -> Chart:
     """Speed against accuracy of every method on a scene: points, Pareto front, recommended setting.
 
-    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.studies.chart.of_file`.
-    target [m or rad]: the error to meet, by default that of the scene. peers: also other people's engines, as far as they
-    are installed, and what `max_error` costs against the fastest of them.
-    """
-    if isinstance(source, str | Path) and Path(source).suffix.lower() == ".xml":
-        from mechlab.studies.chart.of_file import chart_file
+    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.studies.chart.mjcf_file`. peers: as far as they
+    are installed.
 
-        for name, given in {"scene": scene, "fidelity": fidelity, **dict(values or {}), **parameters}.items():
-            if given is not None:
-                raise MechlabError(f"chart {source}: an MJCF file has no {name}; --duration and --target can be given.")
+    Options:
+        scene=S: name of a scene; `mechlab show NAME` lists them
+        duration=T: simulated time [s]
+        target=E: error that the recommended setting must meet [m or rad]
+        fidelity=F: level of fidelity
+        peers: beside Exudyn, Drake and OpenSim, and what --max-error costs against them
+        out=PATH: a .svg, .png, .csv or .json file, or a folder for all of them
+    """
+    given = key_values(values, parameters)
+    if isinstance(source, str | Path) and Path(source).suffix.lower() == ".xml":
+        from mechlab.studies.chart.mjcf_file import chart_of_mjcf_file
+
+        for name in [k for k, x in {"scene": scene, "fidelity": fidelity, **given}.items() if x is not None]:
+            raise MechlabError(f"chart {source}: an MJCF file has no {name}; --duration and --target can be given.")
         if peers:
             raise MechlabError(
                 f"chart {source}: peers are given a mechanism of the catalog or a Python file, not an MJCF file."
             )
-        return chart_file(Path(source), duration, target)
-    from mechlab.studies.chart.chart import chart as work
+        result = chart_of_mjcf_file(Path(source), duration, target)
+    else:
+        from mechlab.studies.chart.run import chart as study
 
-    d = load(source, **(dict(values or {}) | parameters))
-    return work(d, scene, fidelity=fidelity, duration=duration, target=target, peers=peers)
+        design = load_design(source, given)
+        result = study(design, scene, fidelity=fidelity, duration=duration, target=target, peers=peers)
+    if out is not None:
+        result.save(Path(out))
+    return result
+
+
+def fidelities(
+    source: Source,
+    values: Values | None = None,
+    /,
+    *,
+    scene: str | None = None,
+    duration: Seconds | None = None,
+    needs: Sequence[str] | None = None,
+    out: File | None = None,
+    **given: Value,
+) -> Fidelities:
+    """The fidelities of a mechanism side by side on a scene: what each answers, its error against the richest, its cost, and
+    which one `fidelity="auto"` takes. See `mechlab.lab.fidelity`.
+
+    Options:
+        scene=S: name of a scene; `mechlab show NAME` lists them
+        duration=T: simulated time [s]
+        needs=N,...: what must be answered (default: what the scene needs): poses, drive_forces, tooth_loads, reactions
+        out=PATH: a .svg, .png, .csv or .json file, or a folder for all of them
+    """
+    from mechlab.lab.fidelity.compare import compare
+
+    design, rest = design_and_rest(source, key_values(values, given))
+    table = compare(design, scene, duration, {k: one_number(k, v) for k, v in rest.items()}, needs)
+    if out is not None:
+        table.save(Path(out))
+    return table

@@ -1,147 +1,324 @@
-"""Verbs that study a mechanism across runs: modes, fidelities, stability."""
+"""Verbs that look at many designs, states or runs: modes, stability, sweeps, workspaces, the best design, synthesis."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mechlab.api.finding import Source, load
-from mechlab.errors import MechlabError
-from mechlab.experiment.parameters import describe
+from mechlab.api.arguments import (
+    Count,
+    Engine,
+    File,
+    Progress,
+    Seconds,
+    Stages,
+    Task,
+    Values,
+    Whole,
+    as_range,
+    key_values,
+    silent,
+)
+from mechlab.api.finding import Source, design_and_rest, load_design, open_source, sweep_command, travelling
+from mechlab.errors import UsageError
 from mechlab.files import whole_folder, write
-from mechlab.lab.ask import parameters_and_rest
-from mechlab.values import one_number
+from mechlab.values import Range, Value, one_number
 
 if TYPE_CHECKING:
-    from mechlab.experiment.recording import Recording
-    from mechlab.lab.design import Design
-    from mechlab.lab.fidelity.result import Fidelities
-    from mechlab.studies.modes import ModesResult
-    from mechlab.studies.stability import Stability
-    from mechlab.viewer.story import Story
+    from mechlab.studies.modes.result import ModesResult
+    from mechlab.studies.optimize.result import Optimum
+    from mechlab.studies.stability.data import Stability
+    from mechlab.studies.sweep.result import SweepResult
+    from mechlab.studies.synthesis import SynthesisResult
+    from mechlab.studies.workspace.plan import WorkspacePlan
+    from mechlab.studies.workspace.result import WorkspaceResult
+
+LISTS = ("numbers", "integers")
+"""Kinds of parameters that are lists themselves: a list of values is one of them, and no range."""
 
 
 def modes(
     source: Source,
-    values: Mapping[str, Any] | None = None,
+    values: Values | None = None,
+    /,
+    *,
     scene: str | None = None,
     fidelity: str | None = None,
     free: bool = False,
-    out: str | Path | None = None,
-    html: str | Path | None = None,
-    only: Sequence[int] = (),
-    **more: Any,
+    html: File | None = None,
+    only: Sequence[Whole] = (),
+    out: File | None = None,
+    **given: Value,
 ) -> ModesResult:
     """Equilibrium, eigenfrequencies, damping and mode shapes on the constraint manifold, from each engine on its own.
 
-    values (or keywords): parameters, X_0 (where the search for the equilibrium starts), X_force (constant loads). Without a
-    scene the drives hold their targets from the reference pose; with one what acts in it; free: neither. html: a page that
-    swings through the modes (`only`: their numbers); out: a folder for modes.json, modes.npz and modes.html. See
-    `mechlab.studies.modes`.
+    Keys: parameters, X_0 (where the search for the equilibrium starts), X_force (constant loads). See `mechlab.studies.modes`.
+
+    Options:
+        scene=S: start and laws of a scene (default: the drives hold their targets, from the reference pose)
+        fidelity=F: level of fidelity: minimal, parts, full
+        free: neither drives nor laws: weight, springs and dampers alone
+        html=F: write a page that swings through the modes
+        only=K,...: numbers of the modes that the page shows
+        out=DIR: folder for modes.json, modes.npz and modes.html
     """
-    from mechlab.studies.modes import find_modes, mode_motion
+    from mechlab.studies.modes.motion import mode_motion
+    from mechlab.studies.modes.study import find_modes
 
     if only and html is None and out is None:
-        raise MechlabError("only: it chooses the modes that the page shows: give html or out, or leave it out.")
-    d, extra = _split(source, dict(values or {}) | more)
-    result = find_modes(d, scene, fidelity, extra, free)
+        raise UsageError("`only` chooses what the page shows: add `html` or `out`.")
+    design, rest = design_and_rest(source, key_values(values, given))
+    result = find_modes(design, scene, fidelity, {k: one_number(k, v) for k, v in rest.items()}, free)
     if html is None and out is None:
         return result
     import json
 
+    from mechlab.api.pages import modes_story
     from mechlab.formats import save_recording
     from mechlab.viewer import write_page
 
-    lived = d if scene is None else d.for_scene(scene)
     motion = mode_motion(result, only)
-    told = _modes_story(lived, result, motion)
+    story = modes_story(design if scene is None else design.for_scene(scene), result, motion)
     files: dict[str, str] = {}
     if html is not None:
-        files["page"] = str(write_page(told, html))
+        files["page"] = str(write_page(story, html))
     if out is not None:
         with whole_folder(out) as stage:
             if html is None:
-                files["page"] = str(Path(out) / write_page(told, stage / "modes.html").name)
+                files["page"] = str(Path(out) / write_page(story, stage / "modes.html").name)
             write(stage / "modes.json", json.dumps(result.to_dict(), indent=1, default=str))
             save_recording(motion, stage / "modes.npz")
         files |= {"json": str(Path(out) / "modes.json"), "recording": str(Path(out) / "modes.npz")}
     return replace(result, files=files)
 
 
-def fidelities(
-    source: Source,
-    values: Mapping[str, Any] | None = None,
-    scene: str | None = None,
-    duration: float | None = None,
-    needs: Sequence[str] | None = None,
-    **more: Any,
-) -> Fidelities:
-    """The fidelities of a mechanism side by side on a scene: what each answers, its error against the richest, its cost, and
-    which one `fidelity="auto"` takes. needs: what must be answered (default: the scene's). See `mechlab.lab.fidelity`."""
-    from mechlab.lab.fidelity.compare import compare
-
-    d, extra = _split(source, dict(values or {}) | more)
-    return compare(d, scene, duration, extra, needs)
-
-
-def _split(source: Source, values: Mapping[str, Any]) -> tuple[Design, dict[str, float]]:
-    """The design with its parameters, and the other keys as numbers."""
-    base = load(source)
-    parameters, rest = parameters_and_rest(base.entry.parameters, values)
-    return load(base, **parameters), {key: one_number(key, value) for key, value in rest.items()}
-
-
-def _modes_story(d: Design, result: ModesResult, motion: Recording) -> Story:
-    """The Story of the swinging modes, drawn in the richest fidelity where the entry can expand."""
-    from mechlab.viewer.from_recording import recording_story
-
-    drawn = d.entry.expand(d.parameters, motion) if d.entry.expand is not None else None
-    facts = {"about": result.scene, "fidelity": result.fidelity}
-    for k, m in enumerate(result.modes, 1):
-        ratio = "" if m.damping is None else f", damping {m.damping:.4g}"
-        facts[f"mode {k}"] = f"{m.kind}, {m.frequency_hz:.6g} Hz{ratio}"
-    names = tuple(n for n in motion.channels if n.startswith("mode_"))
-    summary = f"{result.message}. The modes swing one after another; tempo and size are chosen for the eye."
-    return recording_story(motion, drawn, f"{d.entry.title}: modes", summary, facts, names)
-
-
 def stability(
     source: Source,
-    values: Mapping[str, Any] | None = None,
+    values: Values | None = None,
+    /,
+    *,
     scene: str | None = None,
     kinds: Sequence[str] = (),
-    methods: Sequence[str] = (),
+    methods: Sequence[str] | str = (),
     fidelity: str | None = None,
-    out: str | Path | None = None,
-    budget: float | None = None,
-    progress: Callable[[str], None] = lambda line: None,
-    **more: Any,
+    budget: Seconds | None = None,
+    out: File | None = None,
+    progress: Stages = silent,
+    **given: Value,
 ) -> Stability:
-    """Maps of where methods fail: timestep against stiffness, mass ratio, distance to a singular position, redundancy,
-    softness, gear ratio, light parts, friction; those that the structure calls for, or `kinds`.
+    """Maps of where methods fail, by measurement, with the boundaries of theory; those that the structure calls for, or `kinds`.
 
-    values (or keywords): parameters; a range (`mechlab.values.Range`; also (low, high) or (low, high, count)) of a
-    parameter, of BODY_mass, X_stiffness or friction makes a map over it. methods: names or parts of names. budget: counted
-    work [s], about seconds of CPU. out: a folder for the JSON and a picture of each map.
-    Raises MechlabError for unknown names and for a map that does not fit the mechanism, saying why.
+    Keys are parameters; a range of a parameter, of BODY_mass, X_stiffness or friction makes a map over it. Raises MechlabError
+    for unknown names, and for a map that does not fit the mechanism, saying why.
+
+    Options:
+        scene=S: name of a scene; `mechlab show NAME` lists them
+        kinds=KIND,...: only these maps: stiffness, mass-ratio, singularity, redundancy, softness, gear-ratio, light-parts,
+            sticking
+        methods=A,B: methods by name or part of a name, such as RK4,discrete
+        fidelity=F: level of fidelity
+        budget=T: work to do [s]: about seconds of CPU, counted, so that every machine makes the same map
+        out=DIR: folder for the data (.json) and a picture (.png) a map
     """
-    from mechlab.studies.stability import BUDGET, study
-    from mechlab.values import Range
+    from mechlab.experiment.parameters import describe
+    from mechlab.studies.stability.study import BUDGET, study
 
-    given = dict(values or {}) | more
-    names = {i.name: i for i in describe(load(source).entry.parameters)}
-    ranges = {k: v for k, v in given.items() if isinstance(v, Range)}
-    for key, value in given.items():
-        listed = key in names and names[key].kind in ("numbers", "integers")
-        if isinstance(value, tuple | list) and len(value) in (2, 3) and not listed:
-            ranges[key] = Range(float(value[0]), float(value[1]), int(value[2]) if len(value) == 3 else None)
-    d = load(source, **{k: v for k, v in given.items() if k not in ranges})
+    asked, base = key_values(values, given), load_design(source, {})
+    lists = {i.name for i in describe(base.entry.parameters) if i.kind in LISTS}
+    ranges = {k: r for k, v in asked.items() if k not in lists and (r := _counted_range(k, v)) is not None}
+    names = tuple(n for text in ([methods] if isinstance(methods, str) else methods) for n in _method_names(text))
     found = study(
-        d, scene, kinds=tuple(kinds), methods=tuple(methods), ranges=ranges, fidelity=fidelity,
-        budget=BUDGET if budget is None else budget, progress=progress,
+        load_design(base, {k: v for k, v in asked.items() if k not in ranges}), scene, kinds=tuple(kinds), methods=names,
+        ranges=ranges, fidelity=fidelity, budget=BUDGET if budget is None else budget, progress=progress,
     )  # fmt: skip
     if out is not None:
         found.save(out)
     return found
+
+
+def _counted_range(key: str, value: Value) -> Range | None:
+    """The range of a value; (low, high, count) as three values is an old way to write one."""
+    if isinstance(value, tuple) and len(value) == 3 and isinstance(value[2], int | float):
+        low, high, count = (float(x) for x in value)
+        if count.is_integer() and count >= 2:
+            warnings.warn(f"{key}: write Range({low:g}, {high:g}, {count:g})", DeprecationWarning, stacklevel=3)
+            return Range(low, high, int(count))
+    return as_range(key, value)
+
+
+def _method_names(text: str) -> tuple[str, ...]:
+    """Names of methods; a comma with a space behind it belongs to a name such as "MuJoCo RK4, hard"."""
+    names = tuple(x.strip().replace("\0", ", ") for x in text.replace(", ", "\0").split(","))
+    if not all(names):
+        raise UsageError(f"`methods` takes names with commas between them, got {text!r}.")
+    return names
+
+
+def sweep(
+    source: Source,
+    values: Values | None = None,
+    /,
+    quantities: Sequence[str] | str = (),
+    *,
+    witness: str | None = None,
+    scene: str | None = None,
+    duration: Seconds | None = None,
+    timestep: Seconds | None = None,
+    engine: Engine | None = None,
+    fidelity: str | None = None,
+    out: File | None = None,
+    plot: File | None = None,
+    resume: bool = False,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    command: str = "",
+    progress: Progress = silent,
+    **given: Value,
+) -> SweepResult:
+    """A quantity, or many, over ranges of parameters, given quantities, initial values X_0, X_rate_0 or constant loads X_force.
+
+    Keys are numbers, or axes: ranges, lists, arrays (n,). Quantities are by default all answers of the question that the given
+    keys make, or the final channels of the scene. A point without a number is a gap, with its reason. command: what the dataset
+    remembers as its command line. Raises MechlabError for unknown keys and quantities.
+
+    Options:
+        quantities=A,B,...: answers, channels (final; max(ch), min, mean, rms), checks by id (passed(id)), findings of the
+            health record, trusted
+        witness=W: who answers a question: analytic, pinocchio, mujoco
+        scene=S: scene of the simulations
+        duration=T: simulated time [s]
+        timestep=H: timestep [s]
+        engine=E: who computes
+        fidelity=F: level of fidelity
+        out=FILE.nc: the dataset as netCDF; with --portrait a folder
+        plot=F: picture of a sweep over one or two ranges (.png, .svg, .pdf)
+        resume: go on where an interrupted sweep into the same FILE.nc was
+        scheduler=ADDRESS: compute on an existing Dask cluster, such as tcp://host:8786
+        workers=N: processes on this machine; default: one for each core
+    """
+    from mechlab.studies.sweep.plan import plan
+    from mechlab.studies.sweep.study import sweep as study
+
+    asked = key_values(values, given)
+    wanted = [quantities] if isinstance(quantities, str) else list(quantities)
+    if (more := asked.pop("quantity", None)) is not None:
+        wanted += [str(x) for x in more] if isinstance(more, tuple) else [str(more)]
+    sent, identity = travelling(source)
+    request = plan(
+        open_source(sent), asked, wanted, load=open_source, source=sent, identity=identity, witness=witness,
+        scene=scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep,
+    )  # fmt: skip
+    return study(
+        request, out=None if out is None else Path(out), plot=None if plot is None else Path(plot), resume=resume,
+        scheduler=scheduler, workers=workers, command=command or sweep_command(source, asked, wanted), progress=progress,
+    )  # fmt: skip
+
+
+def workspace(
+    source: Source,
+    values: Values | None = None,
+    /,
+    *,
+    against: Values | None = None,
+    witness: str | None = None,
+    stl: File | None = None,
+    glb: File | None = None,
+    html: File | None = None,
+    maps: File | None = None,
+    progress: Progress = silent,
+    **given: Value,
+) -> WorkspaceResult:
+    """Where a mechanism can be, counted on a grid; keys are parameters, axes (ranges), fixed coordinates and limits.
+
+    Raises EngineMissing where a surface is wanted and scikit-image is not installed, NoSolution where it would be empty.
+
+    Options:
+        against=key=value,...: a second design, on the same grid: what both have, and each alone
+        witness=W: who is asked at every node: analytic, pinocchio, mujoco
+        stl=F: the surface as STL
+        glb=F: the surface as GLB
+        html=F: a page with the mechanism in its workspace
+        maps=FILE.npz: the maps (dexterity, margins) as arrays
+    """
+    from mechlab.lab.ask import parameters_and_rest
+    from mechlab.studies.workspace.study import compared, with_surfaces
+    from mechlab.studies.workspace.study import workspace as study
+
+    base = load_design(source, {})
+    parameters, rest = parameters_and_rest(base.entry.parameters, key_values(values, given))
+    asked = {k: as_range(k, v) or v for k, v in rest.items()}
+    result = study(load_design(base, parameters), asked, witness, progress)
+    second: WorkspacePlan | None = None
+    if against is not None:
+        changed, other = parameters_and_rest(base.entry.parameters, key_values(against, {}))
+        result, second = compared(result, load_design(base, parameters | changed), asked | other, against)
+    if maps is not None:
+        from mechlab.api.pages import write_maps
+
+        result = replace(result, files=dict(result.files) | {"maps": write_maps(result, Path(maps))})
+    if result.survey.voxels and (stl is not None or glb is not None or html is not None):
+        result, border = with_surfaces(result, stl, glb)
+        if html is not None:
+            from mechlab.api.pages import write_workspace_page
+
+            result = replace(
+                result, files=dict(result.files) | {"page": write_workspace_page(result, border, second, html)}
+            )
+    return result
+
+
+def optimize(
+    source: Source,
+    values: Values | None = None,
+    /,
+    *,
+    maximize: str | None = None,
+    minimize: str | None = None,
+    subject: str | Sequence[str] = (),
+    front: str | None = None,
+    evaluations: Count | None = None,
+    seed: Whole = 0,
+    out: File | None = None,
+    progress: Progress = silent,
+    **given: Value,
+) -> Optimum:
+    """The best parameters of a mechanism for a goal.
+
+    Keys: parameters as ranges are the variables; fixed parameters; what the quantities need beside them (keys of a question,
+    limits and axes of a workspace, X_rate). What is not given comes from the mechanism's task, where it has one (delta6,
+    gear_linkage, fourbar). That no design meets the constraints is an answer with exit code 4.
+
+    Options:
+        maximize=Q: a quantity: a parameter, an answer, reach, volume, cycle.peak.COLUMN, ...
+        minimize=Q: a quantity
+        subject=Q>=v,Q<=v: constraints; quote them for the shell
+        front=Q2: the front against a second goal: Q2, max:Q2 or min:Q2
+        evaluations=N: designs of the global search, at least 40 and 24 a variable; refining the best adds some
+        seed=N: another seed, another search; the same seed, the same answer
+        out=DIR: folder for optimum.json, and front.csv, front.png, front.svg
+    """
+    if maximize is not None and minimize is not None:
+        raise UsageError("give one goal, `maximize` or `minimize`; a second one is the `front`.")
+    from mechlab.experiment.parameters import describe
+    from mechlab.studies.optimize.problem import OptimisationGoal
+    from mechlab.studies.optimize.study import optimize as study
+
+    quantity = minimize if maximize is None else maximize
+    goal = None if quantity is None else OptimisationGoal(quantity, -1 if maximize is None else 1)
+    base = load_design(source, {})
+    numbers = {i.name for i in describe(base.entry.parameters) if i.kind not in (*LISTS, "text")}
+    asked: dict[str, Any] = {
+        k: (as_range(k, v) or v) if k in numbers else v for k, v in key_values(values, given).items()
+    }
+    folder = None if out is None else Path(out)
+    return study(base, asked, goal, subject, front, evaluations, seed, folder, progress)
+
+
+def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> SynthesisResult:
+    """Dimensions from wanted properties: the solutions of a task, or what is reachable instead. See `mechlab.studies.synthesis`."""
+    from mechlab.studies.synthesis import synthesize as study
+
+    return study(task, key_values(values, given))

@@ -1,40 +1,27 @@
-"""The command line: find the verb, call the API, print, turn errors into exit codes. No logic of its own."""
+"""The command line: find the verb, call the API, print, turn errors into exit codes. No logic of its own.
+
+`verbs` is the table of verbs, `options` reads their options from the signatures of the API, `arguments` splits what is typed,
+`output` and `terminal` print.
+"""
 
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import sys
 import threading
 from collections.abc import Sequence
-from importlib import import_module
 from typing import Any
 
 from mechlab.cli import output
-from mechlab.cli.arguments import refuse_bytes, split_tokens, verb_parser
+from mechlab.cli.arguments import one_name, refuse_bytes, split_tokens
+from mechlab.cli.options import Route, chosen, flags_of, parser_of, routes_of, with_flags
+from mechlab.cli.terminal import bar
+from mechlab.cli.verbs import VERBS
 from mechlab.errors import MechlabError, UsageError, unknown, user_fault
-from mechlab.values import Value
+from mechlab.values import Written
 
-VERBS = {
-    "run": "the whole pipeline: generate, check, simulate the default scene, make the page",
-    "list": "the catalog",
-    "show": "parameters, bodies, joints, chain, freedoms, redundancies, scenes, questions",
-    "generate": "model files: MJCF, URDF, JSON, geometry",
-    "solve": "give some quantities, get the others from each witness",
-    "simulate": "run a scene; final values, samples, health, cost",
-    "sweep": "quantities over ranges of parameters, poses, initial states, loads; phase portraits; on all cores or a cluster",
-    "cycle": "one turn of the drive: motion, drive force, reactions, shaking force, transmission, curves",
-    "check": "every check with its witnesses",
-    "claims": "the ledger of printed claims, with a verdict for each",
-    "chart": "work-precision diagram: all methods, Pareto front, engine defaults, recommended setting",
-    "modes": "equilibrium, eigenfrequencies, damping and mode shapes on the constraint manifold",
-    "stability": "where each method fails: timestep against stiffness, mass and gear ratio, singularity, friction",
-    "synthesize": "dimensions from wanted properties: planetary, gear_linkage, closed_differential",
-    "optimize": "the best parameters for a goal under constraints; the front of two goals",
-    "workspace": "where a mechanism can be: nodes, volume, margins, dexterity, surface, two designs compared",
-    "doctor": "diagnosis of an MJCF or URDF: freedoms, redundancies, softness, engine traps, settings to paste",
-    "view": "the lab page of a mechanism or a recording, live or as a file",
-}
 STATUS = {1: "bad input", 2: "wrong usage", 3: "not to be trusted", 4: "no solution exists"}
 HELP = """usage: mechlab VERB NAME [key=value ...] [options]
 
@@ -50,7 +37,10 @@ key=value: parameters, given quantities, initial state, loads. Numbers are SI;
 
 exit: 0 answered and trustworthy, 1 bad input, 2 usage, 3 finished but do not trust it, 4 no solution exists
 
-start with: mechlab run delta6 -o out          more on a verb: mechlab VERB --help"""
+start with: mechlab run delta6 -o out          more on a verb: mechlab VERB --help
+words for the TAB key: source <(mechlab --completion)"""
+PRINTS_STAGES = ("run", "gallery")
+"""Functions whose stages are printed; those of others are for Python alone."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -82,7 +72,7 @@ def _exit_code(call: _Call, arguments: list[str], signals: Signals) -> int:
             )
         if isinstance(error, MechlabError):
             status = getattr(error, "status", None) or STATUS[error.exit_code]
-            return call.fail(error, error.exit_code, status, str(error))
+            return call.fail(error, error.exit_code, status, with_flags(str(error), call.flags))
         if (fault := user_fault(error)) is not None:
             return call.fail(error, 1, STATUS[1], fault)
         if isinstance(error, OSError):
@@ -126,40 +116,89 @@ class _Call:
         self.verb = verb
         self.as_json = as_json
         self.names: list[str] = []
-        self.values: dict[str, Value] = {}
+        self.values: dict[str, Written] = {}
+        self.flags: dict[str, str] = {}
 
     def perform(self, arguments: list[str]) -> int:
         if not arguments:
             raise UsageError("a VERB is missing. `mechlab --help` lists them; start with `mechlab run delta6 -o out`.")
         if self.verb in ("-h", "--help", "help"):
-            output.write(HELP.format(verbs="\n".join(f"  {verb:11}{text}" for verb, text in VERBS.items())))
+            output.write(HELP.format(verbs="\n".join(f"  {name:11}{verb.text}" for name, verb in VERBS.items())))
             return 0
         if self.verb == "--version":
             output.write(f"mechlab {output.package_version('mechlab') or 'not installed'}")
             return 0
+        if self.verb == "--completion":
+            from mechlab.cli.completion import script
+
+            output.write(script())
+            return 0
         if self.verb not in VERBS:
             raise unknown("the verb", self.verb, VERBS, UsageError)
         refuse_bytes(arguments)
-        module = import_module(f"mechlab.cli.verbs.{self.verb}")
-        parser = verb_parser(self.verb, module.POSITIONALS, VERBS[self.verb])
-        module.add_options(parser)
+        from mechlab import api
+
+        verb = VERBS[self.verb]
+        routes = routes_of(self.verb, verb, api)
+        self.flags = flags_of(routes)
         try:
-            options = parser.parse_intermixed_args(arguments[1:])
+            given = vars(parser_of(self.verb, verb, routes).parse_intermixed_args(arguments[1:]))
         except SystemExit:  # --help has printed
             return 0
-        for key, value in vars(options).items():
-            if key != "tokens" and value == [] != parser.get_default(key):  # argparse makes this of `--key=--`
-                raise UsageError(f"--{key.replace('_', '-')} needs a value.")
-        self.names, self.values = split_tokens(options.tokens)
+        self.names, self.values = split_tokens(given.pop("tokens"))
+        given.pop("json", None)
+        route, keywords = chosen(routes, given)
+        positional, more = self._bound(route, given.get(route.switch))
+        if "command" in route.parameters:
+            more["command"] = shlex.join(["mechlab", *arguments])
+
+        def call() -> Any:
+            if "progress" not in route.parameters:
+                return route.function(*positional, **keywords, **more)
+            if route.name in PRINTS_STAGES:
+                return route.function(*positional, **keywords, **more, progress=output.stage_printer(self.as_json))
+            if route.parameters["progress"].annotation == "Stages":
+                return route.function(*positional, **keywords, **more)
+            with bar(" ".join([self.verb, *self.names])) as progress:
+                return route.function(*positional, **keywords, **more, progress=progress)
+
         if not self.as_json:
-            result = module.execute(self.names, self.values, options)
-            output.write(result.text())
+            result = call()
+            output.write_result(result.text())
             return self.finish(result.exit_code, result.to_dict() if result.exit_code else {})
         with output.stdout_kept_clean():
-            result = module.execute(self.names, self.values, options)
+            result = call()
             document = output.envelope(self.verb, self.names, self.values) | result.to_dict()
         output.write(output.encode(document | {"exit_code": result.exit_code}))
         return self.finish(result.exit_code, document)
+
+    def _bound(self, route: Route, kind: object) -> tuple[list[object], dict[str, object]]:
+        """What the function takes by position: source or names, kind, key=value pairs; and its keyword `names`.
+
+        Raises UsageError for a name or pairs too many or too few.
+        """
+        said = " ".join([self.verb, route.switch]).strip() if not route.implied else self.verb
+        positional: list[object] = []
+        more: dict[str, object] = {}
+        takes = route.parameters
+        for name in takes:
+            if name == "source":
+                positional.append(one_name(self.names, self.verb))
+            elif name == "task":
+                positional.append(one_name(self.names, self.verb, "TASK", route.task_names))
+            elif name == "sources":
+                positional.append(self.names)
+            elif name == "names":
+                more["names"] = self.names
+            elif name == "kind":
+                positional.append(kind)
+            elif name == "values":
+                positional.append(self.values)
+        if self.names and not {"source", "task", "sources", "names"} & takes.keys():
+            raise UsageError(f"mechlab {said} takes no NAME. More on one mechanism: mechlab show {self.names[0]}.")
+        if self.values and "values" not in takes:
+            raise UsageError(f"mechlab {said} takes no key=value, got {', '.join(self.values)}.")
+        return positional, more
 
     def finish(self, code: int, document: dict[str, Any]) -> int:
         if code:

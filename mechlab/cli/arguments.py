@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from mechlab.cli.output import write
 from mechlab.errors import MechlabError, UsageError
-from mechlab.values import Value, parse_value
+from mechlab.values import Written, parse_value
 
 
 class Parser(argparse.ArgumentParser):
@@ -33,25 +33,10 @@ def refuse_bytes(arguments: Sequence[str]) -> None:
             raise UsageError(f"the argument {ascii(argument)} is no UTF-8 text; write it in UTF-8.") from None
 
 
-def verb_parser(verb: str, positionals: str, summary: str) -> Parser:
-    """A parser for one verb: its names and key=value tokens, and the options that every verb has."""
-    parser = Parser(
-        prog=f"mechlab {verb}",
-        usage=f"mechlab {verb} {positionals} [options]".replace("  ", " "),
-        description=summary,
-        epilog="Numbers are SI; 37deg, 5mm, 300rpm, 17/22, lists a,b,c and ranges lo:hi or lo:hi:n are "
-        "understood. Options may stand anywhere among the key=value pairs.",
-        allow_abbrev=False,
-    )
-    parser.add_argument("tokens", nargs="*", metavar="NAME key=value", help=argparse.SUPPRESS)
-    parser.add_argument("--json", action="store_true", help="print exactly one JSON document, also on failure")
-    return parser
-
-
-def split_tokens(tokens: Sequence[str]) -> tuple[list[str], dict[str, Value]]:
+def split_tokens(tokens: Sequence[str]) -> tuple[list[str], dict[str, Written]]:
     """Names (no `=`) and values (`key=value`). Raises MechlabError for a key that comes twice."""
     names: list[str] = []
-    values: dict[str, Value] = {}
+    values: dict[str, Written] = {}
     for token in tokens:
         key, equals, text = token.partition("=")
         if not equals:
@@ -65,18 +50,14 @@ def split_tokens(tokens: Sequence[str]) -> tuple[list[str], dict[str, Value]]:
     return names, values
 
 
-def one_name(names: Sequence[str], verb: str) -> str:
+def one_name(names: Sequence[str], verb: str, what: str = "NAME", choices: Sequence[str] = ()) -> str:
     """The only name. Raises UsageError, with what to write instead, for none and for several."""
+    if len(names) == 1:
+        return names[0]
+    if choices:
+        raise UsageError(f"mechlab {verb} takes one {what}, got {', '.join(names) or 'none'}: {', '.join(choices)}.")
     if not names:
         raise UsageError(f"a NAME is missing: mechlab {verb} NAME. `mechlab list` shows the catalog; "
                          "file.py:function, .json, .xml and .urdf files work too.")  # fmt: skip
-    if len(names) > 1:
-        extra = ", ".join(repr(name) for name in names[1:])
-        raise UsageError(f"mechlab {verb} takes one NAME, got {names[0]!r} and {extra}. Write quantities as key=value.")
-    return names[0]
-
-
-def refuse_values(values: dict[str, Value], verb: str) -> None:
-    """Raise UsageError for key=value pairs given to a verb that takes none."""
-    if values:
-        raise UsageError(f"mechlab {verb} takes no key=value, got {', '.join(values)}.")
+    extra = ", ".join(repr(name) for name in names[1:])
+    raise UsageError(f"mechlab {verb} takes one NAME, got {names[0]!r} and {extra}. Write quantities as key=value.")

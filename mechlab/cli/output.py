@@ -11,30 +11,17 @@ from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
+from mechlab.cli.terminal import fitted, width_of_stdout
 from mechlab.errors import MechlabError
-from mechlab.values import Range, Value
+from mechlab.values import Range, Written
 
 SCHEMA = 1
 PACKAGES = ("mechlab", "numpy", "scipy", "mujoco", "pin")
 
 
-class Result(Protocol):
-    """What every function of the API returns to the command line."""
-
-    @property
-    def exit_code(self) -> int:
-        """0 answered and trustworthy, 3 finished but not to be trusted, 4 no solution exists."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """The answer for a program; `status` and `message` are sentences."""
-
-    def text(self) -> str:
-        """The answer for a person: tables and sentences."""
-
-
-def envelope(verb: str, names: list[str], values: Mapping[str, Value]) -> dict[str, Any]:
+def envelope(verb: str, names: list[str], values: Mapping[str, Written]) -> dict[str, Any]:
     """What every JSON document carries. A version that is null belongs to an engine that is not installed."""
     from mechlab.units import SYSTEM
 
@@ -96,6 +83,12 @@ def write(text: str) -> None:
     except OSError as error:
         _to_nowhere()
         raise CannotPrint(error.strerror or str(error)) from None
+
+
+def write_result(text: str) -> None:
+    """`text` to stdout; on a terminal its tables fit the width."""
+    width = width_of_stdout()
+    write(text if width is None else fitted(text, width))
 
 
 def _to_nowhere() -> None:

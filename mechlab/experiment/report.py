@@ -1,12 +1,12 @@
 """How answers and recordings are printed: in one line, as the tables of the command line, and in a notebook.
 
-In a notebook a Recording shows its page. This room knows no pages: whoever can draw one offers it with `offer_page`. Without
+In a notebook a Recording shows its page. This room knows no pages: `mechlab.results.offer_page` is told who draws one. Without
 an offer, or where the page cannot be shown, a table stands in and says why.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,22 +15,11 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answers
 from mechlab.experiment.recording import Recording
 from mechlab.results import html_of, line_of, text_of
+from mechlab.results import offered_pages as _offered
 from mechlab.tables import html_sheet, number, table
 
 NEGLIGIBLE = 1e-9
 """Share of the largest value of a channel: a value below it, and below its own error, is printed as 0."""
-
-Page = Callable[[Recording], str]
-_offered: list[Page] = []
-
-
-def offer_page(write: Page) -> None:
-    """From now on recordings show `write(recording)`, HTML that is safe to stand in a notebook. The last offer counts.
-
-    A MechlabError that `write` raises becomes the sentence above the table.
-    """
-    _offered[:] = [write]
-
 
 # -- answers ---------------------------------------------------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechlab.analytic.impulse import slope
-from mechlab.catalog.impulse_transmission.runs import of_scene
+from mechlab.catalog.impulse_transmission.scenes import of_scene
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.portrait import flow
 

@@ -8,9 +8,8 @@ import pytest
 
 from mechlab import api
 from mechlab.catalog.closed_differential import ENTRY
-from mechlab.catalog.closed_differential.lag import predicted_lag
-from mechlab.catalog.closed_differential.parameters import Parameters
-from mechlab.catalog.closed_differential.probes import run
+from mechlab.catalog.closed_differential.build import Parameters
+from mechlab.catalog.closed_differential.checks import predicted_lag, run
 from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.studies.check.check import checks_of
@@ -153,7 +152,7 @@ def test_inertia_ratio_of_a_million(light: dict[str, float]) -> None:
     for name in NAMES:
         assert found[name] == pytest.approx(truth[name], rel=1e-9, abs=1e-9)
     for fidelity in ("parts", "full"):
-        result = api.simulate_values(ENTRY, light, scene="constant-moments", fidelity=fidelity)
+        result = api.simulate(ENTRY, light, scene="constant-moments", fidelity=fidelity)
         final_speeds = result.recording.final()
         wrong = max(abs(final_speeds[n] - truth[n]) for n in NAMES) > 1e-5
         if wrong or "J36" not in light:
@@ -204,7 +203,7 @@ def test_doubtful_and_bad_parameters() -> None:
 
 def test_teeth_stand_in_gaps() -> None:
     """Phases of every planet against its sun and ring: half a pitch apart at the pitch points, also for odd numbers."""
-    from mechlab.catalog.closed_differential import looks
+    from mechlab.catalog.closed_differential import build as looks
     from mechlab.shapes import external_phase, internal_phase
 
     for p in (Parameters(), Parameters(teeth=(30, 30, 90, 40, 60, 160))):

@@ -11,12 +11,18 @@ import mechlab as ml
 from mechlab import shapes
 from mechlab.analytic import gear_linkage as closed
 from mechlab.catalog import gear_linkage as catalog
-from mechlab.catalog.gear_linkage.build import build
+from mechlab.catalog.gear_linkage.build import (
+    PRESETS,
+    Parameters,
+    build,
+    coordinates,
+    free_spin,
+    near_change_point,
+    reference,
+)
 from mechlab.catalog.gear_linkage.checks import CHECKS
 from mechlab.catalog.gear_linkage.claims import CLAIMS
 from mechlab.catalog.gear_linkage.looks import tooth_counts
-from mechlab.catalog.gear_linkage.parameters import PRESETS, Parameters
-from mechlab.catalog.gear_linkage.scenes import coordinates, free_spin, near_change_point, reference
 from mechlab.cli import main
 from mechlab.engines.mujoco import run
 from mechlab.engines.pinocchio import run as run_pinocchio

@@ -9,8 +9,8 @@ from fractions import Fraction
 import pytest
 
 from mechlab.analytic.impulse import limits, unidirectional
-from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.catalog.impulse_transmission.questions_limits import closing
+from mechlab.catalog.impulse_transmission.build import Parameters
+from mechlab.catalog.impulse_transmission.questions import closing
 from mechlab.cli import main
 
 

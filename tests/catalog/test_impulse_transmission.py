@@ -10,7 +10,7 @@ import pytest
 import mechlab as ml
 from mechlab.analytic.impulse import coefficients, motor_torque_at
 from mechlab.catalog import impulse_transmission as entry
-from mechlab.catalog.impulse_transmission.parameters import Parameters, warnings
+from mechlab.catalog.impulse_transmission.build import Parameters, warnings
 from mechlab.catalog.impulse_transmission.problems import WithMotor
 from mechlab.catalog.impulse_transmission.scenes import SCENES, simulate
 from mechlab.cli import main

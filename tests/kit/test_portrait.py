@@ -49,7 +49,7 @@ def test_grid_has_every_combination() -> None:
 def test_exact_curves_are_those_of_the_integration() -> None:
     """Curves of the first integral, through the states that RK4 over psi finds."""
     from mechlab.analytic.impulse import first_integral
-    from mechlab.catalog.impulse_transmission.parameters import Parameters
+    from mechlab.catalog.impulse_transmission.build import Parameters
     from mechlab.catalog.impulse_transmission.portraits import exact, poincare
 
     p = Parameters(M0=0.0, M1=0.0)

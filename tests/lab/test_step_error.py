@@ -113,7 +113,7 @@ def test_dry_friction_that_stops_a_pendulum_states_the_error_of_its_acceleration
 
 def test_a_drive_force_starts_with_what_the_law_says_and_noise_is_not_printed() -> None:
     """The servo starts on its target: nothing to correct, so no force; 3.6e-15 is the rounding of the target."""
-    found = ml.api.runs.simulate_values("fourbar", duration=0.1, at=(0.0, 0.002))
+    found = ml.api.simulate("fourbar", duration=0.1, at=(0.0, 0.002))
     force = found.recording.channel("crank_angle_force")
     assert abs(force[0]) < 1e-13 and force[1] > 0.05
     row = next(x for x in found.text().splitlines() if x.startswith("crank_angle_force")).split()

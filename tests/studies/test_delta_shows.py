@@ -85,7 +85,7 @@ def test_any_parameter_may_stand_among_the_keys(capsys: pytest.CaptureFixture[st
 
 
 def test_head_tracking_follows_the_error_law() -> None:
-    result = api.simulate_values("delta6", scene="head-tracking", duration=3, at=(1, 3))
+    result = api.simulate("delta6", scene="head-tracking", duration=3, at=(1, 3))
     assert result.exit_code == 0
     printed = {1: (0.006484, 0.000451, 0.039921), 3: (0.000115, 0.000008, 0.000707)}  # A9
     for sample in result.samples():
@@ -94,7 +94,7 @@ def test_head_tracking_follows_the_error_law() -> None:
 
 
 def test_head_tracking_with_the_gains_in_the_other_order() -> None:
-    swapped = api.simulate_values("delta6", scene="head-tracking-swapped", duration=1.0, at=(1.0,)).samples()[0]
+    swapped = api.simulate("delta6", scene="head-tracking-swapped", duration=1.0, at=(1.0,)).samples()[0]
     law = closed_form.error_response(1.0, np.array([0.05, 0.0, 0.3]), np.array([-0.4, 0.8, -0.6]), 480.0, 240.0)
     for k, name in enumerate(("alpha", "beta", "gamma")):
         assert math.isclose(swapped[f"error_{name}"], float(law.error[k]), abs_tol=1e-5)
@@ -145,7 +145,7 @@ def test_home_keyframe_holds_against_gravity_in_plain_mujoco(tmp_path: Path) -> 
 
 
 def test_a_run_that_blows_up_says_when_and_why() -> None:
-    result = api.simulate_values("delta6", scene="gravity-hold", timestep=0.02, duration=0.5)
+    result = api.simulate("delta6", scene="gravity-hold", timestep=0.02, duration=0.5)
     assert result.exit_code == 3
     assert result.recording.t[-1] < 0.5
     assert any(c.isdigit() for c in result.message)

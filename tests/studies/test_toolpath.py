@@ -127,7 +127,7 @@ def test_bad_quantities(tmp_path):
         ({"curve": file, "speed": 1.0, "exit_speed": 2.0, "deceleration": 1.0}, "speed = 1"),
     ):  # fmt: skip
         with pytest.raises(MechlabError, match=said):
-            api.solve_values("toolpath", values)
+            api.solve("toolpath", values)
 
 
 def test_show_says_what_can_be_asked(capsys):

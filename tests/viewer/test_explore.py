@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from mechlab import api
 from mechlab.analytic.delta6 import workspace_counts
+from mechlab.api import pages
 from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
@@ -111,7 +112,7 @@ def volume(vertices: np.ndarray, faces: np.ndarray) -> float:
 
 def test_the_reach_of_the_delta_is_as_large_as_its_count() -> None:
     """The volume inside the drawn surface is that of the 0.01 m nodes that the source counts (to a voxel layer)."""
-    reach = api.viewing._reach(api.load("delta6"))
+    reach = pages._reach(api.load("delta6"))
     assert reach is not None
     counted = workspace_counts(api.load("delta6").parameters.geometry).voxels * 1e-6
     assert volume(reach.vertices, reach.faces) == pytest.approx(counted, rel=0.03)

@@ -14,7 +14,7 @@ import pytest
 from tornado import httpclient, websocket
 
 from mechlab import api
-from mechlab.api import viewing
+from mechlab.api import pages
 from mechlab.viewer.live import Server, serve
 from mechlab.viewer.streaming import Rebuilder, controls
 
@@ -22,8 +22,8 @@ from mechlab.viewer.streaming import Rebuilder, controls
 @pytest.fixture
 def server() -> Iterator[Server]:
     design = api.load("fourbar")
-    with serve(viewing._still(design), quiet=True) as running:
-        Rebuilder(running, design, viewing._still, viewing._recorded)
+    with serve(pages.still_story(design), quiet=True) as running:
+        Rebuilder(running, design, pages.still_story, pages.run_story)
         yield running
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.catalog.class4_linkage.build import build
-from mechlab.catalog.class4_linkage.geometry import at, solve_all
-from mechlab.catalog.class4_linkage.parameters import Class4Parameters
+from mechlab.catalog.class4_linkage.geometry import Class4Parameters, at, solve_all
 from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence, fails, holds, misprint, only_if, true
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import structure

@@ -9,14 +9,25 @@ import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.catalog.class4_linkage.build import START_OFFSET, build, pose
-from mechlab.catalog.class4_linkage.geometry import THETAS, Mode, arcs, at, describe_mode, group, label, solve_all
-from mechlab.catalog.class4_linkage.parameters import Class4Parameters
+from mechlab.catalog.class4_linkage.geometry import (
+    THETAS,
+    Class4Parameters,
+    Mode,
+    arcs,
+    at,
+    describe_mode,
+    group,
+    label,
+    solve_all,
+)
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question, with_rates
-from mechlab.kit.witness import engine_answer
-from mechlab.mechanism import Status
+from mechlab.kit.questions import by_engines, with_orders
+from mechlab.mechanism import Mechanism, Status
+from mechlab.mechanism.geometry import Array
 
-ANSWERS = tuple(f"{n}{s}" for n in THETAS for s in ("", "_rate", "_accel"))
+ANSWERS = tuple(with_orders({n: n for n in THETAS}))
+GIVEN = {"crank_angle": "crank_angle", "crank_rate": "crank_angle_rate", "crank_accel": "crank_angle_accel"}
 MERGING = 1e-9
 """|det J| relative to the size of the group to the fourth, below which two modes are reported to merge."""
 
@@ -77,32 +88,17 @@ def analytic(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
     return Answer(_flat(chosen), status, notes, modes=tuple(modes))
 
 
-def _engine(engine: str, p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
+def _start(p: Class4Parameters, m: Mechanism, given: Mapping[str, Any]) -> Array | None:
+    """Coordinates of the chosen mode by the closed form, a little off; None where it does not assemble."""
     try:
-        m = build(p, "minimal")
-        start = pose(p, m, float(given["crank_angle"])) + START_OFFSET
+        return pose(p, m, float(given["crank_angle"])) + START_OFFSET
     except NoSolution:
-        start = None
-        try:
-            m = build(p, "minimal")
-        except NoSolution as never:
-            return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
-    asked = {"crank_angle": given["crank_angle"], "crank_angle_rate": given["crank_rate"],
-             "crank_angle_accel": given["crank_accel"]}  # fmt: skip
-    return engine_answer(engine, m, asked, ANSWERS, start=start)
-
-
-def _pinocchio(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
-    return _engine("pinocchio", p, given)
-
-
-def _mujoco(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
-    return _engine("mujoco", p, given)
+        return None
 
 
 QUESTION = Question(
     "modes", given=("crank_angle",), optional={"crank_rate": 0.0, "crank_accel": 0.0}, answers=ANSWERS,
-    witnesses={"analytic": analytic, "pinocchio": _pinocchio, "mujoco": _mujoco}, angles=THETAS,
+    witnesses={"analytic": analytic} | by_engines(build, GIVEN, {k: k for k in ANSWERS}, _start), angles=THETAS,
     units=with_rates(dict.fromkeys(THETAS, "rad"))
     | {"crank_angle": "rad", "crank_rate": "rad/s", "crank_accel": "rad/s2", "mode_count": ""},
     text="every assembly mode at a crank angle, with rates and accelerations",

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.closed_differential.build import build
-from mechlab.catalog.closed_differential.checks import CHECKS
+from mechlab.catalog.closed_differential.build import SOURCE, Parameters, build
+from mechlab.catalog.closed_differential.checks import CHECKS, warnings
 from mechlab.catalog.closed_differential.claims import CLAIMS
 from mechlab.catalog.closed_differential.figure import draw
-from mechlab.catalog.closed_differential.lag import warnings
-from mechlab.catalog.closed_differential.parameters import SOURCE, Parameters
 from mechlab.catalog.closed_differential.questions import QUESTIONS
-from mechlab.catalog.closed_differential.reference import expand, reference
-from mechlab.catalog.closed_differential.scenes import CHANNELS, SCENES
+from mechlab.catalog.closed_differential.scenes import CHANNELS, SCENES, expand, reference
 from mechlab.experiment.entry import Entry
 
 FORMULAS = """\

@@ -1,22 +1,175 @@
-"""Checks of the closed differential: closed forms, Pinocchio and MuJoCo, in every fidelity."""
+"""Checks of the closed differential: closed forms, Pinocchio and MuJoCo, in every fidelity.
+
+What checks and claims ask of every witness stands first: the example with both tooth sets, runs, the lag of soft gear rows.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mechlab.analytic import differential as closed
-from mechlab.catalog.closed_differential.lag import predicted_lag
-from mechlab.catalog.closed_differential.moving import MOVING
-from mechlab.catalog.closed_differential.parameters import Parameters
-from mechlab.catalog.closed_differential.probes import answers, machines, run
-from mechlab.catalog.closed_differential.questions import ANSWERS
+from mechlab.catalog.closed_differential import questions, scenes
+from mechlab.catalog.closed_differential import scenes as reference
+from mechlab.catalog.closed_differential.build import GAP, STATED_TEETH, USED_TEETH, WIDTH, Parameters, build
+from mechlab.catalog.closed_differential.questions import ANSWERS, ENGINES, Machine, machine, numpy_machine
 from mechlab.catalog.closed_differential.scenes import SCENES
-from mechlab.catalog.closed_differential.witnesses import ENGINES
 from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.question import Answer
+from mechlab.experiment.recording import Recording
+from mechlab.experiment.scene import PRESETS, Settings
+from mechlab.kit.epicyclic import TURN, mesh_check, moving_check, wheel
+from mechlab.kit.mass_check import NOTHING, State
+from mechlab.kit.witness import room
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array
+
+LAB = Parameters()
+EXAMPLE = {"used teeth": replace(LAB, teeth=USED_TEETH), "stated teeth": replace(LAB, teeth=STATED_TEETH)}
+"""The source's numeric example, with the teeth that its computation uses and with those that it states."""
+FIDELITY = {"pinocchio": "parts", "mujoco": "minimal"}
+"""Fidelity in which an engine is asked to run: Pinocchio with the gear rows, MuJoCo without soft rows."""
+
+
+def answers(p: Parameters, **given: float) -> dict[str, dict[str, Any]]:
+    """Witness -> values of the question."""
+    said: dict[str, Answer] = {"analytic": questions.analytic(p, given)}
+    said |= {engine: questions.by_engine(engine, p, given) for engine in ENGINES}
+    return {name: answer.values for name, answer in said.items() if not answer.cannot}
+
+
+def machines(p: Parameters, fidelity: str = "parts") -> dict[str, Machine]:
+    """Witness -> its mass matrix and gear rows; the numpy tree stands for the closed form."""
+    return {"numpy": numpy_machine(p, fidelity)} | {engine: machine(engine, p, fidelity) for engine in ENGINES}
+
+
+def run(who: str, p: Parameters, scene: str, duration: float | None = None, fidelity: str | None = None) -> Recording:
+    """A run of a scene with the parameters as they are, by "analytic" or an engine."""
+    level = fidelity or FIDELITY.get(who, "minimal")
+    made = scenes.SCENES[scene].make(p, level)
+    made = replace(made, duration=duration or made.duration)
+    if who == "analytic":
+        return reference.reference(p, made)
+    settings = replace(made.settings, engine=who, integrator="RK4")
+    found: Recording = room(who).run(build(p, level), made, settings)
+    return found
+
+
+def runs(p: Parameters, scene: str, duration: float | None = None) -> dict[str, Recording]:
+    """Witness -> run."""
+    return {who: run(who, p, scene, duration) for who in ("analytic", *ENGINES)}
+
+
+def speeds(recording: Recording) -> tuple[float, float]:
+    """Final w_H1, w_H2."""
+    return float(recording.channel("H1_rate")[-1]), float(recording.channel("H2_rate")[-1])
+
+
+def outer_power(p: Parameters, recording: Recording) -> Array:
+    """(n,) M_H1 w_H1 - M_H2 w_H2 [W] along a run."""
+    return p.M_H1 * recording.channel("H1_rate") - p.M_H2 * recording.channel("H2_rate")
+
+
+def rounded(values: Any, digits: int = 10) -> Any:
+    """Numbers as plain lists, rounded, without negative zeros."""
+    return (np.round(np.asarray(values, dtype=float), digits) + 0.0).tolist()
+
+
+def by_witness(function: Callable[[str], Any], what: str) -> dict[str, Any]:
+    """{"witness: what": value} for the closed form and both engines."""
+    return {f"{who}: {what}": function(who) for who in ("analytic", *ENGINES)}
+
+
+LAG_LIMIT = 1e-3
+"""Lag [rad] above which a warning is given."""
+
+
+def predicted_lag(p: Parameters, fidelity: str, settings: Settings | None = None) -> dict[str, float]:
+    """Relation -> predicted |residual| [rad of the wheel it turns] under M_H1 and M_H2 with rows as soft as `settings`
+    (default: the preset `accurate`) make them."""
+    chosen = settings or PRESETS["accurate"]
+    solref, solimp = chosen.solref or (0.02, 1.0), chosen.solimp or (0.9, 0.95, 0.001, 0.5, 2.0)
+    made = numpy_machine(p, fidelity)
+    force = made.applied(w_H1=p.M_H1, w_H2=-p.M_H2)
+    lag = closed.predicted_lag(made.mass, made.rows, force, solref[0], solimp[1], solref[1])
+    return dict(zip([r.name for r in made.mechanism.relations], lag.tolist(), strict=True))
+
+
+def warnings(p: Parameters) -> tuple[str, ...]:
+    """Sentences on doubtful parameters: lag of soft rows, planets that cannot stand evenly or touch each other."""
+    out = []
+    for fidelity in ("parts", "full"):
+        lag = predicted_lag(p, fidelity)
+        worst = max(lag, key=lambda name: lag[name])
+        if not lag[worst] <= LAG_LIMIT:
+            out.append(
+                f"in fidelity {fidelity!r} MuJoCo's soft rows are predicted to lag by {lag[worst]:.3g} rad at {worst} "
+                f"(limit {LAG_LIMIT:g}): light parts under load; take fidelity 'minimal', which has no rows"
+            )
+    for stage, found in zip((1, 2), closed.conditions(p.train, p.planets), strict=True):
+        sun, ring = p.teeth[3 * stage - 3], p.teeth[3 * stage - 1]
+        if not found.even:
+            out.append(
+                f"stage {stage}: {p.planets} planets cannot stand at equal angles, ({sun} + {ring})/{p.planets} is not "
+                "whole; they are drawn at the nearest angles at which the teeth fit"
+            )
+        if not found.neighbours:
+            out.append(
+                f"stage {stage}: {p.planets} planets of {p.teeth[3 * stage - 2]} teeth touch each other; take fewer"
+            )
+    if not np.isfinite(p.module):
+        out.append("module is not finite")
+    return tuple(out)
+
+
+SPEEDS = (1.3, -0.6)
+"""Speeds of both carriers [rad/s]; those of the blocks where both carriers turn as one."""
+
+
+def state(p: Parameters, fidelity: str) -> State | None:
+    """Every member has turned by TURN x its speed. The mass of a carrier or block stands at the radius of the planet axes on
+    H1 (a carrier's on its own); planets that are no bodies ride on it; in `parts` one planet a stage turns for all."""
+    rays = {"minimal": 0, "parts": 1, "full": p.planets}[fidelity]
+    if not (p.train.regular or rays):
+        return None
+    named = ("w_H1", "w_H2") if p.train.regular else ("w1", "w3")
+    x = closed.speeds(p.train, **dict(zip(named, SPEEDS, strict=True)))
+    rates = {"H1": float(x.w_H1), "H2": float(x.w_H2), "block_14": float(x.w1), "block_36": float(x.w3)}
+    spins = {"planet_2": float(x.w2), "planet_5": float(x.w5)}
+    parts, energy = NOTHING, 0.0
+    for stage, kind, bare, mass, spin in ((1, "planet_2", p.J_H1, p.m2, p.J2), (2, "planet_5", p.J_H2, p.m5, p.J5)):
+        carrier, radius = rates[f"H{stage}"], p.radii[stage - 1]
+        moment = bare + (p.planets - rays) * mass * radius**2
+        parts = parts + wheel(moment / radius**2, moment, carrier)
+        own = spin * (p.planets if rays == 1 else 1)
+        for k in range(rays):
+            at = _seat(p, stage, k, TURN * carrier)
+            parts = parts + wheel(mass, own, spins[kind], at, carrier)
+            rates[f"{kind}_{k + 1}"] = spins[kind] - carrier
+        rates[f"{kind}_spin"] = spins[kind]
+        energy += 0.0 if rays else 0.5 * p.planets * spin * spins[kind] ** 2
+    for block, moment in (("block_14", p.J14), ("block_36", p.J36)):
+        if rays:
+            parts = parts + wheel(moment / p.radii[0] ** 2, moment, rates[block])
+        else:
+            energy += 0.5 * moment * rates[block] ** 2
+    rates["H2_on_H1"] = rates["H2"] - rates["H1"]
+    return State({n: TURN * w for n, w in rates.items()}, rates, parts, {}, (0.0, 0.0, 0.0), 2, energy)
+
+
+def _seat(p: Parameters, stage: int, k: int, turned: float) -> Array:
+    """Where planet k stands: at the place nearest to equal spacing at which its teeth fit, in the plane of its stage."""
+    sun, ring = (p.teeth[0], p.teeth[2]) if stage == 1 else (p.teeth[3], p.teeth[5])
+    angle = 2.0 * math.pi * round(k * (sun + ring) / p.planets) / (sun + ring) + turned
+    height = 0.0 if stage == 1 else (WIDTH + GAP) * p.module
+    return np.array([p.radii[stage - 1] * math.cos(angle), p.radii[stage - 1] * math.sin(angle), height])
+
+
+MOVING = (moving_check("D8", build, state), mesh_check("D9", build, meshes=4, wheels=2))
 
 FIDELITIES = ("minimal", "parts", "full")
 

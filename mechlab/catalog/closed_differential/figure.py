@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import differential as closed
-from mechlab.catalog.closed_differential.probes import LAB, run, speeds
+from mechlab.catalog.closed_differential.checks import LAB, run, speeds
 from mechlab.mechanism.geometry import Array
 
 SPAN = 0.3

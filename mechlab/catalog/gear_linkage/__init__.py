@@ -6,12 +6,20 @@ free at C, the output gear free at D. The plane is horizontal: angles about z, c
 
 from __future__ import annotations
 
-from mechlab.catalog.gear_linkage.build import build
+from mechlab.catalog.gear_linkage.build import (
+    NEAR_CHANGE_POINT,
+    PRESETS,
+    SCENES,
+    SOURCE,
+    Parameters,
+    build,
+    output_held,
+    reference,
+    warnings,
+)
 from mechlab.catalog.gear_linkage.checks import CHECKS
 from mechlab.catalog.gear_linkage.claims import CLAIMS
-from mechlab.catalog.gear_linkage.parameters import NEAR_CHANGE_POINT, PRESETS, SOURCE, Parameters, warnings
 from mechlab.catalog.gear_linkage.questions import QUESTIONS
-from mechlab.catalog.gear_linkage.scenes import SCENES, output_held, reference
 from mechlab.experiment.entry import Entry
 
 __all__ = ["ENTRY", "NEAR_CHANGE_POINT", "PRESETS", "Parameters", "build"]

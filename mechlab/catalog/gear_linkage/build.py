@@ -1,18 +1,111 @@
-"""The mechanism: crank with gear a, coupler, rocker, idler and output gear; one loop and two gear relations."""
+"""The three-gear four-bar: parameters, presets of its uses, the Mechanism, scenes and their closed form."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 
+import numpy as np
+
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.looks import crank_looks, gear_looks, ground_looks, rod_looks, tooth_counts
-from mechlab.catalog.gear_linkage.parameters import Parameters
-from mechlab.errors import unknown
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.entry import SceneRecipe
+from mechlab.experiment.laws import Law, Servo
+from mechlab.experiment.motion import Ramp
+from mechlab.experiment.parameters import parameter
+from mechlab.experiment.recording import Recording
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.own_equations import one_freedom_slope, record_own
 from mechlab.mechanism import Builder, Inertia, LinearRelation, Mechanism, Placement, as_fraction, revolute
-from mechlab.mechanism.geometry import axis_rotation
+from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.shapes import external_phase
+
+SOURCE = "Gear-lever mechanisms in printing machines"
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Lengths, idler, assembly mode, play, masses and speed of the three-gear four-bar."""
+
+    crank: float = parameter(
+        0.4728822419, "m", "crank A-B, the eccentricity of gear a", low=0, strict=True, source=SOURCE
+    )
+    coupler: float = parameter(1.0, "m", "coupler B-C = ra + rc", low=0, strict=True, source=SOURCE)
+    rocker: float = parameter(1.0, "m", "rocker D-C = rc + rd", low=0, strict=True, source=SOURCE)
+    frame: float = parameter(1.0, "m", "frame A-D", low=0, strict=True, source=SOURCE)
+    idler_radius: float = parameter(0.5, "m", "pitch radius of the idler at C", low=0, strict=True, source=SOURCE)
+    mode: int = parameter(1, "", "+1: C left of the ray from B to D, -1: right", low=-1, high=1)
+    backlash: float = parameter(0.0, "rad", "play of the gears, seen at the output", low=0, source=SOURCE)
+    mass_per_length: float = parameter(1.0, "kg/m", "uniform bars", low=0, strict=True)
+    mass_per_area: float = parameter(2.0, "kg/m2", "uniform discs of the gears", low=0, strict=True)
+    speed: float = parameter(1.0, "rad/s", "crank speed of the scenes")
+
+    def __post_init__(self) -> None:
+        if self.mode not in (1, -1):
+            raise MechlabError(f"gear_linkage: mode must be +1 or -1, got {self.mode}.")
+        self.linkage  # noqa: B018  its own conditions are those of the parameters
+
+    @property
+    def play(self) -> float:
+        """The backlash with a millionth more, so that a crank given to some digits for that play still fits [rad]."""
+        return self.backlash * (1.0 + 1e-6)
+
+    @property
+    def linkage(self) -> closed_form.GearLinkage:
+        """The same linkage for the closed form; raises what does not go together."""
+        return closed_form.GearLinkage(self.crank, self.coupler, self.rocker, self.idler_radius, self.frame, self.mode)
+
+    @property
+    def masses(self) -> closed_form.LinkageMasses:
+        """Masses for the closed form."""
+        return closed_form.LinkageMasses(self.mass_per_length, self.mass_per_area)
+
+
+PRESETS: Mapping[str, Mapping[str, float]] = {
+    # One output turn a crank turn with an instantaneous stop: replaces a clutch that engages once a cycle.
+    "knife-drive": {
+        "crank": 0.4428909829, "coupler": 1.0, "rocker": 1.0, "idler_radius": 0.5, "frame": 1.0, "backlash": 0.0,
+    },
+    # Never stops; fastest (and, there, of constant speed) where the sheet is gripped, about a sixth of it at release.
+    "sheet-delivery": {
+        "crank": 0.35, "coupler": 1.0, "rocker": 0.8, "idler_radius": 0.4, "frame": 1.0, "backlash": 0.0,
+    },
+    # A play of 2 deg makes a stop of 51.7 deg, 73.5 deg when the gears only push: time to cut the glued strip.
+    "glue-and-cut": {
+        "crank": 0.548521886, "coupler": 0.9, "rocker": 0.9, "idler_radius": 0.3, "frame": 1.0,
+        "backlash": math.radians(2.0),
+    },
+}  # fmt: skip
+"""Parameter sets of the uses that the source names. It prints no dimensions: these are ours, of the kind it describes."""
+
+NEAR_CHANGE_POINT: Mapping[str, float] = {
+    "crank": 0.79999, "coupler": 0.9, "rocker": 0.9, "idler_radius": 0.3, "frame": 1.0,
+}  # fmt: skip
+"""A crank 1e-5 short of the change point: coupler and rocker come within 0.4 deg of one line."""
+
+
+def warnings(p: Parameters) -> tuple[str, ...]:
+    """Sentences on doubtful parameters: a bad transmission angle, a play that the reverse motion exceeds."""
+    report = closed_form.regime(p.linkage) if not p.linkage.at_change_point else None
+    if report is None:
+        return ("crank: at this length coupler, rocker and frame come into one line: a change point, where modes meet",)
+    out = []
+    if report.least_transmission_angle < math.radians(20.0):
+        out.append(
+            f"the transmission angle falls to {math.degrees(report.least_transmission_angle):.3g} deg; "
+            "below 20 deg the drive is poor, and near 0 another assembly mode is close"
+        )
+    if 0.0 < p.play < report.reverse_angle:
+        out.append(
+            f"backlash: the output runs back by {report.reverse_angle:.4g} rad, more than the play of {p.backlash:.4g} rad: "
+            "it does not stand"
+        )
+    return tuple(out)
+
 
 START = 1.0
 """Crank angle of the reference pose [rad]: away from 0 and pi, where a change point would be."""
@@ -98,3 +191,97 @@ def _phases(
     idler = external_phase(a, phi, c, psi)  # gear a has phase 0 in the crank, which stands at phi
     output = external_phase(c, idler, d, chi + math.pi)
     return 0.0, idler - gears[0], output - gears[1]
+
+
+STIFFNESS = 30.0
+"""Frequency of the crank servo in units of the crank speed."""
+STEPS = 6283
+"""Steps a turn: 1 ms at 1 rad/s."""
+DRIVEN = ("output_held",)
+
+
+def _turn(p: Parameters) -> float:
+    """Duration of one turn [s]; a crank that stands gets a second."""
+    return 2.0 * math.pi / abs(p.speed) if p.speed else 1.0
+
+
+def servo(p: Parameters) -> Servo:
+    """A critically damped servo, its gains from the reduced inertia at the reference pose and the speed."""
+    inertia = float(closed_form.reduced_inertia(p.linkage, p.masses, START)[0])
+    w = STIFFNESS * max(abs(p.speed), 1e-3)
+    return Servo("crank_angle", Ramp(0.0, p.speed), stiffness=inertia * w**2, damping=2.0 * inertia * w)
+
+
+def _scene(name: str, p: Parameters, fidelity: str, laws: tuple[Law, ...], turns: float, settings: Settings) -> Scene:
+    return Scene(
+        name, fidelity, turns * _turn(p), laws, {"crank_angle": 0.0}, {"crank_angle": p.speed}, channels=DRIVEN,
+        tolerance=1e-4, settings=settings, keep_mode=("crank_angle",),
+    )  # fmt: skip
+
+
+def constant_crank(p: Parameters, fidelity: str) -> Scene:
+    """A servo turns the crank once at constant speed."""
+    return _scene("constant-crank", p, fidelity, (servo(p),), 1.0, Settings(timestep=_turn(p) / STEPS))
+
+
+def free_spin(p: Parameters, fidelity: str) -> Scene:
+    """The crank is let go at full speed: one turn at the mean speed, more or less."""
+    return replace(_scene("free-spin", p, fidelity, (), 1.0, Settings(timestep=_turn(p) / STEPS)), drives="free")
+
+
+def near_change_point(p: Parameters, fidelity: str) -> Scene:
+    """As constant-crank, with a first-order integrator and a coarse step: two turns close past a change point."""
+    settings = Settings(integrator="discrete", timestep=_turn(p) / STEPS)
+    return _scene("near-change-point", p, fidelity, (servo(p),), 2.0, settings)
+
+
+TEXTS = {
+    "knife-drive": "knives of a three-knife paper cutter: one output turn a cycle with an instantaneous stop, no clutch",
+    "sheet-delivery": "sheet-delivery transporter: speed matched where the sheet is gripped, slow where it is laid down",
+    "glue-and-cut": "glue and cut: the play of the gears makes a stop in which the strip is cut",
+}
+SCENES = {
+    "constant-crank": SceneRecipe(constant_crank, "minimal", "a servo turns the crank once at constant speed"),
+    "free-spin": SceneRecipe(free_spin, "minimal", "the crank is let go at full speed"),
+    "near-change-point": SceneRecipe(
+        near_change_point,
+        "minimal",
+        "two turns of a crank 1e-5 short of the change point: with a coarse step the run stops instead of flipping",
+        NEAR_CHANGE_POINT,
+    ),
+} | {name: SceneRecipe(constant_crank, "minimal", TEXTS[name], changes) for name, changes in PRESETS.items()}
+
+
+def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: float = 1e-12) -> Recording:
+    """Own equation of the one freedom (Eksergian), integrated by DOP853 to 1e-12."""
+    m = build(p, "minimal")
+
+    def acceleration(phi: float, w: float, torque: float) -> float:
+        return float(closed_form.acceleration(p.linkage, p.masses, phi, w, torque))
+
+    slope = one_freedom_slope(m, scene, "crank_angle", acceleration)
+    start = np.array([scene.initial["crank_angle"], scene.initial_rates["crank_angle"]])
+    return record_own(m, scene, slope, start, lambda y: coordinates(p, m, y[:, 0], y[:, 1]), method, tolerance)
+
+
+def coordinates(p: Parameters, m: Mechanism, phi: Array, w: Array) -> tuple[Array, Array]:
+    """(n, nq), (n, nv) coordinates and rates of the model along crank angles and rates, from the closed form."""
+    x = closed_form.motion(p.linkage, phi, w)
+    at = closed_form.motion(p.linkage, START)
+    idler = x.idler_angle - at.idler_angle - (x.coupler_angle - at.coupler_angle)
+    values = {
+        "crank_angle": phi - START, "coupler_joint": x.coupler_angle - at.coupler_angle - (phi - START),
+        "idler_joint": idler, "rocker_angle": x.rocker_angle - at.rocker_angle,
+        "output_angle": x.output_angle - at.output_angle,
+    }  # fmt: skip
+    rates = {
+        "crank_angle": w, "coupler_joint": x.coupler_rate - w, "idler_joint": x.idler_rate - x.coupler_rate,
+        "rocker_angle": x.rocker_rate, "output_angle": x.output_rate,
+    }  # fmt: skip
+    names = [j.name for j in m.joints]
+    return np.column_stack([values[n] for n in names]), np.column_stack([rates[n] for n in names])
+
+
+def output_held(p: Parameters, recording: Recording) -> Array:
+    """The output with the play `backlash`, pushed by the gears and held by friction where nothing pushes [rad]."""
+    return closed_form.with_play(recording.channel("output_angle"), p.backlash)

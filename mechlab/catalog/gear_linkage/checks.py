@@ -1,23 +1,153 @@
-"""Checks of the three-gear four-bar: each compares witnesses that do not share code."""
+"""Checks of the three-gear four-bar: each compares witnesses that do not share code.
+
+Moving states in particles; the regime and the transmission angle from samples of rolling alone.
+"""
 
 from __future__ import annotations
 
+import cmath
 import math
-from dataclasses import replace
-from typing import Any
+from dataclasses import astuple, replace
 
 import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
-from mechlab.catalog.gear_linkage.build import build
-from mechlab.catalog.gear_linkage.checks_regime import REGIME_CHECKS
-from mechlab.catalog.gear_linkage.moving import MOVING
-from mechlab.catalog.gear_linkage.parameters import NEAR_CHANGE_POINT, Parameters
+from mechlab.catalog.gear_linkage.build import (
+    NEAR_CHANGE_POINT,
+    Parameters,
+    build,
+    constant_crank,
+    coordinates,
+    free_spin,
+    near_change_point,
+    reference,
+)
 from mechlab.catalog.gear_linkage.questions import MOTION
-from mechlab.catalog.gear_linkage.scenes import constant_crank, coordinates, free_spin, near_change_point, reference
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
+from mechlab.kit.benchmark_parts import in_plane
+from mechlab.kit.checks import by_witnesses, moving_check
+from mechlab.kit.mass_check import Particles, State, rod, solid
+from mechlab.mechanism.geometry import Array, axis_rotation
+
+STATES = ((0.6, 1.3), (2.5, -0.8))
+"""Crank angle [rad] and rate [rad/s]: one behind the reference pose, one ahead."""
+
+
+def state(p: Parameters, phi: float, w: float) -> State:
+    """A crank angle and rate: bars between the moving pins A, B, C, D, uniform discs about B, C, D."""
+    x = closed_form.motion(p.linkage, phi, w)
+    turns = {n: float(getattr(x, f"{n}_angle")) for n in ("coupler", "rocker", "idler", "output")}
+    rates = {n: float(getattr(x, f"{n}_rate")) for n in turns}
+    ra, rc, rd = p.linkage.radii
+    pin_b, pin_d = cmath.rect(p.crank, phi), complex(p.frame)
+    pin_c = pin_d + cmath.rect(p.rocker, turns["rocker"])
+    vb, vc = 1j * w * pin_b, 1j * rates["rocker"] * (pin_c - pin_d)
+    ends = {"A": (0j, 0j), "B": (pin_b, vb), "C": (pin_c, vc), "D": (pin_d, 0j)}
+
+    def bar(a: str, b: str, length: float) -> Particles:
+        (pa, va), (pb, vb) = ends[a], ends[b]
+        return rod(p.mass_per_length * length, in_plane(pa), in_plane(pb), in_plane(va), in_plane(vb))
+
+    def gear(at: str, radius: float, rate: float) -> Particles:
+        place, velocity = (in_plane(z) for z in ends[at])
+        mass = p.mass_per_area * math.pi * radius**2
+        return solid(mass, place, (0.5 * radius, 0.5 * radius, 0.0), velocity=velocity, turn=(0.0, 0.0, rate))
+
+    particles = bar("A", "B", p.crank) + bar("B", "C", p.coupler) + bar("D", "C", p.rocker)
+    particles = particles + gear("B", ra, w) + gear("C", rc, rates["idler"]) + gear("D", rd, rates["output"])
+    joint = turns["coupler"] - phi
+    values = {
+        "crank_angle": phi, "coupler_joint": joint, "idler_joint": ra / rc * joint, "rocker_angle": turns["rocker"],
+        "output_angle": turns["output"], "coupler_angle": turns["coupler"], "idler_angle": turns["idler"],
+    }  # fmt: skip
+    speeds = {f"{n}_angle": v for n, v in rates.items()}
+    speeds |= {
+        "crank_angle": w,
+        "coupler_joint": rates["coupler"] - w,
+        "idler_joint": rates["idler"] - rates["coupler"],
+    }
+    rim = pin_d + cmath.rect(rd, turns["output"])
+    points = {"B": in_plane(pin_b), "C": in_plane(pin_c), "rim": in_plane(rim)}
+    # No mass feels how the teeth of the idler stand: its body has turned with the coupler, and by its joint against it.
+    idler = axis_rotation((0.0, 0.0, 1.0), turns["coupler"] + ra / rc * joint)
+    poses = {"idler": (idler, np.array(in_plane(pin_c)))}
+    return State(values, speeds, particles, points, (0.0, 0.0, 0.0), 1, poses=poses)
+
+
+SAMPLES = 40_001
+BACK = math.radians(2.0)
+"""The crank is the one whose output runs back so far [rad]."""
+
+
+def _transmission(g: closed_form.GearLinkage, phi: Array) -> Array:
+    """Angle BCD by the law of cosines."""
+    square = g.crank**2 + g.frame**2 - 2.0 * g.crank * g.frame * np.cos(phi)
+    return np.asarray(np.arccos((g.coupler**2 + g.rocker**2 - square) / (2.0 * g.coupler * g.rocker)))
+
+
+def _sampled(g: closed_form.GearLinkage) -> list[float]:
+    """The numbers of a RegimeReport of an output that runs back, from its rates by rolling over a turn."""
+    phi = np.linspace(0.0, 2.0 * math.pi, SAMPLES)
+    w = closed_form.rolling_rates(g, phi)[1]
+    least, least_at = _extreme(phi, w)
+    most, most_at = _extreme(phi, -w)
+    turn = phi - math.pi + least_at  # one turn around the slowest place
+    w = closed_form.rolling_rates(g, turn)[1]
+    moved = np.concatenate([[0.0], np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(turn))])
+    signs = np.flatnonzero(np.diff(np.sign(w)))
+    stop, back = (float(turn[k] - w[k] * (turn[k + 1] - turn[k]) / (w[k + 1] - w[k])) for k in signs[[0, -1]])
+    place, low = (float(np.interp(x, turn, moved)) for x in (stop, back))
+    late = turn > back
+    regained = float(np.interp(place, moved[late], turn[late]))
+    mu = _transmission(g, phi)
+    acute = float(np.min(np.minimum(mu, math.pi - mu)))
+    return [least, least_at, -most, most_at, stop, back, place - low, back - stop, regained - stop, acute]
+
+
+def _extreme(phi: Array, w: Array) -> tuple[float, float]:
+    """Smallest value and its place, by the parabola through the three lowest of a periodic table."""
+    k = int(np.argmin(w[:-1]))
+    before, here, after = w[k - 1 if k else -2], w[k], w[k + 1]
+    bend = before - 2.0 * here + after
+    step = 0.5 * (before - after) / bend
+    return float(here - 0.5 * bend * step**2), float(phi[k] + step * (phi[1] - phi[0])) % (2.0 * math.pi)
+
+
+def _regime(p: Parameters) -> CheckResult:
+    g = p.linkage
+    found = closed_form.crank_for("reverse_angle", BACK, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
+    if found.crank is None:
+        raise MechlabError(f"gear_linkage: no crank lets the output of these gears run back by {BACK:.4g} rad.")
+    reversing = replace(g, crank=found.crank)
+    report = astuple(closed_form.regime(reversing))[1:]
+    # Parabolas and chords over steps of 1.6e-4 rad: 1e-8 of second derivatives, which grow towards a change point.
+    return CheckResult(
+        {"closed form": report}, 1e-5, _sampled(reversing), "RegimeReport of a crank that runs back by 2 deg"
+    )
+
+
+def _reach(p: Parameters) -> CheckResult:
+    """The transmission angle over a turn, and what `crank_for` tells besides the crank."""
+    g, phi = p.linkage, np.linspace(0.0, 2.0 * math.pi, 101)
+    found = closed_form.crank_for("reverse_angle", BACK, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
+    at_rest = replace(g, crank=found.momentary_crank)
+    longest = min(g.coupler + g.rocker - g.frame, g.frame - abs(g.coupler - g.rocker)) * (1.0 - 1e-6)
+    stops = float(np.min(closed_form.rolling_rates(at_rest, np.linspace(0.0, 2.0 * math.pi, SAMPLES))[1]))
+    most = closed_form.regime(replace(g, crank=longest)).reverse_angle
+    said = [found.wanted, found.longest, *found.reachable, stops, *closed_form.motion(g, phi).transmission_angle]
+    expected = [BACK, longest, 0.0, most, 0.0, *_transmission(g, phi)]
+    # The smallest of 40001 samples lies 1e-8 of a second derivative above the minimum; arccos keeps half the digits at 0.
+    return CheckResult(
+        {"closed form": said}, 1e-6, expected, "reach of the synthesis, rest of its shortest crank, angles BCD"
+    )
+
+
+REGIME_CHECKS = (
+    Check("L11", "regime of a reversing crank against samples", _regime, "rolling at the pitch points, sampled"),
+    Check("L12", "reach of the synthesis and transmission angle", _reach, "law of cosines; rolling, sampled"),
+)
 
 GRID = (0.35, 1.4, 2.2, 3.6, 4.9, 5.8)
 
@@ -27,13 +157,10 @@ def _both(p: Parameters) -> tuple[closed_form.GearLinkage, closed_form.GearLinka
 
 
 def _pose(p: Parameters) -> CheckResult:
-    said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
-    for phi in GRID:
-        given = {"crank_angle": phi, "crank_rate": 1.3, "crank_accel": -0.7}
-        for witness, ask in MOTION.witnesses.items():
-            values = ask(p, given).values
-            said[witness].append([float(values[k]) for k in MOTION.answers[:6]])
-    return CheckResult(said, 1e-8, note="output and idler at 6 crank angles: angles, rates, accelerations")
+    given = [{"crank_angle": phi, "crank_rate": 1.3, "crank_accel": -0.7} for phi in GRID]
+    question = replace(MOTION, answers=MOTION.answers[:6])
+    note = "output and idler at 6 crank angles: angles, rates, accelerations"
+    return by_witnesses(p, question, given, 1e-8, note, turned=False)
 
 
 def _rolling(p: Parameters) -> CheckResult:
@@ -168,6 +295,6 @@ CHECKS = (
     Check("L7", "free run against the equation of the one freedom", _free, "Eksergian equation, DOP853"),
     Check("L8", "assembly mode near the change point", _mode, "sign of the triangle BCD"),
     Check("L9", "synthesis of the crank, checked by its regime", _synthesis, "root finding both ways"),
-    MOVING,
+    moving_check("L10", build, "minimal", lambda p: (state(p, phi, w) for phi, w in STATES)),
     *REGIME_CHECKS,
 )

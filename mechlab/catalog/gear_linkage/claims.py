@@ -3,35 +3,43 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
-from mechlab.catalog.gear_linkage.build import build
-from mechlab.catalog.gear_linkage.parameters import PRESETS, SOURCE, Parameters
+from mechlab.catalog.gear_linkage.build import PRESETS, SOURCE, Parameters, build
 from mechlab.catalog.gear_linkage.questions import MOTION
-from mechlab.experiment.entry import Claim, ClaimResult, Verdict
+from mechlab.kit.claims import Evidence, Ledger, above, below, cannot, evidence, fails, holds, only_if, true
 
+LEDGER = Ledger(SOURCE)
 EXAMPLES = {"L1": (1.0, 1.0, 0.5), "L2": (1.0, 0.8, 0.4), "L3": (0.9, 0.9, 0.3), "L4": (0.8, 1.0, 0.4)}
 """Coupler, rocker, idler radius in units of the frame: examples of ours, the source prints none."""
 PHI = np.linspace(0.0, 2.0 * math.pi, 181)
 TIGHT = 1e-8
 
 
-def _linkages(share: float = 0.7) -> dict[str, closed_form.GearLinkage]:
-    return {
-        f"{name} {mode:+d}": closed_form.GearLinkage(share * closed_form.longest_crank(b, c), b, c, r, 1.0, mode)
-        for name, (b, c, r) in EXAMPLES.items()
+def _linkages(share: float = 0.7) -> list[closed_form.GearLinkage]:
+    return [
+        closed_form.GearLinkage(share * closed_form.longest_crank(b, c), b, c, r, 1.0, mode)
+        for b, c, r in EXAMPLES.values()
         for mode in (1, -1)
-    }
+    ]
 
 
-def speed_formula() -> ClaimResult:
+@LEDGER.claim(
+    "G1", "p. 2, invariant of velocity", "w_d = i - (i + ic) w_2 + (1 + ic) w_3 (coefficients damaged in print)",
+    "1~-(+ i)w2 + (1 + ic)w3",
+    only_if("the damaged coefficients are read as i and (i + ic), not 1 and (1 + i)",
+            when=below(TIGHT, "i - *", "Pinocchio, MuJoCo*") & above(0.1, "1 - *")),
+    fails("neither reading of the damaged coefficients follows from rolling"),
+)  # fmt: skip
+def speed_formula() -> Evidence:
     """The printed similarity invariant against rolling, in both readings of its first coefficient."""
     worst = {"i - (i + ic) w2 + (1 + ic) w3": 0.0, "1 - (1 + i) w2 + (1 + ic) w3": 0.0}
     engines = 0.0
-    for g in _linkages().values():
+    for g in _linkages():
         x, (_, truth) = closed_form.motion(g, PHI), closed_form.rolling_rates(g, PHI)
         i, j = g.ratio, g.idler_ratio
         for name, value in zip(worst, (
@@ -41,170 +49,156 @@ def speed_formula() -> ClaimResult:
             worst[name] = max(worst[name], float(np.max(np.abs(value - truth))))
         p = Parameters(g.crank, g.coupler, g.rocker, g.frame, g.idler_radius, g.mode)
         for engine in ("pinocchio", "mujoco"):
-            said = MOTION.witnesses[engine](p, {"crank_angle": 2.2, "crank_rate": 1.0, "crank_accel": 0.0})
-            engines = max(engines, abs(said.values["output_rate"] - float(closed_form.rolling_rates(g, 2.2)[1])))
-    computed = {f"{k}: largest error": v for k, v in worst.items()} | {"Pinocchio, MuJoCo against rolling": engines}
-    right, other = worst.values()
-    if right < TIGHT and engines < TIGHT and other > 0.1:
-        return ClaimResult(
-            computed, Verdict.HOLDS_ONLY_IF, "the damaged coefficients are read as i and (i + ic), not 1 and (1 + i)"
-        )
-    return ClaimResult(computed, Verdict.FAILS, "neither reading of the damaged coefficients follows from rolling")
+            answer = MOTION.witnesses[engine](p, {"crank_angle": 2.2, "crank_rate": 1.0, "crank_accel": 0.0})
+            engines = max(engines, abs(answer.values["output_rate"] - float(closed_form.rolling_rates(g, 2.2)[1])))
+    return evidence(
+        {f"{k}: largest error": v for k, v in worst.items()} | {"Pinocchio, MuJoCo against rolling": engines}
+    )
 
 
-def acceleration_formula() -> ClaimResult:
+@LEDGER.claim(
+    "G2", "p. 2, invariant of acceleration", "e_d = -(i + ic) e_2 + (1 + ic) e_3", "-(i + ic)e2 + (1 + ic)e3",
+    # Truncation of the differences: h^2 / 6 times the third derivative over the first, which is below 1e3 here.
+    holds(when=below(1e-6, "largest error against differences, relative")),
+    fails("it differs from rolling"),
+)  # fmt: skip
+def acceleration_formula() -> Evidence:
     """The printed acceleration against central differences of rolling."""
     h, worst = 1e-5, 0.0
-    for g in _linkages().values():
+    for g in _linkages():
         x = closed_form.motion(g, PHI)
         value = -(g.ratio + g.idler_ratio) * x.coupler_accel + (1 + g.idler_ratio) * x.rocker_accel
         ahead, behind = (closed_form.rolling_rates(g, PHI + s * h)[1] for s in (1, -1))
         worst = max(worst, float(np.max(np.abs(value - (ahead - behind) / (2 * h))) / np.max(np.abs(value))))
-    computed = {"largest error against differences, relative": worst}
-    # Truncation of the differences: h^2 / 6 times the third derivative over the first, which is below 1e3 here.
-    return (
-        ClaimResult(computed, Verdict.HOLDS)
-        if worst < 1e-6
-        else ClaimResult(computed, Verdict.FAILS, "it differs from rolling")
-    )
+    return evidence({"largest error against differences, relative": worst})
 
 
-def position_formula() -> ClaimResult:
+@LEDGER.claim(
+    "G3", "p. 2, increment of the output angle", "phi_dk = phi_dn + i(phi_k - phi_n) - (i + ic)(...) + (1 + ic)(...)",
+    "damaged first term",
+    only_if("the damaged first term is read as + i (phi_k - phi_n)", when=below(TIGHT, "with i before the crank turn*")),
+    fails("no reading follows from rolling"),
+)  # fmt: skip
+def position_formula() -> Evidence:
     """The printed increment of the output angle against the integral of the rolling rate."""
     from scipy.integrate import solve_ivp
 
     worst = {"with i before the crank turn": 0.0, "without it": 0.0}
-    for g in _linkages().values():
+    for g in _linkages():
         run = solve_ivp(lambda t, y, g=g: [float(closed_form.rolling_rates(g, t)[1])], (0.4, 2.7), [0.0],
                         method="DOP853", rtol=1e-12, atol=1e-12)  # fmt: skip
         (a, b), (c, d) = (closed_form.angles(g, [0.4, 2.7])[k] for k in (0, 1))
         bars = -(g.ratio + g.idler_ratio) * (b - a) + (1 + g.idler_ratio) * (d - c)
         for name, factor in zip(worst, (g.ratio, 1.0), strict=True):
             worst[name] = max(worst[name], abs(float(factor * 2.3 + bars - run.y[0, -1])))
-    computed = {f"{k}: largest error [rad]": v for k, v in worst.items()}
-    if worst["with i before the crank turn"] < TIGHT:
-        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, "the damaged first term is read as + i (phi_k - phi_n)")
-    return ClaimResult(computed, Verdict.FAILS, "no reading follows from rolling")
+    return evidence({f"{k}: largest error [rad]": v for k, v in worst.items()})
 
 
-def zero_crank() -> ClaimResult:
+@LEDGER.claim(
+    "G4", "p. 1", "with crank 0 the linkage becomes an ordinary gear train with a uniform output", "uniform",
+    holds(when=below(1e-7, "*: largest |w - i|")),
+    fails("the output is not uniform"),
+)  # fmt: skip
+def zero_crank() -> Evidence:
     """A vanishing crank: an ordinary gear train with a uniform output."""
     spread = {}
     for name, (b, c, r) in EXAMPLES.items():
         g = closed_form.GearLinkage(1e-9, b, c, r)
         spread[f"{name}: largest |w - i|"] = float(np.max(np.abs(closed_form.rate(g, PHI) - g.ratio)))
-    if max(spread.values()) < 1e-7:
-        return ClaimResult(spread, Verdict.HOLDS)
-    return ClaimResult(spread, Verdict.FAILS, "the output is not uniform")
+    return evidence(spread)
 
 
-def three_regimes() -> ClaimResult:
-    """Curves I, III and II: with a longer crank the rate stays positive, touches zero once, becomes negative."""
-    computed: dict[str, object] = {}
-    right = True
-    for name, (b, c, r) in EXAMPLES.items():
-        crank = closed_form.momentary_crank(b, c, r)
-        lengths = (0.8 * crank, crank, 0.5 * (crank + closed_form.longest_crank(b, c)))
-        found = [closed_form.regime(closed_form.GearLinkage(x, b, c, r)).regime for x in lengths]
-        computed[f"{name}: crank of curve III"] = crank
-        right &= found == [
-            closed_form.Regime.MONOTONE,
-            closed_form.Regime.MOMENTARY_DWELL,
-            closed_form.Regime.REVERSING,
-        ]
-    if right:
-        return ClaimResult(computed, Verdict.HOLDS, "in all four examples, in this order")
-    return ClaimResult(computed, Verdict.FAILS, "the order of the regimes differs")
-
-
-def grows_with_crank() -> ClaimResult:
-    """The non-uniformity grows with the crank."""
+@LEDGER.claim(
+    "G5", "p. 1", "the longer the crank, the stronger the non-uniformity", "grows",
+    holds(when=above(0.0, "*: least growth of max - min per step")),
+    fails("somewhere a longer crank is more uniform"),
+)  # fmt: skip
+def grows_with_crank() -> Evidence:
+    """The difference of largest and smallest output rate for 25 crank lengths."""
     growing = {}
     for name, (b, c, r) in EXAMPLES.items():
         top = closed_form.longest_crank(b, c)
-        spans = []
-        for share in np.linspace(0.05, 0.98, 25):
-            w = closed_form.rate(closed_form.GearLinkage(float(share * top), b, c, r), PHI)
-            spans.append(float(np.ptp(w)))
+        cranks = (closed_form.GearLinkage(float(x * top), b, c, r) for x in np.linspace(0.05, 0.98, 25))
+        spans = [float(np.ptp(closed_form.rate(g, PHI))) for g in cranks]
         growing[f"{name}: least growth of max - min per step"] = float(np.min(np.diff(spans)))
-    if min(growing.values()) > 0.0:
-        return ClaimResult(growing, Verdict.HOLDS)
-    return ClaimResult(growing, Verdict.FAILS, "somewhere a longer crank is more uniform")
+    return evidence(growing)
 
 
-def dwell_within_play() -> ClaimResult:
+@LEDGER.claim(
+    "G6", "p. 1, fig. 2", "curves I, III, II: monotone, touching zero in one point, with reverse motion", "I, III, II",
+    holds("in all four examples, in this order", when=true("in_order")),
+    fails("the order of the regimes differs"),
+)  # fmt: skip
+def three_regimes() -> Evidence:
+    """Curves I, III and II: with a longer crank the rate stays positive, touches zero once, becomes negative."""
+    kinds = closed_form.Regime
+    wanted = [kinds.MONOTONE, kinds.MOMENTARY_DWELL, kinds.REVERSING]
+    cranks, in_order = {}, []
+    for name, (b, c, r) in EXAMPLES.items():
+        crank = cranks[f"{name}: crank of curve III"] = closed_form.momentary_crank(b, c, r)
+        lengths = (0.8 * crank, crank, 0.5 * (crank + closed_form.longest_crank(b, c)))
+        in_order.append([closed_form.regime(closed_form.GearLinkage(x, b, c, r)).regime for x in lengths] == wanted)
+    return evidence(cranks, in_order=in_order)
+
+
+@LEDGER.claim(
+    "G7", "p. 1 and 3", "a reverse motion within the play of the gears makes the output stand while the crank turns by phi_w",
+    "phi_w",
+    only_if("the output follows at once when the gears turn forward again; pushed from one side and held by friction it "
+            "stands until it is caught up, about 1.5 times as long", when=above(1.3, "pushed / phi_w")),
+    holds(),
+)  # fmt: skip
+def dwell_within_play() -> Evidence:
     """With play of the size of the reverse motion: how long does the output stand?"""
-    computed: dict[str, object] = {}
-    ratios = []
+    angles, ratios = dict[str, list[float]](), []
     for name, (b, c, r) in EXAMPLES.items():
         found = closed_form.crank_for("reverse_angle", math.radians(2.0), b, c, r)
         g = closed_form.GearLinkage(found.crank or math.nan, b, c, r)
         report = closed_form.regime(g)
         phi = report.stop_angle + np.linspace(-1.0, 2.5, 70001)
         x = closed_form.motion(g, phi).output_angle
-        held = closed_form.with_play(x, math.radians(2.0) * (1 + 1e-9))
-        still = phi[:-1][np.diff(held) == 0.0]
+        still = phi[:-1][np.diff(closed_form.with_play(x, math.radians(2.0) * (1 + 1e-9))) == 0.0]
         simulated = float(still[-1] - still[0])
-        computed[f"{name}: phi_w, pushed output, formula [deg]"] = [
-            math.degrees(a) for a in (report.dwell_angle, simulated, report.dwell_angle_one_sided)
-        ]
+        dwells = (report.dwell_angle, simulated, report.dwell_angle_one_sided)
+        angles[f"{name}: phi_w, pushed output, formula [deg]"] = [math.degrees(a) for a in dwells]
         ratios.append(simulated / report.dwell_angle)
-    computed["pushed / phi_w"] = ratios
-    if min(ratios) > 1.3:
-        return ClaimResult(
-            computed, Verdict.HOLDS_ONLY_IF,
-            "the output follows at once when the gears turn forward again; pushed from one side and held by friction it "
-            "stands until it is caught up, about 1.5 times as long",
-        )  # fmt: skip
-    return ClaimResult(computed, Verdict.HOLDS)
+    return evidence(angles | {"pushed / phi_w": ratios})
 
 
-def sheet_delivery() -> ClaimResult:
-    """A monotone linkage with equal speeds where the sheet is gripped and a slow release."""
-    g = Parameters(**PRESETS["sheet-delivery"]).linkage  # type: ignore[arg-type]
-    report = closed_form.regime(g)
-    at = closed_form.motion(g, report.fastest_angle)
-    computed = {
-        "fastest rate, its acceleration": [report.fastest_rate, float(at.output_accel)],
-        "slowest rate": report.slowest_rate, "slowest / fastest": report.slowest_rate / report.fastest_rate,
-    }  # fmt: skip
-    slow = 0.0 < report.slowest_rate < 0.25 * report.fastest_rate
-    if slow and abs(float(at.output_accel)) < 1e-6:
-        return ClaimResult(
-            computed,
-            Verdict.HOLDS,
-            "dimensions exist: at the grip the speed is stationary, at release a fraction of it",
-        )
-    return ClaimResult(computed, Verdict.FAILS, "these dimensions do not match the speed and release slowly")
+def _preset(name: str) -> Parameters:
+    sizes: Mapping[str, float] = PRESETS[name]
+    return Parameters(**sizes)  # type: ignore[arg-type]
 
 
-def cutter_torque() -> ClaimResult:
-    """The torque of the cutter's main shaft cannot be had without its loads and masses."""
-    g = Parameters(**PRESETS["knife-drive"])  # type: ignore[arg-type]
-    fastest = closed_form.regime(replace(g.linkage)).fastest_rate
-    computed = {
-        "drive torque / output torque: largest (power balance)": fastest,
-        "bodies of our model": len(build(g, "minimal").bodies),
-    }
-    return ClaimResult(
-        computed, Verdict.CANNOT, "the source gives neither dimensions, masses nor cutting force of the machine"
-    )
-
-
-CLAIMS = (
-    Claim("G1", "p. 2, invariant of velocity", "w_d = i - (i + ic) w_2 + (1 + ic) w_3 (coefficients damaged in print)",
-          "1~-(+ i)w2 + (1 + ic)w3", speed_formula, SOURCE),
-    Claim("G2", "p. 2, invariant of acceleration", "e_d = -(i + ic) e_2 + (1 + ic) e_3", "-(i + ic)e2 + (1 + ic)e3",
-          acceleration_formula, SOURCE),
-    Claim("G3", "p. 2, increment of the output angle", "phi_dk = phi_dn + i(phi_k - phi_n) - (i + ic)(...) + (1 + ic)(...)",
-          "damaged first term", position_formula, SOURCE),
-    Claim("G4", "p. 1", "with crank 0 the linkage becomes an ordinary gear train with a uniform output", "uniform", zero_crank, SOURCE),
-    Claim("G5", "p. 1", "the longer the crank, the stronger the non-uniformity", "grows", grows_with_crank, SOURCE),
-    Claim("G6", "p. 1, fig. 2", "curves I, III, II: monotone, touching zero in one point, with reverse motion",
-          "I, III, II", three_regimes, SOURCE),
-    Claim("G7", "p. 1 and 3", "a reverse motion within the play of the gears makes the output stand while the crank turns by phi_w",
-          "phi_w", dwell_within_play, SOURCE),
-    Claim("G8", "p. 3", "a sheet-delivery transporter can match speeds at the grip and lay the sheet down slowly",
-          "equal speeds, low speed", sheet_delivery, SOURCE),
-    Claim("G9", "p. 3", "in the paper cutter BRP-125/450 the main-shaft torque falls about 1.8 times", 1.8, cutter_torque, SOURCE),
+@LEDGER.claim(
+    "G8", "p. 3", "a sheet-delivery transporter can match speeds at the grip and lay the sheet down slowly",
+    "equal speeds, low speed",
+    holds("dimensions exist: at the grip the speed is stationary, at release a fraction of it",
+          when=above(0.0, "slowest rate") & below(0.25, "slowest / fastest") & below(1e-6, "acceleration_at_grip")),
+    fails("these dimensions do not match the speed and release slowly"),
 )  # fmt: skip
+def sheet_delivery() -> Evidence:
+    """A monotone linkage with equal speeds where the sheet is gripped and a slow release."""
+    g = _preset("sheet-delivery").linkage
+    report = closed_form.regime(g)
+    accel = float(closed_form.motion(g, report.fastest_angle).output_accel)
+    return evidence({
+        "fastest rate, its acceleration": [report.fastest_rate, accel], "slowest rate": report.slowest_rate,
+        "slowest / fastest": report.slowest_rate / report.fastest_rate,
+    }, acceleration_at_grip=abs(accel))  # fmt: skip
+
+
+@LEDGER.claim(
+    "G9", "p. 3", "in the paper cutter BRP-125/450 the main-shaft torque falls about 1.8 times", 1.8,
+    cannot("the source gives neither dimensions, masses nor cutting force of the machine"),
+)  # fmt: skip
+def cutter_torque() -> Evidence:
+    """The torque of the cutter's main shaft cannot be had without its loads and masses."""
+    p = _preset("knife-drive")
+    return evidence({
+        "drive torque / output torque: largest (power balance)": closed_form.regime(replace(p.linkage)).fastest_rate,
+        "bodies of our model": len(build(p, "minimal").bodies),
+    })  # fmt: skip
+
+
+CLAIMS = LEDGER.claims

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.impulse_transmission.build import build, expand
+from mechlab.catalog.impulse_transmission.build import Parameters, build, expand, warnings
 from mechlab.catalog.impulse_transmission.checks import CHECKS
 from mechlab.catalog.impulse_transmission.claims import CLAIMS
-from mechlab.catalog.impulse_transmission.parameters import Parameters, warnings
 from mechlab.catalog.impulse_transmission.portraits import PORTRAITS
-from mechlab.catalog.impulse_transmission.questions import QUESTIONS
-from mechlab.catalog.impulse_transmission.questions_limits import LIMITS
+from mechlab.catalog.impulse_transmission.questions import LIMITS, QUESTIONS
 from mechlab.catalog.impulse_transmission.scenes import CHANNELS, DEFAULT_SCENE, SCENES, reference
 from mechlab.experiment.entry import Entry
 

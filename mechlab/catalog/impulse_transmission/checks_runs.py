@@ -1,20 +1,135 @@
-"""Checks of runs: reference ends, MuJoCo against the equations, portraits."""
+"""Checks of runs of the transmission: turning points, periodic orbits, sticking, ends against the reference, portraits."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from mechlab.analytic.impulse import motor_rate, slope
-from mechlab.catalog.impulse_transmission.build import build, voltage
-from mechlab.catalog.impulse_transmission.parameters import Parameters
-from mechlab.catalog.impulse_transmission.runs import end, hybrid_run, mujoco_run, of_scene
-from mechlab.catalog.impulse_transmission.scenes import simulate
+from mechlab.analytic.impulse import (
+    Impulse,
+    accelerations,
+    constant_speed_acceleration,
+    harmonic_motion,
+    motor_rate,
+    motor_torque_at,
+    periodic_orbit,
+    slope,
+    unidirectional,
+)
+from mechlab.analytic.impulse.regime import motion
+from mechlab.catalog.impulse_transmission.build import Parameters, build, voltage
+from mechlab.catalog.impulse_transmission.scenes import end, hybrid_run, mujoco_run, of_scene, simulate
 from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.portrait import flow
 from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
+
+SPEED = 150.0
+
+
+def _turning_points() -> tuple[list[float], list[float]]:
+    """(said, expected): the half-phases of one-way rotation, by following the motion from one standstill to the next."""
+    i = replace(Impulse(), M0=18.0, M1=750.0)
+    found = unidirectional(i, SPEED)
+    psi, said = float(found.psi_a), []
+    for load, time in ((i.M0 + i.M1, float(found.forward_time)), (i.M0 - i.M1, float(found.return_time))):
+
+        def half(_: float, y: Array, load: float = load) -> Array:
+            accel = float(constant_speed_acceleration(i, SPEED, y[0], y[1], load))
+            return np.array([i.q * (SPEED - y[1]), accel])
+
+        psi, rate = integrate_adaptive(half, 0.0, [psi, 0.0], time, rtol=1e-12, atol=1e-12).y[-1]
+        said += [float(psi), float(rate)]
+    a, b = float(found.psi_a), float(found.psi_b)
+    return [*said, float(found.sine)], [b, 0.0, a + 2.0 * np.pi, 0.0, float(np.sin(0.5 * (a + b)))]
+
+
+def _orbit() -> tuple[list[float], list[float]]:
+    """Period, return to the start, and sine amplitudes of the orbit of figure 7; rates of the harmonics as differences."""
+    i = Impulse(M0=0.0, M1=0.0, c=500.0)
+    orbit, period = periodic_orbit(i, SPEED), 2.0 * np.pi / (i.q * SPEED)
+    t = np.linspace(0.0, period, 201)
+    beta = motion(i, SPEED, orbit.start, period, t)[0]
+    sines = [2.0 * float(np.mean((beta * np.sin(m * i.q * SPEED * t))[:-1])) for m in (1, 2, 3)]
+    home = motion(i, SPEED, orbit.start, period)[:, -1]
+    step, at = 1e-6 / SPEED, np.array([0.0, 0.3, 0.7]) * period
+    slopes = (harmonic_motion(i, SPEED, at + step)[0] - harmonic_motion(i, SPEED, at - step)[0]) / (2.0 * step)
+    said = [orbit.period, *(1e2 * orbit.sines), *orbit.start, *harmonic_motion(i, SPEED, at)[1]]
+    return said, [period, *(1e2 * np.array(sines)), *home, *slopes]
+
+
+def _system(p: Parameters) -> tuple[list[float], list[float]]:
+    """The first-order system against the accelerations under load and dry friction, and the lag of the motor."""
+    i = replace(p.impulse, tau=p.tau or 0.01)  # a static motor has no rate
+    alpha, beta, u, v, motor = y = [0.4, -0.2, 210.0, -3.0, 120.0]
+    first, second = (float(x) for x in accelerations(i, alpha, beta, u, v, motor, i.M0 - i.M1))
+    expected = np.array([u, v, first, second, (float(motor_torque_at(i, u)) - motor) / i.tau])
+    scale = np.maximum(1.0, np.abs(expected))
+    return list(slope(i, y) / scale), list(expected / scale)
+
+
+def i13(p: Parameters) -> CheckResult:
+    """All of it."""
+    pairs = (_turning_points(), _orbit(), _system(p))
+    said, expected = ([x for pair in pairs for x in pair[k]] for k in (0, 1))
+    # Differences over 1e-6 of a radian: 1e-10 of rates of 10 rad/s in rounding; Newton ends at gaps of 1e-9 rad/s.
+    note = (
+        "psi [rad] and speed at the turning points, sine; period [s], 100 x amplitudes, start; rates; system, relative"
+    )
+    return CheckResult({"closed form": said}, 1e-7, expected, note)
+
+
+TURNING = Check(
+    "I13", "turning points, orbit, harmonics and first-order system against the motion", i13, "DOP853 1e-12"
+)
+
+
+def i7_effort(p: Parameters) -> CheckResult:
+    """Evaluations of the sticking scene, against the bound; naive sign functions need more than 4e5 and do not end."""
+    recording = hybrid_run(of_scene("sticking"), "sticking", 0.3)
+    return CheckResult({"hybrid": float(recording.cost.evaluations)}, 5e4, 5e4, "evaluations, must lie below 1e5")
+
+
+def i7_sticking(p: Parameters) -> CheckResult:
+    """Sticking by Pinocchio's tree and by the closed form: state at the end."""
+    q = of_scene("sticking")
+    truth = simulate(q, np.array([0.0, 0.3]))[0][-1][[1, 3, 2, 4]]
+    return CheckResult(
+        {"analytic": truth, "hybrid": end(hybrid_run(q, "sticking", 0.3))}, 1e-6, None, "beta, beta', alpha', Md"
+    )
+
+
+def smoothed_end(p: Parameters, duration: float, width: float) -> Array:
+    """(5,) state at the end with M1 tanh(beta' / width) instead of dry friction, by DOP853 1e-9."""
+
+    def f(t: float, y: Array) -> Array:
+        return slope(p.impulse, y, width)
+
+    done = integrate_adaptive(f, 0.0, p.start, duration, rtol=1e-9, atol=1e-11, most_evaluations=2_000_000)
+    if not done.complete:
+        raise NoSolution(f"tanh friction of width {width:g}: {done.outcome.value}.")
+    return np.asarray(done.y[-1])
+
+
+def i7_tanh(p: Parameters) -> CheckResult:
+    """Friction smoothed by tanh comes to the sticking solution linearly in its width."""
+    q = of_scene("sticking")
+    truth = simulate(q, np.array([0.0, 0.3]))[0][-1]
+    error = [abs(smoothed_end(q, 0.3, w)[3] - truth[3]) for w in (0.2, 0.1)]
+    order = float(np.log2(error[0] / error[1]))
+    return CheckResult(
+        {"tanh": order}, 0.25, 1.0, f"order in the width; errors of beta' {error[0]:.2g}, {error[1]:.2g} rad/s"
+    )
+
+
+STICKING_CHECKS = (
+    Check("I7a", "evaluations of the sticking scene", i7_effort, "specification: below 1e5"),
+    Check("I7b", "sticking by the tree and by the closed form", i7_sticking, "each other"),
+    Check("I7c", "smoothed friction comes to the sticking solution linearly", i7_tanh, "event simulation", slow=True),
+)
 
 ENDS = {
     ("fig2", 0.08): (0.844255524, 26.0880111, 152.2493379, 130.481103),

@@ -1,15 +1,15 @@
-"""Scenes: the parameter sets of the source's figures, one-way rotation, sticking; and the runs of the closed form."""
+"""The parameter sets of the source's figures, one-way rotation, sticking, as scenes; their runs by the closed form and engines."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from mechlab.analytic.impulse import Impulse, harmonic_motion, unidirectional
-from mechlab.catalog.impulse_transmission.build import build, minimal_coordinates, voltage, winding
-from mechlab.catalog.impulse_transmission.parameters import Parameters
+from mechlab.catalog.impulse_transmission.build import Parameters, build, minimal_coordinates, voltage, winding
 from mechlab.catalog.impulse_transmission.problems import WithMotor
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.entry import SceneRecipe
@@ -17,6 +17,7 @@ from mechlab.experiment.laws import Constant, DcMotor, Law
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings, preset
 from mechlab.integrate import integrate_hybrid
+from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 SMOOTH_STEP = 2.5e-4
@@ -130,3 +131,32 @@ def reference(p: Parameters, scene: Scene) -> Recording:
         m, t, q, v, channels, units, health, cost, replace(HYBRID, engine="analytic", tolerance=1e-12), scene.name,
         fidelity="minimal",
     )  # fmt: skip
+
+
+def of_scene(name: str, **changes: float) -> Parameters:
+    """Parameters of a scene, with changes."""
+    return Parameters(**{**SCENES[name].overrides, **changes})
+
+
+@lru_cache(maxsize=16)
+def hybrid_run(
+    p: Parameters, scene: str, duration: float, fidelity: str = "minimal", tolerance: float = 1e-11
+) -> Recording:
+    """A scene by the engine hybrid; equations from Pinocchio."""
+    room("pinocchio")
+    from mechlab.engines.own.hybrid import run
+
+    made = replace(SCENES[scene].make(p, fidelity), duration=duration)
+    return run(build(p, fidelity), made, Settings(engine="hybrid", integrator="DOP853", tolerance=tolerance))
+
+
+def mujoco_run(p: Parameters, scene: str, duration: float, timestep: float, fidelity: str = "minimal") -> Recording:
+    """A scene by MuJoCo with RK4."""
+    made = replace(SCENES[scene].make(p, fidelity), duration=duration)
+    found: Recording = room("mujoco").run(build(p, fidelity), made, preset("accurate", timestep=timestep))
+    return found
+
+
+def end(recording: Recording) -> Array:
+    """(4,) beta, beta', alpha', Md at the end of a run."""
+    return np.array([recording.channel(n)[-1] for n in ("beta", "beta_rate", "alpha_rate", "alpha_force")])

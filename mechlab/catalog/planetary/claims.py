@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from mechlab.analytic import planetary_synthesis as closed_form
-from mechlab.experiment.entry import Claim, ClaimResult, Verdict
+from mechlab.kit.claims import Evidence, Ledger, above, below, evidence, fails, holds, misprint, near, none, only_if
 
 SOURCE = "Synthesis of the planetary mechanism 2A-AA with regard to pressure angles"
+LEDGER = Ledger(SOURCE)
 CASES = 200_000
 
 
+@lru_cache(maxsize=1)
 def _cases() -> tuple[np.ndarray, ...]:
     """Random ratios, y, t1, t2, planets inside the recommended ranges and the conditions of existence (6)."""
     rng = np.random.default_rng(6)
@@ -25,41 +28,46 @@ def _cases() -> tuple[np.ndarray, ...]:
     return tuple(x[ok][:CASES] for x in values)
 
 
-def planet_formula() -> ClaimResult:
+@LEDGER.claim(
+    "Y1", "equation (5)", "z2 from z1, the ratio, y, t1, t2", "(5)",
+    holds(when=below(1e-12, "largest residual of (2), relative")),
+    fails("(5) does not solve (2)"),
+)  # fmt: skip
+def planet_formula() -> Evidence:
     """(5) put back into the condition of one ray (2)."""
     i, y, t1, t2, _ = _cases()
     two = closed_form.relative_planet(i, y, t1, t2)
     residual = 1.0 + two + (two + y * two) * t1 - (y * two + i - 1.0) * t2
     worst = float(np.max(np.abs(residual) / (1.0 + np.abs(two) * (1.0 + y))))
-    computed = {"largest residual of (2), relative": worst, "cases": len(i)}
-    return (
-        ClaimResult(computed, Verdict.HOLDS)
-        if worst < 1e-12
-        else ClaimResult(computed, Verdict.FAILS, "(5) does not solve (2)")
-    )
+    return evidence({"largest residual of (2), relative": worst, "cases": len(i)})
 
 
-def upper_bound() -> ClaimResult:
+@LEDGER.claim(
+    "Y2", "inequality (9)", "upper bound of the ratio from neighbouring planets 2", "denominator 1 - t2 s",
+    holds(when=none("mismatches of the printed bound")),
+    misprint("the denominator t2 (1 - s) instead of 1 - t2 s; they agree for t2 = 1",
+             when=none("mismatches of the corrected bound")),
+    fails("neither form"),
+)  # fmt: skip
+def upper_bound() -> Evidence:
     """(9) as printed and corrected, against the neighbour condition (8) itself."""
     i, y, t1, t2, k = _cases()
     truth = closed_form.neighbours_direct(i, y, t1, t2, k)[0]
     printed = (i < closed_form.ratio_bound_2(y, t1, t2, k, printed=True)) != truth
     corrected = (i < closed_form.ratio_bound_2(y, t1, t2, k)) != truth
     example = [float(closed_form.ratio_bound_2(1.0, 1.0, 1.1, 3, printed=flag)) for flag in (True, False)]
-    computed = {
+    return evidence({
         "mismatches of the printed bound": int(printed.sum()), "mismatches of the corrected bound": int(corrected.sum()),
         "cases": len(i), "k = 3, y = 1, t1 = 1, t2 = 1.1: printed, corrected": example,
-    }  # fmt: skip
-    if printed.any() and not corrected.any():
-        return ClaimResult(
-            computed, Verdict.MISPRINT, "the denominator t2 (1 - s) instead of 1 - t2 s; they agree for t2 = 1"
-        )
-    return ClaimResult(
-        computed, Verdict.HOLDS if not printed.any() else Verdict.FAILS, "" if not printed.any() else "neither form"
-    )
+    })  # fmt: skip
 
 
-def width_of_t2() -> ClaimResult:
+@LEDGER.claim(
+    "Y3", "inequality (10)", "t2 must stay below 1 / sin(pi / k), 1.15 for three planets", 1.15,
+    holds(when=none("gears with t2 above it*")),
+    fails("it comes only from the wrong denominator of (9); such gears exist"),
+)  # fmt: skip
+def width_of_t2() -> Evidence:
     """(10): does t2 >= 1 / s forbid the mechanism?"""
     rng = np.random.default_rng(10)
     s = math.sin(math.pi / 3)
@@ -67,72 +75,62 @@ def width_of_t2() -> ClaimResult:
     i, y, t1, t2 = (rng.uniform(a, b, n) for a, b in ((1.5, 8.0), (0.3, 2.0), (0.8, 1.2), (1.0 / s, 1.2)))
     both = closed_form.neighbours_direct(i, y, t1, t2, 3)
     fits = closed_form.exists(i, y, t1, t2) & both[0] & both[1]
-    computed = {"1 / sin(pi / 3)": 1.0 / s, "gears with t2 above it that satisfy (6) and (8)": int(fits.sum()), "of": n}
-    if fits.any():
-        return ClaimResult(computed, Verdict.FAILS, "it comes only from the wrong denominator of (9); such gears exist")
-    return ClaimResult(computed, Verdict.HOLDS)
+    return evidence(
+        {"1 / sin(pi / 3)": 1.0 / s, "gears with t2 above it that satisfy (6) and (8)": int(fits.sum()), "of": n}
+    )
 
 
-def lower_bound() -> ClaimResult:
+@LEDGER.claim(
+    "Y4", "inequalities (11), (12)", "lower bound of the ratio from neighbouring planets 3", "i > ...",
+    holds(when=none("mismatches of the printed bound")),
+    only_if("(1 + t1 (1 + y)) s > y t2; otherwise the same expression is an upper bound",
+            when=none("mismatches outside Bb < 0", "mismatches with the branch")),
+    fails("with the branch too"),
+)  # fmt: skip
+def lower_bound() -> Evidence:
     """(11) as printed (a lower bound everywhere) and with its branch, against (8)."""
     i, y, t1, t2, k = _cases()
     truth = closed_form.neighbours_direct(i, y, t1, t2, k)[1]
     bound, upper = closed_form.ratio_bound_3(y, t1, t2, k)
     printed = (i > bound) != truth
     branched = closed_form.within_bounds(i, y, t1, t2, k)[1] != truth
-    computed = {
+    return evidence({
         "mismatches of the printed bound": int(printed.sum()), "cases with Bb < 0": int(upper.sum()),
         "mismatches outside Bb < 0": int((printed & ~upper).sum()), "mismatches with the branch": int(branched.sum()),
         "cases": len(i),
-    }  # fmt: skip
-    if printed.any() and not (printed & ~upper).any() and not branched.any():
-        return ClaimResult(
-            computed,
-            Verdict.HOLDS_ONLY_IF,
-            "(1 + t1 (1 + y)) s > y t2; otherwise the same expression is an upper bound",
-        )
-    return ClaimResult(
-        computed,
-        Verdict.HOLDS if not printed.any() else Verdict.FAILS,
-        "" if not printed.any() else "with the branch too",
-    )
+    })  # fmt: skip
 
 
-def range_of_angles() -> ClaimResult:
+@LEDGER.claim(
+    "Y5", "after (5)", "0.8 <= t <= 1.2 means pressure angles of 20 to 44 deg", "20 deg ... 44 deg",
+    holds(when=near("arccos(0.8 cos 20 deg) [deg]", 0.5, of=44.0)),
+    misprint("{angle:.2f} deg: cos a / cos 20 deg = 0.8 there"),
+)  # fmt: skip
+def range_of_angles() -> Evidence:
     """The pressure angle that belongs to t = 0.8."""
     standard = math.cos(closed_form.STANDARD)
-    value = math.degrees(math.acos(0.8 * standard))
-    computed = {
-        "arccos(0.8 cos 20 deg) [deg]": value,
+    angle = math.degrees(math.acos(0.8 * standard))
+    return evidence({
+        "arccos(0.8 cos 20 deg) [deg]": angle,
         "an angle a with cos 20 deg = 0.8 cos a exists": standard / 0.8 <= 1.0,
         "angle a with cos 20 deg = 1.2 cos a [deg]": math.degrees(math.acos(standard / 1.2)),
-    }
-    if abs(value - 44.0) > 0.5:
-        return ClaimResult(computed, Verdict.MISPRINT, f"{value:.2f} deg: cos a / cos 20 deg = 0.8 there")
-    return ClaimResult(computed, Verdict.HOLDS)
+    }, angle=angle)  # fmt: skip
 
 
-def more_solutions() -> ClaimResult:
+@LEDGER.claim(
+    "Y6", "conclusion 4", "different pressure angles give more tooth combinations", "more",
+    holds(when=above(0, "equal", "additional")),
+    fails("no additional combinations"),
+)  # fmt: skip
+def more_solutions() -> Evidence:
     """Conclusion 4: more tooth combinations than with equal pressure angles."""
-    computed: dict[str, object] = {}
-    more = True
+    counts = {}
     for ratio, planets in ((6, 3), (6, 4), (4, 3)):
         found = closed_form.series_planets(ratio, planets)
         equal = int(np.count_nonzero(found.z4 == found.z1 + 2 * found.z2))
-        computed[f"ratio {ratio}, {planets} planets: all, at 20 deg"] = [len(found), equal]
-        more &= len(found) > equal > 0
-    return (
-        ClaimResult(computed, Verdict.HOLDS)
-        if more
-        else ClaimResult(computed, Verdict.FAILS, "no additional combinations")
-    )
+        counts[f"ratio {ratio}, {planets} planets: all, at 20 deg"] = [len(found), equal]
+    rows = list(counts.values())
+    return evidence(counts, equal=[e for _, e in rows], additional=[n - e for n, e in rows])
 
 
-CLAIMS = (
-    Claim("Y1", "equation (5)", "z2 from z1, the ratio, y, t1, t2", "(5)", planet_formula, SOURCE),
-    Claim("Y2", "inequality (9)", "upper bound of the ratio from neighbouring planets 2", "denominator 1 - t2 s", upper_bound, SOURCE),
-    Claim("Y3", "inequality (10)", "t2 must stay below 1 / sin(pi / k), 1.15 for three planets", 1.15, width_of_t2, SOURCE),
-    Claim("Y4", "inequalities (11), (12)", "lower bound of the ratio from neighbouring planets 3", "i > ...", lower_bound, SOURCE),
-    Claim("Y5", "after (5)", "0.8 <= t <= 1.2 means pressure angles of 20 to 44 deg", "20 deg ... 44 deg", range_of_angles, SOURCE),
-    Claim("Y6", "conclusion 4", "different pressure angles give more tooth combinations", "more", more_solutions, SOURCE),
-)  # fmt: skip
+CLAIMS = LEDGER.claims

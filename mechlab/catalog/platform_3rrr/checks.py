@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.analytic.linkage import Linkage, Motion
-from mechlab.catalog.platform_3rrr.build import build, linkage_at, style
-from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, elbows, group, home, inverse
-from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
+from mechlab.catalog.platform_3rrr.build import build, driven, linkage_at, reference, style
+from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, PlatformParameters, elbows, group, home, inverse
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
-from mechlab.catalog.platform_3rrr.scenes import driven, reference
 from mechlab.experiment.entry import Check, CheckResult
-from mechlab.experiment.scene import Settings
-from mechlab.kit import mass_check
+from mechlab.kit.checks import by_witnesses, driven_run, moving_check
+from mechlab.kit.mass_check import State
 from mechlab.kit.mode_scan import scan_modes, try_modes
 from mechlab.kit.planar_mass import planar_state
 
@@ -26,22 +23,21 @@ def _samples(p: PlatformParameters, count: int) -> np.ndarray:
     return np.array(home(p)) + np.random.default_rng(5).uniform(-0.2, 0.2, (count, 3))
 
 
+def _asked(p: PlatformParameters, rate: float) -> list[dict[str, Any]]:
+    """Four random drive positions, all rates and accelerations alike."""
+    names = QUESTIONS[0].optional
+    return [dict.fromkeys(names, rate) | dict(zip(DRIVES, x.tolist(), strict=True)) for x in _samples(p, 4)]
+
+
 def _poses(p: PlatformParameters) -> CheckResult:
-    said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
-    forward = QUESTIONS[0]
-    for drives in _samples(p, 4):
-        given: dict[str, Any] = dict.fromkeys(forward.optional, 0.4) | dict(zip(DRIVES, drives.tolist(), strict=True))
-        for witness, ask in forward.witnesses.items():
-            values = ask(p, given).values
-            said[witness].append([values[k] for k in forward.answers])
-    return CheckResult(said, 1e-8, note="x, y, alpha with rates and accelerations at four random drive positions")
+    note = "x, y, alpha with rates and accelerations at four random drive positions"
+    return by_witnesses(p, QUESTIONS[0], _asked(p, 0.4), 1e-8, note, turned=False)
 
 
 def _round_trip(p: PlatformParameters) -> CheckResult:
     forward, inverse = QUESTIONS
     wanted, got = [], []
-    for drives in _samples(p, 4):
-        given: dict[str, Any] = dict.fromkeys(forward.optional, 0.3) | dict(zip(DRIVES, drives.tolist(), strict=True))
+    for given in _asked(p, 0.3):
         pose = forward.witnesses["analytic"](p, given).values
         keys = [f"{n}{s}" for n in POSE for s in ("", "_rate", "_accel")]
         back = inverse.witnesses["analytic"](p, {k: float(pose[k]) for k in keys}).values
@@ -92,22 +88,11 @@ def _count(p: PlatformParameters) -> CheckResult:
 
 
 def _run(p: PlatformParameters) -> CheckResult:
-    from mechlab.engines.mujoco import run
-
-    scene = driven(p, "minimal")
-    scene = replace(scene, duration=0.31 * scene.duration)
-    truth = reference(p, scene)
-    found = run(build(p, "minimal"), scene, Settings(timestep=7e-4, timeconst=4.0), [scene.duration])
-    names = [n for n in truth.mechanism.scalar_names if n in found.channels]
-    # Softness of MuJoCo's loops: (1 - d) tc^2 x acceleration, below 1e-6 here.
-    return CheckResult({"mujoco": [found.channel(n)[-1] for n in names]}, 1e-5, [truth.channel(n)[-1] for n in names])
+    return driven_run(build(p, "minimal"), driven(p, "minimal"), reference, p, 0.31)
 
 
-def _masses(p: PlatformParameters) -> CheckResult:
-    m, pairs = build(p, "minimal"), []
-    for drives in _samples(p, 2):
-        pairs.append((m, planar_state(m, *_moved(p, drives), style(p))))
-    return mass_check.compare(pairs)
+def _states(p: PlatformParameters) -> list[State]:
+    return [planar_state(build(p, "minimal"), *_moved(p, drives), style(p)) for drives in _samples(p, 2)]
 
 
 CHECKS = (
@@ -115,7 +100,7 @@ CHECKS = (
     Check("R2", "drives to pose and back", _round_trip, "class III against dyads"),
     Check("R3", "the polynomial finds no fewer modes than a scan of 720 points", _count, "scan along one chain"),
     Check("R4", "a driven run of MuJoCo against the closed form", _run, "closed form of class III", slow=True),
-    Check("R5", mass_check.TEXT, _masses, mass_check.SOURCE),
+    moving_check("R5", build, "minimal", _states),
     Check("R6", "chains as dyads against the motion of class III", _chains, "closed form of the RRR dyad"),
     Check("R7", "closing legs and det J of every mode", _each_mode, "lengths, central differences"),
 )

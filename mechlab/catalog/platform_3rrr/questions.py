@@ -15,20 +15,18 @@ from mechlab.catalog.platform_3rrr.geometry import (
     MERGING,
     POSE,
     PlatformMode,
+    PlatformParameters,
     elbows,
     group,
     inverse,
     mode_of,
     order,
 )
-from mechlab.catalog.platform_3rrr.parameters import PlatformParameters
-from mechlab.errors import NoSolution
-from mechlab.experiment.question import Answer, Question, with_rates
-from mechlab.kit.witness import engine_answer
+from mechlab.experiment.question import Answer, Question, Witness, with_rates
+from mechlab.kit.questions import RATES, Start, by_engines, with_orders
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 
-ORDERS = ("", "_rate", "_accel")
 START_OFFSET = 1e-3
 FRAMES = {"x": "centre_x", "y": "centre_z", "alpha": "alpha"}
 """Names of the pose in the engines: z of the world is y of the plane."""
@@ -40,7 +38,7 @@ def _stack(given: Mapping[str, Any], names: tuple[str, ...], suffix: str) -> Arr
 
 
 def _pins(p: PlatformParameters, given: Mapping[str, Any]) -> tuple[assur.Point, ...]:
-    return elbows(p, *(_stack(given, DRIVES, s) for s in ORDERS))
+    return elbows(p, *(_stack(given, DRIVES, s) for s in RATES))
 
 
 def _forward(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
@@ -88,30 +86,8 @@ def _start(p: PlatformParameters, m: Mechanism, given: Mapping[str, Any]) -> Arr
     return np.where(driven, q, (q + np.pi) % (2 * np.pi) - np.pi) + START_OFFSET
 
 
-def _engine(
-    engine: str, p: PlatformParameters, given: Mapping[str, Any], names: Mapping[str, str], asked: dict[str, Any]
-) -> Answer:
-    try:
-        m = build(p, "minimal")
-    except NoSolution as never:
-        return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
-    start = _start(p, m, given) if "drive_1" in given else None
-    back = {f"{theirs}{s}": f"{ours}{s}" for ours, theirs in names.items() for s in ORDERS}
-    found = engine_answer(engine, m, asked, tuple(back), start=start, output="centre")
-    named = {back[k]: v for k, v in found.values.items()}
-    return Answer(named, found.status, found.notes, cannot=found.cannot)
-
-
-def _forward_by(engine: str) -> Any:
-    def ask(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
-        asked = {f"{n}{s}": given[f"{n}{s}"] for n in DRIVES for s in ORDERS}
-        return _engine(engine, p, given, FRAMES, asked)
-
-    return ask
-
-
 def _inverse(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
-    x, v, a = (_stack(given, POSE, s) for s in ORDERS)
+    x, v, a = (_stack(given, POSE, s) for s in RATES)
     centre = assur.Point(x[0] + 1j * x[1], v[0] + 1j * v[1], a[0] + 1j * a[1])
     alpha = assur.Scalar(x[2], v[2], a[2])
     k = p.elbow or 1
@@ -126,7 +102,7 @@ def _inverse(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
             return Answer(status=Status.OUT_OF_REACH, notes=(f"a chain is {gap:.6g} m short",), details={"gap": gap})
         one: dict[str, Any] = {}
         for name, d in zip(DRIVES, chains, strict=True):
-            one |= {f"{name}{s}": y for s, y in zip(ORDERS, (d.angles[0].x, d.angles[0].v, d.angles[0].a), strict=True)}
+            one |= {f"{name}{s}": y for s, y in zip(RATES, (d.angles[0].x, d.angles[0].v, d.angles[0].a), strict=True)}
         if signs == own:
             values = one
         if x.ndim == 1:
@@ -139,26 +115,19 @@ def _inverse(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
     return Answer(values, modes=tuple(listed))
 
 
-def _inverse_by(engine: str) -> Any:
-    def ask(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
-        asked = {f"{FRAMES[n]}{s}": given[f"{n}{s}"] for n in POSE for s in ORDERS}
-        return _engine(engine, p, given, dict(zip(DRIVES, DRIVES, strict=True)), asked)
-
-    return ask
-
-
 def _question(
-    name: str, given: tuple[str, ...], answers: tuple[str, ...], analytic: Any, by: Any, text: str
+    name: str, given: tuple[str, ...], answers: tuple[str, ...], analytic: Witness, start: Start | None, text: str
 ) -> Question:
-    optional: dict[str, float | None] = {f"{n}{s}": 0.0 for n in given for s in ORDERS[1:]}
+    optional: dict[str, float | None] = {f"{n}{s}": 0.0 for n in given for s in RATES[1:]}
+    asked, wanted = (with_orders({n: FRAMES.get(n, n) for n in names}) for names in (given, answers))
     return Question(
-        name, given=given, optional=optional, answers=tuple(f"{n}{s}" for n in answers for s in ORDERS),
-        witnesses={"analytic": analytic, "pinocchio": by("pinocchio"), "mujoco": by("mujoco")},
+        name, given=given, optional=optional, answers=tuple(wanted),
+        witnesses={"analytic": analytic} | by_engines(build, asked, wanted, start, output="centre"),
         angles=("alpha", *DRIVES), units=UNITS, text=text,
     )  # fmt: skip
 
 
 QUESTIONS = (
-    _question("forward", DRIVES, POSE, _forward, _forward_by, "every pose of the platform for given drive angles"),
-    _question("inverse", POSE, DRIVES, _inverse, _inverse_by, "drive angles for a pose, in all eight working modes"),
+    _question("forward", DRIVES, POSE, _forward, _start, "every pose of the platform for given drive angles"),
+    _question("inverse", POSE, DRIVES, _inverse, None, "drive angles for a pose, in all eight working modes"),
 )

@@ -1,12 +1,11 @@
 """The above-knee prosthesis of the leg article: thigh and shin split by elastic slides, an elastic hitch at the hip."""
 
-from mechlab.catalog.prosthetic_leg.build import build
+from mechlab.catalog.prosthetic_leg.build import Parameters, build
 from mechlab.catalog.prosthetic_leg.checks import CHECKS
 from mechlab.catalog.prosthetic_leg.claims import CLAIMS
-from mechlab.catalog.prosthetic_leg.dynamics import QUESTION as FREE_MOTION
-from mechlab.catalog.prosthetic_leg.parameters import Parameters
+from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION as FREE_MOTION
+from mechlab.catalog.prosthetic_leg.questions import SLIDES as SLIDES
 from mechlab.catalog.prosthetic_leg.scenes import SCENES, expand, reference
-from mechlab.catalog.prosthetic_leg.sliders import QUESTION as SLIDES
 from mechlab.experiment.entry import Entry
 
 ENTRY = Entry(

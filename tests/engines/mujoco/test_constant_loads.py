@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mechlab.catalog.closed_differential import scenes
-from mechlab.catalog.closed_differential.build import build
-from mechlab.catalog.closed_differential.parameters import Parameters
+from mechlab.catalog.closed_differential.build import Parameters, build
 from mechlab.engines.mujoco import run
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.errors import MechlabError

@@ -162,5 +162,5 @@ def test_max_error_chooses_it_and_meets_the_error() -> None:
     exact = ml.simulate("fourbar", scene="free-run", engine="analytic", duration=1.0)  # DOP853 to 1e-12, own equation
     # The change between two steps is 15 times the error of the finer one for a method of fourth order.
     assert abs(run.channel("crank_angle")[-1] - exact.channel("crank_angle")[-1]) < 1e-6
-    other = api.simulate_values("fourbar", scene="free-run", max_error=1e-3, duration=0.3, engine="mujoco")
+    other = api.simulate("fourbar", scene="free-run", max_error=1e-3, duration=0.3, engine="mujoco")
     assert other.recording.settings.engine == "mujoco"

@@ -11,13 +11,15 @@ import pytest
 
 import mechlab as ml
 from mechlab import api
+from mechlab.cli import main
 from mechlab.engines.peers import INTEGRATORS, PeerStopped, controlled, installed
-from mechlab.errors import MechlabError, UsageError
+from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
 from mechlab.lab.methods import METHODS, PEER_METHODS, Method, Problem
 from mechlab.studies.chart import peers as chart_peers
-from mechlab.studies.chart.chart import Budget, chart
-from mechlab.studies.chart.peers import TARGETS, PeerRow, PeerTable, _Search
+from mechlab.studies.chart.data import PeerRow, PeerTable
+from mechlab.studies.chart.peers import TARGETS, _Search
+from mechlab.studies.chart.run import Budget, chart
 from mechlab.studies.chart.score import Reference, reference_of
 
 
@@ -129,15 +131,9 @@ def test_an_mjcf_file_has_no_peers(tmp_path: Path) -> None:
         api.chart(tmp_path / "some.xml", peers=True)
 
 
-def test_fidelities_and_peers_exclude_each_other() -> None:
-    import argparse
-
-    from mechlab.cli.verbs import chart as verb
-
-    parser = argparse.ArgumentParser()
-    verb.add_options(parser)
-    with pytest.raises(UsageError, match="--peers"):
-        verb.execute(["fourbar"], {}, parser.parse_args(["--peers", "--fidelities"]))
+def test_fidelities_and_peers_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["chart", "fourbar", "--peers", "--fidelities"]) == 2
+    assert "--fidelities does not go with --peers" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -1,0 +1,155 @@
+"""The pages and stories of designs, runs, modes and workspaces. Imports the viewer; the verbs import this when they show something."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechlab import catalog
+from mechlab.errors import MechlabError
+from mechlab.experiment.recording import Recording
+from mechlab.files import write
+from mechlab.formats import load_recording
+from mechlab.lab.design import Design, design
+from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lab.sheet import parameter_rows
+from mechlab.mechanism import GROUND
+from mechlab.studies.modes.result import ModesResult
+from mechlab.studies.workspace.plan import WorkspacePlan
+from mechlab.studies.workspace.result import WorkspaceResult
+from mechlab.studies.workspace.study import WorkspaceSurface, surface
+from mechlab.studies.workspace.survey import survey
+from mechlab.viewer import Part, Story, story_to_html, write_page
+from mechlab.viewer.explore import BorderSurface, border
+from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
+from mechlab.viewer.notebook import framed
+
+FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
+"""Colours (red, green, blue, opacity) of the workspaces of two designs."""
+
+
+def recording_of(source: object) -> Recording | None:
+    """The run behind a Recording or the path of its .npz; None for everything else."""
+    if isinstance(source, Recording):
+        return source
+    if isinstance(source, str | Path) and str(source).endswith(".npz"):
+        return load_recording(source)
+    return None
+
+
+def recording_page(recording: Recording) -> str:
+    """The offline page of a run in a frame, for a notebook. Raises MechlabError where it is too large."""
+    story = run_story(recording)
+    return framed(story_to_html(story), story.title)
+
+
+def still_story(d: Design) -> Story:
+    """A mechanism that stands still, in its richest fidelity."""
+    return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+
+
+def explored_story(d: Design) -> Story:
+    """A mechanism whose drives can be moved in the page."""
+    rates = chosen_scene(d).initial_rates
+    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
+
+
+def _reach(d: Design) -> BorderSurface | None:
+    """The border of the region that an entry states in x, y, z."""
+    recipe = d.entry.workspace
+    if recipe is None or set(recipe.grid) != set("xyz"):
+        return None
+    region, box = recipe.make(d.parameters, {}), [recipe.grid[a] for a in "xyz"]
+    low, high = np.array([r.low for r in box]), np.array([r.high for r in box])
+    return border(recipe.text, lambda x, y, z: region.margin({"x": x, "y": y, "z": z}), low, high)
+
+
+def run_story(recording: Recording) -> Story:
+    """A run, drawn in the richest fidelity where its entry can expand it."""
+    drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
+    s = recording.settings
+    facts |= {"engine": f"{s.engine}, {s.integrator}, step {s.timestep:g} s"}
+    if recording.acts:
+        facts["what acts"] = recording.acts
+    if recording.name in catalog.NAMES:
+        entry = catalog.entry(recording.name)
+        d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
+        title = entry.title
+        facts |= _facts(d)
+        if entry.expand is not None:
+            drawn = entry.expand(d.parameters, recording)
+    channels = tuple(n for n in recording.channels if n.startswith("error_"))
+    return recording_story(recording, drawn, title=title, facts=facts, channels=channels)
+
+
+def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
+    """Write the page of a run: the last step of the pipeline."""
+    return write_page(run_story(recording), path)
+
+
+def modes_story(d: Design, result: ModesResult, motion: Recording) -> Story:
+    """The swinging modes, drawn in the richest fidelity where the entry can expand."""
+    drawn = d.entry.expand(d.parameters, motion) if d.entry.expand is not None else None
+    facts = {"about": result.scene, "fidelity": result.fidelity}
+    for k, m in enumerate(result.modes, 1):
+        ratio = "" if m.damping is None else f", damping {m.damping:.4g}"
+        facts[f"mode {k}"] = f"{m.kind}, {m.frequency_hz:.6g} Hz{ratio}"
+    names = tuple(n for n in motion.channels if n.startswith("mode_"))
+    summary = f"{result.message}. The modes swing one after another; tempo and size are chosen for the eye."
+    return recording_story(motion, drawn, f"{d.entry.title}: modes", summary, facts, names)
+
+
+def _facts(d: Design) -> dict[str, str]:
+    return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
+
+
+def write_workspace_page(
+    result: WorkspaceResult, first: WorkspaceSurface, second: WorkspacePlan | None, path: str | Path
+) -> Path:
+    """The mechanism in its reference pose inside its workspace, whose border is `first`; `second`: the design compared with."""
+    d = result.plan.design
+    if set(result.survey.grid.names) != set("xyz"):
+        raise MechlabError(
+            f"{d.name}: a page of the workspace needs the axes x, y, z, got {', '.join(result.survey.grid.names)}."
+        )
+    order = [result.survey.grid.names.index(a) for a in "xyz"]
+    even = -1 if order in ([0, 2, 1], [1, 0, 2], [2, 1, 0]) else 1  # an odd exchange of axes turns the faces inside out
+    shapes = [(first, "workspace", FIRST)]
+    if second is not None:
+        found = survey(second.region, second.grid, second.slab)
+        if found.voxels:
+            shapes.append((surface(second.region, second.grid, found), "workspace of the other design", SECOND))
+    data = result.to_dict()
+    facts = {
+        "nodes": data["nodes"],
+        "voxels": str(data["voxels"]),
+        "volume": f"{data['volume']:.6g} {result.volume_unit}",
+    }
+    facts |= {
+        f"{k}, smallest to largest": f"{m.smallest:.4g} to {m.largest:.4g} {m.unit}" for k, m in result.maps.items()
+    }
+    if result.comparison is not None:
+        facts |= {k: f"{v:.6g} {result.volume_unit}" for k, v in data["against"]["volumes"].items()}
+    still = mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), f"{d.entry.title}: workspace", facts)
+    parts = [Part(GROUND, name, s.vertices[:, order], s.faces[:, ::even], color) for s, name, color in shapes]
+    return write_page(replace(still, parts=(*still.parts, *parts)), path)
+
+
+def write_maps(result: WorkspaceResult, path: Path) -> Path:
+    """Each map over the coordinates of its axes, NaN outside, as NAME, NAME_x, NAME_y in a .npz file."""
+    if path.suffix != ".npz":
+        raise MechlabError(f"maps: expected a file name that ends in .npz, got {path}.")
+    if not result.maps:
+        raise MechlabError(
+            f"{result.plan.design.name}: there are no maps over this workspace; expected a closed-form region that is not empty."
+        )
+    arrays: dict[str, Any] = {}
+    for name, m in result.maps.items():
+        arrays |= {name: m.values} | {f"{name}_{a}": v for a, v in m.nodes.items()}
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)
+    return write(path, content.getvalue())

@@ -1,0 +1,206 @@
+"""Phase portraits, exact curves, Poincare map and bifurcation of the transmission."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.impulse import (
+    Impulse,
+    constant_speed_acceleration,
+    first_integral,
+    shape,
+    slip_speed,
+    slope,
+    unidirectional,
+)
+from mechlab.catalog.impulse_transmission.build import Parameters
+from mechlab.catalog.impulse_transmission.scenes import simulate
+from mechlab.errors import MechlabError, unknown
+from mechlab.kit.portrait import Portrait, estimated_error, flow, grid, section
+from mechlab.mechanism.geometry import Array
+
+UNITS = {
+    "t": "s", "alpha": "rad", "beta": "rad", "alpha_rate": "rad/s", "beta_rate": "rad/s", "motor_torque": "N m",
+    "psi": "rad", "slip": "rad/s", "mean_speed": "rad/s", "M0": "N m", "M1": "N m",
+}  # fmt: skip
+WIDTH = 0.1
+"""Least rate [rad/s] below which a portrait with friction is smoothed; the error is of this size in beta'."""
+
+
+def options(given: Mapping[str, Any], **known: Any) -> dict[str, Any]:
+    """The known quantities with the values that were given; raises MechlabError for another, listing them."""
+    for key in given:
+        if key not in known:
+            raise unknown("portrait: quantity", key, known)
+    return known | dict(given)
+
+
+def smoothing(i: Impulse, timestep: float) -> tuple[float, tuple[str, ...]]:
+    """Rate below which friction is smoothed, wide enough for RK4 to be stable, and what to say of it."""
+    if i.M1 == 0.0:
+        return 0.0, ()
+    width = max(WIDTH, timestep * i.M1 / (shape(i).B3 - abs(shape(i).b3)))
+    return width, (
+        f"dry friction is smoothed below {width:.3g} rad/s; `simulate --engine hybrid` follows single motions exactly",
+    )
+
+
+STATES = ("alpha", "beta", "alpha_rate", "beta_rate", "motor_torque")
+DURATION, TIMESTEP, ROUGH_TIMESTEP = 0.5, 5e-4, 2.5e-4
+FOLLOWED = 3
+"""Motions with friction that are followed exactly, to say how far the smoothed ones are off."""
+
+
+def _states(p: Parameters, o: Mapping[str, Any]) -> Array:
+    """(points, 5) initial states: all combinations of what was given."""
+    points = grid({f"{s}_0": o[f"{s}_0"] for s in STATES})
+    return np.column_stack(list(points.values()))
+
+
+def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
+    """Motions with the motor, from a grid of initial states."""
+    o = options(
+        given, alpha_0=p.alpha_0, beta_0=np.linspace(-0.2, 0.2, 32), alpha_rate_0=p.alpha_rate_0,
+        beta_rate_0=np.linspace(-30.0, 30.0, 32), motor_torque_0=p.motor_torque_0, duration=DURATION,
+        timestep=ROUGH_TIMESTEP if p.M1 else TIMESTEP,
+    )  # fmt: skip
+    if p.static_motor:
+        raise MechlabError(f"portrait: the motor torque is a state here and needs tau, got {p.tau:g} s.")
+    i = p.impulse
+    width, notes = smoothing(i, float(o["timestep"]))
+
+    def f(t: float, y: Array) -> Array:
+        return slope(i, y, width)
+
+    start = _states(p, o)
+    t, y = flow(f, start, float(o["duration"]), float(o["timestep"]))
+    arrays = {"t": t} | {name: y[:, :, k].T for k, name in enumerate(STATES)}
+    told = f"{len(start)} motions at once by RK4, step {float(o['timestep']):g} s, "
+    if width:
+        told += _against_events(p, start, y[-1], t[-1])
+    else:
+        told += f"estimated error {estimated_error(f, start, float(o['duration']), float(o['timestep'])):.2g}"
+    return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=(told, *notes))
+
+
+def _against_events(p: Parameters, start: Array, end: Array, duration: float) -> str:
+    """How far a few of the motions end from those with exact friction, located events."""
+    chosen = np.unique(np.linspace(0, len(start) - 1, FOLLOWED).round().astype(int))
+    exact = []
+    for state in start[chosen]:
+        initial: dict[str, Any] = {f"{name}_0": float(x) for name, x in zip(STATES, state, strict=True)}
+        q = replace(p, **initial)
+        exact.append(simulate(q, np.array([0.0, duration]), 1e-9)[0][-1])
+    off = np.abs(end[chosen] - exact).max(axis=0)
+    return (
+        f"off from exact friction at the end by {off[1]:.2g} rad in beta and {off[3]:.2g} rad/s in beta' "
+        f"(largest of {len(chosen)} motions)"
+    )
+
+
+TURNS, TURN_STEPS = 100, 100
+
+
+def _over_psi(i: Impulse, w: float, width: float) -> Callable[[float, Array], Array]:
+    """d(beta, s^2, ended)/dpsi at constant input speed, s = w - beta'; vectorised over leading axes.
+
+    s^2 is smooth where s vanishes and psi turns back, where beta' over psi has a pole; `ended` grows from there on.
+    """
+
+    def f(psi: float, y: Array) -> Array:
+        moving = y[..., 1] > 0.0
+        slip = np.sqrt(np.where(moving, y[..., 1], 1.0))
+        v = w - slip
+        resisting = i.M0 + (i.M1 * np.tanh(v / width) if width else 0.0)
+        accel = constant_speed_acceleration(i, w, psi, v, resisting, y[..., 0])
+        out = np.zeros_like(y)
+        out[..., 0] = np.where(moving, v / (i.q * slip), 0.0)
+        out[..., 1] = np.where(moving, -2.0 * accel / i.q, 0.0)
+        out[..., 2] = ~moving
+        return out
+
+    return f
+
+
+def poincare(p: Parameters, given: Mapping[str, Any]) -> Portrait:
+    """Points (beta, beta') each time psi has grown by 2 pi, at constant input speed."""
+    o = options(
+        given, input_speed=p.nominal_speed, beta_0=np.linspace(-0.05, 0.05, 5), beta_rate_0=np.linspace(-30.0, 10.0, 9),
+        turns=TURNS,
+    )  # fmt: skip
+    i, w, turns = p.impulse, float(o["input_speed"]), int(o["turns"])
+    width, notes = smoothing(i, 2.0 * math.pi / (TURN_STEPS * i.q * w))
+    points = grid({"beta_0": o["beta_0"], "beta_rate_0": o["beta_rate_0"]})
+    slip = w - points["beta_rate_0"]
+    if not np.all(slip > 0.0):
+        raise MechlabError(f"portrait poincare: beta_rate_0 must stay below input_speed = {w:g} rad/s.")
+    start = np.column_stack([points["beta_0"], slip**2, np.zeros(len(slip))])
+    f = _over_psi(i, w, width)
+    y = section(f, start, 2.0 * math.pi, turns, TURN_STEPS)
+    passed = y[:, :, 2] == 0.0
+    beta, rate = (
+        np.where(passed, y[:, :, 0], np.nan),
+        np.where(passed, w - np.sqrt(np.maximum(y[:, :, 1], 0.0)), np.nan),
+    )
+    arrays = {"beta": beta.T, "beta_rate": rate.T}
+    told = f"{len(start)} motions over {turns} turns of psi, {TURN_STEPS} steps of RK4 each"
+    ended = int(np.count_nonzero(~passed[-1]))
+    if ended:
+        notes = (*notes, f"{ended} motions end: the output shaft reaches the input speed, psi turns back")
+    few = start[passed[-1]]
+    if len(few):
+        error = estimated_error(f, few, 2.0 * math.pi * min(turns, 10), 2.0 * math.pi / TURN_STEPS)
+        # What is integrated is (w - beta')^2, whose error is 2 w times that of beta'.
+        told += f", estimated error of the steps after {min(turns, 10)} turns {error / (2.0 * w):.2g} rad/s in beta'"
+    title = f"Poincare map at psi = 0 (mod 2 pi), {w:g} rad/s"
+    return Portrait("poincare", title, "beta", "beta_rate", arrays, UNITS, True, (told, *notes))
+
+
+def exact(p: Parameters, given: Mapping[str, Any]) -> Portrait:
+    """Curves of the first integral at constant input speed (c = 0), for a constant resisting torque M0 and M1 = 0."""
+    o = options(given, input_speed=p.nominal_speed, psi_0=0.0, beta_rate_0=np.linspace(-60.0, 60.0, 41), turns=1)
+    i, w = p.impulse, float(o["input_speed"])
+    if i.M1:
+        raise MechlabError("portrait exact: friction changes its sign along a curve; set M1=0 (M0 may stay).")
+    points = grid({"psi_0": o["psi_0"], "beta_rate_0": o["beta_rate_0"]})
+    energy = first_integral(i, w, points["psi_0"], w - points["beta_rate_0"], i.M0)
+    psi = points["psi_0"][:, None] + np.linspace(0.0, 2.0 * math.pi * float(o["turns"]), 361)
+    slip = slip_speed(i, w, psi, energy[:, None], i.M0)
+    arrays = {"psi": psi, "slip": slip, "beta_rate": w - slip, "energy": energy}
+    return Portrait(
+        "exact", f"first integral at {w:g} rad/s", "psi", "beta_rate", arrays, UNITS,
+        notes=("closed form: no integration; a curve ends where the output shaft reaches the input speed",),
+    )  # fmt: skip
+
+
+def bifurcation(p: Parameters, given: Mapping[str, Any]) -> Portrait:
+    """Mean speed of one-way rotation over M0/M1, exact; NaN where there is no such regime."""
+    o = options(
+        given, input_speed=p.nominal_speed, ratio=np.linspace(0.0, 0.5, 201), friction=np.geomspace(1.0, 2000.0, 9)
+    )
+    friction, ratio = (
+        np.atleast_1d(np.asarray(o["friction"], dtype=float)),
+        np.atleast_1d(np.asarray(o["ratio"], dtype=float)),
+    )
+    w = float(o["input_speed"])
+    M1, M0 = friction[:, None] * np.ones(len(ratio)), friction[:, None] * ratio
+    found = unidirectional(p.impulse, w, M0, M1)
+    arrays = {
+        "M0/M1": np.broadcast_to(ratio, M0.shape),
+        "mean_speed": found.mean_speed,
+        "M0": M0,
+        "M1": M1,
+        "sine": found.sine,
+    }
+    share = float(np.mean(found.exists))
+    note = f"exact half-phases; the regime exists at {100 * share:.3g} % of the points"
+    title = f"mean output speed over M0/M1 at {w:g} rad/s, M1 = {friction.min():g} to {friction.max():g} N m"
+    return Portrait("bifurcation", title, "M0/M1", "mean_speed", arrays, UNITS, notes=(note,))
+
+
+PORTRAITS = {"phase": phase, "poincare": poincare, "exact": exact, "bifurcation": bifurcation}

@@ -1,0 +1,269 @@
+"""The runs of one method, each with half the step (or a tenth of the tolerance) of the one before, and the error of the best.
+
+Where the changes from run to run fall with the power p of the step, the error of the last is change / (2^p - 1) (Richardson);
+p is observed, and never believed to be more than theory promises.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.held_rates import captured
+from mechlab.experiment.recording import Trace
+from mechlab.experiment.scene import Settings
+from mechlab.integrate import OutOfWork, work_done, work_limit
+from mechlab.lab.accuracy.measure import ErrorMeasure
+from mechlab.lab.accuracy.result import NeighbourMotion
+from mechlab.lab.accuracy.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
+from mechlab.lab.methods import Method, Problem, has_kinks
+from mechlab.mechanism.geometry import Array
+
+EPSILON = 2.2e-16
+TOO_FAST = 2.0
+"""A change that falls this many times faster than theory promises does so by chance; the ratio is then not used."""
+CAPTURE_SHARE = 0.5
+"""Share of their capture time with which held rates are run again, to see what that time does."""
+KINK_RATIO = 16.0
+"""Largest ratio by which the change is believed to fall when the step of a motion with kinks is halved."""
+
+
+@dataclass
+class RefinedMethod:
+    """The runs of one method so far.
+
+    values: their steps [s] or tolerances; traces: their states; tables: extrapolated states (Richardson); tracked: tracked
+    quantities of the best. estimate: error of the last run; work, first_work [s]: of the last and the first run that got to the
+    end; done [s], cpu_s: of all runs; failures: how many did not come through; ended: why no sharper run can be made;
+    recaptured: the best run once more, with half the time in which held rates are captured.
+    """
+
+    rule: MethodRule
+    problem: Problem
+    measure: ErrorMeasure
+    fastest: float
+    target: float
+    values: list[float] = field(default_factory=list)
+    traces: list[Trace] = field(default_factory=list)
+    tables: list[list[tuple[Array, Array]]] = field(default_factory=list)
+    tracked: list[Array] = field(default_factory=list)
+    estimate: float = math.inf
+    work: float = 0.0
+    first_work: float = 0.0
+    done: float = 0.0
+    cpu_s: float = 0.0
+    failures: int = 0
+    ended: str = ""
+    recaptured: Trace | None = None
+
+    @property
+    def best(self) -> tuple[Array, Array]:
+        """q (n, nq), v (n, nv) of the last run, extrapolated where the rule says so."""
+        return self.tables[-1][-1]
+
+    @property
+    def settings(self) -> Settings:
+        """Settings of the last run."""
+        return self.method.settings(self.values[-1])
+
+    @property
+    def method(self) -> Method:
+        """The method of the registry that is refined."""
+        found = self.rule.method(self.problem)
+        if found is None:
+            raise MechlabError(f"{self.rule.name}: the registry of methods has no such method.")
+        return found
+
+    @property
+    def expected_work(self) -> float:
+        """Expected work [s] of a step, or of an output interval under a tolerance, before the first run."""
+        return self.rule.evaluations * self.method.price(self.problem)
+
+    @property
+    def next_cost(self) -> float:
+        """Expected work [s] of the next run; infinite where there is none."""
+        if self.ended:
+            return math.inf
+        if not self.traces:
+            value = self._next()
+            if value is None:
+                return math.inf
+            count = self.problem.scene.duration / value if self.rule.control == "step" else self.problem.outputs
+            return count * self.expected_work
+        return self.work * (2.0 if self.rule.control == "step" else 1.6)
+
+    def cost_given(self, others: Sequence[RefinedMethod]) -> float:
+        """`next_cost`; of a first run, at least what it took another method with the same integrator, in proportion to the prices of
+        their equations of motion."""
+        alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_work]
+        if self.traces or self.ended or not alike:
+            return self.next_cost
+        return max(self.next_cost, min(x.first_work * self.expected_work / x.expected_work for x in alike))
+
+    def refine(self, budget: float) -> None:
+        """One run more, within `budget` [s] of work."""
+        value = self._next()
+        if value is None:
+            self.ended = self.ended or "its sharpest setting was used"
+            return
+        try:
+            with work_limit(max(budget, 0.05)):
+                trace, work = self._run(self.problem, value)
+        except OutOfWork:
+            self.ended = f"its next run would take more than {budget:.2g} s of work"
+            return
+        except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as cause:
+            self._note_failure(str(cause))
+            return
+        self.work = work
+        if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self.problem.outputs + 1:
+            self.values.append(value)
+            self._note_failure(trace.reason or "the state is not finite")
+            return
+        self.first_work = self.first_work or work
+        self.values.append(value)
+        self.traces.append(trace)
+        self._combine(trace)
+        self._estimate_error()
+
+    def rounding_error(self) -> float:
+        """Error [unit] by rounding: the change of the last run but one when its start is moved by a few units in the last place."""
+        scene = self.problem.scene
+        names = tuple(scene.initial_rates) or self.problem.mechanism.scalar_names[:1]
+        # the rates are moved, because assembly would undo so small a change of the pose; scaled by those of the motion
+        small = RULES.rounding * EPSILON * max(1.0, float(np.max(np.abs(self.traces[-1].v))))
+        rates = dict(scene.initial_rates) | {n: scene.initial_rates.get(n, 0.0) + small for n in names}
+        moved = Problem(self.problem.design, replace(scene, initial_rates=rates), self.problem.outputs)
+        trace, _ = self._run(moved, self.values[-2])
+        plain = self.traces[-2]
+        if len(trace.q) != len(plain.q):
+            return math.inf
+        t = np.linspace(0.0, scene.duration, self.problem.outputs + 1)
+        return _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
+
+    def capture_error(self) -> float:
+        """Error [unit] by the time in which held rates are captured: twice the change with half that time, as it is of first order; 0
+        without such a law."""
+        p = self.problem
+        laws = captured(p.scene.laws, CAPTURE_SHARE)
+        if laws == p.scene.laws:
+            return 0.0
+        trace, _ = self._run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
+        plain, self.recaptured = self.traces[-1], trace
+        if len(trace.q) != len(plain.q):
+            return math.inf
+        t = np.linspace(0.0, p.scene.duration, p.outputs + 1)
+        return 2.0 * _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
+
+    def neighbours(self, rounding: float) -> Iterator[NeighbourMotion]:
+        """The motions from which the errors of all channels follow: the run before the last, with the ratio of the estimate to the
+        change of the tracked quantities times the safety; and the run with half the capture time. rounding: as of `rounding_error`."""
+        if len(self.tables) < 2:
+            return
+        change, error = _distance(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
+        share = error / change if change > 0.0 else 1.0
+        q, v = self.tables[-2][-1]
+        yield NeighbourMotion(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
+        if self.recaptured is None:
+            return
+        # compared with the plain run, since the extrapolated one is another
+        other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
+        if len(other.q) != len(plain.q):
+            yield NeighbourMotion(math.inf, self.settings, q, v, captured=CAPTURE_SHARE)
+            return
+        q, v = q + other.q - plain.q, v + other.v - plain.v
+        yield NeighbourMotion(2.0 * RULES.safety, self.settings, q, v, captured=CAPTURE_SHARE)
+
+    def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
+        """A run and its work [s], which is added to `done`, its CPU time to `cpu_s`."""
+        before = work_done()
+        trace = self.method.run(problem, value)
+        work = work_done() - before
+        self.done += work
+        self.cpu_s += trace.cpu_s
+        return trace, work
+
+    def _note_failure(self, why: str) -> None:
+        """A run did not come through: those before it no longer count, and too many failures end the refinement."""
+        self.failures += 1
+        self.traces, self.tables, self.tracked, self.estimate = [], [], [], math.inf
+        if self.failures > RULES.failures or self.rule.control == "tolerance":
+            self.ended = why
+
+    def _next(self) -> float | None:
+        if self.rule.control == "tolerance":
+            return self._next_tolerance()
+        between = self.problem.scene.duration / self.problem.outputs
+        if self.values:
+            return 0.5 * self.values[-1]
+        first = between
+        if self.rule.stable and self.fastest > 0.0:
+            first = min(first, self.rule.stable / self.fastest)
+        return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
+
+    def _next_tolerance(self) -> float | None:
+        factor, power = self.rule.error_left
+        if not factor:
+            left = [x for x in RULES.tolerances if not self.values or x < self.values[-1]]
+            return left[0] if left else None
+        first, last = RULES.tolerances[0], RULES.sharpest
+        start = min(max((self.target / factor) ** (1.0 / power), 10.0 * last), first)
+        value = 0.1 * self.values[-1] if self.values else start
+        return value if value > 0.5 * last else None
+
+    def _combine(self, trace: Trace) -> None:
+        row = [(trace.q, trace.v)]
+        if self.rule.extrapolated and self.tables:
+            for j, (q, v) in enumerate(self.tables[-1], start=1):
+                weight = 1.0 / (2.0**j - 1.0)
+                fine_q, fine_v = row[-1]
+                row.append((fine_q + weight * (fine_q - q), fine_v + weight * (fine_v - v)))
+        self.tables.append(row)
+
+    def _estimate_error(self) -> None:
+        t = np.linspace(0.0, self.problem.scene.duration, self.problem.outputs + 1)
+        rows = self.tables
+        self.tracked.append(self.measure(t, *rows[-1][-1]))
+        if len(self.tracked) < 2:
+            return
+        last = _distance(self.tracked[-1], self.tracked[-2])
+        if self.rule.control == "tolerance":
+            # the change is the error of the coarser run; one that started far above the target may agree by chance
+            enough = 2 if self.rule.error_left[0] else RULES.runs
+            self.estimate = last if len(self.tracked) >= enough else math.inf
+            return
+        if len(self.tracked) < RULES.runs:
+            # two runs of a method that does not extrapolate: the change itself, not a share of it
+            self.estimate = math.inf if self.rule.extrapolated or has_kinks(self.problem.scene) else last
+            return
+        before = _distance(self.tracked[-2], self.tracked[-3])
+        if has_kinks(self.problem.scene):
+            # which step a kink falls into is chance: two runs may agree by luck, and none is better than the change
+            self.estimate = max(last, before / KINK_RATIO)
+            return
+        ratio, theory = before / last if last > 0.0 else math.inf, 2.0**self._order
+        if ratio > TOO_FAST * theory and not self.rule.extrapolated:
+            self.estimate = last
+            return
+        # the observed ratio, never better than theory promises; without a falling error the change itself counts
+        ratio = min(ratio, theory)
+        self.estimate = last / (ratio - 1.0) if ratio > 1.5 else 2.0 * max(last, before)
+
+    @property
+    def _order(self) -> float:
+        """Power of the step with which the errors are believed to fall at most."""
+        if self.rule.extrapolated:
+            return EXTRAPOLATED
+        return LOOPS_ORDER if self.rule.engine == "mujoco" and _rows(self.problem) else self.rule.order
+
+
+def _distance(a: Array, b: Array) -> float:
+    return float(np.max(np.abs(a - b), initial=0.0))
+
+
+def _rows(problem: Problem) -> bool:
+    return bool(problem.mechanism.loops or problem.mechanism.relations)
