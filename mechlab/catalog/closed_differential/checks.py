@@ -219,14 +219,14 @@ def _scenes(p: Parameters) -> CheckResult:
     expected: list[Array] = []
     said: dict[str, list[Array]] = {"mujoco minimal": [], "mujoco parts": []}
     for name in ("held-input-dry-load", "one-way-stop", "locked-pair", "internal-drag"):
-        lived = replace(p, **SCENES[name].overrides)
+        design = replace(p, **SCENES[name].overrides)
         if name == "locked-pair":  # the pair is closed before it is locked
             start = closed.speeds(p.train, w1=float(p.lock_ratio), w3=1.0)
             factor = p.w_H1_0 / float(start.w_H1)
-            lived = replace(lived, w_H2_0=factor * float(start.w_H2))
-        expected.append(_final(run("analytic", lived, name)))
+            design = replace(design, w_H2_0=factor * float(start.w_H2))
+        expected.append(_final(run("analytic", design, name)))
         for who in said:
-            said[who].append(_final(run("mujoco", lived, name, fidelity=who.split()[1])))
+            said[who].append(_final(run("mujoco", design, name, fidelity=who.split()[1])))
     # A rate is caught within some steps of 0.5 or 1 ms, which shifts later speeds by less than 1e-4 rad/s.
     return CheckResult({k: np.array(v) for k, v in said.items()}, 1e-3, np.array(expected), "final speeds [rad/s]")
 
@@ -273,12 +273,12 @@ def angular_momentum(recording: Any) -> Array:
 def _momentum(p: Parameters) -> CheckResult:
     from dataclasses import replace
 
-    lived = replace(p, drag_internal=max(p.drag_internal, 0.5), drag_14=0.0, drag_36=0.0)
+    design = replace(p, drag_internal=max(p.drag_internal, 0.5), drag_14=0.0, drag_36=0.0)
     said = {}
     for who in ENGINES:
-        found = run(who, lived, "internal-drag", 0.5, "full")
+        found = run(who, design, "internal-drag", 0.5, "full")
         gained = angular_momentum(found) - angular_momentum(found)[0]
-        said[f"{who} full"] = float(np.abs(gained - (lived.M_H1 - lived.M_H2) * found.t).max())
+        said[f"{who} full"] = float(np.abs(gained - (design.M_H1 - design.M_H2) * found.t).max())
     return CheckResult(said, 1e-8, 0.0, "largest |dL - (M_H1 - M_H2) t| with drag between the blocks [N m s]")
 
 
