@@ -316,11 +316,11 @@ def _held(p: Parameters) -> CheckResult:
     held = closed_form.held_ring_accelerations(p.stage, p.sun_torque, p.carrier_torque)
     free = closed_form.free_accelerations(p.stage, p.sun_torque, p.carrier_torque, held.ring_torque)
     scale = max(abs(float(held.sun)), 1.0)
-    said, expected = (
+    measured, expected = (
         [float(x) / scale for x in (a.ring, a.sun, a.carrier, a.planet, a.ring_torque)]
         for a in (free, replace(held, ring=np.zeros(())))
     )
-    return CheckResult({"free ring": said}, 1e-12, expected, "ring, sun, carrier, planet, torque; relative")
+    return CheckResult({"free ring": measured}, 1e-12, expected, "ring, sun, carrier, planet, torque; relative")
 
 
 CHECKS = (

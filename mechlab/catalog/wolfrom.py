@@ -299,12 +299,14 @@ def _speeds(p: Parameters) -> CheckResult:
     w = closed_form.speeds(p.all_teeth)
     names = ("carrier_rate", "ring_rate", "planet_1_rate")
     expected = np.array([1.0, float(w.ring), float(w.planet) - 1.0]) / float(w.sun) * 100.0
-    said = {}
+    measured = {}
     for fidelity in ("parts", "full"):
         for engine in ("pinocchio", "mujoco"):
             answer = engine_answer(engine, build(p, fidelity), {"sun_rate": 100.0}, names)
-            said[f"{engine} {fidelity}"] = [answer.values[n] for n in names]
-    return CheckResult(said, 1e-9, expected, "rates of carrier, output and planet in carrier at 100 rad/s of the sun")
+            measured[f"{engine} {fidelity}"] = [answer.values[n] for n in names]
+    return CheckResult(
+        measured, 1e-9, expected, "rates of carrier, output and planet in carrier at 100 rad/s of the sun"
+    )
 
 
 CHECKS = (

@@ -92,13 +92,13 @@ def measured_speeds(
     p: Any, questions: Sequence[Question], values: Sequence[float], tolerance: float, note: str
 ) -> CheckResult:
     """All members from each pair (or one) of speeds, from all witnesses of the questions."""
-    said: dict[str, list[float]] = {}
+    measured: dict[str, list[float]] = {}
     for question in questions:
         given = dict(zip(question.given, values, strict=True))
         for witness, ask in question.witnesses.items():
             found = ask(p, given).values
-            said.setdefault(witness, []).extend(float(found[k]) for k in question.answers)
-    return CheckResult(said, tolerance, note=note)
+            measured.setdefault(witness, []).extend(float(found[k]) for k in question.answers)
+    return CheckResult(measured, tolerance, note=note)
 
 
 def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dict[str, Array]:
@@ -117,9 +117,9 @@ def final_rates(build: Callable[[str], Mechanism], scene: Callable[[str], Scene]
     from mechlab.engines.mujoco import run as run_mujoco
     from mechlab.engines.pinocchio import run as run_pinocchio
 
-    said = {f"mujoco {f}": run_mujoco(build(f), scene(f), Settings()) for f in FIDELITIES}
-    said["pinocchio full"] = run_pinocchio(build("full"), scene("full"), Settings(engine="pinocchio"))
-    return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in said.items()}
+    measured = {f"mujoco {f}": run_mujoco(build(f), scene(f), Settings()) for f in FIDELITIES}
+    measured["pinocchio full"] = run_pinocchio(build("full"), scene("full"), Settings(engine="pinocchio"))
+    return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in measured.items()}
 
 
 def distance(mechanism: Mechanism, one: str, other: str) -> float:
@@ -246,7 +246,7 @@ def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, w
 
         from mechlab.engines.mujoco.model import equality_jacobian
 
-        said: dict[str, list[int]] = {"numpy": [], "mujoco": []}
+        measured: dict[str, list[int]] = {"numpy": [], "mujoco": []}
         expected: list[int] = []
         for fidelity, rays in (("parts", 1), ("full", int(p.planets))):
             m = build(p, fidelity)
@@ -254,8 +254,8 @@ def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, w
             mujoco.mj_forward(model, data)
             rows = {"numpy": ConstraintSet(m).jacobian(TreeKinematics(m)), "mujoco": equality_jacobian(model, data)}
             for who, jacobian in rows.items():
-                said[who] += [len(jacobian), len(jacobian) - rank(jacobian)]
+                measured[who] += [len(jacobian), len(jacobian) - rank(jacobian)]
             expected += [rays * meshes, (rays - 1) * (meshes - wheels)]
-        return CheckResult(said, 0.0, expected, "rows and redundant rows: parts, full")
+        return CheckResult(measured, 0.0, expected, "rows and redundant rows: parts, full")
 
     return Check(name, "rows of the meshes, and how many repeat others", run, "count of meshes and wheels on a ray")

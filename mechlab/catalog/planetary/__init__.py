@@ -277,8 +277,8 @@ def _teeth(p: Parameters) -> CheckResult:
     """Phase left over at gear 4 on every ray, in pitches: 0 when a tooth stands in a gap there."""
     pitch = 2.0 * math.pi / p.teeth[3]
     off = [(phases(p, k)[2] - phases(p, 0)[2]) / pitch for k in range(p.planets)]
-    said = {"drawn": max(abs(x - round(x)) for x in off)}
-    return CheckResult(said, 1e-9, 0.0, "gear 4 meshes with planet 3 on every ray [pitches]")
+    measured = {"drawn": max(abs(x - round(x)) for x in off)}
+    return CheckResult(measured, 1e-9, 0.0, "gear 4 meshes with planet 3 on every ray [pitches]")
 
 
 def _room(p: Parameters) -> CheckResult:
@@ -291,9 +291,9 @@ def _room(p: Parameters) -> CheckResult:
         ("planet_3_1", "planet_3_2", z3 + z3),
         ("planet_2_1", "planet_3_2", z2 + z3),
     )
-    said = [distance(m, a, b) / (0.5 * p.module) - z - 4 for a, b, z in pairs]
+    measured = [distance(m, a, b) / (0.5 * p.module) - z - 4 for a, b, z in pairs]
     expected = neighbour_gaps(z1, z2, z3, p.planets)
-    return CheckResult({"drawn": said}, 1e-9, expected, "room between neighbouring planets [half modules]")
+    return CheckResult({"drawn": measured}, 1e-9, expected, "room between neighbouring planets [half modules]")
 
 
 CHECKS = (
