@@ -106,8 +106,10 @@ def i1(p: Parameters) -> CheckResult:
     alpha, beta, u, v, motor = states.T
     truth = np.column_stack(accelerations(p.impulse, alpha, beta, u, v, motor, p.M0))
     scale = np.abs(truth).max(axis=0)
-    said = {f"pinocchio {f}": _engine_accelerations(p, f, states) / scale for f in ("minimal", "full")}
-    return CheckResult(said, 1e-12, truth / scale, "alpha'' and beta'' with motor torque, load and spring, relative")
+    measured = {f"pinocchio {f}": _engine_accelerations(p, f, states) / scale for f in ("minimal", "full")}
+    return CheckResult(
+        measured, 1e-12, truth / scale, "alpha'' and beta'' with motor torque, load and spring, relative"
+    )
 
 
 def i2(p: Parameters) -> CheckResult:
@@ -126,13 +128,13 @@ def i2(p: Parameters) -> CheckResult:
 
 def i3_table(p: Parameters) -> CheckResult:
     """The formula against the numbers of the specification, to their last digit."""
-    said = []
+    measured = []
     for q, M0, M1 in TABLE:
         i = replace(Impulse(), q=q)
         found = unidirectional(i, SPEED, M0, M1)
-        said.append(frictionless_mean_speed(i, SPEED) if M1 == 0.0 else float(found.without_sticking))
+        measured.append(frictionless_mean_speed(i, SPEED) if M1 == 0.0 else float(found.without_sticking))
     return CheckResult(
-        {"analytic": said}, 1e-6, list(TABLE.values()), "ten cells; two of them ignore that the output would stick"
+        {"analytic": measured}, 1e-6, list(TABLE.values()), "ten cells; two of them ignore that the output would stick"
     )
 
 
@@ -164,15 +166,15 @@ def i3_events(p: Parameters) -> CheckResult:
 
 def i3_sticking(p: Parameters) -> CheckResult:
     """Where the closed form says that the output sticks, the simulation sticks; and nowhere else."""
-    said: dict[str, list[float]] = {"analytic": [], "hybrid": []}
+    measured: dict[str, list[float]] = {"analytic": [], "hybrid": []}
     for q, M0, M1 in TABLE:
         if M1 == 0.0:
             continue
         i = replace(Impulse(), q=q, M0=M0, M1=M1)
         run = closed_cycle(i, SPEED)
-        said["analytic"].append(float(not unidirectional(i, SPEED).exists))
-        said["hybrid"].append(float("nan") if run is None else float(run.stuck_psi > 0.0))
-    return CheckResult(said, 0.0, None, "1: sticks; set-valued friction, q = 4/5 with M1 = 750 is the case")
+        measured["analytic"].append(float(not unidirectional(i, SPEED).exists))
+        measured["hybrid"].append(float("nan") if run is None else float(run.stuck_psi > 0.0))
+    return CheckResult(measured, 0.0, None, "1: sticks; set-valued friction, q = 4/5 with M1 = 750 is the case")
 
 
 def _harmonic_error(kind: str) -> tuple[float, float]:

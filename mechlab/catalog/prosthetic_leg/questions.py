@@ -144,8 +144,8 @@ def _motion(p: Parameters, witness: str, free: tuple[str, ...], times: Array, hi
 def _ask(witness: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
     duration = float(given["swing_duration"])
     found = answers(p, witness, duration)
-    told = {"hitch": "lock_hitch_error", "thigh and shin": "lock_thigh_shin_error"}
-    needed = [n for n, key in told.items() if found[key] > ALLOWED]
+    errors = {"hitch": "lock_hitch_error", "thigh and shin": "lock_thigh_shin_error"}
+    needed = [n for n, key in errors.items() if found[key] > ALLOWED]
     note = f"for {1e3 * ALLOWED:g} mm at the ankle the swing needs: {', '.join(needed) or 'no slide'}"
     return Answer(found, notes=(note,))
 
