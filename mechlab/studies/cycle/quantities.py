@@ -143,7 +143,7 @@ POINT_LOOPS = ("spherical", "revolute")
 
 
 def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], named: str | None) -> str | None:
-    """The joint whose load is looked at: the one named for, else the last on the ground that moves and is not the
+    """The joint whose load the transmission is about: the one that is named, else the last on the ground that moves and is not the
     drive, else None. Raises MechlabError for a name that does not exist or does not move."""
     moves = {n: any(abs(m.row(n) @ p.u) > 1e-9 for p in poses) for n in m.scalar_names}
     if named is not None:
