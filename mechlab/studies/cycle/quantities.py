@@ -1,10 +1,6 @@
-"""Drive force and reactions along a cycle, by Pinocchio; and the same by MuJoCo at a few positions.
+"""Quantities along a cycle: drive force and reactions, shaking force and moment, instant centres, transmission, extrema.
 
-Shaking force and moment, and instant centres, along a cycle: kinematics alone.
-
-Transmission along a cycle: the angle at which loops pass a load on, mechanical advantage, velocity ratio.
-
-Extrema of a sampled curve, found between its samples.
+Forces are computed by Pinocchio and, at a few positions, by MuJoCo for comparison; the others follow from kinematics alone.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The verb: from key=value to the best design, checked."""
+"""The study: from keys and values to the best design, checked."""
 
 from __future__ import annotations
 
