@@ -104,11 +104,7 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
 
 
 def _dc_motor(
-    section: ET.Element,
-    drive: Drive,
-    target: dict[str, str],
-    force: float,
-    limits: tuple[float, float] | None,
+    section: ET.Element, drive: Drive, target: dict[str, str], force: float, limits: tuple[float, float] | None
 ) -> float:
     """A DC motor whose control is the voltage; returns the voltage that holds the force at standstill."""
     assert drive.winding is not None

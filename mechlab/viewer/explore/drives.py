@@ -92,11 +92,7 @@ Poses = Callable[[Array], Array]
 
 
 def explore(
-    mechanism: Mechanism,
-    names: tuple[str, ...],
-    poses_of: Poses,
-    size: float,
-    rates: Mapping[str, float] | None = None,
+    mechanism: Mechanism, names: tuple[str, ...], poses_of: Poses, size: float, rates: Mapping[str, float] | None = None
 ) -> Exploration:
     """Sweeps of every drive (without drives: of the independent joints) of a mechanism about its reference pose.
 
