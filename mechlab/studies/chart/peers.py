@@ -23,7 +23,7 @@ from mechlab.studies.chart.score import Reference, score
 from mechlab.tables import number, table
 
 if TYPE_CHECKING:
-    from mechlab.lab.accuracy import Result
+    from mechlab.lab.accuracy.result import Solution
     from mechlab.studies.chart.data import Point
 
 TARGETS = (1e-3, 1e-6, 1e-9)
@@ -156,8 +156,8 @@ def ours(problem: Problem, truth: Reference, target: float) -> Ours:
     return Ours(found.cpu_s, away.error, found.method, found.reached)
 
 
-def _solved(problem: Problem, target: float) -> Result:
-    from mechlab.lab.accuracy import solve_to
+def _solved(problem: Problem, target: float) -> Solution:
+    from mechlab.lab.accuracy.solve import solve_to
 
     return solve_to(problem.design, problem.scene, target, problem.outputs)
 
