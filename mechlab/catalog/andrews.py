@@ -16,6 +16,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
+from mechlab.kit.checks import moving_check
 from mechlab.kit.own_equations import record_own
 from mechlab.mechanism import Builder, Mechanism, Placement, Spring, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
@@ -155,14 +156,6 @@ def moving(p: Parameters, angle: float, speed: float) -> mass_check.State:
     )  # fmt: skip
 
 
-def _check(p: Parameters) -> CheckResult:
-    m = build(p, "full")
-    states = (moving(p, p.start_angle + 0.4, 1.3), moving(p, p.start_angle + 2.5, -0.8))
-    return mass_check.compare([(m, state) for state in states])
-
-
-MOVING = Check("B4", mass_check.TEXT, _check, mass_check.SOURCE)
-
 CHANNELS = parts.tracked("F", "xy", "F_")
 
 
@@ -224,7 +217,9 @@ ENTRY = Entry(
     checks=(
         *parts.checks(build, Parameters, _squeeze, reference, CHANNELS, PRINTED, 1e-6),
         Check("B3", "own equation against the Test Set's solution at 0.03 s", _check_test_set, source=SOURCE),
-        MOVING,
+        moving_check(
+            "B4", build, "full", lambda p: (moving(p, p.start_angle + a, w) for a, w in ((0.4, 1.3), (2.5, -0.8)))
+        ),
     ),
     reference=reference,
     channels=CHANNELS,

@@ -9,13 +9,14 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import Bricard
 from mechlab.analytic.benchmarks.bricard import AXES, CORNERS
-from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
+from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
+from mechlab.kit.checks import moving_check
 from mechlab.kit.own_equations import record_own
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, frame_along
@@ -125,11 +126,6 @@ def moving(p: Parameters, time: float) -> mass_check.State:
     return mass_check.State(values, rates, particles, points, p.gravity_vector, 1)
 
 
-def _check_masses(p: Parameters) -> CheckResult:
-    m = build(p, "full")
-    return mass_check.compare([(m, moving(p, time)) for time in (0.2, 0.5)])
-
-
 PRINTED = {
     1.0: (0.274481319265, -0.886707938735, -0.462330002687),
     5.0: (0.999932742302, -0.999999997738, -6.72554361e-5),
@@ -148,7 +144,7 @@ ENTRY = Entry(
     default_scene="fall",
     checks=(
         *parts.checks(build, Parameters, _fall, reference, CHANNELS, PRINTED, 1e-5),
-        Check("B3", mass_check.TEXT, _check_masses, mass_check.SOURCE),
+        moving_check("B3", build, "full", lambda p: (moving(p, time) for time in (0.2, 0.5))),
     ),
     reference=reference,
     channels=CHANNELS,

@@ -9,12 +9,13 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.benchmarks import Governor
-from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
+from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
+from mechlab.kit.checks import moving_check
 from mechlab.kit.own_equations import record_own
 from mechlab.mechanism import Builder, Mechanism, Placement, Spring, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
@@ -173,13 +174,6 @@ def moving(p: Parameters, at: tuple[float, ...], rates: tuple[float, ...]) -> ma
     return mass_check.State(values, speeds, particles, points, (0.0, 0.0, -p.gravity), 4, stored=stored, lost=lost)
 
 
-def _check(p: Parameters) -> CheckResult:
-    m = build(p, "full")
-    return mass_check.compare([(m, moving(p, at, rates)) for at, rates in STATES])
-
-
-MOVING = Check("B3", mass_check.TEXT, _check, mass_check.SOURCE)
-
 CHANNELS: dict[str, parts.Channel] = {"s": ("m", lambda p, recording: recording.channel("slider_height"))}
 
 
@@ -243,7 +237,7 @@ ENTRY = Entry(
     # RK4 is stable below 2.8 m / c = 0.5 ms: 0.3 s in steps of 0.2 ms
     checks=(
         *parts.checks(build, Parameters, _spin, reference, CHANNELS, PRINTED, 1e-7, 1e-9, share=0.03, steps=1500),
-        MOVING,
+        moving_check("B3", build, "full", lambda p: (moving(p, *state) for state in STATES)),
     ),
     reference=reference,
     channels=CHANNELS,

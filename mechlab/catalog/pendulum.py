@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,7 +16,9 @@ from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.kit import benchmark_parts as parts
-from mechlab.kit import mass_check, palette
+from mechlab.kit import palette
+from mechlab.kit.checks import moving_check
+from mechlab.kit.mass_check import State, solid
 from mechlab.kit.own_equations import record_own
 from mechlab.mechanism import IDENTITY, Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
@@ -95,17 +98,13 @@ def _check_elliptic(p: Parameters) -> CheckResult:
     )
 
 
-def _check_masses(p: Parameters) -> CheckResult:
-    m, gravity, pairs = build(p, "full"), (0.0, -p.gravity, 0.0), list[mass_check.Pair]()
+def _states(p: Parameters) -> Iterator[State]:
+    spread = np.full(3, math.sqrt(0.5 * POINT) * p.length)
     for angle, rate in ((p.start_angle, 1.3), (p.start_angle + 0.9, -0.7)):
         place = cmath.rect(p.length, angle)
-        at, going = parts.in_plane(place), parts.in_plane(1j * rate * place)
-        bob = mass_check.solid(
-            p.mass, at, np.full(3, math.sqrt(0.5 * POINT) * p.length), velocity=going, turn=(0, 0, rate)
-        )
-        state = mass_check.State({"angle": angle}, {"angle": rate}, bob, {"P1": at}, gravity, 1, is_reference=not pairs)
-        pairs.append((m, state))
-    return mass_check.compare(pairs)
+        at = parts.in_plane(place)
+        bob = solid(p.mass, at, spread, velocity=parts.in_plane(1j * rate * place), turn=(0, 0, rate))
+        yield State({"angle": angle}, {"angle": rate}, bob, {"P1": at}, (0.0, -p.gravity, 0.0), 1)
 
 
 ENTRY = Entry(
@@ -121,7 +120,7 @@ ENTRY = Entry(
     checks=(
         *parts.checks(build, Parameters, _swing, reference, CHANNELS, PRINTED, 1e-7),
         Check("B3", "own equation against elliptic functions", _check_elliptic, "Jacobi's elliptic functions"),
-        Check("B4", mass_check.TEXT, _check_masses, mass_check.SOURCE),
+        moving_check("B4", build, "full", _states, from_reference=True),
     ),
     reference=reference,
     channels=CHANNELS,

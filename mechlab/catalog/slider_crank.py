@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -11,12 +12,14 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import SliderCrank
 from mechlab.analytic.benchmarks.planar import Jet
-from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
+from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import benchmark_parts as parts
-from mechlab.kit import mass_check, palette
+from mechlab.kit import palette
+from mechlab.kit.checks import moving_check
+from mechlab.kit.mass_check import State
 from mechlab.kit.own_equations import record_own
 from mechlab.mechanism import Builder, Mechanism, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array
@@ -99,8 +102,7 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     return record_own(m, scene, own.slope, start, states, method, tolerance)
 
 
-def _check_masses(p: Parameters) -> CheckResult:
-    m, gravity, pairs = build(p, "full"), (0.0, -p.gravity, 0.0), list[mass_check.Pair]()
+def _states(p: Parameters) -> Iterator[State]:
     found = _own(p).states(np.array([[p.start_angle, p.start_rate], [-p.start_angle, -3.0]]))
     for (phi, psi, x), (rate, turn, speed) in zip(*(a.tolist() for a in found), strict=True):
         tip = cmath.rect(p.crank, phi)
@@ -112,8 +114,7 @@ def _check_masses(p: Parameters) -> CheckResult:
         values = {"crank_angle": phi, "rod_joint": psi - phi, "slider_position": x}
         rates = {"crank_angle": rate, "rod_joint": turn - rate, "slider_position": speed}
         points = {"B": parts.in_plane(tip), "C": parts.in_plane(x)}
-        pairs.append((m, mass_check.State(values, rates, particles, points, gravity, 1, is_reference=not pairs)))
-    return mass_check.compare(pairs)
+        yield State(values, rates, particles, points, (0.0, -p.gravity, 0.0), 1)
 
 
 def _warnings(p: Parameters) -> tuple[str, ...]:
@@ -136,7 +137,7 @@ ENTRY = Entry(
     sliders=("crank", "rod"),
     checks=(
         *parts.checks(build, Parameters, _run, reference, CHANNELS, PRINTED, 1e-4),
-        Check("B3", mass_check.TEXT, _check_masses, mass_check.SOURCE),
+        moving_check("B3", build, "full", _states, from_reference=True),
     ),
     reference=reference,
     channels=CHANNELS,

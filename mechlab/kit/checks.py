@@ -56,6 +56,21 @@ def moving_check(
     return Check(id, mass_check.TEXT, run, mass_check.SOURCE)
 
 
+def moving_in_fidelities(
+    id: str,
+    build: Callable[[Any, str], Mechanism],
+    state: Callable[[Any, str], mass_check.State | None],
+    fidelities: Iterable[str],
+) -> Check:
+    """The same in each fidelity: one moving state, None where it cannot be built."""
+
+    def run(p: Any) -> CheckResult:
+        states = {f: state(p, f) for f in fidelities}
+        return mass_check.compare([(build(p, f), s) for f, s in states.items() if s is not None])
+
+    return Check(id, mass_check.TEXT, run, mass_check.SOURCE)
+
+
 def closed_form_recording(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> Recording:
     """Coordinates (n, nq) and rates (n, nv) in closed form at the times (n,) of a scene."""
     channels, units = basic_channels(m, q, v)

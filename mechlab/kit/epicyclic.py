@@ -14,10 +14,11 @@ import numpy as np
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
-from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit import mass_check
+from mechlab.kit.checks import closed_form_recording, moving_in_fidelities
 from mechlab.kit.mass_check import Particles, State, solid, spread_of
+from mechlab.kit.questions import for_engines
 from mechlab.kit.witness import engine_answer, room
 from mechlab.mechanism import ConstraintSet, Inertia, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
@@ -53,9 +54,7 @@ def steady_recording(m: Mechanism, accelerations: Mapping[str, float], scene: Sc
     a = np.array([accelerations[j.name] for j in m.joints])
     t = np.linspace(0.0, scene.duration, 251)
     q, v = 0.5 * t[:, None] ** 2 * a, t[:, None] * a
-    channels, units = basic_channels(m, q, v)
-    how = Settings(engine="analytic")
-    return Recording(m, t, q, v, channels, units, settings=how, scene=scene.name, fidelity="minimal")
+    return closed_form_recording(m, scene, t, q, v)
 
 
 def engine_speeds(
@@ -80,15 +79,11 @@ def speed_question(
     engine: Callable[[str, Any, Mapping[str, Any]], Answer],
 ) -> Question:
     """Absolute speeds of all members from some of them, asked of three witnesses."""
-    witnesses = {
-        "analytic": analytic,
-        "pinocchio": lambda p, asked: engine("pinocchio", p, asked),
-        "mujoco": lambda p, asked: engine("mujoco", p, asked),
-    }
     answers = tuple(k for k in members if k not in given)
     units = dict.fromkeys(members, "rad/s")
     text = "absolute speeds of all members"
-    return Question(f"speeds from {' and '.join(given)}", given, answers, witnesses, text=text, units=units)
+    return Question(f"speeds from {' and '.join(given)}", given, answers, {"analytic": analytic} | for_engines(engine),
+                    text=text, units=units)  # fmt: skip
 
 
 def measured_speeds(
@@ -162,13 +157,8 @@ def train_state(turns: Mapping[str, float], particles: Particles, rotors: float 
 
 
 def moving_check(name: str, build: Callable[[Any, str], Mechanism], state: Callable[[Any, str], State | None]) -> Check:
-    """The check of `mechlab.kit.mass_check` in every fidelity that can be built (state None: it cannot)."""
-
-    def run(p: Any) -> CheckResult:
-        states = {f: state(p, f) for f in FIDELITIES}
-        return mass_check.compare([(build(p, f), s) for f, s in states.items() if s is not None])
-
-    return Check(name, mass_check.TEXT, run, mass_check.SOURCE)
+    """A moving state in particles, in every fidelity."""
+    return moving_in_fidelities(name, build, state, FIDELITIES)
 
 
 def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, wheels: int) -> Check:

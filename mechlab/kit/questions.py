@@ -49,18 +49,24 @@ def by_engines(
     """
     wanted = tuple(dict.fromkeys(answers.values()))
 
-    def witness(engine: str) -> Witness:
-        def ask(p: Any, values: Mapping[str, Any]) -> Answer:
-            try:
-                m = build(p, fidelity)
-            except MechlabError as never:
-                return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
-            asked = {theirs: values[ours] for ours, theirs in given.items() if ours in values}
-            found = engine_answer(engine, m, asked, wanted, start=start and start(p, m, values), output=output)
-            named = {ours: found.values[theirs] for ours, theirs in answers.items() if theirs in found.values}
-            return Answer(named, found.status, found.notes, cannot=found.cannot)
+    def ask(engine: str, p: Any, values: Mapping[str, Any]) -> Answer:
+        try:
+            m = build(p, fidelity)
+        except MechlabError as never:
+            return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
+        asked = {theirs: values[ours] for ours, theirs in given.items() if ours in values}
+        found = engine_answer(engine, m, asked, wanted, start=start and start(p, m, values), output=output)
+        named = {ours: found.values[theirs] for ours, theirs in answers.items() if theirs in found.values}
+        return Answer(named, found.status, found.notes, cannot=found.cannot)
 
-        return ask
+    return for_engines(ask)
+
+
+def for_engines(ask: Callable[[str, Any, Mapping[str, Any]], Answer]) -> dict[str, Witness]:
+    """The witnesses "pinocchio" and "mujoco" from ask(engine, p, given)."""
+
+    def witness(engine: str) -> Witness:
+        return lambda p, given: ask(engine, p, given)
 
     return {engine: witness(engine) for engine in ENGINES}
 

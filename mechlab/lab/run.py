@@ -16,7 +16,7 @@ from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
 from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
-from mechlab.lab.accuracy.control import Controlled, control
+from mechlab.lab.accuracy.control import ControlledRun, run_to_error
 from mechlab.lab.design import Design
 from mechlab.lab.nature import FASTEST, by_nature, drive_step, motor_findings, other_softness, with_static_motors
 from mechlab.lab.step_error import with_step_error
@@ -162,15 +162,17 @@ def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recor
     return design.entry.reference(design.parameters, scene)
 
 
-def _controlled(design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]) -> Controlled:
+def _controlled(
+    design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]
+) -> ControlledRun:
     """A run of which only the error is asked for; the default run, not to be trusted, where no method gets to the end."""
     try:
-        return control(design, scene, max_error, at)
+        return run_to_error(design, scene, max_error, at)
     except NoSolution as cause:
         text = f"the error asked for ({max_error:g}) cannot be reached: {cause} This run is by {default.preset!r}; do not trust it"
         run = _once(design, scene, default, at)
         unmet = Finding("max_error", math.inf, max_error, "m or rad", "error", text)
-        return Controlled(replace(run, health=Health((unmet,)) + run.health), ())
+        return ControlledRun(replace(run, health=Health((unmet,)) + run.health), ())
 
 
 def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
@@ -188,7 +190,7 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})
 
 
-def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Controlled:
+def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> ControlledRun:
     """A run that controls its steps by a tolerance well below `max_error`, held against one at LOOSER times that."""
     tolerance = min(1e-6, 1e-2 * max_error)
     run, looser = (once(replace(settings, tolerance=x)) for x in (tolerance, LOOSER * tolerance))
@@ -196,10 +198,10 @@ def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_erro
     change = max((found[n] for n in run.mechanism.scalar_names), default=math.inf)
     text = f"change of the joints between the tolerances {LOOSER * tolerance:.1g} and {tolerance:.1g}"
     finding = limit_finding("max_error", change, max_error, "rad or m", text)
-    return Controlled(replace(run, health=Health((finding,)) + run.health), ((looser, 1.0),))
+    return ControlledRun(replace(run, health=Health((finding,)) + run.health), ((looser, 1.0),))
 
 
-def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> Controlled:
+def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> ControlledRun:
     """Halves the timestep until the joints change by less than `max_error` at 101 times."""
     if not max_error > 0:
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
@@ -226,4 +228,4 @@ def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error
     other = other_softness(coarse.mechanism, settings)
     if other is not None:
         others.append((once(other), 1.0))
-    return Controlled(replace(coarse, health=coarse.health + Health((finding,))), tuple(others))
+    return ControlledRun(replace(coarse, health=coarse.health + Health((finding,))), tuple(others))

@@ -13,7 +13,7 @@ from importlib import metadata
 import numpy as np
 
 from mechlab import api
-from mechlab.lab.accuracy import solve_to
+from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.methods import Problem
 from mechlab.studies.chart.score import reference_of, tracked
 

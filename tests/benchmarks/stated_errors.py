@@ -22,7 +22,7 @@ import mechlab as ml
 from mechlab import catalog
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Entry
-from mechlab.lab.accuracy import solve_to
+from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.methods import Problem
 from mechlab.studies.chart.score import reference_of, tracked
 

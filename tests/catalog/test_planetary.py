@@ -41,12 +41,19 @@ def test_fidelities() -> None:
 
 
 def test_teeth_are_in_phase_on_every_ray_only_when_they_assemble() -> None:
-    for sizes, planets in (((18, 36, 18, 90), 4), ((20, 43, 35, 100), 5)):
-        p = Parameters(teeth=sizes, planets=planets) if planets == 4 else Parameters(teeth=sizes, planets=3)
-        pitch = 2 * math.pi / sizes[3]
-        for k in range(p.planets):
-            off = (phases(p, k)[2] - phases(p, 0)[2]) / pitch
-            assert abs(off - round(off)) < 1e-9
+    def misfit(p: Parameters) -> float:
+        """Largest distance of gear 4, as ray k wants it, from gear 4 as ray 0 wants it, in pitches (at most 1/2)."""
+        off = [(phases(p, k)[2] - phases(p, 0)[2]) * p.teeth[3] / (2 * math.pi) for k in range(p.planets)]
+        return max(abs(x - round(x)) for x in off)
+
+    for sizes, planets in (((18, 36, 18, 90), 4), ((20, 43, 35, 100), 3), ((40, 20, 20, 80), 5)):
+        p = Parameters(teeth=sizes, planets=planets)
+        m = build(p, "full")
+        assert sum(b.name.startswith("planet_2") for b in m.bodies) == planets
+        assert misfit(p) < 1e-9
+    refused = Parameters()  # 5 rays, past the check of its constructor: (18 + 90) / 5 leaves 3
+    object.__setattr__(refused, "planets", 5)
+    assert misfit(refused) == pytest.approx(0.4, abs=1e-9)  # 108 k / 5 lies 0.4 off a whole number at worst
     with pytest.raises(MechlabError, match="not whole"):
         Parameters(planets=5)
     with pytest.raises(MechlabError, match="overlap"):

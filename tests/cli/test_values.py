@@ -146,10 +146,37 @@ def test_any_text_is_a_value_or_one_clear_error(text: str) -> None:
         assert not isinstance(value, float) or math.isfinite(value)
 
 
-@pytest.mark.parametrize("name", UNITS)
-def test_every_unit_can_be_written(name: str) -> None:
-    value = parse_value("x", f"2{name}")
-    assert isinstance(value, Quantity) and value > 0 and value.unit == UNITS[name].si
+TURN = 2.0 * math.pi
+TRUTH = {
+    "rad": (1.0, "rad"), "mrad": (1e-3, "rad"), "deg": (TURN / 360.0, "rad"), "°": (TURN / 360.0, "rad"), "rev": (TURN, "rad"),
+    "rad/s": (1.0, "rad/s"), "deg/s": (TURN / 360.0, "rad/s"), "rev/s": (TURN, "rad/s"), "rpm": (TURN / 60.0, "rad/s"),
+    "rad/s2": (1.0, "rad/s2"), "deg/s2": (TURN / 360.0, "rad/s2"),
+    "m": (1.0, "m"), "cm": (1e-2, "m"), "mm": (1e-3, "m"), "um": (1e-6, "m"),
+    "m/s": (1.0, "m/s"), "mm/s": (1e-3, "m/s"), "km/h": (1000.0 / 3600.0, "m/s"), "m/s2": (1.0, "m/s2"), "mm/s2": (1e-3, "m/s2"),
+    "s": (1.0, "s"), "ms": (1e-3, "s"), "us": (1e-6, "s"), "min": (60.0, "s"), "Hz": (1.0, "Hz"), "kHz": (1e3, "Hz"),
+    "kg": (1.0, "kg"), "g": (1e-3, "kg"), "t": (1e3, "kg"),
+    "kgm2": (1.0, "kg m2"), "gm2": (1e-3, "kg m2"), "kgmm2": (1e-3**2, "kg m2"),
+    "N": (1.0, "N"), "mN": (1e-3, "N"), "kN": (1e3, "N"),
+    "Nm": (1.0, "N m"), "mNm": (1e-3, "N m"), "Nmm": (1e-3, "N m"), "kNm": (1e3, "N m"),
+    "N/m": (1.0, "N/m"), "N/mm": (1.0 / 1e-3, "N/m"), "kN/m": (1e3, "N/m"),
+    "Nm/rad": (1.0, "N m/rad"), "Ns/m": (1.0, "N s/m"), "Nms/rad": (1.0, "N m s/rad"),
+    "J": (1.0, "J"), "W": (1.0, "W"), "kW": (1e3, "W"), "V": (1.0, "V"), "A": (1.0, "A"), "ohm": (1.0, "ohm"), "%": (1e-2, ""),
+}  # fmt: skip
+"""What one of each unit is, and the unit of the SI brochure (BIPM, 9th edition 2019) that it is given in: prefixes of table 7;
+degree, minute and tonne of table 8 (180 deg = pi rad, 1 min = 60 s, 1 t = 1000 kg); an hour is 3600 s, a revolution 2 pi rad."""
+
+
+def test_the_table_of_truths_lists_every_unit() -> None:
+    assert set(TRUTH) == set(UNITS)
+
+
+@pytest.mark.parametrize("name", TRUTH)
+def test_every_unit_is_what_the_si_says(name: str) -> None:
+    factor, si = TRUTH[name]
+    for number in (1, 2, 7.3):
+        value = parse_value("x", f"{number}{name}")
+        assert isinstance(value, Quantity) and value.unit == si
+        assert float(value) == pytest.approx(number * factor, rel=1e-15)
 
 
 def test_tokens() -> None:

@@ -149,7 +149,10 @@ ARRAYS = {
 }
 
 
-def refused(path, words):
+def refused(good, path, words):
+    """The file is refused with these words; its twin, put together in the same way without the fault, is read."""
+    again = load_recording(crafted(good, path.with_name("twin.npz")))
+    assert again.mechanism == fourbar() and np.array_equal(again.q, run().q)
     with pytest.raises(MechlabError, match=words) as error:
         load_recording(path)
     assert str(error.value).startswith(f"{path} is not a recording of mechlab: ")
@@ -159,13 +162,13 @@ def refused(path, words):
 @pytest.mark.parametrize("name", HEADERS)
 def test_headers(good, tmp_path, name):
     change, words = HEADERS[name]
-    refused(crafted(good, tmp_path / "bad.npz", header=change), words)
+    refused(good, crafted(good, tmp_path / "bad.npz", header=change), words)
 
 
 @pytest.mark.parametrize("name", ARRAYS)
 def test_arrays(good, tmp_path, name):
     arrays, words = ARRAYS[name]
-    refused(crafted(good, tmp_path / "bad.npz", arrays=arrays), words)
+    refused(good, crafted(good, tmp_path / "bad.npz", arrays=arrays), words)
 
 
 def pickled():
@@ -188,7 +191,7 @@ def pickled():
     ],
 )
 def test_entries(good, tmp_path, entries, words):
-    refused(crafted(good, tmp_path / "bad.npz", entries=entries), words)
+    refused(good, crafted(good, tmp_path / "bad.npz", entries=entries), words)
 
 
 def test_what_save_writes_is_read(good, tmp_path):
@@ -232,14 +235,14 @@ def test_single_bits(good, tmp_path):
             bad += 1
         else:
             assert again.mechanism == fourbar() and np.array_equal(again.q, run().q)
-    assert bad > 100
+    assert 100 < bad < 200
 
 
 @pytest.mark.parametrize("cut", [0, 1, 10, 100, -1, -30])
 def test_cut_off(good, tmp_path, cut):
     path = tmp_path / "cut.npz"
     path.write_bytes(good.read_bytes()[:cut])
-    refused(path, ".")
+    refused(good, path, ".")
 
 
 def bomb(good, path, name, shape):
@@ -272,7 +275,7 @@ def test_a_bomb_does_not_go_off(good, tmp_path, name, shape, words):
     assert path.stat().st_size < 2**20
     tracemalloc.start()
     try:
-        refused(path, words)
+        refused(good, path, words)
         assert tracemalloc.get_traced_memory()[1] < 2**24
     finally:
         tracemalloc.stop()
@@ -293,4 +296,4 @@ def test_a_size_that_is_a_lie(good, tmp_path):
     head = len(npy(np.zeros((N, 3))))
     struct.pack_into("<L", raw, at + 24, head)
     path.write_bytes(raw)
-    refused(path, ".")
+    refused(good, path, ".")

@@ -66,10 +66,10 @@ def exact(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_a_damped_oscillator_is_within_its_errors_in_position_rate_and_acceleration(at: tuple[float, ...]) -> None:
     """By steps; at times asked for between the outputs, too, where the states are interpolated."""
     from mechlab.experiment.errors import with_errors
-    from mechlab.lab.accuracy import control
+    from mechlab.lab.accuracy.control import run_to_error
 
     lived, scene = oscillator()
-    done = control(lived, scene, 1e-5, at)
+    done = run_to_error(lived, scene, 1e-5, at)
     run = with_errors(done.recording, done.others)
     for name, values in zip(("slide", "slide_rate", "slide_accel"), exact(run.t), strict=True):
         true = float(np.max(np.abs(run.channels[name] - values)))

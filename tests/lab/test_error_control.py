@@ -9,11 +9,11 @@ from mechlab import api
 from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.scene import Scene, initial_state
-from mechlab.lab.accuracy import Result, solve_to
-from mechlab.lab.accuracy.batch import BatchTree
-from mechlab.lab.accuracy.conservative import why_not
-from mechlab.lab.accuracy.energy_method import EnergyMotion
-from mechlab.lab.accuracy.rules import BatchRows
+from mechlab.lab.accuracy.batch import BatchRows, BatchTree
+from mechlab.lab.accuracy.energies import why_energy_is_not_enough
+from mechlab.lab.accuracy.energy_motion import EnergyMotion
+from mechlab.lab.accuracy.result import Solution
+from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import design, entry_of
 from mechlab.lab.methods import Problem, method
 from mechlab.mechanism import Builder, Inertia, prismatic, revolute
@@ -44,7 +44,7 @@ CHANGED = [
 ]
 
 
-def solved(name: str, max_error: float, **parameters: object) -> tuple[Result, float]:
+def solved(name: str, max_error: float, **parameters: object) -> tuple[Solution, float]:
     """The result, and its true error against the entry's own equations (1e-12 or better)."""
     lived = api.load(name, **parameters).for_scene(None)
     problem = Problem(lived, lived.scene())
@@ -75,7 +75,7 @@ def test_the_benchmarks_meet_1e_5(name: str, changes: dict) -> None:
     assert result.reached and error <= 1e-5
     # the estimate is not below the true error, but for what the reference itself (1e-10) may miss
     assert error <= result.estimate + 1e-9
-    assert result.checked is not None and not result.checked.contradicts(result.estimate, 1.0)
+    assert result.check is not None and not result.check.contradicts(result.estimate, 1.0)
 
 
 @pytest.mark.parametrize(("name", "changes"), CHANGED)
@@ -213,7 +213,7 @@ def test_damping_goes_by_steps_and_agrees_with_theory() -> None:
     m = b.build()
     lived = design(entry_of(m), {})
     scene = Scene("s", "full", 3.0, (), {"slide": 0.3})
-    assert "damping" in why_not(m, scene)
+    assert "damping" in why_energy_is_not_enough(m, scene)
     result = solve_to(lived, scene, 1e-7)
     decay, omega = 0.2, np.sqrt(25.0 - 0.04)
     exact = 0.3 * np.exp(-decay * result.t) * (np.cos(omega * result.t) + decay / omega * np.sin(omega * result.t))
@@ -248,4 +248,4 @@ def test_a_stiff_tree_reaches_1e_9_by_lsoda() -> None:
     assert result.reached and error <= 1e-9
     assert "LSODA" in result.method
     # the check is by the other engine's equations
-    assert result.checked is not None and "Pinocchio" in result.checked.method
+    assert result.check is not None and "Pinocchio" in result.check.method

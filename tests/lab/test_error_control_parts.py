@@ -10,15 +10,14 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import law
 from mechlab.experiment.recording import frame_positions
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.lab.accuracy import solve_to
-from mechlab.lab.accuracy.batch import BatchTree
-from mechlab.lab.accuracy.clock import Clock, nodes
-from mechlab.lab.accuracy.conservative import Energies, OneJoint
-from mechlab.lab.accuracy.energy_method import EnergyMotion
-from mechlab.lab.accuracy.ladder import Ladder
-from mechlab.lab.accuracy.measure import Measure
-from mechlab.lab.accuracy.rules import LADDERS, BatchRows, fastest_rate
-from mechlab.lab.accuracy.swing import Beat
+from mechlab.lab.accuracy.batch import BatchRows, BatchTree
+from mechlab.lab.accuracy.energies import OneJointEnergies, TreeEnergies
+from mechlab.lab.accuracy.energy_motion import EnergyMotion
+from mechlab.lab.accuracy.measure import ErrorMeasure
+from mechlab.lab.accuracy.path_time import PathTime, SwingTime, chebyshev_nodes
+from mechlab.lab.accuracy.refinement import RefinedMethod
+from mechlab.lab.accuracy.rules import METHOD_RULES, fastest_rate
+from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.methods import Problem, method
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Spring, TreeKinematics, prismatic, revolute
 from mechlab.studies.chart.score import reference_of, tracked
@@ -45,14 +44,16 @@ def test_dearer_equations_under_the_same_integrator_are_not_tried() -> None:
     """LSODA takes as many evaluations on Pinocchio's tree, and each is dearer: with MuJoCo's run known, it is left out."""
     lived = api.load("flyball", duration=0.4).for_scene(None)
     problem = Problem(lived, lived.scene(), 40)
-    rules = {r.name: r for r in LADDERS}
-    measure = Measure(problem, None)
-    near, dear = (Ladder(rules[f"LSODA on {x}'s tree"], problem, measure, 0.0, 1e-6) for x in ("MuJoCo", "Pinocchio"))
-    assert dear.cost_beside([near, dear]) == dear.next_cost
-    near.climb(5.0)
+    rules = {r.name: r for r in METHOD_RULES}
+    measure = ErrorMeasure(problem, None)
+    near, dear = (
+        RefinedMethod(rules[f"LSODA on {x}'s tree"], problem, measure, 0.0, 1e-6) for x in ("MuJoCo", "Pinocchio")
+    )
+    assert dear.cost_given([near, dear]) == dear.next_cost
+    near.refine(5.0)
     near.first_work = near.work = 1.0
-    assert near.cost_beside([near, dear]) == near.next_cost == pytest.approx(1.6)
-    assert dear.cost_beside([near, dear]) == pytest.approx(dear.expected / near.expected)
+    assert near.cost_given([near, dear]) == near.next_cost == pytest.approx(1.6)
+    assert dear.cost_given([near, dear]) == pytest.approx(dear.expected_work / near.expected_work)
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(400.0, 0.0), (400.0, 4.0), (100.0, 60.0)])
@@ -73,7 +74,7 @@ def test_the_fastest_rate_is_that_of_the_oscillator(stiffness: float, damping: f
 def test_the_beat_is_the_integral_and_its_inverse() -> None:
     """Kepler's equation: t = x - e sin x has dt/dx = 1 - e cos x."""
     x = np.pi * np.arange(13.0) / 12
-    beat = Beat.of(1.0 - 0.6 * np.cos(x))
+    beat = SwingTime.of(1.0 - 0.6 * np.cos(x))
     t = np.linspace(-5.0, 40.0, 50)
     found, _ = beat.invert(t, 1e-7)
     assert found - 0.6 * np.sin(found) == pytest.approx(t, abs=1e-13)
@@ -102,7 +103,7 @@ def test_many_poses_at_once_are_those_of_the_tree(name: str) -> None:
     rows = BatchRows(tree)
     residual, jacobian = rows.evaluate(q)
     assert np.abs(tree.frame_positions(q) - frame_positions(m, q)).max(initial=0.0) < 1e-13
-    inertia, _, slope = Energies(tree, Scene("s", "full", 1.0))(q, u)
+    inertia, _, slope = TreeEnergies(tree, Scene("s", "full", 1.0))(q, u)
     single, constraints = TreeKinematics(m), ConstraintSet(m)
     for k in range(4):
         single.set(q[k])
@@ -119,8 +120,8 @@ def test_many_poses_at_once_are_those_of_the_tree(name: str) -> None:
 
 def test_the_clock_is_the_integral_and_its_inverse() -> None:
     n, cells = 24, 3
-    x = 0.2 + 2.5 / cells * (np.arange(cells)[:, None] + 0.5 * (nodes(n) + 1.0))
-    clock = Clock.of(0.2, 2.7, 1.0 / x)
+    x = 0.2 + 2.5 / cells * (np.arange(cells)[:, None] + 0.5 * (chebyshev_nodes(n) + 1.0))
+    clock = PathTime.of(0.2, 2.7, 1.0 / x)
     assert clock.total == pytest.approx(np.log(2.7 / 0.2), abs=1e-12)
     t = np.linspace(0.0, clock.total, 40)
     cell, xi, _ = clock.invert(t)
@@ -204,10 +205,10 @@ def test_the_closed_form_of_one_joint_is_that_of_the_tree(kind: str) -> None:
     tree = BatchTree(b.build())
     q = np.random.default_rng(1).normal(size=(6, 1))
     ones = np.ones((6, 1))
-    for mine, theirs in zip(OneJoint(tree, scene)(q, ones), Energies(tree, scene)(q, ones), strict=True):
+    for mine, theirs in zip(OneJointEnergies(tree, scene)(q, ones), TreeEnergies(tree, scene)(q, ones), strict=True):
         assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12)
-    single = np.array([OneJoint(tree, scene).at(float(x)) for x in q[:, 0]]).T
-    assert single == pytest.approx(np.array(Energies(tree, scene)(q, ones)), rel=1e-12, abs=1e-12)
+    single = np.array([OneJointEnergies(tree, scene).at(float(x)) for x in q[:, 0]]).T
+    assert single == pytest.approx(np.array(TreeEnergies(tree, scene)(q, ones)), rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize(("name", "changes"), [("pendulum", {}), ("slider_crank", {}), ("andrews", {"duration": 0.02})])

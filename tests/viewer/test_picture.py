@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.viewer import Story, from_poses, picture
+from mechlab.viewer import Part, Story, from_poses, picture
+from mechlab.viewer.framing import FIELD_OF_VIEW, fit_camera, frame_story
+from tests.viewer.conftest import box, turning
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -25,16 +28,70 @@ def drawing() -> None:
         pytest.skip(str(error))
 
 
-def test_a_picture_shows_the_mechanism_on_white(story: Story, tmp_path: Path) -> None:
+def test_a_picture_has_the_size_and_a_white_background(story: Story, tmp_path: Path) -> None:
     from PIL import Image
 
     path = picture.write_png(story, tmp_path / "still.png", time=1.0, size=(320, 240), samples=2)
     pixels = np.asarray(Image.open(path))
     assert pixels.shape == (240, 320, 3)
-    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 200
     assert np.all(pixels[:5, :5] > 225)
-    blue = pixels[..., 2].astype(int) - pixels[..., 0]
-    assert (blue > 60).sum() > 500
+
+
+SIZE = (320, 240)
+COLORS = {"red": (0.9, 0.05, 0.05, 1.0), "green": (0.05, 0.7, 0.05, 1.0), "blue": (0.05, 0.1, 0.9, 1.0)}
+EDGES = {"red": (0.3, 0.3, 0.3), "green": (0.5, 0.15, 0.2), "blue": (0.2, 0.2, 0.6)}
+
+
+def moving_boxes() -> Story:
+    """Three boxes of one colour each, apart from each other in both views: one stands, one turns, one travels."""
+    t = np.linspace(0.0, 1.0, 11)
+    poses = {
+        "red": turning(0.0 * t, 2, np.array([-1.0, -0.6, 0.2])),
+        "green": turning(2.0 * t, 2, np.array([0.0, 0.9, 0.3])),
+        "blue": turning(0.4 * t, 0, np.column_stack([0.6 + 0.7 * t, -0.5 - 0.3 * t, 0.5 + 0.4 * t])),
+    }
+    parts = [Part(name, name, *box(*EDGES[name]), color=COLORS[name]) for name in COLORS]
+    return from_poses("boxes", poses, parts, t=t)
+
+
+def inside(story: Story, body: str, frame: int, toward: tuple[float, float, float], margin: float) -> np.ndarray:
+    """(height, width) True where a box lies in the picture of a pinhole camera, grown by `margin` [pixels].
+
+    The eye stands at target + distance x toward; a point at (x, y) across and z towards the eye, from the target, appears at
+    (x, y) / (distance - z) / tan(half the field of view), in halves of the height of the picture. The outline of a convex
+    body is the convex hull of its corners.
+    """
+    width, height = SIZE
+    target, distance = fit_camera(frame_story(story).points, np.array(toward), width / height)
+    back = np.array(toward) / np.linalg.norm(toward)
+    right = np.cross([0.0, 0.0, 1.0], back) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], back))
+    pose = story.poses[frame, story.bodies.index(body)]
+    corners = box(*EDGES[body])[0] @ pose[:3, :3].T + pose[:3, 3] - target
+    depth = (distance - corners @ back)[:, None]
+    seen = corners @ np.stack([right, np.cross(back, right)], axis=1) / depth / np.tan(FIELD_OF_VIEW / 2.0)
+    hull = ConvexHull(np.array([0.5 * width, 0.5 * height]) + 0.5 * height * seen * np.array([1.0, -1.0]))
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    return np.asarray(
+        np.all(np.stack([x, y], axis=-1) @ hull.equations[:, :2].T + hull.equations[:, 2] <= margin, axis=-1)
+    )
+
+
+@pytest.mark.parametrize("toward", [(0.6, -1.0, 0.72), (-0.3, -0.5, 1.6)])
+@pytest.mark.parametrize("frame", [0, 6])
+def test_bodies_are_drawn_where_they_are(toward: tuple[float, float, float], frame: int) -> None:
+    story = moving_boxes()
+    pixels = picture.render(story, float(story.t[frame]), SIZE, toward, samples=1).astype(int)
+    others = np.stack([np.max(np.delete(pixels, k, axis=2), axis=2) for k in range(3)], axis=2)
+    anywhere = np.zeros(SIZE[::-1], dtype=bool)
+    for channel, body in enumerate(COLORS):
+        coloured = pixels[..., channel] - others[..., channel] > 40
+        where = inside(story, body, frame, toward, -2.0)
+        assert where.sum() > 150
+        assert coloured[where].mean() > 0.9  # the rest: edges, drawn in a darker colour
+        assert not coloured[~inside(story, body, frame, toward, 2.0)].any()
+        anywhere |= inside(story, body, frame, toward, 2.0)
+    grey = np.ptp(pixels, axis=2) < 40  # white floor, bluish lines of the grid, shadows
+    assert grey[~anywhere].all()
 
 
 def test_the_time_decides_what_is_seen(story: Story) -> None:

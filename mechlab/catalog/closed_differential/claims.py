@@ -14,15 +14,18 @@ from mechlab.catalog.closed_differential.build import SOURCE, STATED_TEETH, USED
 from mechlab.catalog.closed_differential.checks import EXAMPLE, LAB, answers, machines, rounded
 from mechlab.catalog.closed_differential.questions import ENGINES, machine, mesh_sums
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import Claim, ClaimResult, Verdict
+from mechlab.kit.claims import Evidence, Ledger, below, evidence, factor, fails, holds, misprint, near, only_if, true
 from mechlab.kit.witness import room
 
+LEDGER = Ledger(SOURCE)
 PRINTED_SPEEDS = (50.0, 33.33, 200.0)
 PRINTED_MOMENTS = (40.0, 60.0, 20.0, 180.0)
 MILLI = 1e-3
+SMALL = 1e-9
+"""Limit of relative differences that only rounding makes."""
 
 
-def _example(keys: Sequence[str], printed: Sequence[float], tolerance: float) -> ClaimResult:
+def _example(keys: Sequence[str], printed: Sequence[float], tolerance: float) -> Evidence:
     """A printed row of the example against all witnesses, for both tooth sets."""
     computed: dict[str, Any] = {}
     fits: dict[str, list[bool]] = {name: [] for name in EXAMPLE}
@@ -31,29 +34,49 @@ def _example(keys: Sequence[str], printed: Sequence[float], tolerance: float) ->
             row = [float(values[k]) for k in keys]
             computed[f"{who}, {name}"] = rounded(row)
             fits[name].append(bool(np.allclose(row, printed, rtol=0, atol=tolerance)))
-    if all(fits["stated teeth"]):
-        return ClaimResult(computed, Verdict.HOLDS)
-    if all(fits["used teeth"]):
-        other = computed["analytic, stated teeth"]
-        because = (
-            f"the train has the teeth {', '.join(map(str, USED_TEETH))}, which are the radii of the computation over the "
-            f"module; the stated teeth {', '.join(map(str, STATED_TEETH))} give {', '.join(f'{x:g}' for x in other)}"
-        )
-        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
-    return ClaimResult(computed, Verdict.FAILS, "no tooth set of the source gives these numbers")
+    used, stated = (", ".join(map(str, teeth)) for teeth in (USED_TEETH, STATED_TEETH))
+    given = ", ".join(f"{x:g}" for x in computed["analytic, stated teeth"])
+    return evidence(
+        computed,
+        stated=fits["stated teeth"],
+        used=fits["used teeth"],
+        used_teeth=used,
+        stated_teeth=stated,
+        given=given,
+    )
 
 
-def example_speeds() -> ClaimResult:
+@LEDGER.claim(
+    "E1", "example, steps 1 to 3", "w_H1 = 100 rad/s, M_H1 = 100 N m, M_H2 = 200 N m give w_H2, w3, w1.", list(PRINTED_SPEEDS),
+    holds(when=true("stated")),
+    only_if("the train has the teeth {used_teeth}, which are the radii of the computation over the module; the stated teeth "
+            "{stated_teeth} give {given}", when=true("used")),
+    fails("no tooth set of the source gives these numbers"),
+)  # fmt: skip
+def example_speeds() -> Evidence:
     """w_H2, w3, w1."""
     return _example(("w_H2", "w3", "w1"), PRINTED_SPEEDS, 5e-3)
 
 
-def example_moments() -> ClaimResult:
+@LEDGER.claim(
+    "E2", "example, moments on the wheels", "M21, M23, M54, M56 [N m].", list(PRINTED_MOMENTS),
+    holds(when=true("stated")),
+    only_if("the train has the teeth {used_teeth}, which are the radii of the computation over the module; the stated teeth "
+            "{stated_teeth} give {given}", when=true("used")),
+    fails("no tooth set of the source gives these numbers"),
+)  # fmt: skip
+def example_moments() -> Evidence:
     """M21, M23, M54, M56."""
     return _example(("M21", "M23", "M54", "M56"), PRINTED_MOMENTS, 1e-9)
 
 
-def carrier_radii() -> ClaimResult:
+@LEDGER.claim(
+    "E3", "example, data", "Radii of the carriers for module 4 mm and the stated teeth.", "240, 400 mm",
+    holds(when=true("as_printed")),
+    misprint("{first:g} and {second:g} mm: diameters were taken for radii; harmless, only ratios enter", when=below(1e-9, "spread")),
+    fails("the witnesses disagree"),
+)  # fmt: skip
+def carrier_radii() -> Evidence:
     """Radii of the planet axes for module 4 mm and the stated teeth, from the poses of the models."""
     p = replace(EXAMPLE["stated teeth"], module=4 * MILLI)
     m = build(p, "parts")
@@ -66,17 +89,23 @@ def carrier_radii() -> ClaimResult:
         "pinocchio: distance of the axes [mm]": rounded([np.hypot(*pose.pose(n)[1][:2]) / MILLI for n in names]),
         "mujoco: distance of the axes [mm]": rounded([np.hypot(*data.xpos[view.body(n)][:2]) / MILLI for n in names]),
     }
-    found = list(computed.values())
-    if all(np.allclose(x, [240.0, 400.0]) for x in found):
-        return ClaimResult(computed, Verdict.HOLDS)
-    right = found[0]
-    if all(np.allclose(x, right, atol=1e-9) for x in found):
-        because = f"{right[0]:g} and {right[1]:g} mm: diameters were taken for radii; harmless, only ratios enter"
-        return ClaimResult(computed, Verdict.MISPRINT, because)
-    return ClaimResult(computed, Verdict.FAILS, "the witnesses disagree")
+    found = np.array(list(computed.values()))
+    return evidence(
+        computed,
+        as_printed=np.isclose(found, [240.0, 400.0]),
+        spread=np.ptp(found, axis=0),
+        first=found[0, 0],
+        second=found[0, 1],
+    )
 
 
-def bracket() -> ClaimResult:
+@LEDGER.claim(
+    "E4", "example, formula for w3", "The bracket is (1+15).", "1+15",
+    holds(when=near("*: w3", 1e-9, of="analytic: w3 with 1 + 15")),
+    misprint("1 + 1.5, as u13 = -1.5; the printed result 33.33 used it", when=near("*: w3", 1e-9, of="analytic: w3 with 1 + 1.5")),
+    fails("neither reading gives the printed result"),
+)  # fmt: skip
+def bracket() -> Evidence:
     """The bracket (1+15) in the formula for w3, read as printed and as 1 + 1.5."""
     train = EXAMPLE["used teeth"].train
     read = {
@@ -87,15 +116,17 @@ def bracket() -> ClaimResult:
     computed = {f"analytic: w3 with 1 + {k}": rounded(v) for k, v in read.items()} | {
         f"{k}: w3": v for k, v in engines.items()
     }
-    good = {k: all(abs(v - x) < 1e-9 for x in engines.values()) for k, v in read.items()}
-    if good["15"]:
-        return ClaimResult(computed, Verdict.HOLDS)
-    if good["1.5"]:
-        return ClaimResult(computed, Verdict.MISPRINT, "1 + 1.5, as u13 = -1.5; the printed result 33.33 used it")
-    return ClaimResult(computed, Verdict.FAILS, "neither reading gives the printed result")
+    return evidence(computed)
 
 
-def step_label() -> ClaimResult:
+@LEDGER.claim(
+    "E5", "example, formula for w1", "w1 is computed from (17) with the factor -1.5.", "(17)",
+    holds(when=near("analytic: factor of (17)", 1e-9, of=-1.5)),
+    misprint("(16): the factor -1.5 is u13. Both formulas give the same w1",
+             when=near("analytic: factor of (16)", 1e-9, of=-1.5) & near("by_16", 1e-9, of="by_17")),
+    fails("neither formula has this factor"),
+)  # fmt: skip
+def step_label() -> Evidence:
     """The step 'from (17)': -1.5 (33.33 - 100) + 100."""
     p = EXAMPLE["used teeth"]
     train, v = p.train, closed.speeds(p.train, w_H1=100.0, w_H2=50.0)
@@ -103,27 +134,15 @@ def step_label() -> ClaimResult:
     computed = {"analytic: factor of (16)": train.u13, "analytic: factor of (17)": train.u46,
                 "analytic: w1 by (16)": rounded(by_16), "analytic: w1 by (17)": rounded(by_17)}  # fmt: skip
     computed |= {f"{who}: w1": rounded(x["w1"]) for who, x in answers(p, w_H1=100.0).items() if who != "analytic"}
-    if abs(train.u46 + 1.5) < 1e-9:
-        return ClaimResult(computed, Verdict.HOLDS)
-    if abs(train.u13 + 1.5) < 1e-9 and abs(by_16 - by_17) < 1e-9:
-        return ClaimResult(computed, Verdict.MISPRINT, "(16): the factor -1.5 is u13. Both formulas give the same w1")
-    return ClaimResult(computed, Verdict.FAILS, "neither formula has this factor")
+    return evidence(computed, by_16=by_16, by_17=by_17)
 
 
-EXAMPLE_CLAIMS = (
-    Claim("E1", "example, steps 1 to 3", "w_H1 = 100 rad/s, M_H1 = 100 N m, M_H2 = 200 N m give w_H2, w3, w1.",
-          list(PRINTED_SPEEDS), example_speeds, SOURCE),
-    Claim("E2", "example, moments on the wheels", "M21, M23, M54, M56 [N m].", list(PRINTED_MOMENTS), example_moments, SOURCE),
-    Claim("E3", "example, data", "Radii of the carriers for module 4 mm and the stated teeth.", "240, 400 mm", carrier_radii, SOURCE),
-    Claim("E4", "example, formula for w3", "The bracket is (1+15).", "1+15", bracket, SOURCE),
-    Claim("E5", "example, formula for w1", "w1 is computed from (17) with the factor -1.5.", "(17)", step_label, SOURCE),
+@LEDGER.claim(
+    "K1", "equations (14) to (18)", "Speeds of the blocks from those of the carriers.", "(14)-(18)",
+    holds("for z1/z3 other than z4/z6", when=below(SMALL, "*: largest difference of w1, w3, relative")),
+    fails("the gear rows give other speeds"),
 )  # fmt: skip
-
-SMALL = 1e-9
-"""Limit of relative differences that only rounding makes."""
-
-
-def kinematics() -> ClaimResult:
+def kinematics() -> Evidence:
     """(16), (18) against the gear rows, for random speeds and both tooth sets."""
     rng = np.random.default_rng(5)
     worst = dict.fromkeys(("analytic", *ENGINES), 0.0)
@@ -133,13 +152,15 @@ def kinematics() -> ClaimResult:
             for who, values in answers(p, w_H1=h1, w_H2=h2).items():
                 gap = max(abs(float(values[k]) - float(printed[k])) for k in ("w1", "w3"))
                 worst[who] = max(worst[who], gap / 1e3)
-    computed = {f"{who}: largest difference of w1, w3, relative": v for who, v in worst.items()}
-    if max(worst.values()) < SMALL:
-        return ClaimResult(computed, Verdict.HOLDS, "for z1/z3 other than z4/z6")
-    return ClaimResult(computed, Verdict.FAILS, "the gear rows give other speeds")
+    return evidence({f"{who}: largest difference of w1, w3, relative": v for who, v in worst.items()})
 
 
-def coaxial() -> ClaimResult:
+@LEDGER.claim(
+    "K2", "equation (13)", "z3 = z1 + 2 z2, z6 = z4 + 2 z5.", "(13)",
+    holds("equal spacing and neighbours of the planets must be met besides", when=true("fits")),
+    fails("gears fit without it"),
+)  # fmt: skip
+def coaxial() -> Evidence:
     """(13): the planet axis must lie at m (sun + planet)/2 for the sun and at m (ring - planet)/2 for the ring."""
     computed: dict[str, Any] = {}
     fits = []
@@ -153,12 +174,15 @@ def coaxial() -> ClaimResult:
             accepted = False
         computed[f"analytic: axes apart with z3 = z1 + 2 z2 {more:+d} [m]"] = rounded(gap)
         fits.append(accepted == (abs(gap) < 1e-12))
-    if all(fits):
-        return ClaimResult(computed, Verdict.HOLDS, "equal spacing and neighbours of the planets must be met besides")
-    return ClaimResult(computed, Verdict.FAILS, "gears fit without it")
+    return evidence(computed, fits=fits)
 
 
-def power_identity() -> ClaimResult:
+@LEDGER.claim(
+    "K3", "equation (7)", "The power on both blocks is the power of the outer moments.", "(7)",
+    holds("an identity for balanced planets, at any speeds and moments: it fixes nothing", when=below(SMALL, "*: largest gap, relative")),
+    fails("the powers differ"),
+)  # fmt: skip
+def power_identity() -> Evidence:
     """(7): power of the meshes on the blocks against the power of the outer moments, at random speeds."""
     rng = np.random.default_rng(6)
     computed: dict[str, Any] = {}
@@ -179,14 +203,17 @@ def power_identity() -> ClaimResult:
             blocks += (load["mesh_23"] + load["mesh_56"]) * (made.row("w3") @ rates)
             gaps.append(abs(float(blocks) - m1 * h1 + m2 * h2) / 1e4)
         computed[f"{who}: largest gap, relative"] = float(max(gaps))
-    if max(computed.values()) < SMALL:
-        return ClaimResult(
-            computed, Verdict.HOLDS, "an identity for balanced planets, at any speeds and moments: it fixes nothing"
-        )
-    return ClaimResult(computed, Verdict.FAILS, "the powers differ")
+    return evidence(computed)
 
 
-def equal_moments() -> ClaimResult:
+@LEDGER.claim(
+    "K4", "equations (1) to (4)", "With M_H2 = M_H1 the train as a whole is in equilibrium.", "M_H2 = M_H1",
+    holds("as the balance of the whole: without a torque from the housing every steady motion needs M_H2 = M_H1, which "
+          "is what (10) then contradicts. Each block still has a moment of its own and accelerates",
+          when=near("*: dL/dt [N m]", 1e-6, of=0.0) & near("sum", 1e-9, of=0.0)),
+    fails("the moments on the blocks do not cancel"),
+)  # fmt: skip
+def equal_moments() -> Evidence:
     """(1), (4): with M_H2 = M_H1 the moments on the blocks are opposite; so is dL/dt = 0."""
     p = replace(LAB, M_H2=LAB.M_H1)
     q = closed.block_torques(p.train, p.M_H1, p.M_H2)
@@ -194,27 +221,22 @@ def equal_moments() -> ClaimResult:
     computed: dict[str, Any] = {"analytic: M1, M3 [N m]": rounded(q)}
     for who, values in answers(p, w_H1=100.0, w_H2=50.0).items():
         computed[f"{who}: dL/dt [N m]"] = rounded(row @ [float(values["w1_rate"]), float(values["w3_rate"])], 6)
-    gone = all(abs(v) < 1e-6 for k, v in computed.items() if "dL/dt" in k)
-    if gone and abs(q.sum()) < 1e-9:
-        because = (
-            "as the balance of the whole: without a torque from the housing every steady motion needs M_H2 = M_H1, which "
-            "is what (10) then contradicts. Each block still has a moment of its own and accelerates"
-        )
-        return ClaimResult(computed, Verdict.HOLDS, because)
-    return ClaimResult(computed, Verdict.FAILS, "the moments on the blocks do not cancel")
+    return evidence(computed, sum=q.sum())
 
 
-def start_ratio() -> ClaimResult:
+@LEDGER.claim(
+    "K5", "starting ratio", "u_H1-5 = (z3 z4 - z6 z1)/(z3 z4 + z1 z4) z5/z6 with the output held.", "u_H1-5",
+    holds(when=below(SMALL, "spread")),
+    fails("the gear rows give another ratio"),
+)  # fmt: skip
+def start_ratio() -> Evidence:
     """u_H1-5 with the output held."""
-    computed: dict[str, Any] = {}
-    good = True
+    computed, spread = dict[str, Any](), list[float]()
     for name, p in EXAMPLE.items():
-        said = {who: float(v["start_ratio"]) for who, v in answers(p, w_H1=100.0).items()}
-        computed |= {f"{who}, {name}": rounded(v) for who, v in said.items()}
-        good &= max(said.values()) - min(said.values()) < SMALL
-    if good:
-        return ClaimResult(computed, Verdict.HOLDS)
-    return ClaimResult(computed, Verdict.FAILS, "the gear rows give another ratio")
+        ratios = {who: float(v["start_ratio"]) for who, v in answers(p, w_H1=100.0).items()}
+        computed |= {f"{who}, {name}": rounded(v) for who, v in ratios.items()}
+        spread.append(max(ratios.values()) - min(ratios.values()))
+    return evidence(computed, spread=spread)
 
 
 def only(part: str, p: Parameters = LAB) -> Parameters:
@@ -223,7 +245,15 @@ def only(part: str, p: Parameters = LAB) -> Parameters:
     return replace(p, **light) if part else p
 
 
-def start_moment() -> ClaimResult:
+@LEDGER.claim(
+    "K6", "starting formula", "The output starts when M_H1 r_H2/(2 r_H1) (r1/r4 + r3/r6) exceeds the load.", "M_H2,start",
+    holds(when=factor("all", 1.0, 1e-4, of="printed")),
+    only_if("planets 5 alone have inertia: the moment on a held output is purely inertial, -Jh12/Jh11 M_H1, and depends on "
+            "how the inertia is spread ({least:.4g} to {most:.4g} N m here). It is gone when the input no longer accelerates",
+            when=factor("planets_5", 1.0, 1e-4, of="printed")),
+    fails("no inertia makes it true"),
+)  # fmt: skip
+def start_moment() -> Evidence:
     """The moment that the held output feels, in the limits of one inertia each, by each witness."""
     printed = float(closed.start_moment(LAB.train, LAB.M_H1))
     computed: dict[str, Any] = {"analytic: the printed formula [N m]": rounded(printed)}
@@ -233,20 +263,24 @@ def start_moment() -> ClaimResult:
         for who, values in answers(only(part), w_H1=100.0, w_H2=0.0).items():
             found.setdefault(part, []).append(float(values["held_output_moment"]))
             computed[f"{who}: {text} have inertia"] = rounded(found[part][-1], 4)
-    near = {part: all(abs(x / printed - 1.0) < 1e-4 for x in v) for part, v in found.items()}
-    if all(near.values()):
-        return ClaimResult(computed, Verdict.HOLDS)
-    if near["J5"]:
-        because = (
-            "planets 5 alone have inertia: the moment on a held output is purely inertial, -Jh12/Jh11 M_H1, and depends on "
-            f"how the inertia is spread ({min(v[0] for v in found.values()):.4g} to {max(v[0] for v in found.values()):.4g} "
-            "N m here). It is gone when the input no longer accelerates"
-        )
-        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
-    return ClaimResult(computed, Verdict.FAILS, "no inertia makes it true")
+    first = [v[0] for v in found.values()]
+    return evidence(
+        computed,
+        printed=printed,
+        all=sum(found.values(), list[float]()),
+        planets_5=found["J5"],
+        least=min(first),
+        most=max(first),
+    )
 
 
-def synthesis() -> ClaimResult:
+@LEDGER.claim(
+    "K7", "equation (12)", "z4 R54 - z1 R21 = z3 R23 - z6 R56 with (13) determines the teeth.", "(12)",
+    holds(when=true("solved")),
+    fails("it is (11) with w1 = w3 silently taken and says no more than M_H1 = M_H2; for the data of the example it gives a "
+          "negative z4. Choose teeth from the ratios with one block braked instead, a/b and (1-a)/(1-b)"),
+)  # fmt: skip
+def synthesis() -> Evidence:
     """(12) with (13): z4 = (z1 + z2) F/R - z5, for the example's own z1, z2, z5."""
     computed: dict[str, Any] = {}
     solved = []
@@ -264,25 +298,8 @@ def synthesis() -> ClaimResult:
             load = mesh_sums(made.balance(made.applied(w_H1=p.M_H1, w_H2=-p.M_H2), ["w1", "w3"])[1])
             sides = [-load["mesh_45"] - load["mesh_12"], load["mesh_23"] + load["mesh_56"]]
             computed[f"{who}: M54 - M21, M23 - M56 [N m], {name}"] = rounded(sides)
-    if all(solved):
-        return ClaimResult(computed, Verdict.HOLDS)
-    because = (
-        "it is (11) with w1 = w3 silently taken and says no more than M_H1 = M_H2; for the data of the example it gives a "
-        "negative z4. Choose teeth from the ratios with one block braked instead, a/b and (1-a)/(1-b)"
-    )
-    return ClaimResult(computed, Verdict.FAILS, because)
+    return evidence(computed, solved=solved)
 
 
-KINEMATIC_CLAIMS = (
-    Claim("K1", "equations (14) to (18)", "Speeds of the blocks from those of the carriers.", "(14)-(18)", kinematics, SOURCE),
-    Claim("K2", "equation (13)", "z3 = z1 + 2 z2, z6 = z4 + 2 z5.", "(13)", coaxial, SOURCE),
-    Claim("K3", "equation (7)", "The power on both blocks is the power of the outer moments.", "(7)", power_identity, SOURCE),
-    Claim("K4", "equations (1) to (4)", "With M_H2 = M_H1 the train as a whole is in equilibrium.", "M_H2 = M_H1", equal_moments, SOURCE),
-    Claim("K5", "starting ratio", "u_H1-5 = (z3 z4 - z6 z1)/(z3 z4 + z1 z4) z5/z6 with the output held.", "u_H1-5", start_ratio, SOURCE),
-    Claim("K6", "starting formula", "The output starts when M_H1 r_H2/(2 r_H1) (r1/r4 + r3/r6) exceeds the load.", "M_H2,start",
-          start_moment, SOURCE),
-    Claim("K7", "equation (12)", "z4 R54 - z1 R21 = z3 R23 - z6 R56 with (13) determines the teeth.", "(12)", synthesis, SOURCE),
-)  # fmt: skip
-
-CLAIMS: tuple[Claim, ...] = (*EXAMPLE_CLAIMS, *KINEMATIC_CLAIMS, *claims_law.CLAIMS)
+CLAIMS = (*LEDGER.claims, *claims_law.CLAIMS)
 """E: the numeric example. K: speeds, identities, starting, synthesis. L: the law on trial."""

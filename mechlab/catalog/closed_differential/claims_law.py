@@ -21,14 +21,22 @@ from mechlab.catalog.closed_differential.checks import (
     speeds,
 )
 from mechlab.catalog.closed_differential.questions import ENGINES
-from mechlab.experiment.entry import Claim, ClaimResult, Verdict
+from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence, fails, holds, only_if, true
 from mechlab.mechanism.structure import rank
 
+LEDGER = Ledger(SOURCE)
 NOTICED = 1e-3
 """A relative deviation beyond all errors of the runs, which are below 1e-6."""
 
 
-def eight() -> ClaimResult:
+@LEDGER.claim(
+    "L1", "equation (8)", "M_H1 w_H1 + M_H2 w_H2 = 0 (M_H2 counted with its sign) links the outer quantities.", "M_H1 w_H1 = |M_H2| w_H2",
+    holds(when=true("kept")),
+    fails("the outer power grows at the constant rate Q^T J^-1 Q > 0, so that (8) holds at one instant at most and is "
+          "crossed from below. As the steady balance of a lossless gear of one freedom (8) is right", when=true("upwards")),
+    fails("(8) is not kept"),
+)  # fmt: skip
+def eight() -> Evidence:
     """(8) along a run under constant moments, from 0.1 s before the source's point."""
     rate = closed.power_rate(LAB.train, closed.mass_matrix(LAB.train, LAB.inertias), LAB.M_H1, LAB.M_H2)
     a = answers(LAB, w_H1=100.0, w_H2=50.0)["analytic"]
@@ -43,18 +51,16 @@ def eight() -> ClaimResult:
         computed[f"{who}: times at which (8) is crossed"] = len(changes)
         kept.append(bool(np.max(np.abs(power)) < NOTICED * 1e4))
         upwards.append(len(changes) == 1 and power[0] < 0.0 < power[-1])
-    if all(kept):
-        return ClaimResult(computed, Verdict.HOLDS)
-    if all(upwards):
-        because = (
-            "the outer power grows at the constant rate Q^T J^-1 Q > 0, so that (8) holds at one instant at most and is "
-            "crossed from below. As the steady balance of a lossless gear of one freedom (8) is right"
-        )
-        return ClaimResult(computed, Verdict.FAILS, because)
-    return ClaimResult(computed, Verdict.FAILS, "(8) is not kept")
+    return evidence(computed, kept=kept, upwards=upwards)
 
 
-def nine() -> ClaimResult:
+@LEDGER.claim(
+    "L2", "equation (9)", "The blocks are in equilibrium together when the powers on them cancel.", "(9)",
+    holds(when=true("still")),
+    fails("(9) is one equation for two freedoms: the kinetic energy is stationary for an instant. Equilibrium needs both "
+          "moments zero, and as a and b differ, that needs M_H1 = M_H2 = 0"),
+)  # fmt: skip
+def nine() -> Evidence:
     """(9) at the source's point: are the blocks in equilibrium?"""
     computed: dict[str, Any] = {}
     still = []
@@ -65,16 +71,16 @@ def nine() -> ClaimResult:
         computed[f"{who}: sum of their powers, (9) [W]"] = rounded(power, 6)
         computed[f"{who}: accelerations of the blocks [rad/s2]"] = rounded([values["w1_rate"], values["w3_rate"]], 6)
         still.append(max(abs(values["w1_rate"]), abs(values["w3_rate"])) < NOTICED)
-    if all(still):
-        return ClaimResult(computed, Verdict.HOLDS)
-    because = (
-        "(9) is one equation for two freedoms: the kinetic energy is stationary for an instant. Equilibrium needs both "
-        "moments zero, and as a and b differ, that needs M_H1 = M_H2 = 0"
-    )
-    return ClaimResult(computed, Verdict.FAILS, because)
+    return evidence(computed, still=still)
 
 
-def ten() -> ClaimResult:
+@LEDGER.claim(
+    "L3", "equation (10)", "w_H2 = M_H1 w_H1 / M_H2.", "w_H2 = M_H1 w_H1 / M_H2",
+    holds(when=true("close")),
+    fails("w_H2 follows from two equations of motion and its own past. A torque ratio other than 1 in steady motion needs a "
+          "torque of M_H2 - M_H1 from the housing, which nothing here gives; with drag that gives it, another law holds"),
+)  # fmt: skip
+def ten() -> Evidence:
     """(10) against w_H2 of the run, and against the steady state with drag."""
     computed: dict[str, Any] = {}
     close = []
@@ -86,16 +92,16 @@ def ten() -> ClaimResult:
             law = p.M_H1 * h1 / p.M_H2
             computed[f"{who}: {text}: w_H2, by (10)"] = rounded([h2, law], 4)
             close.append(abs(h2 - law) < NOTICED * abs(law))
-    if all(close):
-        return ClaimResult(computed, Verdict.HOLDS)
-    because = (
-        "w_H2 follows from two equations of motion and its own past. A torque ratio other than 1 in steady motion needs a "
-        "torque of M_H2 - M_H1 from the housing, which nothing here gives; with drag that gives it, another law holds"
-    )
-    return ClaimResult(computed, Verdict.FAILS, because)
+    return evidence(computed, close=close)
 
 
-def eleven() -> ClaimResult:
+@LEDGER.claim(
+    "L4", "equation (11)", "(M54 - M21) w1 = (M23 - M56) w3.", "(11)",
+    holds(when=true("with_8", "without_8")),
+    only_if("(8) is imposed, whatever the teeth: its sides differ by M_H1 w_H1 - M_H2 w_H2", when=true("with_8")),
+    fails("the sides differ"),
+)  # fmt: skip
+def eleven() -> Evidence:
     """(11) with and without (8), and for other trains."""
     computed: dict[str, Any] = {}
     with_8: list[bool] = []
@@ -107,15 +113,19 @@ def eleven() -> ClaimResult:
                 sides = [float((v["M54"] - v["M21"]) * v["w1"]), float((v["M23"] - v["M56"]) * v["w3"])]
                 computed[f"{who}: sides of (11) [W], {name}, {label}"] = rounded(sides, 6)
                 kept.append(abs(sides[0] - sides[1]) < 1e-6 * max(1.0, *np.abs(sides)))
-    if all(with_8) and all(without_8):
-        return ClaimResult(computed, Verdict.HOLDS)
-    if all(with_8):
-        because = "(8) is imposed, whatever the teeth: its sides differ by M_H1 w_H1 - M_H2 w_H2"
-        return ClaimResult(computed, Verdict.HOLDS_ONLY_IF, because)
-    return ClaimResult(computed, Verdict.FAILS, "the sides differ")
+    return evidence(computed, with_8=with_8, without_8=without_8)
 
 
-def circulation() -> ClaimResult:
+@LEDGER.claim(
+    "L5", "example, check of the circulating energy", "4000 = 4000 proves the results; 40 % of the power circulates.", "4000 = 4000",
+    fails("the test passes for every train once (8) is assumed, so it proves nothing: wrong teeth pass it too "
+          "(with {least:.4g} to {most:.4g} % of the input). Block 14 gains and block 36 loses that "
+          "power as kinetic energy: it does not circulate, but is what a variator between blocks and housing would carry",
+          when=true("agree") & above(NOTICED, "spread")),
+    holds(when=true("agree")),
+    fails("the sides differ"),
+)  # fmt: skip
+def circulation() -> Evidence:
     """The 'main proof of the truth of the results', 4000 = 4000: does it tell right results from wrong ones?"""
     computed: dict[str, Any] = {}
     agree, share = [], []
@@ -128,19 +138,17 @@ def circulation() -> ClaimResult:
     for who in ENGINES:
         a = answers(EXAMPLE["used teeth"], w_H1=100.0)[who]
         computed[f"{who}: accelerations of the blocks there [rad/s2]"] = rounded([a["w1_rate"], a["w3_rate"]], 4)
-    if all(agree) and max(share) - min(share) > NOTICED:
-        because = (
-            "the test passes for every train once (8) is assumed, so it proves nothing: wrong teeth pass it too "
-            f"(with {100 * min(share):.4g} to {100 * max(share):.4g} % of the input). Block 14 gains and block 36 loses that "
-            "power as kinetic energy: it does not circulate, but is what a variator between blocks and housing would carry"
-        )
-        return ClaimResult(computed, Verdict.FAILS, because)
-    if all(agree):
-        return ClaimResult(computed, Verdict.HOLDS)
-    return ClaimResult(computed, Verdict.FAILS, "the sides differ")
+    least, most = min(share), max(share)
+    return evidence(computed, agree=agree, spread=most - least, least=100 * least, most=100 * most)
 
 
-def determinate() -> ClaimResult:
+@LEDGER.claim(
+    "L6", "theorem and conclusions", "With one input the train of two freedoms is determinate.", "one input",
+    holds(when=equals("counts", 1) & below(NOTICED, "spread")),
+    fails("the closed loop of gears leaves {freedoms} freedoms; with the same input and moments w_H2 depends on where it "
+          "started. The loop imposes no constraint beyond its four kinds of meshes, and (8) is no constraint"),
+)  # fmt: skip
+def determinate() -> Evidence:
     """Freedoms by rank, and whether input speed and moments fix the output speed."""
     computed: dict[str, Any] = {"analytic: freedoms": 2 if LAB.train.regular else 1}
     counts = []
@@ -155,16 +163,17 @@ def determinate() -> ClaimResult:
         ]
         computed[f"{who}: w_H2 after 0.5 s from 20 and 50 rad/s"] = rounded(ends, 6)
         spread.append(abs(ends[1] - ends[0]))
-    if set(counts) == {1} and max(spread) < NOTICED:
-        return ClaimResult(computed, Verdict.HOLDS)
-    because = (
-        f"the closed loop of gears leaves {counts[0]} freedoms; with the same input and moments w_H2 depends on where it "
-        "started. The loop imposes no constraint beyond its four kinds of meshes, and (8) is no constraint"
-    )
-    return ClaimResult(computed, Verdict.FAILS, because)
+    return evidence(computed, counts=counts, spread=spread, freedoms=counts[0])
 
 
-def adaptation() -> ClaimResult:
+@LEDGER.claim(
+    "L7", "corollary 1", "The output adapts its speed to the load by itself.", "force adaptation",
+    holds(when=true("fits")),
+    fails("no passive addition makes w_H2 follow M_H1 w_H1/M_H2: the output stops, runs backwards, keeps one fixed ratio, or "
+          "slips with losses. With a stop and inner drag the train does change between two ranges, at an efficiency below 1; "
+          "only a lossless variator that reacts on the housing would give (10)"),
+)  # fmt: skip
+def adaptation() -> Evidence:
     """(10) under every physically passive addition that one may think of."""
     computed: dict[str, Any] = {}
     fits = []
@@ -186,24 +195,7 @@ def adaptation() -> ClaimResult:
             for who in ENGINES:
                 computed[f"{who}: {text}: w_H1, w_H2"] = rounded(speeds(run(who, p, scene, duration, "minimal")), 4)
         fits.append(np.isfinite(law) and abs(h2 - law) < NOTICED * max(1.0, abs(h2)))
-    if all(fits):
-        return ClaimResult(computed, Verdict.HOLDS)
-    because = (
-        "no passive addition makes w_H2 follow M_H1 w_H1/M_H2: the output stops, runs backwards, keeps one fixed ratio, or "
-        "slips with losses. With a stop and inner drag the train does change between two ranges, at an efficiency below 1; "
-        "only a lossless variator that reacts on the housing would give (10)"
-    )
-    return ClaimResult(computed, Verdict.FAILS, because)
+    return evidence(computed, fits=fits)
 
 
-CLAIMS = (
-    Claim("L1", "equation (8)", "M_H1 w_H1 + M_H2 w_H2 = 0 (M_H2 counted with its sign) links the outer quantities.",
-          "M_H1 w_H1 = |M_H2| w_H2", eight, SOURCE),
-    Claim("L2", "equation (9)", "The blocks are in equilibrium together when the powers on them cancel.", "(9)", nine, SOURCE),
-    Claim("L3", "equation (10)", "w_H2 = M_H1 w_H1 / M_H2.", "w_H2 = M_H1 w_H1 / M_H2", ten, SOURCE),
-    Claim("L4", "equation (11)", "(M54 - M21) w1 = (M23 - M56) w3.", "(11)", eleven, SOURCE),
-    Claim("L5", "example, check of the circulating energy", "4000 = 4000 proves the results; 40 % of the power circulates.",
-          "4000 = 4000", circulation, SOURCE),
-    Claim("L6", "theorem and conclusions", "With one input the train of two freedoms is determinate.", "one input", determinate, SOURCE),
-    Claim("L7", "corollary 1", "The output adapts its speed to the load by itself.", "force adaptation", adaptation, SOURCE),
-)  # fmt: skip
+CLAIMS = LEDGER.claims

@@ -8,7 +8,6 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import astuple, replace
-from typing import Any
 
 import numpy as np
 
@@ -27,8 +26,8 @@ from mechlab.catalog.gear_linkage.questions import MOTION
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
-from mechlab.kit import mass_check
 from mechlab.kit.benchmark_parts import in_plane
+from mechlab.kit.checks import by_witnesses, moving_check
 from mechlab.kit.mass_check import Particles, State, rod, solid
 from mechlab.mechanism.geometry import Array, axis_rotation
 
@@ -76,13 +75,6 @@ def state(p: Parameters, phi: float, w: float) -> State:
     poses = {"idler": (idler, np.array(in_plane(pin_c)))}
     return State(values, speeds, particles, points, (0.0, 0.0, 0.0), 1, poses=poses)
 
-
-def _moving(p: Parameters) -> CheckResult:
-    m = build(p, "minimal")
-    return mass_check.compare([(m, state(p, phi, w)) for phi, w in STATES])
-
-
-MOVING = Check("L10", mass_check.TEXT, _moving, mass_check.SOURCE)
 
 SAMPLES = 40_001
 BACK = math.radians(2.0)
@@ -165,13 +157,10 @@ def _both(p: Parameters) -> tuple[closed_form.GearLinkage, closed_form.GearLinka
 
 
 def _pose(p: Parameters) -> CheckResult:
-    said: dict[str, list[Any]] = {"analytic": [], "pinocchio": [], "mujoco": []}
-    for phi in GRID:
-        given = {"crank_angle": phi, "crank_rate": 1.3, "crank_accel": -0.7}
-        for witness, ask in MOTION.witnesses.items():
-            values = ask(p, given).values
-            said[witness].append([float(values[k]) for k in MOTION.answers[:6]])
-    return CheckResult(said, 1e-8, note="output and idler at 6 crank angles: angles, rates, accelerations")
+    given = [{"crank_angle": phi, "crank_rate": 1.3, "crank_accel": -0.7} for phi in GRID]
+    question = replace(MOTION, answers=MOTION.answers[:6])
+    note = "output and idler at 6 crank angles: angles, rates, accelerations"
+    return by_witnesses(p, question, given, 1e-8, note, turned=False)
 
 
 def _rolling(p: Parameters) -> CheckResult:
@@ -306,6 +295,6 @@ CHECKS = (
     Check("L7", "free run against the equation of the one freedom", _free, "Eksergian equation, DOP853"),
     Check("L8", "assembly mode near the change point", _mode, "sign of the triangle BCD"),
     Check("L9", "synthesis of the crank, checked by its regime", _synthesis, "root finding both ways"),
-    MOVING,
+    moving_check("L10", build, "minimal", lambda p: (state(p, phi, w) for phi, w in STATES)),
     *REGIME_CHECKS,
 )

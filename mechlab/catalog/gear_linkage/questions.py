@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.build import Parameters, build
 from mechlab.experiment.question import Answer, Question
+from mechlab.kit.questions import for_engines
 from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
 
@@ -47,14 +48,6 @@ def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
     return Answer(values, found.status, found.notes)
 
 
-def _pinocchio(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    return _engine("pinocchio", p, given)
-
-
-def _mujoco(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    return _engine("mujoco", p, given)
-
-
 UNITS = {f"{part}_{what}": unit for part in (*PARTS, "crank") for what, unit in (
     ("angle", "rad"), ("rate", "rad/s"), ("accel", "rad/s2"))} | {"transmission_angle": "rad"}  # fmt: skip
 
@@ -63,7 +56,7 @@ MOTION = Question(
     given=("crank_angle",),
     optional={"crank_rate": 1.0, "crank_accel": 0.0},
     answers=(*ANSWERS, "transmission_angle"),
-    witnesses={"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco},
+    witnesses={"analytic": _analytic} | for_engines(_engine),
     angles=("coupler_angle", "rocker_angle"),
     units=UNITS,
     text="angle, rate and acceleration of the output gear (0 at crank angle 0, followed continuously) and of all parts",
@@ -130,11 +123,7 @@ REGIME = Question(
     "regime",
     given=(),
     answers=NUMBERS,
-    witnesses={
-        "analytic": _regime,
-        "pinocchio": lambda p, given: _engine_regime("pinocchio", p, given),
-        "mujoco": lambda p, given: _engine_regime("mujoco", p, given),
-    },
+    witnesses={"analytic": _regime} | for_engines(_engine_regime),
     # the crank turns at rate 1: the rates are ratios
     units=dict.fromkeys((n for n in NUMBERS if not n.endswith("rate")), "rad")
     | dict.fromkeys(("slowest_rate", "fastest_rate", "mean_rate"), "")

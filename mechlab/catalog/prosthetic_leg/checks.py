@@ -17,7 +17,7 @@ from mechlab.catalog.prosthetic_leg.questions import answers, engine_terms, own_
 from mechlab.catalog.prosthetic_leg.scenes import SCENES, SWING_RATES, SWING_START, SWING_TIME, swing_motion
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
-from mechlab.kit import mass_check
+from mechlab.kit.checks import moving_in_fidelities
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
 from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
@@ -100,12 +100,6 @@ def state(p: Parameters, fidelity: str) -> State:
 def _upright(z: complex) -> Array:
     return np.array([z.real, 0.0, z.imag])
 
-
-def _moving(p: Parameters) -> CheckResult:
-    return mass_check.compare([(build(p, f), state(p, f)) for f in FREE])
-
-
-MOVING = Check("L8", mass_check.TEXT, _moving, mass_check.SOURCE)
 
 STATES = 50
 DROP_TIMES = (0.08, 0.12, 0.2)
@@ -190,5 +184,5 @@ CHECKS = (
     Check("L5", "energy of the undamped swing", _energy, "conservation"),
     Check("L6", "which slides the swing needs", _sliders, "two engines"),
     Check("L7", "drop onto the straight leg", _drop, "two engines", slow=True),
-    MOVING,
+    moving_in_fidelities("L8", build, state, FREE),
 )

@@ -16,6 +16,7 @@ from mechlab.catalog.prosthetic_leg.build import LEG, Parameters, body, build, m
 from mechlab.catalog.prosthetic_leg.scenes import SWING_RATES, SWING_START, swing_motion
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.questions import for_engines
 from mechlab.kit.witness import room
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
@@ -66,12 +67,8 @@ def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
     return Answer(_values(own_terms(tree(p), *_state(given))[2]))
 
 
-def _pinocchio(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    return Answer(_values(engine_terms("pinocchio", build(p, "parts"), *_state(given))[2]))
-
-
-def _mujoco(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    return Answer(_values(engine_terms("mujoco", build(p, "parts"), *_state(given))[2]))
+def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
+    return Answer(_values(engine_terms(engine, build(p, "parts"), *_state(given))[2]))
 
 
 OTHERS = [n for n in (*LEG, *(f"{n}_rate" for n in LEG)) if n not in ("hip", "knee")]
@@ -80,7 +77,7 @@ FREE_MOTION = Question(
     given=("hip", "knee"),
     optional=dict.fromkeys(OTHERS, 0.0),
     answers=tuple(f"{n}_accel" for n in LEG),
-    witnesses={"analytic": _analytic, "pinocchio": _pinocchio, "mujoco": _mujoco},
+    witnesses={"analytic": _analytic} | for_engines(_engine),
     units=with_rates({n: "m" if n in ("hitch", "thigh", "shin") else "rad" for n in LEG}),
     text="accelerations of the passive leg of six freedoms in a state, trunk fixed",
 )
@@ -172,18 +169,6 @@ def _ask(witness: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
     return Answer(found, notes=(note,))
 
 
-def _analytic_sliders(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    return _ask("analytic", p, given)
-
-
-def _pinocchio_sliders(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    return _ask("pinocchio", p, given)
-
-
-def _mujoco_sliders(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    return _ask("mujoco", p, given)
-
-
 ALLOWED = 5e-3
 """Error of the ankle that a swing model may have [m]."""
 
@@ -192,7 +177,7 @@ SLIDES = Question(
     "which slides does the swing need",
     given=("swing_duration",),
     answers=KEYS,
-    witnesses={"analytic": _analytic_sliders, "pinocchio": _pinocchio_sliders, "mujoco": _mujoco_sliders},
+    witnesses={"analytic": lambda p, given: _ask("analytic", p, given)} | for_engines(_ask),
     units={"swing_duration": "s"} | dict.fromkeys(KEYS, "m"),
     text="largest error of the ankle's path when joints are locked, over a swing that starts at the hitch's sag",
 )

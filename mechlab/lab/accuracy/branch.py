@@ -1,4 +1,7 @@
-"""A branch of closed poses along one joint: reached by continuation once, then closed exactly at many places together."""
+"""A branch of closed poses of a mechanism with one freedom, along one of its joints.
+
+Continuation reaches the branch once; after that its poses are closed exactly at many places together.
+"""
 
 from __future__ import annotations
 
@@ -9,31 +12,31 @@ import numpy as np
 from mechlab.errors import NoSolution
 from mechlab.experiment.prices import price_of_poses
 from mechlab.integrate import count_work
-from mechlab.lab.accuracy.batch import BatchTree
-from mechlab.lab.accuracy.rules import BatchRows
+from mechlab.lab.accuracy.batch import BatchRows, BatchTree
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
 STRIDE = 0.3
-"""No coordinate moves farther between two poses of the continuation [rad or m]."""
+"""Farthest that any coordinate moves between two poses of the continuation [rad or m]."""
 SHORTEST = 5e-2
-"""Share of the first try below which a step of the continuation is given up."""
-CLOSED, NEARLY, EXPLORED = 1e-12, 1e-6, 1e-3
-"""Last correction of Newton's method: after it the error of the pose is its square, that of the tangent as large as it. While
-the branch is only explored, EXPLORED is enough; a full turn has to end where it began to NEARLY squared."""
+"""A step of the continuation is given up when it is smaller than this share of its first size."""
+CLOSED_TO, NEARLY_CLOSED, EXPLORED_TO = 1e-12, 1e-6, 1e-3
+"""Last correction of Newton's method [rad or m]. What it leaves in the pose is its square, in the tangent its first power. For
+the continuation alone EXPLORED_TO is enough; the end of a full turn is closed to NEARLY_CLOSED."""
 SLOPE_LIMIT = 15.0
-"""A joint that moves so many times faster than at the start, per motion of the one that counts, marks a limit position."""
+"""A limit position of the joint is near where another coordinate moves this many times as fast, per motion of the joint, as at
+the start."""
 TURN = 2.0 * np.pi
-SPOILT = 1e-6
-"""Share of a solution that normal equations may be off before their step of refinement; else they are factored."""
+NORMAL_EQUATIONS_LIMIT = 1e-6
+"""Largest share of a solution that its step of refinement may change; beyond it the matrix is factored (QR) instead."""
 
 
-class Branch:
-    """Closed poses q(phi) through q0 (nv,), phi the coordinate of joint number `coordinate`.
+class PoseBranch:
+    """Closed poses q(phi) through q0 (nv,), phi being the coordinate of joint number `coordinate`.
 
-    Continuation predicts by the last three poses and tangents, which carries it through places where assembly modes meet
-    (the branch goes on smoothly there), and corrects by Newton. `turn`: what a full turn adds to q once it is known;
-    `patience`: so many tries of a step may fail before the joint is given up.
+    Continuation predicts by the last three poses and tangents and corrects by Newton's method. The prediction carries it through
+    poses where assembly modes meet, since the branch itself is smooth there. `turn` (nv,): what a full turn adds to q, once it is
+    known; `patience`: how many steps may fail before the joint is given up.
     Raises NoSolution where the joint reaches a limit position.
     """
 
@@ -52,8 +55,8 @@ class Branch:
         self.limit = SLOPE_LIMIT * max(1.0, float(np.max(np.abs(u))))
         self.phi, self.q, self.u = [self.start], [q[0]], [u[0]]
 
-    def seed(self, other: Branch) -> None:
-        """Take over the poses that another branch through the same pose has reached, along another joint."""
+    def seed(self, other: PoseBranch) -> None:
+        """Take over the poses of `other`, a branch through the same start along another joint."""
         k = self.coordinate
         q, u = np.array(other.q), np.array(other.u)
         # closing the first pose along the other joint may have moved this one in its last digits
@@ -64,12 +67,12 @@ class Branch:
 
     @property
     def first(self) -> int:
-        """Number of the pose at the start."""
+        """Index of the start among the poses."""
         return bisect_left(self.phi, self.start)
 
-    def close(self, phi: Array, guess: Array, closed: float = CLOSED, near: float = 10.0) -> tuple[Array, Array]:
-        """Closed poses q (P, nv) at phi (P,) near `guess`, and tangents u = dq/dphi. Raises NoSolution, also where a correction
-        is larger than `near`."""
+    def close(self, phi: Array, guess: Array, closed: float = CLOSED_TO, near: float = 10.0) -> tuple[Array, Array]:
+        """Closed poses q (P, nv) at phi (P,) near `guess`, and tangents u = dq/dphi. Raises NoSolution where they do not
+        close, or a correction is larger than `near`."""
         q = np.array(guess, dtype=float)
         q[:, self.coordinate] = phi
         u = np.zeros_like(q)
@@ -99,11 +102,11 @@ class Branch:
 
     @property
     def name(self) -> str:
-        """Name of the joint that counts."""
+        """Name of the joint along which the branch is followed."""
         return self.mechanism.joints[self.coordinate].name
 
     def extend(self, sign: int) -> float:
-        """One pose more at the end of the branch in the direction of `sign`; its phi. Raises NoSolution at a limit."""
+        """Add one pose at the end of the branch in the direction of `sign` and return its phi. Raises NoSolution at a limit."""
         last = range(len(self.phi) - 1, max(-1, len(self.phi) - 4), -1) if sign > 0 else range(min(3, len(self.phi)))
         known = [(self.phi[k], self.q[k], self.u[k]) for k in last]
         phi0, q0, u0 = known[0]
@@ -119,7 +122,7 @@ class Branch:
                 ends = abs(phi - self.start) > TURN - 1e-9
                 # a pose this far from its guess would be refused below
                 near = 0.2 * float(np.max(np.abs(guess - q0)))
-                q, u = self.close(np.array([phi]), guess[None], NEARLY if ends else EXPLORED, near)
+                q, u = self.close(np.array([phi]), guess[None], NEARLY_CLOSED if ends else EXPLORED_TO, near)
             except NoSolution:
                 size *= 0.25
                 self.patience -= 1
@@ -147,7 +150,7 @@ class Branch:
         self.turn = turns
         return True
 
-    def at(self, phi: Array, closed: float = CLOSED) -> tuple[Array, Array]:
+    def at(self, phi: Array, closed: float = CLOSED_TO) -> tuple[Array, Array]:
         """Closed poses q (P, nv) and tangents u (P, nv) at phi (P,) within the branch, or anywhere once it turns fully."""
         if not self.rows.count and not len(self.others):
             return phi[:, None].copy(), np.ones((len(phi), 1))
@@ -175,7 +178,7 @@ class Branch:
         return q, u
 
 
-def next_coordinate(failed: Branch, left: list[int]) -> int | None:
+def next_joint(failed: PoseBranch, left: list[int]) -> int | None:
     """Of the joints left, the one that moves most steadily along the poses that were reached; None when all stop."""
     u = np.array(failed.u)
     steadiness = {k: float(np.min(u[:, k] * np.sign(u[0, k]) / np.max(np.abs(u), axis=1))) for k in left}
@@ -207,7 +210,7 @@ def _least_squares(matrices: Array, sides: Array) -> Array:
     change = inverse @ (across @ (sides - matrices @ found))
     found += change
     # the step of refinement makes good what the squared condition number took, and tells how much that was
-    if not max(change.max(), -change.min()) < SPOILT * max(found.max(), -found.min(), 1e-6):
+    if not max(change.max(), -change.min()) < NORMAL_EQUATIONS_LIMIT * max(found.max(), -found.min(), 1e-6):
         return _by_factors(matrices, sides)
     return np.asarray(found)
 
@@ -217,9 +220,9 @@ def _by_factors(matrices: Array, sides: Array) -> Array:
     return np.asarray(np.linalg.solve(upper, np.swapaxes(orthogonal, 1, 2) @ sides))
 
 
-def branches(mechanism: Mechanism, q0: Array, tree: BatchTree, rows: BatchRows) -> list[int]:
-    """Joints that may count, best first: the drives, then those that move fastest. Raises NoSolution where the pose has
-    not exactly one freedom."""
+def candidate_joints(mechanism: Mechanism, q0: Array, tree: BatchTree, rows: BatchRows) -> list[int]:
+    """Joints along which a branch may be followed, best first: the drives, then those that move fastest. Raises NoSolution where the
+    pose has not exactly one freedom."""
     nv = mechanism.nv
     if nv == 1:
         return [0]

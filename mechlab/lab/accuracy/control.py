@@ -1,56 +1,68 @@
-"""A scene recorded to a stated error."""
+"""A scene recorded to a stated error: the motion that `solve_to` found as a Recording, and the runs it is compared with.
+
+error of a channel = sum over the compared runs of factor x largest difference
+"""
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
+from mechlab.experiment.energy import dissipation, energy_finding
+from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.held_rates import captured
-from mechlab.experiment.recording import Recording
+from mechlab.experiment.laws import applied_force
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.accuracy.measure import Measure
-from mechlab.lab.accuracy.result import Neighbour, Result, motion_of, recording_of, with_estimate
+from mechlab.experiment.tree_plant import TreePlant
+from mechlab.lab.accuracy.batch import BatchTree
+from mechlab.lab.accuracy.measure import ErrorMeasure
+from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
 from mechlab.lab.nature import other_softness
-from mechlab.mechanism import Mechanism
+from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.statics import passive_force
 
 OUTPUTS = 400
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
 
 BETWEEN = 0.125
-"""Share of the change with twice the distance of the states that interpolation between them leaves, at most: it is of fifth degree
-in positions, whose second derivative falls with the fourth power."""
-Compared = tuple[tuple[Recording, float], ...]
+"""Error of interpolation between the states, over its change when every second state is left out: the interpolation is of fifth
+degree in the positions, so that the error of its second derivative falls with the fourth power of the distance."""
+ComparedRuns = tuple[tuple[Recording, float], ...]
 
 
 @dataclass(frozen=True)
-class Controlled:
-    """A Recording, and those that it is compared with: factor times the difference is a part of the error of each channel.
-    None of them where nothing tells it."""
+class ControlledRun:
+    """A Recording, and the runs it is compared with: factor times the difference is a part of the error of each channel. No runs
+    where the errors of the channels are not known."""
 
     recording: Recording
-    others: Compared
+    others: ComparedRuns
 
 
-def control(design: Design, scene: Scene, max_error: float, at: Sequence[float] = ()) -> Controlled:
-    """A Recording of the scene with an error of at most `max_error` of its tracked quantities, or one that says why not.
+def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[float] = ()) -> ControlledRun:
+    """A Recording of the scene whose tracked quantities are off by at most `max_error` [m or rad], or one that says why not.
 
-    Made from the very states that were estimated where those tell all that the scene needs; else by the runner of the
-    accepted method with its settings, and what that differs by counts as error too.
+    It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
+    scene with the accepted settings, and its difference from those states counts as error too.
     """
     result = solve_to(design, scene, max_error, OUTPUTS)
     m = design.mechanism(scene.fidelity)
     remembers = any(tuple(getattr(law, "start", tuple)()) for law in scene.laws)
     suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and result.settings.engine in ("mujoco", "pinocchio")
     if result.motion is not None or result.extrapolated or suffice:
-        return Controlled(recording_of(m, scene, result, at), _of_states(m, scene, result, at))
+        return ControlledRun(recording_of(m, scene, result, at), _of_states(m, scene, result, at))
     times = np.union1d(result.t, np.asarray(at, dtype=float)).tolist()
     made = _run(design, scene, result.settings, times)
     difference = _difference(design, scene, result, made)
@@ -59,13 +71,13 @@ def control(design: Design, scene: Scene, max_error: float, at: Sequence[float] 
     other = other_softness(m, result.settings)
     if others and other is not None:
         others += ((_run(design, scene, other, times), 1.0),)
-    return Controlled(with_estimate(made, result, difference), others)
+    return ControlledRun(with_estimate(made, result, difference), others)
 
 
-def _of_states(m: Mechanism, scene: Scene, result: Result, at: Sequence[float]) -> Compared:
-    """What a recording of the estimated states is compared with; between them, too, where it is interpolated there."""
+def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> ComparedRuns:
+    """The runs that a recording of the estimated states is compared with; one more where it is interpolated between them."""
 
-    def make(n: Neighbour) -> Recording:
+    def make(n: NeighbourMotion) -> Recording:
         return motion_of(m, _captured(scene, n), replace(result, motion=n.motion, q=n.q, v=n.v), at)
 
     others = _compared(result, make)
@@ -74,16 +86,16 @@ def _of_states(m: Mechanism, scene: Scene, result: Result, at: Sequence[float]) 
     return others
 
 
-def _compared(result: Result, make: Callable[[Neighbour], Recording], more: float = 1.0) -> Compared:
-    """The neighbours of a result as recordings, each with `more` times its factor; none where one of them cannot be made, since
-    what it would have told is missing then."""
+def _compared(result: Solution, make: Callable[[NeighbourMotion], Recording], more: float = 1.0) -> ComparedRuns:
+    """The neighbours of a solution as recordings, each with `more` times its factor. None where one of them cannot be made: its
+    part of the error would be missing."""
     try:
         return tuple((make(n), more * n.factor) for n in result.neighbours)
     except MechlabError:
         return ()
 
 
-def _captured(scene: Scene, n: Neighbour) -> Scene:
+def _captured(scene: Scene, n: NeighbourMotion) -> Scene:
     return scene if n.captured == 1.0 else replace(scene, laws=captured(scene.laws, n.captured))
 
 
@@ -92,11 +104,114 @@ def _run(design: Design, scene: Scene, settings: Settings, times: list[float]) -
     return replace(engine(settings.engine).run(m, scene, settings, times), settings=settings)
 
 
-def _difference(design: Design, scene: Scene, result: Result, made: Recording) -> float:
+def _difference(design: Design, scene: Scene, result: Solution, made: Recording) -> float:
     """Largest difference of the tracked quantities between the recorded run and the estimated one."""
     at = np.clip(np.searchsorted(made.t, result.t * (1.0 - 1e-12)), 0, len(made.t) - 1)
     if np.max(np.abs(made.t[at] - result.t)) > 1e-9 * scene.duration:
         return float("inf")
-    measure = Measure(Problem(design, scene, len(result.t) - 1), None)
+    measure = ErrorMeasure(Problem(design, scene, len(result.t) - 1), None)
     ours = measure(result.t, result.q, result.v)
     return float(np.max(np.abs(measure(made.t[at], made.q[at], made.v[at]) - ours), initial=0.0))
+
+
+def solution_findings(result: Solution) -> tuple[Finding, ...]:
+    """Findings "max_error" and, where there is one, "check_method"."""
+    severity = "ok" if result.reached else "error"
+    out = [Finding("max_error", result.estimate, result.max_error, result.unit, severity, result.sentence)]
+    if result.check is not None:
+        c = result.check
+        out.append(Finding("check_method", c.difference, c.own, result.unit, "ok", c.sentence))
+    return tuple(out)
+
+
+def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence[float], every: int = 1) -> Recording:
+    """States and channels: the basic ones, NAME_accel of joints and shafts, NAME_force of what constant loads and laws act on.
+    every: only every so many of the output times are used, where states between them are interpolated."""
+    t = np.union1d(result.t, np.asarray(at, dtype=float))
+    if result.motion is not None:
+        states = result.motion.states(t, accelerations=True)
+        assert states.a is not None
+        q, v, a = states.q, states.v, states.a
+    else:
+        q, v, a = _interpolated(mechanism, scene, result, t, every)
+    simple = mechanism.joints and all(j.nv == 1 for j in mechanism.joints)
+    channels, units = basic_channels(mechanism, q, v, BatchTree(mechanism).frame_positions(q) if simple else None)
+    for name in mechanism.scalar_names:
+        channels[f"{name}_accel"] = a @ mechanism.row(name)
+        units[f"{name}_accel"] = f"{units[name]}/s2"
+    plant = TreePlant(mechanism)
+    forces = []
+    for k in range(len(t)):
+        plant.set(q[k], v[k], float(t[k]))
+        forces.append(applied_force(mechanism, scene.laws, float(t[k]), plant)[1] if scene.laws else {})
+    for name in dict.fromkeys(n for x in forces for n in x):
+        channels[f"{name}_force"] = np.array([x.get(name, 0.0) for x in forces])
+        units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
+    return Recording(
+        mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,
+        fidelity=scene.fidelity,
+    )  # fmt: skip
+
+
+def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> Recording:
+    """`motion_of`, with its health, cost and versions."""
+    made = motion_of(mechanism, scene, result, at)
+    t, q, v, channels = made.t, made.q, made.v, made.channels
+    power, done = np.zeros(len(t)), np.zeros(len(t))
+    for name in mechanism.scalar_names:
+        force = channels.get(f"{name}_force", np.zeros(len(t)))
+        power += force * channels[f"{name}_rate"]
+        done += force * (channels[name] - channels[name][0])
+    constant = result.motion is not None
+    balance = (
+        energy_finding(mechanism, t, q, v, power, done)
+        if constant
+        else energy_finding(mechanism, t, q, v, power - dissipation(mechanism, q, v), laws=scene.laws)
+    )
+    found = [*solution_findings(result), *kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode), balance]
+    versions = {"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()}
+    cost = Cost(result.cpu_s, len(result.t) - 1, result.evaluations)
+    return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)
+
+
+def _interpolated(
+    mechanism: Mechanism, scene: Scene, result: Solution, t: Array, every: int
+) -> tuple[Array, Array, Array]:
+    """States at times t: those of the result, and between (every `every`-th of) them the quintic through positions, rates and
+    accelerations."""
+    m = mechanism
+    known = np.array([_acceleration(m, scene, x, q, v) for x, q, v in zip(result.t, result.q, result.v, strict=True)])
+    if len(t) == len(result.t) and every == 1:
+        return result.q, result.v, known
+    from scipy.interpolate import BPoly
+
+    nodes = np.stack([result.q, result.v, known], axis=1)
+    spline = BPoly.from_derivatives(result.t[::every], nodes[::every])
+    return spline(t), spline.derivative()(t), spline.derivative(2)(t)
+
+
+def _acceleration(m: Mechanism, scene: Scene, t: float, q: Array, v: Array) -> Array:
+    """(nv,) rigid dynamics at a state, without dry friction: M a + J^T r = forces, J a = -dJ/dt v."""
+    tree, constraints = TreeKinematics(m, q, v), ConstraintSet(m)
+    plant = TreePlant(m)
+    plant.set(q, v, t)
+    applied = applied_force(m, scene.laws, t, plant)[0] if scene.laws else np.zeros(m.nv)
+    force = applied + passive_force(tree) - tree.bias_force()
+    rows = constraints.jacobian(tree)
+    size = m.nv + len(rows)
+    matrix, side = np.zeros((size, size)), np.zeros(size)
+    matrix[: m.nv, : m.nv], matrix[: m.nv, m.nv :], matrix[m.nv :, : m.nv] = tree.mass_matrix(), rows.T, rows
+    side[: m.nv], side[m.nv :] = force, -constraints.bias(tree)
+    return np.asarray(np.linalg.lstsq(matrix, side, rcond=1e-12)[0][: m.nv])
+
+
+def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:
+    """A Recording that an engine made with the accepted settings; what it differs from the estimated run counts too."""
+    total = result.estimate + difference
+    own = solution_findings(result)
+    text = f"{result.sentence}; the recorded run differs from the estimated one by {difference:.2g} {result.unit}"
+    if result.reached:
+        first = limit_finding("max_error", total, result.max_error, result.unit, f"{text}; together")
+    else:
+        first = Finding("max_error", total, result.max_error, result.unit, "error", text)
+    return replace(recording, health=Health((first, *own[1:])) + recording.health)

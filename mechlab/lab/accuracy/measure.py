@@ -1,8 +1,7 @@
-"""What a motion found as a whole, not step by step, can be asked.
+"""What error control measures: the tracked quantities of a scene at many states at once, and what a computation costs.
 
-In what an error is measured: the tracked quantities of the scene, at many states at once.
-
-What finding a motion costs: counted work, by which decisions are made, and CPU seconds, which are told.
+The error of a run is the largest difference of its tracked quantities. Decisions are made by counted work
+(`mechlab.integrate.work`), which is the same on every machine; CPU seconds are only reported.
 """
 
 from __future__ import annotations
@@ -25,34 +24,34 @@ from mechlab.mechanism.geometry import Array
 
 @dataclass(frozen=True)
 class States:
-    """q, v, a (n, nv) at asked times; a where it was asked for."""
+    """Coordinates q, rates v and accelerations a, each (n, nv), at given times; a is None unless it was asked for."""
 
     q: Array
     v: Array
     a: Array | None
 
 
-class Motion(Protocol):
-    """A motion at any times of its scene."""
+class ContinuousMotion(Protocol):
+    """A motion that is known at any time of its scene, not only at the ends of steps."""
 
     def states(self, t: Array, accelerations: bool = False) -> States:
         """The motion at times t (n,)."""
         ...
 
-    def cruder(self) -> Motion:
-        """The same motion as less work, or other rounding, gives it: what the error is estimated from."""
+    def cruder(self) -> ContinuousMotion:
+        """The same motion from fewer nodes, or with another rounding: their difference estimates the error."""
         ...
 
 
 TRACKED_UNITS = ("m", "rad")
-MOST_NAMED = 4
-"""Tracked things that a sentence names one by one."""
+NAMED_AT_MOST = 4
+"""A sentence names up to so many tracked things one by one."""
 
 
 class _Channels(dict[str, Any]):
-    """Basic channels of states, computed when they are asked for."""
+    """The basic channels of some states, each computed when it is first asked for."""
 
-    def __init__(self, measure: Measure, q: Array, v: Array) -> None:
+    def __init__(self, measure: ErrorMeasure, q: Array, v: Array) -> None:
         super().__init__()
         self.measure, self.states = measure, (q, v)
         self.frames: Array | None = None
@@ -70,9 +69,11 @@ class _Channels(dict[str, Any]):
         return np.asarray(m.value(found, q) if found == name else v @ m.row(found))
 
 
-class Measure:
-    """The tracked quantities: channels of the scene in m or rad, else all frames, else all joints. `unit`: of the error;
-    `known`: basic channels, as (frame, axis) or the joint or shaft that they tell of."""
+class ErrorMeasure:
+    """The tracked quantities of a scene: its channels in m or rad; where it names none, all frames; without frames, all joints.
+
+    `unit`: of the error; `known`: each basic channel as (frame, axis), or as the joint or shaft it belongs to.
+    """
 
     def __init__(self, problem: Problem, tree: BatchTree | None) -> None:
         entry, m = problem.design.entry, problem.mechanism
@@ -96,13 +97,13 @@ class Measure:
 
     @property
     def what(self) -> str:
-        """The tracked quantities in words; all other channels follow with errors of their own."""
+        """The tracked quantities in words."""
         if self.functions:
             return ", ".join(self.names)
         frames = self.problem.mechanism.frames
         names = [f.name for f in frames] if frames else list(self.names)
-        shown = ", ".join(names) if len(names) <= MOST_NAMED else f"all {len(names)}"
-        return f"the position of {shown}{' frames' if frames and len(names) > MOST_NAMED else ''}"
+        shown = ", ".join(names) if len(names) <= NAMED_AT_MOST else f"all {len(names)}"
+        return f"the position of {shown}{' frames' if frames and len(names) > NAMED_AT_MOST else ''}"
 
     def __call__(self, t: Array, q: Array, v: Array) -> Array:
         """(n, names) tracked quantities of states at times t (n,). Raises MechlabError when a channel needs more."""
@@ -120,30 +121,30 @@ class Measure:
             ) from None
 
 
-def most(difference: Array) -> float:
+def largest(difference: Array) -> float:
     """Largest absolute value; 0 of nothing."""
     return float(np.abs(difference).max(initial=0.0))
 
 
-def compared(measure: Measure, t: Array, states: States, *away: Array) -> tuple[Array, float]:
-    """The tracked quantities of states, and their largest change when the poses move by `away`."""
+def tracked_and_change(measure: ErrorMeasure, t: Array, states: States, *shifts: Array) -> tuple[Array, float]:
+    """The tracked quantities (n, names) of states, and their largest change when the poses move by any of `shifts` (n, nv)."""
     count = len(t)
-    q = np.concatenate([states.q, *(states.q + x for x in away)])
-    every = measure(np.concatenate([t] * (1 + len(away))), q, np.concatenate([states.v] * (1 + len(away))))
+    q = np.concatenate([states.q, *(states.q + x for x in shifts)])
+    every = measure(np.concatenate([t] * (1 + len(shifts))), q, np.concatenate([states.v] * (1 + len(shifts))))
     tracked = every[:count]
-    return tracked, max(most(every[k * count : (k + 1) * count] - tracked) for k in range(1, 1 + len(away)))
+    return tracked, max(largest(every[k * count : (k + 1) * count] - tracked) for k in range(1, 1 + len(shifts)))
 
 
 @dataclass
-class Told:
-    """What runs tell of themselves: CPU seconds of stepping, work."""
+class RunCost:
+    """What runs report of themselves: CPU seconds of stepping, and work [s]."""
 
     cpu_s: float = 0.0
     work: float = 0.0
 
 
-class Meter:
-    """Counts work and CPU time of this thread from its making; `building` blocks do not count."""
+class CostCounter:
+    """Counts work and CPU time of this thread since it was made; what runs in `building` blocks is left out."""
 
     def __init__(self) -> None:
         self._start, self._out = time.thread_time(), 0.0
@@ -151,26 +152,26 @@ class Meter:
 
     @property
     def cpu_s(self) -> float:
-        """CPU seconds so far, for information."""
+        """CPU seconds so far; no decision depends on them."""
         return time.thread_time() - self._start - self._out
 
     @property
     def work(self) -> float:
-        """Work so far [s]: what decisions hang on."""
+        """Counted work so far [s]; decisions are made by it."""
         return work_done() - self._first - self._free
 
     @contextmanager
     def building(self) -> Iterator[None]:
-        """What runs in this block builds models and does not count."""
+        """In this block models are built; nothing of it counts."""
         with self.stepping():
             yield
 
     @contextmanager
-    def stepping(self) -> Iterator[Told]:
-        """In this block only what is told counts: CPU time and work of the runs in it."""
-        began, first, told = time.thread_time(), work_done(), Told()
+    def stepping(self) -> Iterator[RunCost]:
+        """In this block only what is written into the RunCost counts: CPU time and work of the runs in it."""
+        began, first, cost = time.thread_time(), work_done(), RunCost()
         try:
-            yield told
+            yield cost
         finally:
-            self._out += time.thread_time() - began - told.cpu_s
-            self._free += work_done() - first - told.work
+            self._out += time.thread_time() - began - cost.cpu_s
+            self._free += work_done() - first - cost.work

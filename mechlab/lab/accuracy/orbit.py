@@ -10,22 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
-from mechlab.lab.accuracy.branch import NEARLY, STRIDE, TURN, Branch
-from mechlab.lab.accuracy.conservative import OneJoint, Potential
+from mechlab.lab.accuracy.branch import NEARLY_CLOSED, STRIDE, TURN, PoseBranch
+from mechlab.lab.accuracy.energies import EnergyFunction, OneJointEnergies
 from mechlab.mechanism.geometry import Array
 
-MARGIN = 1.02
+TIME_MARGIN = 1.02
 MOST_TURNS = 20_000
-SAME = 1e-11
+SAME_ENERGY = 1e-11
 OFFSET = 0.381966
-"""Share of a cell by which the nodes of a turn are shifted: places where modes meet like to be simple fractions of it."""
+"""Share of a cell by which the nodes of a full turn are shifted: poses where assembly modes meet often lie at simple fractions of
+a turn, and no node should fall on them."""
 
-ROUND = TURN * np.linspace(0.0, 1.0, 33)[1:]
+ONE_TURN = TURN * np.linspace(0.0, 1.0, 33)[1:]
 
 
 @dataclass(frozen=True)
-class Orbit:
-    """phi as a smooth function of x on [low, high], along which time only increases.
+class EnergyOrbit:
+    """phi as a smooth function of x on [low, high]; time increases with x.
 
     kind "swing": phi = middle - radius cos x; "turn": phi = start + sign x; "run": phi = corner + sign x^2 from a turning
     point, or start + sign x without one. x0: where the motion starts; forward: whether x increases there.
@@ -55,7 +56,7 @@ class Orbit:
         return 2.0 * np.abs(x) if self.square else np.ones_like(x)
 
     def turning(self, along: Array) -> NDArray[np.bool_] | None:
-        """Which of the slopes |dphi/dx| vanish at a turning point, together with the speed; None where there is none."""
+        """Where |dphi/dx| vanishes together with the speed, at a turning point; None for an orbit without one."""
         if self.kind != "swing" and not self.square:
             return None
         return np.asarray(along < 1e-7 * (self.radius if self.kind == "swing" else 1.0))
@@ -66,7 +67,7 @@ class Orbit:
 
 
 @dataclass(frozen=True)
-class _End:
+class _Reached:
     what: str
     phi: float
     time: float
@@ -77,16 +78,16 @@ Node = tuple[float, float, float, float]
 """phi, J, V, dV/dphi."""
 AHEAD = 2
 STRAIGHT = 1e-2
-"""Nearer than this, a pose is looked for along the tangent of the last one."""
+"""Nearer than this to the last pose [rad or m], a pose is guessed along the tangent of that one."""
 
 
-class Explorer:
-    """Follows the branch from its start until it is known where the motion goes within `duration`."""
+class OrbitSearch:
+    """Follows the branch from its start until the orbit of the motion within `duration` [s] is known."""
 
-    def __init__(self, branch: Branch, energies: Potential, rate: float, duration: float) -> None:
+    def __init__(self, branch: PoseBranch, energies: EnergyFunction, rate: float, duration: float) -> None:
         self.branch, self.energies, self.duration = branch, energies, duration
         at = branch.first
-        if isinstance(energies, OneJoint):
+        if isinstance(energies, OneJointEnergies):
             j, v, slope = energies.at(branch.start)
         else:
             j, v, slope = (float(x[0]) for x in energies(branch.q[at][None], branch.u[at][None]))
@@ -98,46 +99,46 @@ class Explorer:
         self.push = -slope
         self.drift: dict[int, float] = {}
 
-    def orbit(self) -> Orbit:
-        """The orbit. Raises NoSolution where it cannot be told: an equilibrium, a limit position of the joint."""
+    def orbit(self) -> EnergyOrbit:
+        """The orbit. Raises NoSolution in an equilibrium, and where the joint reaches a limit position."""
         start = self.branch.start
         small = 1e-12 * max(abs(self.energy), abs(self.first[2]), 1e-300)
         if self.rate == 0.0 and abs(self.push) <= small:
             raise NoSolution("it stands in an equilibrium")
         sign = 1 if (self.rate or self.push) > 0 else -1
-        ahead = self.reach(sign, self.duration * MARGIN)
+        ahead = self.reach(sign, self.duration * TIME_MARGIN)
         if ahead.what == "turn":
             cells = 4
             low = OFFSET * TURN / cells
-            return Orbit("turn", low, low + TURN, TURN, True, cells, start, sign=sign)
+            return EnergyOrbit("turn", low, low + TURN, TURN, True, cells, start, sign=sign)
         if self.rate == 0.0:
-            behind = _End("corner", start, 0.0, 0.0)
+            behind = _Reached("corner", start, 0.0, 0.0)
         elif ahead.what == "corner":
-            behind = self.reach(-sign, self.duration * MARGIN - 2.0 * ahead.time)
+            behind = self.reach(-sign, self.duration * TIME_MARGIN - 2.0 * ahead.time)
         else:
             slow = self.rate**2 < 0.2 * ahead.fastest**2
-            behind = self.reach(-sign, self.duration, most=4) if slow else _End("time", start, 0.0, 0.0)
+            behind = self.reach(-sign, self.duration, most=4) if slow else _Reached("time", start, 0.0, 0.0)
         if ahead.what == "corner" and behind.what == "corner":
             low, high = sorted((ahead.phi, behind.phi))
             middle, radius = 0.5 * (low + high), 0.5 * (high - low)
             x0 = math.acos(min(1.0, max(-1.0, (middle - start) / radius)))
             if self.rate == 0.0:
                 x0 = 0.0 if start == low else math.pi
-            return Orbit("swing", 0.0, math.pi, x0, sign > 0, 1, middle, radius)
+            return EnergyOrbit("swing", 0.0, math.pi, x0, sign > 0, 1, middle, radius)
         if ahead.what == "corner" or behind.what == "corner":
             toward = ahead.what == "corner"
             corner = ahead.phi if toward else behind.phi
-            away = -sign if toward else sign
+            outward = -sign if toward else sign
             far = behind.phi if toward else ahead.phi
             x0 = float(np.sqrt(abs(start - corner))) * (-1.0 if toward else 1.0)
             high = float(np.sqrt(abs(far - corner)))
             high = max(high, abs(x0))
-            return Orbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=away, square=True)
+            return EnergyOrbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=outward, square=True)
         length = abs(ahead.phi - start)
-        return Orbit("run", 0.0, length, 0.0, True, _cells(length), start, sign=sign)
+        return EnergyOrbit("run", 0.0, length, 0.0, True, _cells(length), start, sign=sign)
 
-    def reach(self, sign: int, budget: float, most: int = 10**9) -> _End:
-        """Go on until a turning point, a full turn after which everything repeats, or the end of the time."""
+    def reach(self, sign: int, budget: float, most: int = 10**9) -> _Reached:
+        """Follow the motion to a turning point, a full turn after which everything repeats, or the end of `budget` [s]."""
         phi, _, v = self.first
         w, time, fastest, count = abs(self.rate), 0.0, abs(self.rate), 0
         slope = -self.push
@@ -145,34 +146,36 @@ class Explorer:
             square = 2.0 * (self.energy - v_new) / j_new
             if square <= 0.0:
                 corner = self._corner((phi, v, slope), (new, v_new, slope_new))
-                return _End("corner", corner, time + 2.0 * abs(corner - phi) / max(w, 1e-300), fastest)
+                return _Reached("corner", corner, time + 2.0 * abs(corner - phi) / max(w, 1e-300), fastest)
             w_new = math.sqrt(square)
             time += 2.0 * abs(new - phi) / (w + w_new)
             fastest, count = max(fastest, w_new), count + 1
             phi, v, slope, w = new, v_new, slope_new, w_new
             around = self.branch.turn is not None and abs(phi - self.branch.start) > TURN - 1e-9
-            if around and abs(self.drift[sign]) <= SAME * max(abs(self.energy), abs(v)):
-                return _End("turn", phi, time, fastest)
+            if around and abs(self.drift[sign]) <= SAME_ENERGY * max(abs(self.energy), abs(v)):
+                return _Reached("turn", phi, time, fastest)
             if time > budget or count >= most:
                 break
-        return _End("time", phi, time, fastest)
+        return _Reached("time", phi, time, fastest)
 
     def _nodes(self, sign: int) -> Iterator[Node]:
-        """phi, J, V, dV/dphi one after the other; after a full turn those of the first turn again, shifted by its work."""
+        """phi, J, V, dV/dphi pose by pose; after a full turn those of the first turn again, V shifted by the work of a turn."""
         b = self.branch
         seen: list[Node] = []
         if b.turn is None:
             ends = list(range(b.first + 1, len(b.phi)) if sign > 0 else range(b.first - 1, -1, -1))
             if ends:
-                seen += self._told(ends)
+                seen += self._values_at(ends)
                 yield from seen
             ended: list[NoSolution] = []
             while sign not in self.drift:
                 before = len(b.phi)
-                turned = self._ahead(sign, seen[-1] if seen else (*self.first, -self.push), ended)
+                turned = self._extend(sign, seen[-1] if seen else (*self.first, -self.push), ended)
                 more = len(b.phi) - before
                 new = (
-                    self._told(list(range(before, len(b.phi)) if sign > 0 else range(more - 1, -1, -1))) if more else []
+                    self._values_at(list(range(before, len(b.phi)) if sign > 0 else range(more - 1, -1, -1)))
+                    if more
+                    else []
                 )
                 seen += new
                 if turned:
@@ -181,7 +184,7 @@ class Explorer:
                 if ended:
                     raise ended[0]
         else:
-            phis = b.start + sign * ROUND
+            phis = b.start + sign * ONE_TURN
             seen = _nodes(phis, *self.energies(*b.at(phis)))
             self.drift[sign] = seen[-1][2] - self.first[2]
             yield from seen
@@ -189,9 +192,9 @@ class Explorer:
             for phi, jk, vk, dk in seen:
                 yield phi + sign * turn * TURN, jk, vk + turn * self.drift[sign], dk
 
-    def _ahead(self, sign: int, last: Node, ended: list[NoSolution]) -> bool:
-        """One pose more, or some together where no turning point is near: evaluations of many cost little more than of one.
-        Whether a turn is full; why the branch ends goes into `ended`."""
+    def _extend(self, sign: int, last: Node, ended: list[NoSolution]) -> bool:
+        """Extend the branch by one pose, or by AHEAD where no turning point is near (many evaluations cost little more than one).
+        Returns whether a turn is full; appends to `ended` why the branch ends."""
         _, _, height, slope = last
         near = self.energy - height < 2.0 * AHEAD * STRIDE * sign * slope
         for _ in range(1 if near else AHEAD):
@@ -204,26 +207,26 @@ class Explorer:
                 return True
         return False
 
-    def _told(self, numbers: list[int]) -> list[Node]:
-        """The poses of these numbers on the branch."""
+    def _values_at(self, numbers: list[int]) -> list[Node]:
+        """phi, J, V, dV/dphi of the poses with these numbers on the branch."""
         b = self.branch
         phi, q, u = (np.array([x[k] for k in numbers]) for x in (b.phi, b.q, b.u))
         return _nodes(phi, *self.energies(q, u))
 
     def _corner(self, inside: tuple[float, float, float], outside: tuple[float, float, float]) -> float:
-        """The turning point between two (phi, V, dV/dphi): Newton from that of the cubic through them, kept between them."""
+        """The turning point between two (phi, V, dV/dphi): Newton's method from that of the cubic through them, kept between them."""
         good, bad = inside[0], outside[0]
         phi = _crossing(inside, outside, self.energy)
         q, u, last = None, None, phi
         for _ in range(60):
-            if isinstance(self.energies, OneJoint):
+            if isinstance(self.energies, OneJointEnergies):
                 _, v, slope = self.energies.at(phi)
             else:
                 at = np.array([phi])
                 if q is None or u is None or self.branch.turn is not None or abs(phi - last) > STRAIGHT:
-                    q, u = self.branch.at(at, NEARLY)
+                    q, u = self.branch.at(at, NEARLY_CLOSED)
                 else:
-                    q, u = self.branch.close(at, q + (phi - last) * u, NEARLY)
+                    q, u = self.branch.close(at, q + (phi - last) * u, NEARLY_CLOSED)
                 _, v, slope = (float(x[0]) for x in self.energies(q, u))
             last, missing = phi, self.energy - v
             good, bad = (phi, bad) if missing > 0.0 else (good, phi)

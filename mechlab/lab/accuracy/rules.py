@@ -1,8 +1,5 @@
-"""The one rule set of error control, as data. Nothing here knows a mechanism.
-
-Residual and Jacobian of all loops and relations at many poses at once.
-
-The fastest rate of a mechanism as it stands: what bounds the steps of an explicit method.
+"""The rules of error control as data; nothing here knows a mechanism. And the fastest rate of a mechanism as it stands, which
+bounds the steps of an explicit method.
 """
 
 from __future__ import annotations
@@ -13,33 +10,32 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Scene, initial_state
-from mechlab.lab.accuracy.batch import BatchTree, across, crossed
-from mechlab.lab.accuracy.conservative import scalars
+from mechlab.lab.accuracy.energies import joints_and_shafts
+from mechlab.lab.methods import METHODS, Method, Problem
 from mechlab.mechanism import ConstraintSet, Joint, Mechanism, Shaft, Spring, TreeKinematics
-from mechlab.mechanism.constraints import _LOOP_TABLE, AXES
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import spring_stretch
 
 
 @dataclass(frozen=True)
-class Rules:
-    """What all problems are held to.
+class ControlRules:
+    """The numbers that hold for all problems.
 
-    safety: an estimate counts this many times; work [s]: counted, of all probing together; nodes: of a cell of the method "energy",
-    first and last; rungs: of a ladder, at least, before the order that it shows is believed; failures: of a ladder
-    at its coarse end, before it is given up; floor [m or rad]: below it the error of "energy" is rounding, which steps do not
-    cure; tolerances: of a ladder that is controlled by them; sharpest: of a
-    ladder that starts near its target; rounding: units in the last place by which the energy is shifted
-    to see what double precision allows; check_share: of the work done so far that the check method may add; check_steps: its
-    steps in an output interval, fewest and most; check_tolerances: of a check method that has no steps;
-    check_own: share of the size of the motion up to which its own error lets
-    it say anything; contradiction: how many times the errors stated by both methods their difference may be.
+    safety: an estimate is multiplied by this. work [s]: counted work that all trials together may take.
+    nodes: of a cell of the energy quadrature, before the first doubling, and at most.
+    runs: of a method, before the order that they show is believed. failures: of the coarsest runs of a method, before it is given
+    up. tolerances: of a method that is refined by them; sharpest: the smallest of a method that starts near its target.
+    floor [m or rad]: below it the error of the energy quadrature is rounding, which steps do not cure.
+    rounding: units in the last place by which energy or start are moved to see what double precision allows.
+    check_share: of the work done so far that the check may add; check_steps: its fewest and most steps in an output interval;
+    check_tolerances: of a check method without steps; check_own: the check goes as far as its own error is below this share of
+    the size of the motion; contradiction: the difference of two methods may be this multiple of the sum of their errors.
     """
 
     safety: float = 2.0
     work: float = 4.5
     nodes: tuple[int, int] = (6, 192)
-    rungs: int = 3
+    runs: int = 3
     failures: int = 6
     floor: float = 1e-8
     tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -52,16 +48,18 @@ class Rules:
     contradiction: float = 10.0
 
 
-RULES = Rules()
+RULES = ControlRules()
 
 
 @dataclass(frozen=True)
-class LadderRule:
-    """A method as error control may use it. engine, integrator, constraints as of `mechlab.lab.methods.Method`; order:
-    of its error in the step; control: "step" or "tolerance"; stable: largest step times the fastest rate of the mechanism
-    (0: no limit); extrapolated: whether the steps of the ladder are combined (Richardson); leaves: (c, p) of the error
-    c x tolerance^p that a run leaves as a rule, so that the ladder starts near its target (c = 0: it starts at the
-    coarsest); evaluations: expected in an output interval under a tolerance, until a run has told."""
+class MethodRule:
+    """How error control uses a method. engine, integrator, constraints: as of `mechlab.lab.methods.Method`.
+
+    control: what is refined, "step" or "tolerance". order: power of the step with which the error falls. stable: largest step
+    times the fastest rate of the mechanism (0: no limit). extrapolated: whether the runs are combined (Richardson).
+    error_left: (c, p) of the usual error c tolerance^p of a run, by which the first tolerance is chosen (c = 0: the coarsest).
+    evaluations: expected in an output interval under a tolerance, before a run has been made.
+    """
 
     name: str
     engine: str
@@ -71,124 +69,53 @@ class LadderRule:
     order: float
     stable: float = 0.0
     extrapolated: bool = False
-    leaves: tuple[float, float] = (0.0, 1.0)
+    error_left: tuple[float, float] = (0.0, 1.0)
     evaluations: float = 1.0
 
+    def method(self, problem: Problem) -> Method | None:
+        """The method of the registry that this rule means for a problem; None where there is none. MuJoCo without loops and
+        relations has no rows to harden, so that its default is meant."""
+        rows = problem.mechanism.loops or problem.mechanism.relations
+        kind = "default" if self.engine == "mujoco" and self.control == "step" and not rows else self.constraints
+        wanted = (self.engine, self.integrator, kind, self.control)
+        return next((m for m in METHODS if (m.engine, m.integrator, m.constraints, m.control) == wanted), None)
 
-LSODA_LEAVES = (12.0, 0.89)
-"""Measured on a stiff governor over 10 s: 3 x tolerance^0.89 from 1e-5 to 1e-12; a run is believed at half of its target, and
-as much again is left for other problems."""
 
-LADDERS: tuple[LadderRule, ...] = (
-    LadderRule("MuJoCo RK4", "mujoco", "RK4", "hard", "step", 4.0, 2.2),
-    LadderRule("MuJoCo discrete, extrapolated", "mujoco", "discrete", "hard", "step", 1.0, 0.0, True),
-    LadderRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 2.2),
-    LadderRule(
-        "LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5.0, leaves=LSODA_LEAVES, evaluations=25.0
+LSODA_ERROR = (12.0, 0.89)
+"""Measured on a stiff governor over 10 s: 3 tolerance^0.89 from 1e-5 to 1e-12. Times 2, because a run must stay below half of
+its target, and times 2 for other problems."""
+
+METHOD_RULES: tuple[MethodRule, ...] = (
+    MethodRule("MuJoCo RK4", "mujoco", "RK4", "hard", "step", 4.0, 2.2),
+    MethodRule("MuJoCo discrete, extrapolated", "mujoco", "discrete", "hard", "step", 1.0, 0.0, True),
+    MethodRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 2.2),
+    MethodRule(
+        "LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5.0, error_left=LSODA_ERROR, evaluations=25.0
     ),
-    LadderRule(
+    MethodRule(
         "LSODA on Pinocchio's tree",
         "pinocchio",
         "LSODA",
         "exact",
         "tolerance",
         5.0,
-        leaves=LSODA_LEAVES,
+        error_left=LSODA_ERROR,
         evaluations=25.0,
     ),
-    LadderRule("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8.0, evaluations=8.0),
-    LadderRule("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8.0, evaluations=7.0),
+    MethodRule("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8.0, evaluations=8.0),
+    MethodRule("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8.0, evaluations=7.0),
 )
-"""The methods; what each is expected to cost a problem is known from its price. "energy" comes before all of them where it
-applies."""
+"""The methods; their prices (`mechlab.experiment.prices`) say what each is expected to cost. Where the energy quadrature applies
+it comes before all of them."""
 
 LOOPS_ORDER = 2.0
-"""Of MuJoCo with loops or gears: their softness goes with the square of the step."""
+"""Order of MuJoCo with loops or gears: their softness goes with the square of the step."""
 EXTRAPOLATED = 3.0
-"""Largest order that the errors of extrapolated runs are believed to fall with: it rises from rung to rung."""
+"""Order up to which the errors of extrapolated runs are believed to fall; it rises from run to run."""
 
 
-class BatchRows:
-    """Residual and Jacobian of all loops and relations at many poses; rows as in `mechlab.mechanism.ConstraintSet`, in
-    another order."""
-
-    def __init__(self, tree: BatchTree) -> None:
-        self.tree = tree
-        m = tree.mechanism
-        loops = [x for x in m.loops if x.kind != "distance"]
-        rods = [x for x in m.loops if x.kind == "distance"]
-        self.a = tree.points([(x.body_a, x.placement_a.translation) for x in loops])
-        self.b = tree.points([(x.body_b, x.placement_b.translation) for x in loops])
-        self.turn_a = np.array([tree.place[x.body_a][1] @ x.placement_a.rotation for x in loops]).reshape(-1, 1, 3, 3)
-        self.turn_b = np.array([tree.place[x.body_b][1] @ x.placement_b.rotation for x in loops]).reshape(-1, 1, 3, 3)
-        offsets = [(i, AXES.index(u)) for i, x in enumerate(loops) for u in _LOOP_TABLE[x.kind][0]]
-        angles = [(i, AXES.index(u), AXES.index(w)) for i, x in enumerate(loops) for u, w in _LOOP_TABLE[x.kind][1]]
-        self.offsets = np.array(offsets, dtype=int).reshape(-1, 2).T
-        self.angles = np.array(angles, dtype=int).reshape(-1, 3).T
-        self.full = len(offsets) == 3 * len(loops)
-        on = tree.on
-        self.between = (on[self.b[0]] - on[self.a[0]])[:, None, None, :]
-        self.rod_a = tree.points([(x.body_a, x.placement_a.translation) for x in rods])
-        self.rod_b = tree.points([(x.body_b, x.placement_b.translation) for x in rods])
-        self.rod_between = (on[self.rod_b[0]] - on[self.rod_a[0]])[:, None, None, :]
-        self.lengths = np.array([x.length for x in rods])
-        self.relations = np.array([m.coefficient_row(x.coefficients) for x in m.relations]).reshape(-1, m.nv)
-        self.count = self.offsets.shape[1] + self.angles.shape[1] + len(rods) + len(m.relations)
-
-    def system(self, q: Array) -> Array:
-        """(P, rows, nv + 1) Jacobian and, in the last column, residual at q (P, nv)."""
-        tree = self.tree
-        poses = tree.at(q)
-        count, n = q.shape
-        parts = []
-        if len(self.a[0]) or len(self.lengths):
-            linear, angular = (s.transpose(1, 2, 0) for s in tree.screws(poses))
-        if len(self.a[0]):
-            ra = poses.frames[self.a[0]]
-            pa, pb = (ra @ self.a[1])[:, :, :3, 0], tree.positions(poses, self.b)
-            back = np.swapaxes(ra[:, :, :3, :3] @ self.turn_a, 2, 3)
-            own = np.empty((len(pa), count, 3, n + 1))
-            # of the point of A that is where B's is: with it the turning of A counts
-            np.multiply(linear - across(pb) @ angular, self.between, out=own[..., :n])
-            own[..., n] = pb - pa
-            own = back @ own
-            if self.full:
-                parts.append(own.transpose(1, 0, 2, 3).reshape(count, -1, n + 1))
-            else:
-                i, k = self.offsets
-                parts.append(own[i, :, k].transpose(1, 0, 2))
-            if self.angles.shape[1]:
-                i, j, k = self.angles
-                rb = poses.frames[self.b[0]][:, :, :3, :3] @ self.turn_b
-                u, w = back[i, :, j], rb[i, :, :, k]
-                turned = np.empty((len(i), count, n + 1))
-                turned[..., :n] = (crossed(w, u)[:, :, None, :] @ angular * self.between[i])[:, :, 0]
-                turned[..., n] = np.sum(u * w, axis=-1)
-                parts.append(turned.transpose(1, 0, 2))
-        if len(self.lengths):
-            pa, pb = tree.positions(poses, self.rod_a), tree.positions(poses, self.rod_b)
-            d = pb - pa
-            both = np.empty((len(d), count, n + 1))
-            # both ends lie on the line of the rod, so that its direction at B takes the turning of both sides
-            both[..., :n] = (d[:, :, None, :] @ (linear - across(pb) @ angular) * self.rod_between)[:, :, 0]
-            both[..., n] = 0.5 * (np.sum(d * d, axis=-1) - self.lengths[:, None] ** 2)
-            parts.append((both / self.lengths[:, None, None]).transpose(1, 0, 2))
-        if len(self.relations):
-            linked = np.empty((count, len(self.relations), n + 1))
-            linked[..., :n], linked[..., n] = self.relations, q @ self.relations.T
-            parts.append(linked)
-        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-
-    def evaluate(self, q: Array) -> tuple[Array, Array]:
-        """Residual (P, rows) and Jacobian (P, rows, nv) at q (P, nv)."""
-        if not self.count:
-            return np.zeros((len(q), 0)), np.zeros((len(q), 0, self.tree.ground))
-        found = self.system(q)
-        return found[..., -1], found[..., :-1]
-
-
-LARGEST = 24
-"""Mechanisms with more rates are not linearised: it would cost more than it saves."""
+MOST_RATES = 24
+"""Mechanisms with more rates are not linearised, which would cost more than it saves."""
 
 
 def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
@@ -196,8 +123,8 @@ def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
     C, K the sums of c g g^T and k g g^T over all springs and dampers, g the gradient of what they stretch by. What their
     tension adds, and weight and laws, are slow. 0 when unknown."""
     m = mechanism
-    acting: list[Joint | Shaft | Spring] = [x for x in (*scalars(m), *m.springs) if x.stiffness or x.damping]
-    if m.nv > LARGEST or not acting or any(j.nv != 1 for j in m.joints):
+    acting: list[Joint | Shaft | Spring] = [x for x in (*joints_and_shafts(m), *m.springs) if x.stiffness or x.damping]
+    if m.nv > MOST_RATES or not acting or any(j.nv != 1 for j in m.joints):
         return 0.0
     try:
         q, v = initial_state(m, scene)
@@ -219,7 +146,7 @@ def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
 
 
 def _gradient(tree: TreeKinematics, x: Joint | Shaft | Spring) -> Array:
-    """(nv,) of the stretch of a spring: of a joint or shaft, or of the distance between two points."""
+    """(nv,) gradient of the stretch of a spring: at a joint or shaft, or between two points."""
     if not isinstance(x, Spring):
         return tree.mechanism.row(x.name)
     a, b, length, _ = spring_stretch(tree, x)
@@ -229,7 +156,7 @@ def _gradient(tree: TreeKinematics, x: Joint | Shaft | Spring) -> Array:
 
 
 def _null(rows: Array, nv: int) -> Array:
-    """(nv, k) basis of what the rows leave free."""
+    """(nv, k) basis of the rates that the rows (r, nv) leave free."""
     if not len(rows):
         return np.eye(nv)
     _, sizes, vectors = np.linalg.svd(rows)

@@ -1,10 +1,7 @@
-"""A motion that was found as a whole: checked by an engine, its error judged.
+"""A scene solved to a stated error: the method and its step or tolerance are chosen, the error is estimated and checked.
 
-One hinge under a weight alone: a physical pendulum, whose motion is known in closed form.
-
-One freedom, by its energy: the nodes are doubled until the motion no longer changes.
-
-A scene solved to a stated error: the method and its sharpness are chosen, the error is estimated and checked.
+Three ways, the first that applies: a single hinge under its weight is a pendulum, whose motion is known in elliptic functions;
+one freedom under forces of position alone follows from its energy; everything else is run by steps (`by_refinement`).
 """
 
 from __future__ import annotations
@@ -17,14 +14,15 @@ import numpy as np
 from mechlab.analytic.physical_pendulum import PhysicalPendulum
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.lab.accuracy.batch import BatchTree
-from mechlab.lab.accuracy.branch import CLOSED, NEARLY
-from mechlab.lab.accuracy.by_ladders import by_ladders
-from mechlab.lab.accuracy.conservative import OneJoint, Potential, potential, why_not
-from mechlab.lab.accuracy.energy_method import EnergyMotion, Placed
-from mechlab.lab.accuracy.measure import Measure, Meter, Motion, States, compared
-from mechlab.lab.accuracy.result import LOW, ROUNDING, Checker, Neighbour, Result, verdict
-from mechlab.lab.accuracy.rules import RULES, BatchRows
+from mechlab.lab.accuracy.batch import BatchRows, BatchTree
+from mechlab.lab.accuracy.branch import CLOSED_TO, NEARLY_CLOSED
+from mechlab.lab.accuracy.by_refinement import solve_by_refinement
+from mechlab.lab.accuracy.check import CheckRunner
+from mechlab.lab.accuracy.energies import EnergyFunction, OneJointEnergies, energies_of, why_energy_is_not_enough
+from mechlab.lab.accuracy.energy_motion import EnergyMotion, PlacedStates
+from mechlab.lab.accuracy.measure import ContinuousMotion, CostCounter, ErrorMeasure, States, tracked_and_change
+from mechlab.lab.accuracy.result import LIMITED_BY_ROUNDING, ROUNDING_COUNTS, NeighbourMotion, Solution, conclusion
+from mechlab.lab.accuracy.rules import RULES
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
 from mechlab.mechanism.geometry import Array
@@ -32,27 +30,30 @@ from mechlab.mechanism.structure import structure
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is asked: a problem at the times t (n,) from q0, v0, within `max_error` of the tracked quantities; the engine that
-    checks it, ready, and the meter that counts."""
+class SolveTask:
+    """A problem at the times t (n,) from q0 (nv,), v0 (nv,), to be solved to `max_error` of what `measure` tracks; the check, ready
+    to run, and the counter of its cost."""
 
     problem: Problem
-    measure: Measure
+    measure: ErrorMeasure
     max_error: float
     t: Array
     q0: Array
     v0: Array
-    checker: Checker
-    meter: Meter
+    checker: CheckRunner
+    counter: CostCounter
 
 
 @dataclass(frozen=True)
-class Found:
-    """A motion with its states at the output times and their tracked quantities; error: estimated in all, rounding: of
-    which it is; chosen: by what it was found and why, in words; method, step, control, evaluations as of `Result`, integrator
-    as of `Settings`; share: of the difference of `motion.cruder()` that is error."""
+class SolvedMotion:
+    """A motion, its states at the output times and their tracked quantities.
 
-    motion: Motion
+    error: estimated in all; rounding: the part of it that is rounding; chosen: the method and why it applies, in words; method,
+    step, control, evaluations: as of `Solution`; integrator: as of `Settings`; share: error over the difference from
+    `motion.cruder()`.
+    """
+
+    motion: ContinuousMotion
     states: States
     tracked: Array
     error: float
@@ -66,20 +67,21 @@ class Found:
     share: float = 1.0
 
 
-def judged(asked: Asked, found: Found) -> Result:
-    """The result: `found`, checked by an engine over as much of the scene as its cost allows."""
-    a, x, unit = asked, found, asked.measure.unit
-    checked = a.checker.check(a.measure, x.tracked, a.meter)
-    spent, size = a.meter.cpu_s, float(abs(x.tracked).max(initial=1.0))
-    part, cause = (f"rounding {x.rounding:.1g}", ROUNDING) if a.max_error < LOW else ("", "")
-    ok, sentence = verdict(x.error, a.max_error, a.measure, x.chosen, checked, size, part, cause)
+def with_check(asked: SolveTask, solved: SolvedMotion) -> Solution:
+    """The solution: a motion, checked by an engine over as much of the scene as the work done so far allows."""
+    a, x, unit = asked, solved, asked.measure.unit
+    checked = a.checker.check(a.measure, x.tracked, a.counter)
+    spent, size = a.counter.cpu_s, float(abs(x.tracked).max(initial=1.0))
+    part, cause = (f"rounding {x.rounding:.1g}", LIMITED_BY_ROUNDING) if a.max_error < ROUNDING_COUNTS else ("", "")
+    ok, sentence = conclusion(x.error, a.max_error, a.measure, x.chosen, checked, size, part, cause)
     settings = Settings(
         engine="one_freedom", integrator=x.integrator, timestep=a.problem.scene.duration / a.problem.outputs,
         tolerance=max(x.error, 1e-16), preset="max_error",
     )  # fmt: skip
-    return Result(
+    neighbour = NeighbourMotion(x.share, settings, x.states.q, x.states.v, x.motion.cruder())
+    return Solution(
         a.t, x.states.q, x.states.v, x.error, a.max_error, unit, x.method, x.step, x.control, spent, x.evaluations,
-        ok, sentence, settings, checked, x.motion, neighbours=(Neighbour(x.share, settings, x.states.q, x.states.v, x.motion.cruder()),),
+        ok, sentence, settings, checked, x.motion, neighbours=(neighbour,),
     )  # fmt: skip
 
 
@@ -88,14 +90,14 @@ EPSILON = 2.2e-16
 
 
 @dataclass(frozen=True)
-class HingeMotion:
-    """The motion of the hinge: `pendulum` about the coordinate `lowest` of its lowest position."""
+class PendulumMotion:
+    """The motion of one hinge under its weight: a physical pendulum about its lowest position, the coordinate `lowest` [rad]."""
 
     pendulum: PhysicalPendulum
     lowest: float
 
     @staticmethod
-    def of(energies: OneJoint, q0: float, v0: float) -> HingeMotion:
+    def of(energies: OneJointEnergies, q0: float, v0: float) -> PendulumMotion:
         """V = c - A cos(q - lowest), w^2 = A / J. Raises NoSolution where other forces act or nothing pulls it down."""
         if not energies.turns or energies.load or energies.springs or len(energies.stiffness):
             raise NoSolution("not a hinge under a weight alone")
@@ -103,7 +105,7 @@ class HingeMotion:
         if not (pull > 0.0 and energies.inertia > 0.0):
             raise NoSolution("nothing turns the hinge")
         lowest = math.atan2(-energies.by_sine, energies.by_rest)
-        return HingeMotion(PhysicalPendulum(math.sqrt(pull / energies.inertia), q0 - lowest, v0), lowest)
+        return PendulumMotion(PhysicalPendulum(math.sqrt(pull / energies.inertia), q0 - lowest, v0), lowest)
 
     def states(self, t: Array, accelerations: bool = False) -> States:
         """q, v (P, 1) at times t (P,); a where it is asked for."""
@@ -111,67 +113,67 @@ class HingeMotion:
         a = -(self.pendulum.frequency**2) * np.sin(theta) if accelerations else None
         return States((theta + self.lowest)[:, None], rate[:, None], None if a is None else a[:, None])
 
-    def cruder(self) -> HingeMotion:
-        """The motion of a pendulum that is another one by a few units in the last place."""
+    def cruder(self) -> PendulumMotion:
+        """The motion of a pendulum whose frequency and start differ by a few units in the last place."""
         p, more = self.pendulum, 1.0 + RULES.rounding * EPSILON
-        return HingeMotion(PhysicalPendulum(p.frequency * more, p.angle * more, p.rate * more), self.lowest)
+        return PendulumMotion(PhysicalPendulum(p.frequency * more, p.angle * more, p.rate * more), self.lowest)
 
     def rounding(self, t: Array, states: States) -> Array:
-        """(P, 1) what a few units in the last place of energy, frequency and time do to the poses, at most."""
+        """(P, 1) largest change [rad] of the poses by a few units in the last place of energy, frequency and time."""
         m, units = self.pendulum.modulus_squared, RULES.rounding * EPSILON
         later, other = self.pendulum.sensitivity()
         energy = units * max(m, math.sqrt(m))
-        away = (units + later * energy) * np.abs(states.v) * t[:, None]
-        return np.asarray(away + other * energy)
+        shifts = (units + later * energy) * np.abs(states.v) * t[:, None]
+        return np.asarray(shifts + other * energy)
 
 
-def by_hinge(asked: Asked, energies: OneJoint) -> Result:
-    """The scene of a hinge under a weight alone. Raises NoSolution where it is not one, or its motion has no period."""
-    motion = HingeMotion.of(energies, float(asked.q0[0]), float(asked.v0[0]))
+def solve_as_pendulum(asked: SolveTask, energies: OneJointEnergies) -> Solution:
+    """The solution for one hinge under its weight alone. Raises NoSolution for anything else, and for a motion without a period."""
+    motion = PendulumMotion.of(energies, float(asked.q0[0]), float(asked.v0[0]))
     states = motion.states(asked.t)
-    tracked, rounding = compared(asked.measure, asked.t, states, motion.rounding(asked.t, states))
+    tracked, rounding = tracked_and_change(asked.measure, asked.t, states, motion.rounding(asked.t, states))
     chosen = (
         f"{ELLIPTIC}, because the mechanism is one hinge under its weight alone, a physical pendulum; it "
         f"{'goes over' if motion.pendulum.goes_over else 'swings'}"
     )
-    found = Found(
+    solved = SolvedMotion(
         motion, states, tracked, rounding, rounding, chosen, ELLIPTIC, 0.0, "closed form", len(asked.t), "elliptic"
     )
-    return judged(asked, found)
+    return with_check(asked, solved)
 
 
 ENERGY = "energy quadrature"
 CLOSING = 3e-4
-"""Last correction of a pose, in errors asked for: tangents are off by so much, which the whole motion adds up."""
+"""Last correction of a pose over the error asked for: the tangents are off by as much, which adds up along the motion."""
 
 
-def by_energy(asked: Asked, tree: BatchTree, rows: BatchRows, energies: Potential) -> Result:
-    """The scene along the branch of poses through its start; energies: as of `potential`. Raises NoSolution where the energy
-    does not tell the motion."""
+def solve_by_energy(asked: SolveTask, tree: BatchTree, rows: BatchRows, energies: EnergyFunction) -> Solution:
+    """The solution along the branch of closed poses through the start: the nodes are doubled until the motion no longer changes.
+    Raises NoSolution where the energy does not determine the motion."""
     problem, measure, max_error, t = asked.problem, asked.measure, asked.max_error, asked.t
-    closed = min(max(CLOSING * max_error, CLOSED), NEARLY)
+    closed = min(max(CLOSING * max_error, CLOSED_TO), NEARLY_CLOSED)
     motion = EnergyMotion(problem.mechanism, problem.scene, asked.q0, asked.v0, tree, rows, closed, energies)
     n, last = RULES.nodes
-    n *= 1 if max_error > LOW else 2
+    n *= 1 if max_error > ROUNDING_COUNTS else 2
     estimate, states, tracked = math.inf, None, None
-    while n < last and asked.meter.work < RULES.work:
+    while n < last and asked.counter.work < RULES.work:
         n *= 2
         motion.refine(n)
         try:
             states = motion.states(t)
-            away = motion.moved(states, t, every=2)
+            shifts = motion.moved(states, t, every=2)
         except NoSolution:
             tracked = None
             continue
-        tracked, change = compared(measure, t, states, away)
+        tracked, change = tracked_and_change(measure, t, states, shifts)
         before, estimate = estimate, change
         if RULES.safety * estimate <= max_error or (estimate <= 1e-9 and estimate > 0.3 * before):
             break
     if states is None or tracked is None:
         raise NoSolution("the speed is not resolved: the motion all but stands still on its way")
-    # a motion that starts all but at rest on a top is told by the last digits of its energy, whatever was asked for
-    told = max_error < LOW or motion.orbit.kind == "run"
-    rounding = _rounding(motion, measure, t, states) if told else 0.0
+    # a motion that starts nearly at rest on a maximum of V depends on the last digits of its energy, whatever error was asked for
+    counts = max_error < ROUNDING_COUNTS or motion.orbit.kind == "run"
+    rounding = _rounding(motion, measure, t, states) if counts else 0.0
     total = estimate + rounding
     share = total / estimate if estimate > 0.0 else 1.0
     orbit = {"swing": "swings between two turning points", "turn": "turns on and on", "run": "runs along"}[
@@ -181,73 +183,75 @@ def by_energy(asked: Asked, tree: BatchTree, rows: BatchRows, energies: Potentia
         f"{ENERGY} along {motion.branch.name} with {motion.resolution}, because the mechanism "
         f"has one freedom and its forces depend on the position alone, so that its energy gives the motion without steps; it {orbit}"
     )
-    found = Found(
+    solved = SolvedMotion(
         motion, states, tracked, total, rounding, chosen, ENERGY, float(n), "nodes", motion.evaluations, "energy", share
     )
-    return judged(asked, found)
+    return with_check(asked, solved)
 
 
-def _rounding(motion: EnergyMotion, measure: Measure, t: Array, states: Placed) -> float:
-    """What a change of the energy by a few units in the last place does to the motion."""
+def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: PlacedStates) -> float:
+    """Change of the tracked quantities when the energy changes by a few units in the last place."""
     assert motion.samples is not None
     scale = float(np.max(np.abs(motion.samples.height)))
     shift = RULES.rounding * 2.2e-16 * max(scale, abs(motion.energy))
-    away = []
+    shifts = []
     for s in (shift, -shift):
         try:
-            away.append(motion.moved(states, t, shift=s))
+            shifts.append(motion.moved(states, t, shift=s))
         except NoSolution:
             continue
-    return compared(measure, t, states, *away)[1] if away else math.inf
+    return tracked_and_change(measure, t, states, *shifts)[1] if shifts else math.inf
 
 
-def solve_to(design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100) -> Result:
+def solve_to(design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100) -> Solution:
     """The scene of a design at `outputs` + 1 even times with an error of at most `max_error` [m or rad].
 
     Raises MechlabError for an error that is not positive, NoSolution when no method gets to the end at all.
     """
     if not (math.isfinite(max_error) and max_error > 0.0):
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
-    lived = design
+    made = design
     if not isinstance(scene, Scene):
-        lived = design.for_scene(scene)
-        scene = lived.scene(scene)
-    problem = Problem(lived, scene, outputs)
+        made = design.for_scene(scene)
+        scene = made.scene(scene)
+    problem = Problem(made, scene, outputs)
     m = problem.mechanism
     tree = BatchTree(m) if all(j.nv == 1 for j in m.joints) else None
-    measure = Measure(problem, tree)
-    why = why_not(m, scene)
+    measure = ErrorMeasure(problem, tree)
+    why = why_energy_is_not_enough(m, scene)
     freedoms = structure(m).freedoms if m.loops or m.relations else m.nv
     if freedoms != 1:
         why = f"{freedoms} degrees of freedom"
     if not why and tree is not None:
-        meter = Meter()
+        counter = CostCounter()
         try:
-            found = _as_a_whole(problem, measure, max_error, tree, meter)
+            solved = _solve_without_steps(problem, measure, max_error, tree, counter)
         except NoSolution as cause:
             why = str(cause)
         else:
-            if found.reached or found.estimate < RULES.floor:
-                return found
-            other = by_ladders(
-                problem, measure, max_error, freedoms, f"{found.method} stays at {found.estimate:.2g}", meter
+            if solved.reached or solved.estimate < RULES.floor:
+                return solved
+            other = solve_by_refinement(
+                problem, measure, max_error, freedoms, f"{solved.method} stays at {solved.estimate:.2g}", counter
             )
-            best = other if other.reached or other.estimate < found.estimate else found
+            best = other if other.reached or other.estimate < solved.estimate else solved
             return replace(best, cpu_s=other.cpu_s)
-    return by_ladders(problem, measure, max_error, freedoms, why, Meter())
+    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter())
 
 
-def _as_a_whole(problem: Problem, measure: Measure, max_error: float, tree: BatchTree, meter: Meter) -> Result:
-    """One freedom under forces of position alone: in closed form, else by its energy. Raises NoSolution where neither does."""
-    with meter.building():
+def _solve_without_steps(
+    problem: Problem, measure: ErrorMeasure, max_error: float, tree: BatchTree, counter: CostCounter
+) -> Solution:
+    """One freedom under forces of position alone: in closed form, else by its energy. Raises NoSolution where neither applies."""
+    with counter.building():
         q0, v0 = initial_state(problem.mechanism, problem.scene)
-        energies, rows = potential(tree, problem.scene), BatchRows(tree)
+        energies, rows = energies_of(tree, problem.scene), BatchRows(tree)
         t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
-        checker = Checker(problem, "one_freedom", 0.0, max_error < LOW)
-        asked = Asked(problem, measure, max_error, t, q0, v0, checker, meter)
-    if isinstance(energies, OneJoint) and not rows.count:
+        checker = CheckRunner(problem, "one_freedom", 0.0, max_error < ROUNDING_COUNTS)
+        asked = SolveTask(problem, measure, max_error, t, q0, v0, checker, counter)
+    if isinstance(energies, OneJointEnergies) and not rows.count:
         try:
-            return by_hinge(asked, energies)
+            return solve_as_pendulum(asked, energies)
         except NoSolution:
             pass  # other forces, or a motion without a period
-    return by_energy(asked, tree, rows, energies)
+    return solve_by_energy(asked, tree, rows, energies)

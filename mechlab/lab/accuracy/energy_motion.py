@@ -1,7 +1,7 @@
-"""Method "energy": one freedom under forces of position alone, by quadrature: t = integral of dphi / sqrt(2 (E - V) / J).
+"""A motion of one freedom under forces of position alone, from its energy: t = integral of dphi / sqrt(2 (E - V) / J).
 
-No steps, no drift, no constraint rows: the time along the orbit is integrated with Chebyshev polynomials (of a swing: with
-cosines) and inverted where the motion is asked for. Refining doubles the nodes; its error falls geometrically.
+No steps, no drift, no constraint rows: the time along the orbit is integrated with Chebyshev polynomials (between two turning
+points: with cosines) and inverted where the motion is asked for. With twice the nodes the error falls geometrically.
 """
 
 from __future__ import annotations
@@ -15,37 +15,45 @@ from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
 from mechlab.experiment.scene import Scene
-from mechlab.lab.accuracy.batch import BatchTree
-from mechlab.lab.accuracy.branch import CLOSED, TURN, Branch, branches, next_coordinate
-from mechlab.lab.accuracy.clock import Clock, basis, deriving, fitting, nodes
-from mechlab.lab.accuracy.conservative import Potential, potential
+from mechlab.lab.accuracy.batch import BatchRows, BatchTree
+from mechlab.lab.accuracy.branch import CLOSED_TO, TURN, PoseBranch, candidate_joints, next_joint
+from mechlab.lab.accuracy.energies import EnergyFunction, energies_of
 from mechlab.lab.accuracy.measure import States
-from mechlab.lab.accuracy.orbit import Explorer, Orbit
-from mechlab.lab.accuracy.rules import BatchRows
-from mechlab.lab.accuracy.swing import Beat, between, numbers, places
-from mechlab.lab.accuracy.swing import fitting as cosines
+from mechlab.lab.accuracy.orbit import EnergyOrbit, OrbitSearch
+from mechlab.lab.accuracy.path_time import (
+    PathTime,
+    SwingTime,
+    chebyshev_basis,
+    chebyshev_derivative,
+    chebyshev_fit,
+    chebyshev_nodes,
+    cosine_midpoints,
+    cosine_nodes,
+    wave_numbers,
+)
+from mechlab.lab.accuracy.path_time import cosine_fit as cosines
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
 PATIENCE = 2
-"""Tries of steps along a joint that may fail while there are other joints to try."""
+"""Steps along a joint that may fail while there are other joints to try."""
 NEAR = 1e-2
-"""Poses farther from the polynomials of coarser samples may be of another branch: they are looked for anew [rad or m]."""
+"""Poses farther than this [rad or m] from the polynomials of the coarser nodes may lie on another branch: they are closed anew."""
 SETTLED = 1e-2
-"""Share by which the time of a swing may change with half of the nodes, or with energy in the last place: a motion that hardly
-leaves its turning point tells nothing of what both miss."""
+"""Largest share by which the time of a swing may change with half the nodes, or with the last digit of the energy. Beyond it the
+motion hardly leaves its turning point, and the change says nothing of the error."""
 
 
 @dataclass(frozen=True)
-class Placed(States):
-    """States, and where on the orbit they are."""
+class PlacedStates(States):
+    """States, and their places on the orbit."""
 
-    place: _Place | _Phase
+    place: _CellPlace | _SwingPhase
 
 
 @dataclass(frozen=True)
-class _Place:
-    """Where on the orbit: passages done before, cell, basis there, pose without turns."""
+class _CellPlace:
+    """Place on an orbit of cells: passages done before, cell, Chebyshev basis there, pose without full turns."""
 
     lap: Array
     cell: NDArray[np.intp]
@@ -54,8 +62,8 @@ class _Place:
 
 
 @dataclass(frozen=True)
-class _Phase:
-    """Where on a swing: x since the first turning point and its waves; the time of a swing over pi."""
+class _SwingPhase:
+    """Place on a swing: x since the first turning point and its waves; mean: the time of a swing over pi."""
 
     mean: float
     x: Array
@@ -63,7 +71,7 @@ class _Phase:
 
 
 @dataclass(frozen=True)
-class _Samples:
+class _NodeSamples:
     """Exact values at the nodes of all cells, shape (cells, n + 1, ...)."""
 
     x: Array
@@ -74,43 +82,43 @@ class _Samples:
 
 
 class EnergyMotion:
-    """The motion of a mechanism from q0, v0 by its energy. closed: last correction of its poses; energies: as of
-    `potential`, where they are known already. Raises NoSolution where no joint counts along it."""
+    """The motion of a mechanism from q0 (nv,), v0 (nv,), by its energy. closed: last correction of its poses [rad or m]; energies:
+    those of the scene, where they are known already. Raises NoSolution where no joint moves all along it."""
 
     def __init__(
         self, mechanism: Mechanism, scene: Scene, q0: Array, v0: Array, tree: BatchTree, rows: BatchRows,
-        closed: float = CLOSED, energies: Potential | None = None,
+        closed: float = CLOSED_TO, energies: EnergyFunction | None = None,
     ) -> None:  # fmt: skip
         self.mechanism, self.tree = mechanism, tree
-        self.energies = energies or potential(tree, scene)
+        self.energies = energies or energies_of(tree, scene)
         explorer = self._explore(q0, v0, rows, scene.duration)
         self.energy, self.duration = explorer.energy, scene.duration
-        self.samples: _Samples | None = None
+        self.samples: _NodeSamples | None = None
         self.evaluations = 0
         self.closed, self.last_step = closed, max(1e-7, math.sqrt(closed))
 
-    def _explore(self, q0: Array, v0: Array, rows: BatchRows, duration: float) -> Explorer:
-        """The orbit along the first joint that counts; one that stops hands on the poses that it has reached."""
-        order = branches(self.mechanism, q0, self.tree, rows)
-        # a joint that comes near a limit position is left soon for another; when none is better, all may go to their limits
+    def _explore(self, q0: Array, v0: Array, rows: BatchRows, duration: float) -> OrbitSearch:
+        """The orbit along the first joint that does not stop; the next joint takes over the poses reached so far."""
+        order = candidate_joints(self.mechanism, q0, self.tree, rows)
+        # first a joint near a limit position is soon left for another; if all of them are, each is followed to its limit
         why = ""
         for patience in (PATIENCE, 10**9) if rows.count and len(order) > 1 else (10**9,):
             left, failed = list(order), None
             k: int | None = left[0]
             while k is not None:
                 left.remove(k)
-                branch = Branch(self.mechanism, q0, k, self.tree, rows)
+                branch = PoseBranch(self.mechanism, q0, k, self.tree, rows)
                 branch.patience = patience
                 if failed is not None:
                     branch.seed(failed)
                 if not rows.count and self.tree.revolute[k]:
                     branch.turn = np.full(1, TURN)
-                explorer = Explorer(branch, self.energies, float(v0[k]), duration)
+                explorer = OrbitSearch(branch, self.energies, float(v0[k]), duration)
                 try:
-                    self.orbit: Orbit = explorer.orbit()
+                    self.orbit: EnergyOrbit = explorer.orbit()
                 except NoSolution as cause:
                     why, failed = str(cause), branch
-                    k = next_coordinate(branch, left)
+                    k = next_joint(branch, left)
                     continue
                 self.branch = branch
                 return explorer
@@ -118,7 +126,7 @@ class EnergyMotion:
 
     @property
     def n(self) -> int:
-        """Nodes of a cell less one."""
+        """Number of nodes of a cell, less one."""
         return 0 if self.samples is None else self.samples.x.shape[1] - 1
 
     @property
@@ -129,13 +137,13 @@ class EnergyMotion:
         return f"{self.n + 1} nodes in each of {self.orbit.cells} cells"
 
     def refine(self, n: int) -> None:
-        """Exact samples at n + 1 nodes of every cell; n twice the last one keeps those."""
+        """Exact values at n + 1 nodes of every cell; with twice the last n those that are known are kept."""
         o = self.orbit
         if o.kind == "swing":
-            xs = places(n)
+            xs = cosine_nodes(n)
         else:
             width = (o.high - o.low) / o.cells
-            xs = o.low + width * (np.arange(o.cells)[:, None] + 0.5 * (nodes(n) + 1.0))
+            xs = o.low + width * (np.arange(o.cells)[:, None] + 0.5 * (chebyshev_nodes(n) + 1.0))
         old = self.samples
         new = xs if old is None else xs[:, 1::2]
         q, u = self._poses(o.phi(new.ravel()), new.shape[1])
@@ -148,16 +156,20 @@ class EnergyMotion:
                 out[:, ::2], out[:, 1::2] = coarse, fine
                 both.append(out)
             found = both
-        self.samples = _Samples(xs, *found)
+        self.samples = _NodeSamples(xs, *found)
         self._paces: Array | None = None
 
     def _poses(self, phi: Array, per_cell: int) -> tuple[Array, Array]:
-        """Closed poses at phi (P,), `per_cell` in each cell: near the polynomials of the coarser samples where these are close
-        enough, so that there is little left to correct."""
+        """Closed poses at phi (P,), `per_cell` in each cell: guessed by the polynomials of the coarser nodes where these are close
+        enough, so that little is left to correct."""
         old = self.samples
         if old is not None and self.branch.rows.count:
             n = self.n
-            at = between(n) if self.orbit.kind == "swing" else basis(nodes(2 * n)[1::2], n) @ fitting(n)
+            at = (
+                cosine_midpoints(n)
+                if self.orbit.kind == "swing"
+                else chebyshev_basis(chebyshev_nodes(2 * n)[1::2], n) @ chebyshev_fit(n)
+            )
             guess = (at @ old.q).reshape(len(phi), -1)
             try:
                 q, u = self.branch.close(phi, guess, self.closed)
@@ -168,8 +180,8 @@ class EnergyMotion:
                     return q, u
         return self.branch.at(phi, self.closed)
 
-    def states(self, t: Array, accelerations: bool = False) -> Placed:
-        """The motion at times t (P,). Raises NoSolution where the speed is lost between turning points."""
+    def states(self, t: Array, accelerations: bool = False) -> PlacedStates:
+        """The motion at times t (P,). Raises NoSolution where its speed vanishes between turning points."""
         assert self.samples is not None
         o = self.orbit
         if o.kind == "swing":
@@ -186,8 +198,8 @@ class EnergyMotion:
             p = np.minimum(t, total)
         cell, _, wide = clock.invert(p, self.last_step)
         b, n = wide[:, :-1], self.n
-        c = fitting(n) @ self.samples.q
-        slope = deriving(n) * (2.0 / clock.width)
+        c = chebyshev_fit(n) @ self.samples.q
+        slope = chebyshev_derivative(n) * (2.0 / clock.width)
         d = slope @ c
         g = (b * clock.slopes[cell]).sum(axis=1)
         polynomials = (c, d, slope @ d) if accelerations else (c, d)
@@ -197,19 +209,19 @@ class EnergyMotion:
         q = value
         if o.kind == "turn" and self.branch.turn is not None:
             q = value + np.multiply.outer(o.sign * (lap - 1.0), self.branch.turn)
-        place = _Place(lap, cell, wide, value)
+        place = _CellPlace(lap, cell, wide, value)
         if not accelerations:
-            return Placed(q, v, None, place)
+            return PlacedStates(q, v, None, place)
         dg = (b * (clock.slopes @ slope.T)[cell]).sum(axis=1)
-        return Placed(q, v, found[2] / (g * g)[:, None] - first * (dg / g**3)[:, None], place)
+        return PlacedStates(q, v, found[2] / (g * g)[:, None] - first * (dg / g**3)[:, None], place)
 
-    def _swinging(self, t: Array, accelerations: bool) -> Placed:
+    def _swinging(self, t: Array, accelerations: bool) -> PlacedStates:
         """`states` of a swing."""
         assert self.samples is not None
         beat, n, nq = self._beat(), self.n, self.samples.q.shape[2]
         x, w = beat.invert(beat.time(self._x0) + t, self.last_step)
         c = cosines(n) @ self.samples.q[0]
-        k = numbers(n)
+        k = wave_numbers(n)
         rows = np.empty((2 * nq + 1, n + 1))
         rows[:nq] = c.T
         np.multiply(rows[:nq], k, out=rows[nq:-1])
@@ -218,26 +230,28 @@ class EnergyMotion:
         q, first, g = found[:nq, ::2].T.copy(), -found[nq:-1, 1::2], found[-1, ::2]
         v = (first / g).T.copy()
         if not accelerations:
-            return Placed(q, v, None, _Phase(beat.mean, x, w))
+            return PlacedStates(q, v, None, _SwingPhase(beat.mean, x, w))
         second = -(rows[nq:-1] * k @ w)[:, ::2]
         dg = -(beat.slopes * k @ w)[1::2]
-        return Placed(q, v, ((second - first * (dg / g)) / (g * g)).T.copy(), _Phase(beat.mean, x, w))
+        return PlacedStates(q, v, ((second - first * (dg / g)) / (g * g)).T.copy(), _SwingPhase(beat.mean, x, w))
 
     def cruder(self) -> EnergyMotion:
         """The motion from every second node alone."""
         assert self.samples is not None
         out, s = copy(self), self.samples
-        out.samples = _Samples(*(a[:, ::2] for a in (s.x, s.q, s.inertia, s.height, s.slope)))
+        out.samples = _NodeSamples(*(a[:, ::2] for a in (s.x, s.q, s.inertia, s.height, s.slope)))
         out._paces = None
         return out
 
-    def moved(self, states: Placed, t: Array, every: int = 1, shift: float = 0.0) -> Array:
-        """By how much (P, nv) the poses of `states` at times t would be others from every `every`-th node alone, or with
-        `shift` [J] more energy: what passes between the times at which either motion is in a place, at its rate, and the
-        difference of the polynomials. Raises NoSolution as `states`."""
+    def moved(self, states: PlacedStates, t: Array, every: int = 1, shift: float = 0.0) -> Array:
+        """(P, nv) change of the poses of `states` at times t with only each `every`-th node, or with `shift` [J] more energy.
+
+        It is the rate times the difference of the times at which both motions pass a place, plus the difference of the
+        polynomials. Raises NoSolution as `states`.
+        """
         assert self.samples is not None
         o, place = self.orbit, states.place
-        if isinstance(place, _Phase):
+        if isinstance(place, _SwingPhase):
             beat = self._beat(every, shift)
             if abs(beat.mean - place.mean) > SETTLED * place.mean:
                 raise NoSolution("the time of a swing is not resolved: it all but stands still on its way")
@@ -256,22 +270,22 @@ class EnergyMotion:
             passed = passed + clock.total * place.lap - clock.time(o.x0)
         out = states.v * (t - passed)[:, None]
         if every > 1:
-            out += (b[:, None, :-1] @ (fitting(n) @ self.samples.q[:, ::every])[place.cell])[:, 0] - place.q
+            out += (b[:, None, :-1] @ (chebyshev_fit(n) @ self.samples.q[:, ::every])[place.cell])[:, 0] - place.q
         return np.asarray(out)
 
     @property
     def _x0(self) -> float:
-        """Where a swing starts: x grows from there, also on the way back."""
+        """x at the start of a swing; x increases from there, also on the way back."""
         return self.orbit.x0 if self.orbit.forward else -self.orbit.x0
 
-    def _clock(self, every: int = 1, shift: float = 0.0) -> Clock:
-        return Clock.of(self.orbit.low, self.orbit.high, self._pace(every, shift))
+    def _clock(self, every: int = 1, shift: float = 0.0) -> PathTime:
+        return PathTime.of(self.orbit.low, self.orbit.high, self._pace(every, shift))
 
-    def _beat(self, every: int = 1, shift: float = 0.0) -> Beat:
-        return Beat.of(self._pace(every, shift)[0])
+    def _beat(self, every: int = 1, shift: float = 0.0) -> SwingTime:
+        return SwingTime.of(self._pace(every, shift)[0])
 
     def _pace(self, every: int, shift: float) -> Array:
-        """dt/dx at every `every`-th node of all cells, with `shift` more energy."""
+        """dt/dx at each `every`-th node of all cells, with `shift` [J] more energy."""
         s, o = self.samples, self.orbit
         assert s is not None
         if not shift and self._paces is not None:
@@ -292,6 +306,3 @@ class EnergyMotion:
         if not shift:
             self._paces = np.asarray(g)
         return np.asarray(g)
-
-
-__all__ = ["EnergyMotion", "Placed"]

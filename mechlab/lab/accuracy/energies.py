@@ -1,6 +1,6 @@
-"""Energy along a branch: what one freedom under forces of position alone needs to know of its mechanism.
+"""Inertia J and potential energy V of a mechanism with one freedom phi, whose forces depend on the position alone.
 
-J(phi) phi'^2 / 2 + V(phi) = E        J = u^T M u        V: weight, springs, constant loads
+J(phi) phi'^2 / 2 + V(phi) = E,    J = u^T M u,    u = dq/dphi;    V: weight, springs, constant loads
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from mechlab.lab.accuracy.batch import BatchTree, crossed
 from mechlab.mechanism import Joint, Mechanism, Shaft
 from mechlab.mechanism.geometry import Array
 
-Potential = Callable[[Array, Array], tuple[Array, Array, Array]]
+EnergyFunction = Callable[[Array, Array], tuple[Array, Array, Array]]
 """J (P,), V (P,) and dV/dphi (P,) at poses q (P, nv) with tangents u (P, nv)."""
 
 
-def scalars(mechanism: Mechanism) -> list[Joint | Shaft]:
+def joints_and_shafts(mechanism: Mechanism) -> list[Joint | Shaft]:
     """All joints and shafts."""
     return [*mechanism.joints, *mechanism.shafts]
 
 
-def why_not(mechanism: Mechanism, scene: Scene) -> str:
-    """Why the energy alone does not decide the motion; empty when it does."""
+def why_energy_is_not_enough(mechanism: Mechanism, scene: Scene) -> str:
+    """Why the energy alone does not determine the motion, in words; empty when it does."""
     m = mechanism
     if any(j.nv != 1 for j in m.joints):
         return "a spherical joint"
-    lossy = [x.name for x in scalars(m) if x.damping or x.friction]
+    lossy = [x.name for x in joints_and_shafts(m) if x.damping or x.friction]
     lossy += [s.name for s in m.springs if s.damping]
     if lossy:
         return f"damping or friction of {lossy[0]}"
@@ -44,7 +44,7 @@ def why_not(mechanism: Mechanism, scene: Scene) -> str:
     return ""
 
 
-class Energies:
+class TreeEnergies:
     """J [kg m2 or kg] and V [J] of a mechanism under the constant loads of a scene."""
 
     def __init__(self, tree: BatchTree, scene: Scene) -> None:
@@ -55,7 +55,7 @@ class Energies:
             self.load += law.value * m.row(law.on)  # type: ignore[attr-defined]
         self.armature = np.array([j.armature for j in m.joints])
         self.shafts = [(s.inertia, m.row(s.name)) for s in m.shafts if s.inertia]
-        sprung = [x for x in scalars(m) if x.stiffness]
+        sprung = [x for x in joints_and_shafts(m) if x.stiffness]
         self.sprung = [(x.stiffness, m.row(x.name), x.spring_rest - x.zero) for x in sprung]
         self.ends = (
             tree.points([(s.body_a, np.array(s.point_a)) for s in m.springs]),
@@ -97,11 +97,11 @@ class Energies:
         return inertia, height, slope
 
 
-class OneJoint:
+class OneJointEnergies:
     """`Energies` of a tree of one joint, in closed form: J is constant, points are linear in sin q and 1 - cos q (or in q)."""
 
     def __init__(self, tree: BatchTree, scene: Scene) -> None:
-        whole = Energies(tree, scene)
+        whole = TreeEnergies(tree, scene)
         self.turns = bool(tree.revolute[0])
         self.load = float(whole.load[0])
         self.inertia = float(whole(np.zeros((1, 1)), np.ones((1, 1)))[0][0])
@@ -162,6 +162,6 @@ class OneJoint:
         return self.inertia, height, slope
 
 
-def potential(tree: BatchTree, scene: Scene) -> Potential:
+def energies_of(tree: BatchTree, scene: Scene) -> EnergyFunction:
     """J, V and dV/dphi of a mechanism under the constant loads of a scene."""
-    return OneJoint(tree, scene) if tree.ground == 1 else Energies(tree, scene)
+    return OneJointEnergies(tree, scene) if tree.ground == 1 else TreeEnergies(tree, scene)

@@ -1,4 +1,8 @@
-"""A ladder of runs of one method, each rung sharper than the last, with the error of the best estimated from the rungs."""
+"""The runs of one method, each with half the step (or a tenth of the tolerance) of the one before, and the error of the best.
+
+Where the changes from run to run fall with the power p of the step, the error of the last is change / (2^p - 1) (Richardson);
+p is observed, and never believed to be more than theory promises.
+"""
 
 from __future__ import annotations
 
@@ -13,30 +17,34 @@ from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, work_done, work_limit
-from mechlab.lab.accuracy.measure import Measure
-from mechlab.lab.accuracy.result import Neighbour
-from mechlab.lab.accuracy.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, LadderRule
-from mechlab.lab.methods import METHODS, Method, Problem, has_kinks
+from mechlab.lab.accuracy.measure import ErrorMeasure
+from mechlab.lab.accuracy.result import NeighbourMotion
+from mechlab.lab.accuracy.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
+from mechlab.lab.methods import Method, Problem, has_kinks
 from mechlab.mechanism.geometry import Array
 
 EPSILON = 2.2e-16
-ERRATIC = 2.0
-"""A change that falls so many times faster than theory promises is not yet on its way: it is not believed to go on."""
-HALF = 0.5
-"""Of the time in which held rates are captured, for what that time does."""
+TOO_FAST = 2.0
+"""A change that falls this many times faster than theory promises does so by chance; the ratio is then not used."""
+CAPTURE_SHARE = 0.5
+"""Share of their capture time with which held rates are run again, to see what that time does."""
 KINK_RATIO = 16.0
-"""No more than this the changes are believed to fall when a step of a motion with kinks is halved."""
+"""Largest ratio by which the change is believed to fall when the step of a motion with kinks is halved."""
 
 
 @dataclass
-class Ladder:
-    """The runs of one method so far; `estimate` of the best, `work` of the last (`first_work` of the first) that got to the end
-    [s], `done`: work, and `cpu_s`: CPU seconds of all that did, `ended`: why it cannot go on,
-    `recaptured`: the best in which held rates are captured in half the time."""
+class RefinedMethod:
+    """The runs of one method so far.
 
-    rule: LadderRule
+    values: their steps [s] or tolerances; traces: their states; tables: extrapolated states (Richardson); tracked: tracked
+    quantities of the best. estimate: error of the last run; work, first_work [s]: of the last and the first run that got to the
+    end; done [s], cpu_s: of all runs; failures: how many did not come through; ended: why no sharper run can be made;
+    recaptured: the best run once more, with half the time in which held rates are captured.
+    """
+
+    rule: MethodRule
     problem: Problem
-    measure: Measure
+    measure: ErrorMeasure
     fastest: float
     target: float
     values: list[float] = field(default_factory=list)
@@ -54,35 +62,30 @@ class Ladder:
 
     @property
     def best(self) -> tuple[Array, Array]:
-        """q, v of the sharpest rung (extrapolated where the rule says so)."""
+        """q (n, nq), v (n, nv) of the last run, extrapolated where the rule says so."""
         return self.tables[-1][-1]
 
     @property
     def settings(self) -> Settings:
-        """Those of the sharpest rung."""
+        """Settings of the last run."""
         return self.method.settings(self.values[-1])
 
     @property
     def method(self) -> Method:
-        """The method of the registry that the rungs are runs of."""
-        r = self.rule
-        kind = r.constraints
-        if r.engine == "mujoco" and r.control == "step" and not _rows(self.problem):
-            kind = "default"
-        return next(
-            m
-            for m in METHODS
-            if (m.engine, m.integrator, m.constraints, m.control) == (r.engine, r.integrator, kind, r.control)
-        )
+        """The method of the registry that is refined."""
+        found = self.rule.method(self.problem)
+        if found is None:
+            raise MechlabError(f"{self.rule.name}: the registry of methods has no such method.")
+        return found
 
     @property
-    def expected(self) -> float:
-        """Expected work [s] of a step, or of an output interval under a tolerance, before a run has told."""
+    def expected_work(self) -> float:
+        """Expected work [s] of a step, or of an output interval under a tolerance, before the first run."""
         return self.rule.evaluations * self.method.price(self.problem)
 
     @property
     def next_cost(self) -> float:
-        """Expected work [s] of the next rung; infinite at the end of the ladder."""
+        """Expected work [s] of the next run; infinite where there is none."""
         if self.ended:
             return math.inf
         if not self.traces:
@@ -90,19 +93,19 @@ class Ladder:
             if value is None:
                 return math.inf
             count = self.problem.scene.duration / value if self.rule.control == "step" else self.problem.outputs
-            return count * self.expected
+            return count * self.expected_work
         return self.work * (2.0 if self.rule.control == "step" else 1.6)
 
-    def cost_beside(self, others: Sequence[Ladder]) -> float:
-        """`next_cost`; of a first rung that another ladder has climbed by the same integrator, what it took there, in
-        proportion to the equations of motion."""
+    def cost_given(self, others: Sequence[RefinedMethod]) -> float:
+        """`next_cost`; of a first run, at least what it took another method with the same integrator, in proportion to the prices of
+        their equations of motion."""
         alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_work]
         if self.traces or self.ended or not alike:
             return self.next_cost
-        return max(self.next_cost, min(x.first_work * self.expected / x.expected for x in alike))
+        return max(self.next_cost, min(x.first_work * self.expected_work / x.expected_work for x in alike))
 
-    def climb(self, budget: float) -> None:
-        """One rung more, within `budget` seconds of work."""
+    def refine(self, budget: float) -> None:
+        """One run more, within `budget` [s] of work."""
         value = self._next()
         if value is None:
             self.ended = self.ended or "its sharpest setting was used"
@@ -114,24 +117,24 @@ class Ladder:
             self.ended = f"its next run would take more than {budget:.2g} s of work"
             return
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as cause:
-            self._failed(str(cause))
+            self._note_failure(str(cause))
             return
         self.work = work
         if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self.problem.outputs + 1:
             self.values.append(value)
-            self._failed(trace.reason or "the state is not finite")
+            self._note_failure(trace.reason or "the state is not finite")
             return
         self.first_work = self.first_work or work
         self.values.append(value)
         self.traces.append(trace)
         self._combine(trace)
-        self._judge()
+        self._estimate_error()
 
-    def rounding(self) -> float:
-        """What a change of the start by a few units in the last place does to the last run but one."""
+    def rounding_error(self) -> float:
+        """Error [unit] by rounding: the change of the last run but one when its start is moved by a few units in the last place."""
         scene = self.problem.scene
         names = tuple(scene.initial_rates) or self.problem.mechanism.scalar_names[:1]
-        # of the rates, because assembly rounds away so small a change of the pose; their scale is that of the motion
+        # the rates are moved, because assembly would undo so small a change of the pose; scaled by those of the motion
         small = RULES.rounding * EPSILON * max(1.0, float(np.max(np.abs(self.traces[-1].v))))
         rates = dict(scene.initial_rates) | {n: scene.initial_rates.get(n, 0.0) + small for n in names}
         moved = Problem(self.problem.design, replace(scene, initial_rates=rates), self.problem.outputs)
@@ -142,11 +145,11 @@ class Ladder:
         t = np.linspace(0.0, scene.duration, self.problem.outputs + 1)
         return _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
 
-    def capture(self) -> float:
-        """What the time in which held rates are captured adds to the error: twice what half of it does, as it is of first
-        order; 0 without such a law."""
+    def capture_error(self) -> float:
+        """Error [unit] by the time in which held rates are captured: twice the change with half that time, as it is of first order; 0
+        without such a law."""
         p = self.problem
-        laws = captured(p.scene.laws, HALF)
+        laws = captured(p.scene.laws, CAPTURE_SHARE)
         if laws == p.scene.laws:
             return 0.0
         trace, _ = self._run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
@@ -156,28 +159,27 @@ class Ladder:
         t = np.linspace(0.0, p.scene.duration, p.outputs + 1)
         return 2.0 * _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
 
-    def neighbours(self, rounding: float) -> Iterator[Neighbour]:
-        """What the errors of all channels follow from: the run before the best, with the share of the change that the estimate
-        takes of the tracked quantities, and as much again; and the capture of held rates, whose part is of first order.
-        rounding: as of the method of this name."""
+    def neighbours(self, rounding: float) -> Iterator[NeighbourMotion]:
+        """The motions from which the errors of all channels follow: the run before the last, with the ratio of the estimate to the
+        change of the tracked quantities times the safety; and the run with half the capture time. rounding: as of `rounding_error`."""
         if len(self.tables) < 2:
             return
         change, error = _distance(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
         share = error / change if change > 0.0 else 1.0
         q, v = self.tables[-2][-1]
-        yield Neighbour(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
+        yield NeighbourMotion(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
         if self.recaptured is None:
             return
-        # beside the plain run, not the extrapolated one, which is another
+        # compared with the plain run, since the extrapolated one is another
         other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
         if len(other.q) != len(plain.q):
-            yield Neighbour(math.inf, self.settings, q, v, captured=HALF)
+            yield NeighbourMotion(math.inf, self.settings, q, v, captured=CAPTURE_SHARE)
             return
         q, v = q + other.q - plain.q, v + other.v - plain.v
-        yield Neighbour(2.0 * RULES.safety, self.settings, q, v, captured=HALF)
+        yield NeighbourMotion(2.0 * RULES.safety, self.settings, q, v, captured=CAPTURE_SHARE)
 
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
-        """A run and its work [s]; both count, CPU time too."""
+        """A run and its work [s], which is added to `done`, its CPU time to `cpu_s`."""
         before = work_done()
         trace = self.method.run(problem, value)
         work = work_done() - before
@@ -185,8 +187,8 @@ class Ladder:
         self.cpu_s += trace.cpu_s
         return trace, work
 
-    def _failed(self, why: str) -> None:
-        """A rung that did not come through; too many end the ladder, and runs before it do not count."""
+    def _note_failure(self, why: str) -> None:
+        """A run did not come through: those before it no longer count, and too many failures end the refinement."""
         self.failures += 1
         self.traces, self.tables, self.tracked, self.estimate = [], [], [], math.inf
         if self.failures > RULES.failures or self.rule.control == "tolerance":
@@ -204,7 +206,7 @@ class Ladder:
         return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
 
     def _next_tolerance(self) -> float | None:
-        factor, power = self.rule.leaves
+        factor, power = self.rule.error_left
         if not factor:
             left = [x for x in RULES.tolerances if not self.values or x < self.values[-1]]
             return left[0] if left else None
@@ -222,7 +224,7 @@ class Ladder:
                 row.append((fine_q + weight * (fine_q - q), fine_v + weight * (fine_v - v)))
         self.tables.append(row)
 
-    def _judge(self) -> None:
+    def _estimate_error(self) -> None:
         t = np.linspace(0.0, self.problem.scene.duration, self.problem.outputs + 1)
         rows = self.tables
         self.tracked.append(self.measure(t, *rows[-1][-1]))
@@ -231,10 +233,10 @@ class Ladder:
         last = _distance(self.tracked[-1], self.tracked[-2])
         if self.rule.control == "tolerance":
             # the change is the error of the coarser run; one that started far above the target may agree by chance
-            enough = 2 if self.rule.leaves[0] else RULES.rungs
+            enough = 2 if self.rule.error_left[0] else RULES.runs
             self.estimate = last if len(self.tracked) >= enough else math.inf
             return
-        if len(self.tracked) < RULES.rungs:
+        if len(self.tracked) < RULES.runs:
             # two runs of a method that does not extrapolate: the change itself, not a share of it
             self.estimate = math.inf if self.rule.extrapolated or has_kinks(self.problem.scene) else last
             return
@@ -244,7 +246,7 @@ class Ladder:
             self.estimate = max(last, before / KINK_RATIO)
             return
         ratio, theory = before / last if last > 0.0 else math.inf, 2.0**self._order
-        if ratio > ERRATIC * theory and not self.rule.extrapolated:
+        if ratio > TOO_FAST * theory and not self.rule.extrapolated:
             self.estimate = last
             return
         # the observed ratio, never better than theory promises; without a falling error the change itself counts
@@ -253,7 +255,7 @@ class Ladder:
 
     @property
     def _order(self) -> float:
-        """With which power of the step the errors are believed to fall."""
+        """Power of the step with which the errors are believed to fall at most."""
         if self.rule.extrapolated:
             return EXTRAPOLATED
         return LOOPS_ORDER if self.rule.engine == "mujoco" and _rows(self.problem) else self.rule.order

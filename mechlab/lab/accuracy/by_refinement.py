@@ -1,0 +1,128 @@
+"""Solution by steps: of all methods the one whose next run costs the least is refined, until one of them meets the error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from mechlab.engines.protocol import is_rough, why_no_smooth_tree
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.lab.accuracy.check import CheckRunner, MethodCheck
+from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
+from mechlab.lab.accuracy.refinement import RefinedMethod
+from mechlab.lab.accuracy.result import LIMITED_BY_CAPTURE, LIMITED_BY_ROUNDING, ROUNDING_COUNTS, Solution, conclusion
+from mechlab.lab.accuracy.rules import METHOD_RULES, RULES, fastest_rate
+from mechlab.lab.methods import Problem
+from mechlab.mechanism.geometry import Array
+
+T = TypeVar("T")
+
+
+def solve_by_refinement(
+    problem: Problem, measure: ErrorMeasure, max_error: float, freedoms: int, why: str, counter: CostCounter
+) -> Solution:
+    """The scene by the cheapest method that meets the error. why: the reason, in words, that the energy quadrature does not apply.
+
+    Raises NoSolution where no method gets to the end of the scene, MechlabError where no engine is installed that could.
+    """
+    t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
+    fastest = fastest_rate(problem.mechanism, problem.scene)
+    candidates = [RefinedMethod(rule, problem, measure, fastest, max_error) for rule in METHOD_RULES]
+    with counter.building():
+        candidates = [x for x in candidates if _usable(x, freedoms)]
+    if not candidates:
+        raise MechlabError(f"{problem.design.name}: no engine is installed that can control the error of this scene.")
+    winner: RefinedMethod | None = None
+    while winner is None:
+        cost, x = min(((one.cost_given(candidates), one) for one in candidates), key=lambda pair: pair[0])
+        left = RULES.work - counter.work
+        if math.isinf(cost) or cost > left:
+            break
+        _counting_runs_only(counter, x, partial(x.refine, left))
+        if RULES.safety * x.estimate <= max_error:
+            winner = x
+    rounding = 0.0
+    # a tolerance needs no such run: what it leaves at every step grows as rounding does, is a hundred times as large, and estimated
+    if winner is not None and winner.rule.control == "step" and max_error < 1e-6 and len(winner.traces) > 1:
+        rounding = _counting_runs_only(counter, winner, winner.rounding_error)
+    ran = [x for x in candidates if x.traces]
+    if not ran:
+        raise NoSolution(f"{problem.design.name}: no method gets to the end of the scene ({_why_ended(candidates)}).")
+    best = winner or min(ran, key=lambda x: x.estimate)
+    capture = _counting_runs_only(counter, best, best.capture_error)
+    q, v = best.best
+    tracked = measure(t, q, v)
+    checked = _check_by_other(best, [x for x in ran if x is not best], t, problem)
+    if checked is None:
+        with counter.building():
+            checker = CheckRunner(problem, best.rule.engine, fastest, max_error < ROUNDING_COUNTS)
+        checked = checker.check(measure, tracked, counter)
+    sharp = f"{'step' if best.rule.control == 'step' else 'tolerance'} {best.values[-1]:.3g}"
+    stiff = f", whose fastest rate is {fastest:.3g} 1/s" if fastest * t[1] > 1.0 else ""
+    chosen = (
+        f"{best.rule.name}, {sharp}{' s' if best.rule.control == 'step' else ''}, the cheapest of {len(candidates)} methods to get "
+        f"there ({why}{stiff})"
+    )
+    size = float(np.max(np.abs(tracked), initial=1.0))
+    total = best.estimate + rounding + capture
+    part = cause = ""
+    if capture > max(best.estimate, rounding):
+        part, cause = f"the capture of held rates {capture:.1g}", LIMITED_BY_CAPTURE
+    elif rounding > best.estimate and max_error < ROUNDING_COUNTS:
+        part, cause = f"rounding {rounding:.1g}", LIMITED_BY_ROUNDING
+    ok, sentence = conclusion(total, max_error, measure, chosen, checked, size, part, cause)
+    if winner is None:
+        ok = False
+        sentence += f"; {RULES.work:g} s of work or the sharpest settings were used up: {_why_ended(candidates)}"
+    return Solution(
+        t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, counter.cpu_s,
+        best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
+        extrapolated=best.rule.extrapolated, neighbours=tuple(best.neighbours(rounding)),
+    )  # fmt: skip
+
+
+def _counting_runs_only(counter: CostCounter, one: RefinedMethod, work: Callable[[], T]) -> T:
+    """The result of `work`; only the runs of the method count as cost."""
+    with counter.stepping() as cost:
+        cpu_s, done = one.cpu_s, one.done
+        found = work()
+        cost.cpu_s, cost.work = one.cpu_s - cpu_s, one.done - done
+    return found
+
+
+def _why_ended(candidates: list[RefinedMethod]) -> str:
+    return "; ".join(f"{x.rule.name}: {x.ended or f'would need {x.next_cost:.2g} s more'}" for x in candidates)
+
+
+def _usable(one: RefinedMethod, freedoms: int) -> bool:
+    """Whether this method may run this problem; dry friction only with a method that locates its events."""
+    m = one.problem.mechanism
+    if is_rough(m) != (one.rule.engine == "hybrid"):
+        return False
+    if one.rule.engine == "one_freedom" and freedoms != 1:
+        return False
+    if one.rule.extrapolated and (m.loops or m.relations or not why_no_smooth_tree(m, one.problem.scene.laws)):
+        return False
+    method = one.rule.method(one.problem)
+    return method is not None and not method.available(one.problem)
+
+
+def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, problem: Problem) -> MethodCheck | None:
+    """The check by another method of which two runs are at hand: the one with the smallest last change; None without one."""
+    others_run = [x for x in others if len(x.tracked) >= 2]
+    if not others_run:
+        return None
+    other = min(others_run, key=lambda x: largest(x.tracked[-1] - x.tracked[-2]))
+    own = largest(other.tracked[-1] - other.tracked[-2])
+    difference = largest(other.tracked[-1] - best.tracked[-1])
+    unit = best.measure.unit
+    sentence = (
+        f"check by {other.rule.name} up to t = {t[-1]:.4g} s: it differs by {difference:.2g} {unit}, and changes by {own:.2g} {unit} "
+        "in its last refinement"
+    )
+    return MethodCheck(other.rule.name, difference, own, float(t[-1]), sentence)
