@@ -176,11 +176,20 @@ RESULTS: dict[str, Any] = {
     "show": lambda p: ml.show("pendulum"),
     "generate": lambda p: ml.generate("pendulum", out=p),
     "check": lambda p: ml.check("pendulum"),
-    "claims": lambda p: ml.claims("pendulum"),
+    "claims": lambda p: ml.claims("class4_linkage"),
     "cycle": lambda p: ml.cycle("fourbar", points=4),
     "modes": lambda p: ml.modes("pendulum"),
     "sweep": lambda p: ml.sweep("fourbar", {"crank_angle": (0.0, 1.0)}, "rocker_angle"),
     "workspace": lambda p: ml.workspace("fivebar", {"P_x": Range(-0.3, 0.3, 4), "P_y": Range(0.1, 0.3, 4)}),
+    "portrait": lambda p: ml.portrait(
+        "impulse_transmission", "phase", beta_0=(-0.2, 0.2), beta_rate_0=(-9.0, 9.0), duration=0.01
+    ),
+    "fidelities": lambda p: ml.fidelities("pendulum", duration=0.1),
+    "chart": lambda p: ml.chart("pendulum", duration=0.1),
+    "stability": lambda p: ml.stability(
+        "fourbar", coupler_mass=(1e-3, 1e3), budget=0.5, scene="free-run", methods=("RK4",)
+    ),
+    "run": lambda p: ml.run("pendulum", {"duration": 0.2}, p),
     "optimize": lambda p: ml.optimize("pendulum", length=(0.5, 1.0), maximize="length", evaluations=40),
     "synthesize": lambda p: ml.synthesize("planetary", ratio=6, planets=3),
     "doctor": lambda p: ml.doctor("pendulum"),
@@ -188,7 +197,10 @@ RESULTS: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("verb", RESULTS)
+SLOW = ("chart", "stability", "run")
+
+
+@pytest.mark.parametrize("verb", [pytest.param(v, marks=[pytest.mark.slow] if v in SLOW else []) for v in RESULTS])
 def test_a_result_is_one_line_and_prints_its_table(verb: str, tmp_path: Path) -> None:
     result = RESULTS[verb](tmp_path)
     assert isinstance(result, Shown)
