@@ -24,7 +24,7 @@ from mechlab.mechanism.model import Mechanism
 FORMAT = "mechlab.mechanism"
 SCHEMA = 1
 EXTRA_KEYS = ("urdf",)
-"""Top-level keys that others add beside the mechanism."""
+"""Top-level keys that other writers add to those of the mechanism."""
 _PAIRS = ("coefficients", "size")
 _LARGEST = sys.float_info.max
 _RATIO = re.compile(r"[+-]?\d{1,400}([/.]\d{1,400})?", re.ASCII)
