@@ -1,10 +1,6 @@
-"""Drive force and reactions along a cycle, by Pinocchio; and the same by MuJoCo at a few positions.
+"""Quantities along a cycle: drive force and reactions, shaking force and moment, instant centres, transmission, extrema.
 
-Shaking force and moment, and instant centres, along a cycle: kinematics alone.
-
-Transmission along a cycle: the angle at which loops pass a load on, mechanical advantage, velocity ratio.
-
-Extrema of a sampled curve, found between its samples.
+Forces are computed by Pinocchio and, at a few positions, by MuJoCo for comparison; the others follow from kinematics alone.
 """
 
 from __future__ import annotations
@@ -144,7 +140,7 @@ POINT_LOOPS = ("spherical", "revolute")
 
 
 def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], named: str | None) -> str | None:
-    """The joint whose load is looked at: the one named for, else the last on the ground that moves and is not the
+    """The joint whose load the transmission is about: the one that is named, else the last on the ground that moves and is not the
     drive, else None. Raises MechlabError for a name that does not exist or does not move."""
     moves = {n: any(abs(m.row(n) @ p.u) > 1e-9 for p in poses) for n in m.scalar_names}
     if named is not None:

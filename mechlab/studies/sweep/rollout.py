@@ -25,7 +25,7 @@ from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, 
 FEWEST = 16
 """Fewer motions are run one by one, each with its whole health record."""
 NUMBERS = 20_000_000
-"""Samples of a group are kept for so many numbers at once, 160 MB."""
+"""Motions are rolled out together as long as their samples are no more numbers than this (160 MB)."""
 FINDINGS = ("energy_balance", "relation_residual")
 """Findings that a rollout makes; with them, whether the motion came to its end."""
 
@@ -88,7 +88,7 @@ def _from_states(quantity: SweepQuantity, design: Design, request: SweepRequest)
 
 
 class _States(dict[str, Array]):
-    """Basic channels of states q (n, nq), v (n, nv), computed when they are asked for."""
+    """Basic channels of states q (n, nq), v (n, nv), computed at the first access."""
 
     def __init__(self, mechanism: Mechanism, q: Array, v: Array) -> None:
         super().__init__()
@@ -189,7 +189,7 @@ def _roll(
 def starts(
     mechanism: Mechanism, scene: Scene, values: Mapping[str, Array], where: np.ndarray, out: SweepBlock
 ) -> tuple[Array, Array, Array]:
-    """q (n, nq), v (n, nv) of the initial states, and which of the n points have one; the others are told in the block."""
+    """q (n, nq), v (n, nv) of the initial states, and which of the n points have one; the reasons of the others go into the block."""
     n = len(where)
     first: dict[str, Any] = dict(scene.initial)
     rates: dict[str, Any] = dict(scene.initial_rates)
