@@ -39,6 +39,12 @@ def save_result(result: Any, path: Path) -> Path:
     raise TypeError(f"no file is registered for {type(result).__name__}")
 
 
+@singledispatch
+def save_files(result: Any, path: Path) -> dict[str, Path]:
+    """Writes a result to files, kind -> path. Raises TypeError for a type that has none."""
+    raise TypeError(f"no files are registered for {type(result).__name__}")
+
+
 offered_pages: list[Callable[[Any], str]] = []
 
 
@@ -77,6 +83,15 @@ class Result(Shown):
         """Write to a file, its kind by the ending; returns the path. Raises MechlabError for a kind that does not exist."""
         load_reports(type(self))
         return save_result(self, Path(path))
+
+
+class ResultInFiles(Shown):
+    """Base of what a verb returns and writes to several files: tables, pictures, data."""
+
+    def save(self, path: str | Path) -> dict[str, Path]:
+        """Write to files; returns kind -> path. Raises MechlabError for a path that cannot take them."""
+        load_reports(type(self))
+        return save_files(self, Path(path))
 
 
 _loaded: set[type] = set()

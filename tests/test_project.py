@@ -157,7 +157,6 @@ def test_an_engine_stays_in_its_room() -> None:
     assert not wrong
 
 
-@pytest.mark.xfail(reason="circles that stay to be cut", strict=True)
 def test_no_circle_of_files() -> None:
     """Imports inside functions count: a circle that hides there is a circle."""
     modules = {module_name(path): path for path in PACKAGE.rglob("*.py")}

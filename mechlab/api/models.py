@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mechlab.lab.sheet import Description
     from mechlab.studies.check.check import CheckReport
     from mechlab.studies.check.claims import ClaimReport
-    from mechlab.studies.doctor import Diagnosis
+    from mechlab.studies.doctor.case import Diagnosis
     from mechlab.studies.pipeline import RunResult
 
 
@@ -96,7 +96,7 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
     from mechlab.lab.generate import write_verified
     from mechlab.lab.results import FilesResult
     from mechlab.studies.check.check import run_checks
-    from mechlab.studies.check.claims import judge
+    from mechlab.studies.check.claims import run_claims
     from mechlab.studies.sheet import model_sheet
 
     files: dict[str, Path] = {}
@@ -109,7 +109,7 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
             made = write_verified(d.mechanism(list(d.entry.fidelities)[-1]), stage, d.file_settings)
             code = max(code, made.trial.exit_code)
             warnings += [f"{name}: {w}" for w in made.trial.warnings]
-            sheet = model_sheet(d, run_checks([d]), judge([d.entry]), "picture.png", "motion.svg")
+            sheet = model_sheet(d, run_checks([d]), run_claims([d.entry]), "picture.png", "motion.svg")
             write(stage / "README.md", sheet)
             if pictures:
                 from mechlab.viewer.film import write_motion_svg
@@ -158,11 +158,11 @@ def claims(sources: Source | Sequence[Source] = (), /, *, figure: File | None = 
         figure=FILE: draw the verdict (.png, .svg, .pdf), for one mechanism with a figure
     """
     from mechlab.studies.check.check import write_figure
-    from mechlab.studies.check.claims import judge
+    from mechlab.studies.check.claims import run_claims
 
     entries = find_all(sources)
     drawn = "" if figure is None else str(write_figure(entries, figure))
-    return replace(judge(entries), figure=drawn)
+    return replace(run_claims(entries), figure=drawn)
 
 
 def doctor(source: Source, /) -> Diagnosis:

@@ -18,8 +18,11 @@ from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
-from mechlab.studies.modes import ModesResult
-from mechlab.studies.workspace import Plan, Surface, WorkspaceResult, surface, survey
+from mechlab.studies.modes.result import ModesResult
+from mechlab.studies.workspace.plan import WorkspacePlan
+from mechlab.studies.workspace.result import WorkspaceResult
+from mechlab.studies.workspace.study import WorkspaceSurface, surface
+from mechlab.studies.workspace.survey import survey
 from mechlab.viewer import Part, Story, story_to_html, write_page
 from mechlab.viewer.explore import BorderSurface, border
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
@@ -104,7 +107,9 @@ def _facts(d: Design) -> dict[str, str]:
     return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
 
 
-def write_workspace_page(result: WorkspaceResult, first: Surface, second: Plan | None, path: str | Path) -> Path:
+def write_workspace_page(
+    result: WorkspaceResult, first: WorkspaceSurface, second: WorkspacePlan | None, path: str | Path
+) -> Path:
     """The mechanism in its reference pose inside its workspace, whose border is `first`; `second`: the design compared with."""
     d = result.plan.design
     if set(result.survey.grid.names) != set("xyz"):

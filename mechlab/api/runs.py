@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mechlab.lab.fidelity.result import Fidelities
     from mechlab.studies.chart.data import Chart
     from mechlab.studies.cycle.cycle import CycleResult
-    from mechlab.studies.sensitivity import Sensitivity
+    from mechlab.studies.sensitivity.result import Sensitivity
 
 
 def solve(source: Source, values: Values | None = None, /, **given: Value) -> Answers:
@@ -57,8 +57,8 @@ def sensitivity(
         tolerance=key=t,... or share: half widths of parameters (or t / p of all): tolerances of the answers
         only=key,...: only the sensitivity to these parameters
     """
-    from mechlab.studies.sensitivity import Tolerances
-    from mechlab.studies.sensitivity import sensitivity as study
+    from mechlab.studies.sensitivity.inputs import Tolerances
+    from mechlab.studies.sensitivity.study import sensitivity as study
 
     if source == "toolpath":
         raise MechlabError("toolpath: a curve of a file has no parameters to vary; sensitivity is for mechanisms.")
@@ -210,7 +210,7 @@ def chart(
 ) -> Chart:
     """Speed against accuracy of every method on a scene: points, Pareto front, recommended setting.
 
-    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.studies.chart.of_file`. peers: as far as they
+    An .xml file is charted as MuJoCo loads it, whatever it holds; see `mechlab.studies.chart.mjcf_file`. peers: as far as they
     are installed.
 
     Options:
@@ -223,7 +223,7 @@ def chart(
     """
     given = key_values(values, parameters)
     if isinstance(source, str | Path) and Path(source).suffix.lower() == ".xml":
-        from mechlab.studies.chart.of_file import chart_file
+        from mechlab.studies.chart.mjcf_file import chart_of_mjcf_file
 
         for name in [k for k, x in {"scene": scene, "fidelity": fidelity, **given}.items() if x is not None]:
             raise MechlabError(f"chart {source}: an MJCF file has no {name}; --duration and --target can be given.")
@@ -231,9 +231,9 @@ def chart(
             raise MechlabError(
                 f"chart {source}: peers are given a mechanism of the catalog or a Python file, not an MJCF file."
             )
-        result = chart_file(Path(source), duration, target)
+        result = chart_of_mjcf_file(Path(source), duration, target)
     else:
-        from mechlab.studies.chart.chart import chart as study
+        from mechlab.studies.chart.run import chart as study
 
         design = load_design(source, given)
         result = study(design, scene, fidelity=fidelity, duration=duration, target=target, peers=peers)

@@ -28,12 +28,13 @@ from mechlab.files import whole_folder, write
 from mechlab.values import Range, Value, one_number
 
 if TYPE_CHECKING:
-    from mechlab.studies.modes import ModesResult
-    from mechlab.studies.optimize import Optimum
-    from mechlab.studies.stability import Stability
-    from mechlab.studies.sweep import SweepResult
+    from mechlab.studies.modes.result import ModesResult
+    from mechlab.studies.optimize.result import Optimum
+    from mechlab.studies.stability.data import Stability
+    from mechlab.studies.sweep.result import SweepResult
     from mechlab.studies.synthesis import SynthesisResult
-    from mechlab.studies.workspace import Plan, WorkspaceResult
+    from mechlab.studies.workspace.plan import WorkspacePlan
+    from mechlab.studies.workspace.result import WorkspaceResult
 
 LISTS = ("numbers", "integers")
 """Kinds of parameters that are lists themselves: a list of values is one of them, and no range."""
@@ -64,7 +65,8 @@ def modes(
         only=K,...: numbers of the modes that the page shows
         out=DIR: folder for modes.json, modes.npz and modes.html
     """
-    from mechlab.studies.modes import find_modes, mode_motion
+    from mechlab.studies.modes.motion import mode_motion
+    from mechlab.studies.modes.study import find_modes
 
     if only and html is None and out is None:
         raise UsageError("`only` chooses what the page shows: add `html` or `out`.")
@@ -122,7 +124,7 @@ def stability(
         out=DIR: folder for the data (.json) and a picture (.png) a map
     """
     from mechlab.experiment.parameters import describe
-    from mechlab.studies.stability import BUDGET, study
+    from mechlab.studies.stability.study import BUDGET, study
 
     asked, base = key_values(values, given), load_design(source, {})
     lists = {i.name for i in describe(base.entry.parameters) if i.kind in LISTS}
@@ -197,8 +199,8 @@ def sweep(
         scheduler=ADDRESS: compute on an existing Dask cluster, such as tcp://host:8786
         workers=N: processes on this machine; default: one for each core
     """
-    from mechlab.studies.sweep import plan
-    from mechlab.studies.sweep import sweep as study
+    from mechlab.studies.sweep.plan import plan
+    from mechlab.studies.sweep.study import sweep as study
 
     asked = key_values(values, given)
     wanted = [quantities] if isinstance(quantities, str) else list(quantities)
@@ -242,14 +244,14 @@ def workspace(
         maps=FILE.npz: the maps (dexterity, margins) as arrays
     """
     from mechlab.lab.ask import parameters_and_rest
-    from mechlab.studies.workspace import compared, with_surfaces
-    from mechlab.studies.workspace import workspace as study
+    from mechlab.studies.workspace.study import compared, with_surfaces
+    from mechlab.studies.workspace.study import workspace as study
 
     base = load_design(source, {})
     parameters, rest = parameters_and_rest(base.entry.parameters, key_values(values, given))
     asked = {k: as_range(k, v) or v for k, v in rest.items()}
     result = study(load_design(base, parameters), asked, witness, progress)
-    second: Plan | None = None
+    second: WorkspacePlan | None = None
     if against is not None:
         changed, other = parameters_and_rest(base.entry.parameters, key_values(against, {}))
         result, second = compared(result, load_design(base, parameters | changed), asked | other, against)
@@ -301,11 +303,11 @@ def optimize(
     if maximize is not None and minimize is not None:
         raise UsageError("give one goal, `maximize` or `minimize`; a second one is the `front`.")
     from mechlab.experiment.parameters import describe
-    from mechlab.studies.optimize import Goal
-    from mechlab.studies.optimize import optimize as study
+    from mechlab.studies.optimize.problem import OptimisationGoal
+    from mechlab.studies.optimize.study import optimize as study
 
     quantity = minimize if maximize is None else maximize
-    goal = None if quantity is None else Goal(quantity, -1 if maximize is None else 1)
+    goal = None if quantity is None else OptimisationGoal(quantity, -1 if maximize is None else 1)
     base = load_design(source, {})
     numbers = {i.name for i in describe(base.entry.parameters) if i.kind not in (*LISTS, "text")}
     asked: dict[str, Any] = {

@@ -1,6 +1,6 @@
 """Methods of simulation as data: engine, integrator, treatment of the constraints, and what one turns to make it sharper.
 
-One registry; `mechlab.studies.chart.chart` runs all of it. Adding a method is adding a row.
+One registry; `mechlab.studies.chart.run` runs all of it. Adding a method is adding a row.
 """
 
 from __future__ import annotations

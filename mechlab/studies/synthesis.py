@@ -14,7 +14,8 @@ from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.newton import Status
 from mechlab.mechanism.parts import as_fraction
-from mechlab.tables import Told, number, table
+from mechlab.results import Shown, line_of, text_of
+from mechlab.tables import number, table
 from mechlab.values import Range
 
 SHOWN = 20
@@ -22,8 +23,8 @@ LIMIT = 100
 MOST_TEETH = 2000
 
 
-@dataclass(frozen=True)
-class SynthesisResult(Told):
+@dataclass(frozen=True, repr=False)
+class SynthesisResult(Shown):
     """What a task found: `data` is its JSON form, `headers` and `rows` its table, `message` one sentence."""
 
     task: str
@@ -41,16 +42,6 @@ class SynthesisResult(Told):
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {"task": self.task, "status": self.status.value, "message": self.message, **self.data}
-
-    def text(self) -> str:
-        """The sentence and a table; long tables are cut, and say so."""
-        parts = [f"{self.message}."]
-        if self.rows:
-            cells = [[number(x, 10) for x in row] for row in self.rows[:SHOWN]]
-            parts.append(table(self.headers, cells))
-        if len(self.rows) > SHOWN:
-            parts.append(f"the first {SHOWN} of {len(self.rows)} are shown; --json has more.")
-        return "\n".join(parts)
 
 
 def synthesize(task: str, values: Mapping[str, Any]) -> SynthesisResult:
@@ -248,3 +239,20 @@ TASKS: dict[str, tuple[tuple[str, ...], Callable[[_Given], SynthesisResult]]] = 
     ),
 }
 """Tasks by name: the keys that they take, and their function."""
+
+
+@line_of.register
+def _(result: SynthesisResult) -> str:
+    return f"Synthesis of {result.task}: {result.message}"
+
+
+@text_of.register
+def _(result: SynthesisResult) -> str:
+    """The sentence and a table; long tables are cut, and say so."""
+    parts = [f"{result.message}."]
+    if result.rows:
+        cells = [[number(x, 10) for x in row] for row in result.rows[:SHOWN]]
+        parts.append(table(result.headers, cells))
+    if len(result.rows) > SHOWN:
+        parts.append(f"the first {SHOWN} of {len(result.rows)} are shown; --json has more.")
+    return "\n".join(parts)

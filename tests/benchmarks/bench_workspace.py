@@ -12,7 +12,9 @@ import numpy as np
 
 from mechlab import api
 from mechlab.analytic import delta6
-from mechlab.studies.workspace import plan, survey, workspace
+from mechlab.studies.workspace.plan import plan
+from mechlab.studies.workspace.study import workspace
+from mechlab.studies.workspace.survey import survey
 from mechlab.values import Range
 
 ALL = {"least_condition": 0.1, "least_clearance": 0.05}

@@ -15,8 +15,8 @@ import mechlab as ml
 from mechlab.experiment.prices import MUJOCO, price_of_laws, row_count
 from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.lab.methods import Problem, method
-from mechlab.studies.chart.chart import Budget, chart
-from mechlab.studies.stability import study
+from mechlab.studies.chart.run import Budget, chart
+from mechlab.studies.stability.study import study
 
 CLOCKS = ("thread_time", "process_time", "perf_counter", "monotonic")
 SCENES = [

@@ -27,7 +27,7 @@ from mechlab.lab.nature import drive_step
 from mechlab.lab.run import run_scene
 from mechlab.mechanism import Builder, Inertia, prismatic
 from mechlab.mechanism.parts import Winding
-from mechlab.studies.chart.chart import Budget, chart
+from mechlab.studies.chart.run import Budget, chart
 from mechlab.studies.chart.score import reference_of
 from mechlab.studies.stability.study import study
 from tests.benchmarks.drives_agree import EXACT, INTEGRATORS, Case, compare, difference, save
@@ -301,8 +301,8 @@ def test_a_limit_and_a_zero_of_the_drive_count():
 
 def test_modes_of_a_held_arm():
     found = ml.modes(WEIGHTLESS)
-    assert len(found.said) == 3
-    for witness in found.said.values():
+    assert len(found.answering) == 3
+    for witness in found.answering.values():
         assert [m.omega for m in witness.modes] == pytest.approx([OMEGA], rel=1e-8)
     assert found.acts == "no gravity; servo q 500 N m/rad, held at 0" and f"what acts: {found.acts}" in found.text()
     by_scene = ml.modes(WEIGHTLESS, scene="hold")

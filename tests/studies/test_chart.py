@@ -7,15 +7,15 @@ import pytest
 from mechlab import api
 from mechlab.lab.methods import METHODS, Problem, method
 from mechlab.studies.chart.advice import is_flat, recommend
-from mechlab.studies.chart.chart import Budget, chart
-from mechlab.studies.chart.data import Point, pareto
+from mechlab.studies.chart.data import ChartPoint, pareto
+from mechlab.studies.chart.run import Budget, chart
 from mechlab.studies.chart.score import reference_of, score
 
 PROBLEMS = ("pendulum", "n_fourbar", "andrews", "bricard", "flyball", "slider_crank")
 
 
-def point(name: str, step: float, cpu: float, error: float, status: str = "ok") -> Point:
-    return Point(name, step, "step", cpu, error, error, 0.0, 0.0, status, default="defaults" in name)
+def point(name: str, step: float, cpu: float, error: float, status: str = "ok") -> ChartPoint:
+    return ChartPoint(name, step, "step", cpu, error, error, 0.0, 0.0, status, default="defaults" in name)
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

@@ -8,8 +8,8 @@ from scipy.integrate import quad
 
 from mechlab.engines.mujoco.trace_file import FileModel, read_model, trace_file
 from mechlab.errors import MechlabError
-from mechlab.studies.chart.chart import Budget
-from mechlab.studies.chart.of_file import PUSH, chart_file
+from mechlab.studies.chart.mjcf_file import PUSH, chart_of_mjcf_file
+from mechlab.studies.chart.run import Budget
 
 SMALL = Budget(one=0.004, method=0.05, repeat=0.0, repeats=1)
 
@@ -39,14 +39,14 @@ def test_a_rod_from_the_horizontal(tmp_path: Path) -> None:
     # angle = u^2 takes the root at the start out of the integrand
     time = quad(lambda u: 2.0 * u / np.sqrt(pull * np.sin(u * u)), 0.0, np.sqrt(angle), epsabs=1e-12)[0]
     assert time == pytest.approx(0.4, abs=1e-10)
-    found = chart_file(written(tmp_path, ROD.format(g=-9.81)), 0.5, budget=SMALL)
+    found = chart_of_mjcf_file(written(tmp_path, ROD.format(g=-9.81)), 0.5, budget=SMALL)
     assert found.reference_error < 1e-9
     assert found.recommendation.met and "<option" in found.recommendation.paste
 
 
 def test_what_nothing_moves_is_pushed_along_its_gears(tmp_path: Path) -> None:
     path = written(tmp_path, GEARS)
-    found = chart_file(path, 0.5, budget=SMALL)
+    found = chart_of_mjcf_file(path, 0.5, budget=SMALL)
     assert any("Nothing moves it" in note for note in found.notes)
     trace = trace_file(FileModel(read_model(path).model, push=PUSH), "RK4", True, 0.5, 100, 4)
     beside = trace.points[:, 4:] - trace.points[:, 1:3]  # the gears turn by t and -t / 2 at constant speed
@@ -58,4 +58,4 @@ def test_what_nothing_moves_is_pushed_along_its_gears(tmp_path: Path) -> None:
 
 def test_what_cannot_move_is_refused(tmp_path: Path) -> None:
     with pytest.raises(MechlabError, match="nothing in it can move"):
-        chart_file(written(tmp_path, FIXED), 0.1, budget=SMALL)
+        chart_of_mjcf_file(written(tmp_path, FIXED), 0.1, budget=SMALL)

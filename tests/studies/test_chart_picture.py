@@ -10,20 +10,19 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from mechlab.studies.chart.advice import flat_defaults, recommend
-from mechlab.studies.chart.data import Chart, Point, Published
-from mechlab.studies.chart.labels import flat_methods, headline, label, quantity, spread
-from mechlab.studies.chart.picture import picture
+from mechlab.studies.chart.advice import flat_defaults, flat_methods, headline, recommend, with_prefix
+from mechlab.studies.chart.data import Chart, ChartPoint, Published
+from mechlab.studies.chart.picture import line_label, picture, spaced_apart
 
 
-def line(name: str, errors: list[float], lost: int = 0) -> list[Point]:
+def line(name: str, errors: list[float], lost: int = 0) -> list[ChartPoint]:
     """Steps of 10, 5, 2.5 ... ms; the first `lost` diverge."""
     out = []
     for k, e in enumerate(errors):
         step, gone = 0.01 * 0.5**k, k < lost
         e = float("nan") if gone else e
         out.append(
-            Point(
+            ChartPoint(
                 name,
                 step,
                 "step",
@@ -39,7 +38,7 @@ def line(name: str, errors: list[float], lost: int = 0) -> list[Point]:
     return out
 
 
-def made(*lines: list[Point], target: float = 1e-3, published: tuple[Published, ...] = ()) -> Chart:
+def made(*lines: list[ChartPoint], target: float = 1e-3, published: tuple[Published, ...] = ()) -> Chart:
     points = tuple(p for x in lines for p in x)
     return Chart(
         "x", "X <mechanism> & more", "s", 1.0, "m", ("a_b", "y"), "own equations", 1e-9, points, {}, recommend(points, target, "m"),
@@ -59,7 +58,7 @@ FALLING_DEFAULT = line("MuJoCo discrete, defaults", [0.3, 2e-2, 1.2e-3, 8e-5, 5e
      (0.1, "rad", "100 mrad"), (3e-12, "m", "3 pm"), (1500.0, "m", "1.5 km"), (1e-30, "m", "1e-30 m")],
 )  # fmt: skip
 def test_quantities_carry_a_prefix(value: float, unit: str, text: str) -> None:
-    assert quantity(value, unit) == text
+    assert with_prefix(value, unit) == text
 
 
 def test_the_headline_is_what_the_points_say() -> None:
@@ -74,8 +73,8 @@ def test_the_headline_is_what_the_points_say() -> None:
 
 
 def test_a_label_says_where_a_method_diverges() -> None:
-    assert label("m", FLAT) == "m  × 10 ms"
-    assert label("m", FALLING) == "m"
+    assert line_label("m", FLAT) == "m  × 10 ms"
+    assert line_label("m", FALLING) == "m"
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -83,7 +82,7 @@ def test_labels_stand_apart_and_as_near_as_can_be(seed: int) -> None:
     """Against a general optimiser of the same least squares."""
     rng = np.random.default_rng(seed)
     wanted, gap = rng.beta(0.4, 0.6, 9), 0.07
-    placed = np.array(spread(list(wanted), 0.0, 1.0, gap))
+    placed = np.array(spaced_apart(list(wanted), 0.0, 1.0, gap))
     order = np.argsort(wanted, kind="stable")
     steps = np.diff(placed[order])
     assert steps.min() > gap - 1e-12 and placed.min() >= 0.0 and placed.max() <= 1.0
@@ -96,13 +95,13 @@ def test_labels_stand_apart_and_as_near_as_can_be(seed: int) -> None:
 
 
 def test_too_many_labels_stand_at_equal_distances() -> None:
-    placed = spread([0.5] * 30, 0.0, 1.0, 0.07)
+    placed = spaced_apart([0.5] * 30, 0.0, 1.0, 0.07)
     assert np.allclose([b - a for a, b in pairwise(placed)], 1 / 29)
-    assert spread([], 0.0, 1.0, 0.1) == [] and spread([3.0], 0.0, 1.0, 0.1) == [1.0]
+    assert spaced_apart([], 0.0, 1.0, 0.1) == [] and spaced_apart([3.0], 0.0, 1.0, 0.1) == [1.0]
 
 
 @pytest.mark.parametrize("lines", [(FLAT, SOFT, FALLING), (FALLING,), (FLAT, FALLING_DEFAULT, FALLING)])
-def test_the_picture_is_the_same_every_time_and_keeps_inside_its_edges(lines: tuple[list[Point], ...]) -> None:
+def test_the_picture_is_the_same_every_time_and_keeps_inside_its_edges(lines: tuple[list[ChartPoint], ...]) -> None:
     from PIL import Image
 
     chart = made(*lines, published=(Published("Someone's program", "a machine", 0.01),))

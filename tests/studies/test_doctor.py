@@ -11,7 +11,7 @@ import pytest
 
 import mechlab as ml
 from mechlab.cli import main
-from mechlab.studies.doctor import Diagnosis
+from mechlab.studies.doctor.case import Diagnosis
 from mechlab.studies.doctor.options import settings_to_paste
 from mechlab.studies.doctor.softness import equality_default
 

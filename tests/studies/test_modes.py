@@ -11,8 +11,8 @@ import pytest
 import mechlab as ml
 from mechlab.errors import MechlabError, NoSolution, Untrustworthy
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, prismatic, revolute
-from mechlab.studies.modes import ModesResult, mode_motion
-from mechlab.studies.modes.result import eigenvalue_gaps
+from mechlab.studies.modes.motion import mode_motion
+from mechlab.studies.modes.result import ModesResult, eigenvalue_gaps
 
 # Difference quotients of fourth order at 1e-3 rad: 1e-12 of the stiffness; frequencies halve it.
 FINE = 1e-9
@@ -24,8 +24,8 @@ def omegas(found: ModesResult) -> list[float]:
 
 def all_agree(found: ModesResult, expected: list[float], tolerance: float = FINE) -> None:
     """Every witness by itself, not only the one that speaks."""
-    assert len(found.said) >= 2
-    for name, witness in found.said.items():
+    assert len(found.answering) >= 2
+    for name, witness in found.answering.items():
         np.testing.assert_allclose([m.omega for m in witness.modes], expected, rtol=tolerance, atol=1e-9, err_msg=name)
 
 
@@ -57,7 +57,7 @@ def test_a_pendulum_settles_and_swings_with_the_root_of_g_over_l(length: float, 
 def test_an_upright_pendulum_is_named_unstable() -> None:
     found = ml.modes("pendulum", start_angle=math.pi / 2)
     assert [m.kind for m in found.modes] == ["unstable"]
-    for witness in found.said.values():
+    for witness in found.answering.values():
         assert witness.modes[0].growth == pytest.approx(math.sqrt(9.81), rel=1e-8)
     assert "UNSTABLE" in found.text() and found.to_dict()["modes"][0]["kind"] == "unstable"
 
@@ -89,7 +89,7 @@ def test_a_tree_of_springs_and_dampers_has_the_eigenvalues_of_its_matrices() -> 
         ]
     )
     expected = sorted((r for r in np.linalg.eigvals(state) if r.imag > 0), key=abs)
-    for witness in found.said.values():
+    for witness in found.answering.values():
         got = [next(r for r in mode.eigenvalues if r.imag > 0) for mode in witness.modes]
         np.testing.assert_allclose(got, expected, rtol=1e-9)
     assert found.modes[0].damping == pytest.approx(-expected[0].real / abs(expected[0]), rel=1e-8)
@@ -152,7 +152,7 @@ def test_a_flyball_hangs_and_its_balls_swing_against_weight_and_spring() -> None
     inertia = p.ball_mass * p.arm_length**2 + p.arm_mass * ((p.arm_length**2 + p.section**2) / 12.0 + half**2)
     stiffness = g * (p.ball_mass * p.arm_length + p.arm_mass * half) + pull * (half + half**2 / length)
     assert found.equilibrium["slider_height"] == pytest.approx(p.shaft_length - half - length, abs=1e-12)
-    for witness in found.said.values():
+    for witness in found.answering.values():
         swing = [m.omega for m in witness.modes if m.kind == "oscillating"]
         assert swing == pytest.approx([math.sqrt(stiffness / inertia)] * 2, rel=1e-7)
         assert [m.kind for m in witness.modes].count("rigid") == 1  # the shaft turns freely
@@ -164,7 +164,7 @@ def test_the_delta_on_its_servos_is_the_same_in_both_engines(fidelity: str) -> N
     found = ml.modes("delta6", fidelity=fidelity)
     kinds = [m.kind for m in found.modes]
     assert kinds.count("overdamped") == 6 and kinds.count("rigid") == len(kinds) - 6  # rods spin freely
-    assert {"pinocchio", "mujoco"} <= set(found.said) and found.exit_code == 0
+    assert {"pinocchio", "mujoco"} <= set(found.answering) and found.exit_code == 0
     assert found.relative_difference is not None and found.relative_difference < 1e-8
     # the head turns about gamma with drive 3 alone at stiffness 200 and damping 4, and more inertia than the rotor's
     assert min(m.omega for m in found.modes if m.omega) > 100.0
@@ -172,7 +172,7 @@ def test_the_delta_on_its_servos_is_the_same_in_both_engines(fidelity: str) -> N
 
 def test_redundant_rows_do_no_harm() -> None:
     found = ml.modes("bricard")
-    assert [m.kind for m in found.modes] == ["oscillating"] and len(found.said) == 3
+    assert [m.kind for m in found.modes] == ["oscillating"] and len(found.answering) == 3
     assert found.relative_difference is not None and found.relative_difference < 1e-8
 
 
@@ -180,7 +180,7 @@ def test_the_squeezer_stands_on_top_of_its_spring_and_rests_below_it_under_load(
     top = ml.modes("andrews")  # K1 and K2 are aligned at the start: the spring is longest, without a load
     assert [m.kind for m in top.modes] == ["unstable"]
     below = ml.modes("andrews", beta_force=0.03)
-    assert [m.kind for m in below.modes] == ["oscillating"] and len(below.said) == 3
+    assert [m.kind for m in below.modes] == ["oscillating"] and len(below.answering) == 3
     assert below.relative_difference is not None and below.relative_difference < 1e-8
 
 

@@ -14,9 +14,8 @@ from mechlab.analytic import delta6 as closed
 from mechlab.analytic import gear_linkage as gears
 from mechlab.cli import main
 from mechlab.errors import MechlabError, UsageError
-from mechlab.studies.optimize import TASKS, Goal
-from mechlab.studies.optimize.problem import Trial
-from mechlab.studies.optimize.quantity import measured
+from mechlab.studies.optimize.problem import TASKS, OptimisationGoal, TriedDesign
+from mechlab.studies.optimize.quantity import quantity_set
 from mechlab.studies.optimize.search import non_dominated
 from mechlab.values import Range
 
@@ -77,11 +76,13 @@ def test_gear_linkage_longest_dwell_for_a_play_is_the_synthesised_crank() -> Non
 def test_reach_and_dexterity_of_the_delta() -> None:
     for length, offset in ((0.37, 0.228), (0.5, 0.15)):
         design = ml.load("delta6", rod_length=length, radial_offset=offset, bend_limit=math.pi / 4)
-        said = measured(design, ["reach", "dexterity"], {}).numbers(design)
+        said = quantity_set(design, ["reach", "dexterity"], {}).numbers(design)
         assert said["reach"] == pytest.approx(delta_reach(length, offset), abs=1e-8)
         assert said["dexterity"] == pytest.approx(delta_dexterity(length, offset, said["reach"]), abs=2e-6)  # 1441 rays
     short = ml.load("delta6", rod_length=0.3, bend_limit=math.pi / 4)  # bends too far on the axis already
-    assert measured(short, ["reach"], {}).numbers(short)["reach"] == pytest.approx(delta_reach(0.3, 0.228), abs=1e-12)
+    assert quantity_set(short, ["reach"], {}).numbers(short)["reach"] == pytest.approx(
+        delta_reach(0.3, 0.228), abs=1e-12
+    )
 
 
 def test_delta_largest_reach_for_a_dexterity() -> None:
@@ -160,9 +161,10 @@ def test_front_follows_the_closed_form(tmp_path: Path) -> None:
 def test_non_dominated_designs() -> None:
     rng = np.random.default_rng(1)
     trials = [
-        Trial((float(k),), {"a": float(a), "b": float(b)}) for k, (a, b) in enumerate(rng.integers(0, 30, (200, 2)))
+        TriedDesign((float(k),), {"a": float(a), "b": float(b)})
+        for k, (a, b) in enumerate(rng.integers(0, 30, (200, 2)))
     ]
-    kept = non_dominated(trials, Goal("a", 1), Goal("b", -1))
+    kept = non_dominated(trials, OptimisationGoal("a", 1), OptimisationGoal("b", -1))
     for t in trials:
         better = [k for k in kept if k.values["a"] >= t.values["a"] and k.values["b"] <= t.values["b"]]
         assert better  # each trial is matched or beaten by one on the front
@@ -177,7 +179,7 @@ def test_non_dominated_designs() -> None:
 def test_quantities_of_cycles_and_runs() -> None:
     design = ml.load("fourbar")
     names = ["cycle.peak.crank_angle_force", "cycle.least.pin_transmission_angle", "run.final.crank_angle_rate"]
-    said = measured(design, names, {}).numbers(design)
+    said = quantity_set(design, names, {}).numbers(design)
     # extremes lie between the positions of a cycle: of twenty times as many the largest misses them by (step / 2)^2 / 2
     cycle, run = ml.cycle("fourbar", points=1441), ml.simulate("fourbar")
     assert said[names[0]] == pytest.approx(np.max(np.abs(cycle["crank_angle_force"])), rel=2e-5)
@@ -265,7 +267,7 @@ def test_extremes_of_a_cycle_are_those_between_its_positions(crank: float) -> No
     positions, which begins at the reference pose, misses it by degrees."""
     names = ["cycle.least.pin_transmission_angle", "cycle.span.rocker_angle"]
     design = ml.load("fourbar", crank=crank)
-    found = measured(design, names, {}).sources[0]
+    found = quantity_set(design, names, {}).sources[0]
     from dataclasses import replace
 
     numbers = replace(found, points=7).numbers(design)  # type: ignore[type-var]

@@ -17,14 +17,13 @@ from mechlab.lab.design import design, entry_of
 from mechlab.lab.methods import Problem, method
 from mechlab.mechanism import Builder, Inertia, Mechanism, prismatic, revolute
 from mechlab.mechanism.parts import LinearRelation
-from mechlab.studies.stability import Axis, Outcome, study
-from mechlab.studies.stability.data import Panel
+from mechlab.studies.stability.data import MethodPanel, RunOutcome, StabilityAxis
 from mechlab.studies.stability.gears import plan_stiffness
 from mechlab.studies.stability.linear import largest_step, linearise
 from mechlab.studies.stability.loops import change_point
 from mechlab.studies.stability.measure import panels
-from mechlab.studies.stability.plan import OUTPUTS, Case, Plan, tuned
-from mechlab.studies.stability.ranges import spaced
+from mechlab.studies.stability.plan import OUTPUTS, StabilityCase, StabilityPlan, with_softness
+from mechlab.studies.stability.study import spaced, study
 from mechlab.studies.stability.vary import faster_joint, link_length, scale_mass, scale_springs, shift_loops
 from mechlab.values import Range
 
@@ -56,12 +55,14 @@ def problem_of(m: Mechanism, scene: Scene) -> Problem:
     return Problem(design(entry_of(m), {}), scene, OUTPUTS)
 
 
-def around(m: Mechanism, rate: float, name: str, limit: float) -> tuple[Outcome, Outcome]:
+def around(m: Mechanism, rate: float, name: str, limit: float) -> tuple[RunOutcome, RunOutcome]:
     """Outcomes of a method at 3.4 % below and above a timestep."""
     duration = OUTPUTS * limit * math.sqrt(14 * 15)
     scene = Scene("free", "full", duration, initial_rates={"x": rate}, initial={"x": 0.1})
     steps = (duration / OUTPUTS / 15, duration / OUTPUTS / 14)
-    plan = Plan("one", "one", Axis("y", "", (1.0,)), lambda y: problem_of(m, scene), (method(name),), steps, "gap")
+    plan = StabilityPlan(
+        "one", "one", StabilityAxis("y", "", (1.0,)), lambda y: problem_of(m, scene), (method(name),), steps, "gap"
+    )
     shown, _ = panels(plan, 5.0, lambda line: None)
     below, above = shown[0].cells[0]
     return below.outcome, above.outcome
@@ -83,8 +84,8 @@ def test_an_undamped_spring_limits_the_timestep_as_in_theory(name: str, limit: f
     # GROWTH lets the spectral radius exceed 1 by a thousandth, which moves the boundary by less than that
     assert largest_step(linearise(m, scene), method(name)) == pytest.approx(limit / OMEGA, rel=1e-3)
     below, above = around(m, 0.0, name, limit / OMEGA)
-    assert below is not Outcome.BLOWN_UP
-    assert above is Outcome.BLOWN_UP
+    assert below is not RunOutcome.BLOWN_UP
+    assert above is RunOutcome.BLOWN_UP
 
 
 def test_a_decay_rate_limits_rk4_to_2_785_tau() -> None:
@@ -95,7 +96,7 @@ def test_a_decay_rate_limits_rk4_to_2_785_tau() -> None:
     for name in ("MuJoCo RK4, defaults", "Pinocchio RK4, soft stabilisation"):
         assert largest_step(linear, method(name)) == pytest.approx(root / DECAY, rel=1e-3)
         below, above = around(m, 5.0, name, root / DECAY)
-        assert (below is not Outcome.BLOWN_UP, above) == (True, Outcome.BLOWN_UP)
+        assert (below is not RunOutcome.BLOWN_UP, above) == (True, RunOutcome.BLOWN_UP)
     assert largest_step(linear, method("Pinocchio semi-implicit Euler")) == pytest.approx(2.0 / DECAY, rel=1e-3)
     assert math.isinf(largest_step(linear, method("MuJoCo implicitfast, defaults")))  # damping is implicit there
 
@@ -104,13 +105,13 @@ def test_discrete_has_no_limit_on_a_spring() -> None:
     m = oscillator()
     assert math.isinf(largest_step(linearise(m, Scene("free", "full", 1.0)), method("MuJoCo discrete, defaults")))
     below, above = around(m, 0.0, "MuJoCo discrete, defaults", 20.0 / OMEGA)
-    assert Outcome.BLOWN_UP not in (below, above)
+    assert RunOutcome.BLOWN_UP not in (below, above)
 
 
 def slip(h: float, time_constant: float, torque: float = 1.0) -> float:
     """Largest residual of the relation of the wheels under RK4 [rad]."""
     m, scene = wheels(torque)
-    way = tuned(method("MuJoCo RK4, hard"), time_constant=time_constant)
+    way = with_softness(method("MuJoCo RK4, hard"), time_constant=time_constant)
     run = way.run(problem_of(m, scene), h)
     return float(np.max(np.abs(run.q @ np.array([2.0, 1.0]))))
 
@@ -142,7 +143,7 @@ def test_light_parts_follow_the_predicted_lag() -> None:
     panel = found.panels[0]
     compared = 0
     for k, limit in enumerate(line.x):
-        good, bad = panel.limit(k, found.x.values, frozenset(set(Outcome) - {Outcome.RIGHT, Outcome.NOT_RUN}))
+        good, bad = panel.limit(k, found.x.values, frozenset(set(RunOutcome) - {RunOutcome.RIGHT, RunOutcome.NOT_RUN}))
         if 0.0 < good and math.isfinite(bad):
             compared += 1
             assert good / 1.05 <= limit <= bad * 1.05
@@ -189,7 +190,7 @@ def test_nearer_to_the_change_point_smaller_steps_are_needed() -> None:
     found = study(ml.load("fourbar"), "free-run", kinds=["singularity"], methods=[name], budget=12.0).map("singularity")
     panel = found.panel(name)
     column = len(found.x.values) // 2
-    values = [row[column].value if row[column].outcome is not Outcome.BLOWN_UP else math.inf for row in panel.cells]
+    values = [row[column].value if row[column].outcome is not RunOutcome.BLOWN_UP else math.inf for row in panel.cells]
     run = [v for v in values if not math.isnan(v)]
     assert len(run) >= 3
     assert run[0] > 3.0 * run[-1]  # rows ascend with the distance
@@ -197,13 +198,13 @@ def test_nearer_to_the_change_point_smaller_steps_are_needed() -> None:
 
 def test_flyball_map_meets_theory_in_every_row() -> None:
     d = ml.load("flyball").for_scene(None)
-    case = Case(d, d.scene(), ("MuJoCo RK4, defaults",))
+    case = StabilityCase(d, d.scene(), ("MuJoCo RK4, defaults",))
     plan = plan_stiffness(case)
-    assert isinstance(plan, Plan)
+    assert isinstance(plan, StabilityPlan)
     shown, _ = panels(plan, 8.0, lambda line: None)
     compared = 0
     for k, limit in enumerate(plan.theory(plan.methods)[0].x):
-        good, bad = shown[0].limit(k, plan.steps, frozenset({Outcome.BLOWN_UP}))
+        good, bad = shown[0].limit(k, plan.steps, frozenset({RunOutcome.BLOWN_UP}))
         if good and math.isfinite(bad):
             compared += 1
             assert good * 0.95 < limit < bad * 1.05
@@ -290,19 +291,22 @@ def test_varied_mechanisms() -> None:
 
 
 def test_a_limit_is_read_from_the_cells() -> None:
-    from mechlab.studies.stability import Cell
+    from mechlab.studies.stability.data import StabilityCell
 
-    cells = tuple(Cell(o) for o in (Outcome.NOT_RUN, Outcome.RIGHT, Outcome.DRIFTING, Outcome.BLOWN_UP, Outcome.RIGHT))
-    panel = Panel("m", (cells,))
-    assert panel.limit(0, (1.0, 2.0, 3.0, 4.0, 5.0), frozenset({Outcome.BLOWN_UP})) == (3.0, 4.0)
-    assert panel.limit(0, (1.0, 2.0, 3.0, 4.0, 5.0), frozenset({Outcome.REFUSED})) == (5.0, math.inf)
+    cells = tuple(
+        StabilityCell(o)
+        for o in (RunOutcome.NOT_RUN, RunOutcome.RIGHT, RunOutcome.DRIFTING, RunOutcome.BLOWN_UP, RunOutcome.RIGHT)
+    )
+    panel = MethodPanel("m", (cells,))
+    assert panel.limit(0, (1.0, 2.0, 3.0, 4.0, 5.0), frozenset({RunOutcome.BLOWN_UP})) == (3.0, 4.0)
+    assert panel.limit(0, (1.0, 2.0, 3.0, 4.0, 5.0), frozenset({RunOutcome.REFUSED})) == (5.0, math.inf)
 
 
 def test_ends_of_ranges_have_no_part_in_a_map() -> None:
     """MuJoCo has soft stops there, the reference none: with them every run of the platform in free fall looked wrong."""
     d = ml.load("delta6").for_scene(None)
     assert any(j.range for j in d.mechanism().joints)
-    problem = Case(d, d.scene()).free.problem(duration=0.3)
+    problem = StabilityCase(d, d.scene()).free.problem(duration=0.3)
     assert not any(j.range for j in problem.mechanism.joints)
     fall = method("MuJoCo RK4, hard").run(problem, 1e-3)
     truth = method("Pinocchio DOP853").run(problem, 1e-8)

@@ -16,10 +16,11 @@ from mechlab import api
 from mechlab.analytic import gear_linkage
 from mechlab.cli import main
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.studies.sweep import Interrupted, work
-from mechlab.studies.sweep import cluster as local
-from mechlab.studies.sweep.probe import evaluate
-from mechlab.studies.sweep.result import read
+from mechlab.studies.sweep import schedulers as local
+from mechlab.studies.sweep import study as work
+from mechlab.studies.sweep.evaluate import evaluate
+from mechlab.studies.sweep.files import read_dataset
+from mechlab.studies.sweep.study import Interrupted
 from mechlab.values import Range
 
 SWING = '''
@@ -178,7 +179,7 @@ def test_the_dataset_survives_its_file_with_names_units_and_provenance(tmp_path:
     words = f"sweep delta6 x=-0.1:0.1:5 y=-100mm:100mm:5 z=0 alpha=0 beta=0 gamma=0 quantity=q1,q2 -o {out} --plot {picture}"
     assert main(words.split()) == 0
     found = ml.sweep("delta6", {"x": Range(-0.1, 0.1, 5), "y": Range(-0.1, 0.1, 5)}, ["q1", "q2"], **FIXED)
-    ds = read(out)
+    ds = read_dataset(out)
     assert ds.drop_attrs().identical(found.dataset.drop_attrs())
     assert (
         ds["q1"].attrs["units"] == "m"
@@ -201,7 +202,10 @@ def test_words_can_be_an_axis_and_one_axis_is_a_line(tmp_path: Path) -> None:
     )
     truth = [ml.solve("fourbar", mode=m, crank_angle=0.5)["analytic"]["coupler_angle"] for m in (-1, 1)]
     assert found["coupler_angle"].tolist() == truth
-    assert "<svg" in (tmp_path / "a.svg").read_text() and read(tmp_path / "a.nc")["mode"].values.tolist() == [-1.0, 1.0]
+    assert "<svg" in (tmp_path / "a.svg").read_text() and read_dataset(tmp_path / "a.nc")["mode"].values.tolist() == [
+        -1.0,
+        1.0,
+    ]
 
 
 # -- interrupted, resumed ---------------------------------------------------------------------------------------------------
@@ -369,7 +373,7 @@ def test_what_is_wrong_is_named(
     words: str, said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if "--scheduler" in words:
-        from mechlab.studies.sweep import cluster
+        from mechlab.studies.sweep import schedulers as cluster
 
         monkeypatch.setattr(cluster, "CONNECT", 0.2)
     assert main(["sweep", *words.split()]) in (1, 2)
@@ -391,7 +395,9 @@ def test_progress_counts_points_and_a_sweep_that_fails_keeps_its_parts(
         "fourbar", crank_angle=Range(0.0, 1.0, 100), witness="pinocchio", progress=lambda *x: seen.append(x), workers=1
     )
     assert seen[0] == (0, 100) and seen[-1] == (100, 100) and [a for a, _ in seen] == sorted(a for a, _ in seen)
-    monkeypatch.setattr(work, "_blocks", lambda request, left, *a: iter([(left[0], evaluate(request, left[0])), 1 / 0]))
+    monkeypatch.setattr(
+        work, "run_on_cores", lambda request, left, *a: iter([(left[0], evaluate(request, left[0])), 1 / 0])
+    )
     with pytest.raises(ZeroDivisionError):
         api.sweep("fourbar", {"crank_angle": Range(0.0, 1.0, 3)}, out=tmp_path / "a.nc")
 

@@ -13,8 +13,10 @@ from mechlab.cli import main
 from mechlab.cli.options import options_of
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, UsageError
 from mechlab.experiment.entry import WorkspaceMap
-from mechlab.studies.workspace import grid_of, plan, surface, survey
-from mechlab.studies.workspace.grid import Grid, map_over
+from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
+from mechlab.studies.workspace.plan import plan
+from mechlab.studies.workspace.study import surface
+from mechlab.studies.workspace.survey import map_over, survey
 from mechlab.values import Range
 
 SMALL = {"x": Range(-0.3, 0.3, 31), "y": Range(-0.3, 0.3, 31), "z": Range(-0.3, 0.4, 36)}
@@ -142,7 +144,7 @@ def ball(radius, centre=(0.0, 0.0, 0.0)):
 
 def test_the_surface_of_a_ball():
     pytest.importorskip("skimage")
-    grid = Grid(dict.fromkeys("xyz", (-1.0, 1.0, 81)))
+    grid = WorkspaceGrid(dict.fromkeys("xyz", (-1.0, 1.0, 81)))
     region = ball(0.7, (0.1, 0.0, -0.1))
     shape = surface(region, grid, survey(region, grid))
     radii = np.linalg.norm(shape.vertices - [0.1, 0.0, -0.1], axis=1)
@@ -181,11 +183,11 @@ def test_without_scikit_image_the_message_says_what_to_install(monkeypatch, tmp_
 
 
 def test_no_surface():
-    grid = Grid({"x": (0.0, 1.0, 5), "y": (0.0, 1.0, 5)})
+    grid = WorkspaceGrid({"x": (0.0, 1.0, 5), "y": (0.0, 1.0, 5)})
     flat = Clause("flat", lambda p: p["x"] + p["y"], ("x", "y"))
     with pytest.raises(MechlabError, match="three axes"):
         surface(flat, grid, survey(flat, grid))
-    cube = Grid(dict.fromkeys("xyz", (0.0, 1.0, 5)))
+    cube = WorkspaceGrid(dict.fromkeys("xyz", (0.0, 1.0, 5)))
     nowhere = ball(-1.0)
     with pytest.raises(NoSolution, match="empty"):
         surface(nowhere, cube, survey(nowhere, cube))
@@ -253,7 +255,7 @@ def test_grids():
     with pytest.raises(MechlabError, match="too many"):
         grid_of(dict.fromkeys("xyz", Range(0.0, 1.0, 10**5)))
     with pytest.raises(MechlabError, match="one to three axes"):
-        Grid({})
+        WorkspaceGrid({})
 
 
 def test_the_bend_limit_acts_where_a_pose_is_asked_too(capsys):

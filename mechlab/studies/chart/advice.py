@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
-
-if TYPE_CHECKING:
-    pass
-
-from mechlab.studies.chart.data import FEWEST, NOT_RUN, Point, Recommendation
+from mechlab.studies.chart.data import FEWEST, NOT_RUN, Chart, ChartPoint, Recommendation
 from mechlab.tables import counted
 
 
-def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool = True) -> list[str]:
+def flat_defaults(points: Sequence[ChartPoint], target: float, unit: str, rows: bool = True) -> list[str]:
     """Sentences on engines whose defaults stay wrong however small the step: the model is wrong there, not the step.
 
     rows: the mechanism has loops or relations; without them what is soft is the dry friction.
     """
     soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
     out = []
-    flat: list[Point] = []
+    flat: list[ChartPoint] = []
     for name in dict.fromkeys(p.method for p in points if p.default and p.control == "step"):
         mine = [p for p in points if p.method == name and p.ok]
         if len(mine) >= FEWEST and is_flat(mine, target):
@@ -39,7 +34,7 @@ def flat_defaults(points: Sequence[Point], target: float, unit: str, rows: bool 
     return out
 
 
-def is_flat(points: Sequence[Point], target: float) -> bool:
+def is_flat(points: Sequence[ChartPoint], target: float) -> bool:
     """Errors of one method at ever smaller steps do not fall: the last half no better than a third of the best before."""
     errors = [p.error for p in sorted(points, key=lambda p: -p.step)]
     half = len(errors) // 2
@@ -47,7 +42,7 @@ def is_flat(points: Sequence[Point], target: float) -> bool:
 
 
 def recommend(
-    points: Sequence[Point], target: float, unit: str, paste: Callable[[Point], str] | None = None
+    points: Sequence[ChartPoint], target: float, unit: str, paste: Callable[[ChartPoint], str] | None = None
 ) -> Recommendation:
     """The cheapest point that meets the target; one that its own smaller steps confirm, if it costs no more than half as
     much again. The most accurate point when none meets it."""
@@ -57,26 +52,28 @@ def recommend(
     good = sorted((p for p in usable if p.error <= target), key=lambda p: p.cpu_s)
     if not good:
         best = min(usable, key=lambda p: p.error)
-        text = f"No method meets {target:g} {unit} here; the best is {_told(best)} with {best.error:.2g} {unit} in {best.cpu_s:.3g} s."
+        text = f"No method meets {target:g} {unit} here; the best is {_setting(best)} with {best.error:.2g} {unit} in {best.cpu_s:.3g} s."
         return Recommendation(best, target, False, text, _paste(best, points, target, paste))
     steady = [p for p in good if p.cpu_s <= 1.5 * good[0].cpu_s and _confirmed(p, points, target)]
     chosen = steady[0] if steady else good[0]
-    text = f"For {target:g} {unit}: {_told(chosen)}, {chosen.error:.2g} {unit} in {chosen.cpu_s:.3g} s of CPU."
+    text = f"For {target:g} {unit}: {_setting(chosen)}, {chosen.error:.2g} {unit} in {chosen.cpu_s:.3g} s of CPU."
     if not steady:
         text += " Take care: with a smaller step this method misses the target; its error does not fall steadily here."
     return Recommendation(chosen, target, True, text, _paste(chosen, points, target, paste))
 
 
-def _confirmed(p: Point, points: Sequence[Point], target: float) -> bool:
+def _confirmed(p: ChartPoint, points: Sequence[ChartPoint], target: float) -> bool:
     finer = [x for x in points if x.method == p.method and x.step < p.step]
     return all(x.ok and x.error <= target for x in finer if x.status != NOT_RUN)
 
 
-def _told(p: Point) -> str:
+def _setting(p: ChartPoint) -> str:
     return f"{p.method}, step {p.step:.6g} s" if p.control == "step" else f"{p.method}, tolerance {p.step:.0e}"
 
 
-def _paste(chosen: Point, points: Sequence[Point], target: float, paste: Callable[[Point], str] | None) -> str:
+def _paste(
+    chosen: ChartPoint, points: Sequence[ChartPoint], target: float, paste: Callable[[ChartPoint], str] | None
+) -> str:
     """MJCF settings of the chosen point, or of the cheapest MuJoCo point that meets the target."""
     mine = [p for p in points if p.ok and p.method.startswith("MuJoCo")]
     if not mine:
@@ -86,7 +83,7 @@ def _paste(chosen: Point, points: Sequence[Point], target: float, paste: Callabl
     return (paste or mjcf_settings)(best)
 
 
-def mjcf_settings(p: Point) -> str:
+def mjcf_settings(p: ChartPoint) -> str:
     """An <option> line, and for hard loops the constraint attributes, as MJCF."""
     integrator = p.method.removeprefix("MuJoCo ").split(",")[0]
     lines = [f'<option timestep="{p.step:.10g}" integrator="{integrator}" jacobian="dense"/>']
@@ -94,3 +91,54 @@ def mjcf_settings(p: Point) -> str:
         soft = f'solref="{2 * p.step:.10g} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
         lines.append(f"<default><equality {soft}/></default>")
     return "\n".join([f"<!-- {p.method}: error {p.error:.2g}, {p.cpu_s:.3g} s of CPU -->", *lines])
+
+
+def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
+    """Methods at an engine's defaults whose error does not fall however small the step: name -> points that came through."""
+    out = {}
+    for name in dict.fromkeys(p.method for p in chart.points if p.default and p.control == "step"):
+        points = [p for p in chart.points if p.method == name and p.ok]
+        if len(points) >= FEWEST and is_flat(points, chart.recommendation.target):
+            out[name] = sorted(points, key=lambda p: -p.step)
+    return out
+
+
+def final_error(flat: dict[str, list[ChartPoint]], unit: str) -> str:
+    """The error that flat methods keep at their smallest steps, or its range."""
+    last = [points[-1].error for points in flat.values()]
+    low, high = with_prefix(min(last), unit), with_prefix(max(last), unit)
+    return low if max(last) < 1.2 * min(last) else f"{low} to {high}"
+
+
+PREFIXES = ((1e-12, "p"), (1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"))
+
+
+def with_prefix(value: float, unit: str, digits: int = 2) -> str:
+    """A number with a prefix to its unit: 2.5e-05 m is 25 µm."""
+    if not 1e-13 < abs(value) < 1e6:
+        return f"{value:.{digits}g} {unit}"
+    shown = float(f"{value:.{digits}g}")
+    scale, prefix = next((p for p in reversed(PREFIXES) if abs(shown) >= p[0] * (1 - 1e-9)), PREFIXES[0])
+    return f"{shown / scale:.{max(digits, 3)}g} {prefix}{unit}"
+
+
+def headline(chart: Chart) -> str:
+    """The chart in one sentence: what the defaults do where they do not converge, else what the target costs."""
+    flat = flat_methods(chart)
+    if flat:
+        return f"{_whose(chart, flat)} stay {final_error(flat, chart.unit)} wrong, however small the step"
+    p, target = chart.recommendation.point, with_prefix(chart.recommendation.target, chart.unit, 1)
+    if not chart.recommendation.met:
+        return f"No method comes within {target} here"
+    return f"An error below {target} costs {with_prefix(p.cpu_s, 's')} of CPU with {p.method}"
+
+
+def _whose(chart: Chart, flat: dict[str, list[ChartPoint]]) -> str:
+    """Whose error is flat: all default integrators, or which."""
+    if any("as in the file" in n for n in flat):
+        return "The file's own settings"
+    through = {p.method for p in chart.points if p.default and p.ok}
+    if through == set(flat):
+        return "MuJoCo's defaults"
+    names = [n.removeprefix("MuJoCo ").split(",")[0] for n in flat]
+    return f"MuJoCo's defaults with {' and '.join([', '.join(names[:-1]), names[-1]] if names[1:] else names)}"

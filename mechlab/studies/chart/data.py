@@ -1,17 +1,13 @@
-"""Published computing times of the benchmark problems, as printed, with the machine they were taken on.
-
-What a chart of speed against accuracy is: points, a recommendation, and what they are held against.
-"""
+"""A chart of speed against accuracy as data: points, front, recommendation, published times, the comparison with other engines."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from mechlab.studies.chart.peers import PeerTable
+from mechlab.results import ResultInFiles, Shown
 
 
 @dataclass(frozen=True)
@@ -24,7 +20,7 @@ class Published:
 
     def to_dict(self) -> dict[str, object]:
         """JSON-able form."""
-        return {"program": self.program, "machine": self.machine, "cpu_s": self.cpu_s}
+        return dict(vars(self))
 
 
 _OPENSIM = ("OpenSim 3.2 / Simbody (2015)", "i5-4570, 3.2 GHz")
@@ -44,7 +40,7 @@ OK, DIVERGED, NOT_RUN = "ok", "diverged", "not run"
 
 
 @dataclass(frozen=True)
-class Point:
+class ChartPoint:
     """One method at one step [s] (or tolerance, see `control`); evaluations of the equations, 0 where nobody counts."""
 
     method: str
@@ -70,15 +66,15 @@ class Point:
         numbers = {"cpu_s": self.cpu_s, "error": self.error, "e_G": self.e_g, "energy": self.energy, "gap": self.gap}
         shown = {k: x if math.isfinite(x) else None for k, x in numbers.items()}
         head = {"method": self.method, "step": self.step, "control": self.control, **shown}
-        told = {"status": self.status, "reason": self.reason, "default": self.default}
-        return head | told | {"evaluations": self.evaluations or None}
+        end = {"status": self.status, "reason": self.reason, "default": self.default}
+        return head | end | {"evaluations": self.evaluations or None}
 
 
 @dataclass(frozen=True)
 class Recommendation:
     """The cheapest point that meets the target, in words and as settings to paste."""
 
-    point: Point
+    point: ChartPoint
     target: float
     met: bool
     sentence: str
@@ -91,9 +87,13 @@ class Recommendation:
         return named | {"target": self.target, "met": self.met, "sentence": self.sentence, "paste": self.paste}
 
 
-@dataclass(frozen=True)
-class Chart:
-    """All points of a scene, what they are held against, and what follows."""
+@dataclass(frozen=True, repr=False)
+class Chart(ResultInFiles):
+    """All points of a scene, the reference that their errors are measured against, and what follows from them.
+
+    unit: of the errors; tracked: the quantities whose largest error counts; reference_error: the error of the reference, as far
+    as it is known; skipped: method -> why it could not run. `save` writes .svg, .png, .csv or .json, or all of them into a folder.
+    """
 
     name: str
     title: str
@@ -103,7 +103,7 @@ class Chart:
     tracked: tuple[str, ...]
     reference: str
     reference_error: float
-    points: tuple[Point, ...]
+    points: tuple[ChartPoint, ...]
     skipped: dict[str, str]
     recommendation: Recommendation
     notes: tuple[str, ...]
@@ -113,7 +113,7 @@ class Chart:
     acts: str = ""
 
     @property
-    def front(self) -> tuple[Point, ...]:
+    def front(self) -> tuple[ChartPoint, ...]:
         """Points that no other beats in both cost and error, cheapest first."""
         return pareto(self.points)
 
@@ -135,28 +135,57 @@ class Chart:
             **({} if self.peers is None else self.peers.to_dict()),
         }  # fmt: skip
 
-    def text(self) -> str:
-        """The table for a person."""
-        from mechlab.studies.chart.report import chart_text
 
-        return chart_text(self)
-
-    def _repr_html_(self) -> str:
-        from mechlab.studies.chart.report import chart_html
-
-        return chart_html(self)
-
-    def save(self, path: Any) -> dict[str, Any]:
-        """Write picture, table and data; see `mechlab.studies.chart.report.save`."""
-        from mechlab.studies.chart.report import save
-
-        return save(self, path)
-
-
-def pareto(points: Sequence[Point]) -> tuple[Point, ...]:
+def pareto(points: Sequence[ChartPoint]) -> tuple[ChartPoint, ...]:
     """The points that none other beats in both cost and error, cheapest first."""
-    out: list[Point] = []
+    out: list[ChartPoint] = []
     for p in sorted((p for p in points if p.ok), key=lambda p: (p.cpu_s, p.error)):
         if not out or p.error < out[-1].error:
             out.append(p)
     return tuple(out)
+
+
+@dataclass(frozen=True)
+class PeerRow:
+    """One target [m or rad]: ours and the fastest peer that meets it; `peer` is empty when none does, with the best that
+    they reach in `peer_error`. Missing numbers are nan."""
+
+    target: float
+    ours_cpu_s: float
+    ours_error: float
+    ours_method: str
+    ours_reached: bool
+    peer: str
+    peer_step: float
+    peer_cpu_s: float
+    peer_error: float
+
+    @property
+    def ratio(self) -> float:
+        """Our CPU time over the peer's; nan where one of them does not meet the target."""
+        met = self.ours_reached and self.ours_error <= self.target
+        return self.ours_cpu_s / self.peer_cpu_s if met and self.peer else math.nan
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form; a missing number is null."""
+        names = ("target", "ours_cpu_s", "ours_error", "peer_cpu_s", "peer_error", "peer_step", "ratio")
+        numbers = {n: getattr(self, n) for n in names}
+        shown = {n: x if math.isfinite(x) else None for n, x in numbers.items()}
+        return shown | {"ours_method": self.ours_method, "ours_reached": self.ours_reached, "peer": self.peer or None}
+
+
+@dataclass(frozen=True, repr=False)
+class PeerTable(Shown):
+    """The comparison of a scene: a row for each target, every point of the peers, what could not be run and why."""
+
+    rows: tuple[PeerRow, ...]
+    points: tuple[ChartPoint, ...]
+    skipped: dict[str, str]
+    versions: dict[str, str]
+    unit: str
+    costly: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        rows = [r.to_dict() for r in self.rows]
+        return {"peers": rows, "peers_refined_to_cpu_s": self.costly, "peer_versions": dict(self.versions)}

@@ -1,32 +1,152 @@
-"""The picture of a chart: CPU time against error, both logarithmic. It speaks for itself: a sentence above it, words beside
-each line, and what an engine's defaults do in red."""
+"""The picture of a chart: CPU time against error, both logarithmic, with a sentence above it and a label beside each line.
+
+The band in which an engine's defaults stay is red, the recommended point has a ring, published times are stars on the axis.
+"""
 
 from __future__ import annotations
 
 import io
 import math
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from mechlab.files import write
-from mechlab.studies.chart.labels import (
-    FAINT,
-    INK,
-    RED,
-    SIZE,
-    beside,
-    flat,
-    flat_methods,
-    headline,
-    label,
-    published,
-    quantity,
-    recommended,
-)
+from mechlab.studies.chart.advice import final_error, flat_methods, headline, with_prefix
+from mechlab.studies.chart.data import Chart, ChartPoint
+from mechlab.studies.picture_style import new_figure, open_frame
 
-if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, Point
+INK, FAINT, RED = "#1b2330", "#5b6470", "#c1121f"
+SIZE = 9.6
+
+
+def line_label(name: str, points: Sequence[ChartPoint]) -> str:
+    """The method, and from which step on it diverges: what is missing is sentence, not dropped."""
+    lost = [p.step for p in points if p.status == "diverged"]
+    if not lost:
+        return name
+    where = f"{1e3 * min(lost):.3g} ms" if points[0].control == "step" else f"tol. {min(lost):.0e}"
+    return f"{name}  × {where}"
+
+
+def spaced_apart(wanted: Sequence[float], low: float, high: float, gap: float) -> list[float]:
+    """Places as near as can be to the wanted ones, in their order, at least `gap` apart and within low..high.
+
+    Where they do not fit, they stand at equal distances. Least squares with an order: pool adjacent violators.
+    """
+    n = len(wanted)
+    if n == 0:
+        return []
+    if gap * (n - 1) >= high - low:
+        return list(np.linspace(low, high, n)) if n > 1 else [float(np.clip(wanted[0], low, high))]
+    order = np.argsort(wanted, kind="stable")
+    blocks: list[list[float]] = []  # mean of (wanted - k gap), count
+    for k, i in enumerate(order):
+        blocks.append([float(wanted[i]) - k * gap, 1.0])
+        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
+            mean, count = blocks.pop()
+            blocks[-1] = [
+                (blocks[-1][0] * blocks[-1][1] + mean * count) / (blocks[-1][1] + count),
+                blocks[-1][1] + count,
+            ]
+    flat = np.concatenate([np.full(int(count), mean) for mean, count in blocks])
+    placed = np.clip(flat, low, high - (n - 1) * gap) + gap * np.arange(n)
+    out = np.empty(n)
+    out[order] = placed
+    return [float(y) for y in out]
+
+
+def draw_labels(axes: Any, entries: Sequence[tuple[str, float, float, dict[str, Any]]]) -> None:
+    """A label right of the axes for each (text, x, y of the end of its line, style), joined to it by a thin line."""
+    to_axes = axes.transData + axes.transAxes.inverted()
+    ends = [to_axes.transform((x, y)) for _, x, y, _ in entries]
+    height = axes.figure.get_size_inches()[1] * axes.get_position().height * 72.0
+    places = spaced_apart([float(e[1]) for e in ends], 0.0, 1.0, 1.45 * SIZE / height)
+    for (text, x, y, style), place in zip(entries, places, strict=True):
+        color = style["color"]
+        axes.annotate(
+            "",
+            (x, y),
+            xytext=(1.018, place),
+            textcoords="axes fraction",
+            arrowprops={"arrowstyle": "-", "color": color, "lw": 0.7, "alpha": 0.45, "shrinkA": 0, "shrinkB": 3},
+            annotation_clip=False,
+            zorder=2,
+        )
+        shape = {k: style[k] for k in ("color", "marker", "mfc") if k in style}
+        axes.plot([1.026], [place], transform=axes.transAxes, clip_on=False, ms=6, ls="", zorder=7, **shape)
+        axes.text(1.038, place, text, transform=axes.transAxes, fontsize=SIZE, color=INK, va="center", clip_on=False)
+
+
+GOLD, BROWN = "#b8860b", "#7a5a00"
+
+
+def draw_flat_band(axes: Any, chart: Chart) -> None:
+    """The band in which an engine's defaults stay, with words on it, when they do not converge."""
+    found = flat_methods(chart)
+    if not found:
+        return
+    last = [points[-1].error for points in found.values()]
+    axes.axhspan(min(last) / 1.6, max(last) * 1.6, color=RED, alpha=0.10, zorder=0, lw=0)
+    names = ", ".join(n.removeprefix("MuJoCo ").split(",")[0] for n in found)
+    whose = "The file's own settings" if any("as in the file" in n for n in found) else "MuJoCo's defaults"
+    soft = "dry friction creeps" if chart.notes and "friction" in chart.notes[0] else "the loops are springs"
+    still = f"still {final_error(found, chart.unit)} wrong at {1e3 * min(points[-1].step for points in found.values()):.2g} ms"
+    words = f"{whose} ({names}):\n{still}, because {soft};\na smaller step simulates the wrong mechanism more precisely"
+    axes.text(
+        0.012, 0.99, words, transform=axes.transAxes, color=RED, fontsize=10.2, linespacing=1.25, va="top", zorder=6
+    )
+
+
+def draw_recommended(axes: Any, chart: Chart) -> None:
+    """A ring around the recommended point; its words stand to the lower left, where no point can be that it does not
+    dominate."""
+    p = chart.recommendation.point
+    if p.error <= 0:
+        return
+    axes.plot([p.cpu_s], [p.error], "o", ms=15, mfc="none", mec=INK, mew=1.6, zorder=5)
+    control = f"{1e3 * p.step:.3g} ms" if p.control == "step" else f"tolerance {p.step:.0e}"
+    cost = f"{with_prefix(p.error, chart.unit)} in {with_prefix(p.cpu_s, 's')} of CPU"
+    words = f"{p.method.replace(', ', ',' + chr(10), 1)}, {control}:\n{cost}"
+    _, y = (axes.transData + axes.transAxes.inverted()).transform((p.cpu_s, p.error))
+    axes.annotate(
+        ("recommended: " if chart.recommendation.met else "the best, not good enough: ") + words,
+        (p.cpu_s, p.error),
+        xytext=(0.014, max(y - 0.09, 0.14)),
+        textcoords="axes fraction",
+        fontsize=SIZE,
+        color=INK,
+        va="top",
+        linespacing=1.25,
+        arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8, "shrinkB": 8, "relpos": (0.5, 1.0)},
+        zorder=6,
+    )
+
+
+def draw_published(axes: Any, chart: Chart) -> None:
+    """Stars on the axis: their sources print a time, but no error."""
+    for x in chart.published:
+        axes.axvline(x.cpu_s, color=GOLD, lw=0.9, ls=":", zorder=1)
+        axes.plot([x.cpu_s], [axes.get_ylim()[0]], "*", ms=17, color=GOLD, clip_on=False, zorder=6)
+        place = (axes.transData + axes.transAxes.inverted()).transform((x.cpu_s, 1.0))[0]
+        left = place > 0.5
+        axes.annotate(
+            f"{x.program} on {x.machine}:\n{with_prefix(x.cpu_s, 's', 3)} printed, no error printed",
+            (x.cpu_s, 0.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(-12 if left else 12, 5),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            fontsize=SIZE,
+            color=BROWN,
+            linespacing=1.25,
+            bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
+            zorder=6,
+        )
+
 
 STYLES: dict[str, tuple[str, str]] = {
     "Euler": ("#d97706", "s"),
@@ -72,13 +192,10 @@ def draw(chart: Chart, path: Path) -> Path:
 def picture(chart: Chart, kind: str) -> bytes:
     """The picture as "svg" or "png"; the SVG of one chart is the same every time."""
     import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     out = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "mechlab"}):
-        figure = Figure(figsize=(11.0, 7.0), dpi=130, facecolor="white")
-        FigureCanvasAgg(figure)
+        figure = new_figure(11.0, 7.0)
         axes = figure.add_axes((0.085, 0.145, 0.60, 0.675))
         _frame(chart, figure, axes)
         lines = {name: [p for p in chart.points if p.method == name] for name in _names(chart)}
@@ -87,9 +204,9 @@ def picture(chart: Chart, kind: str) -> bytes:
         front = [p for p in chart.front if p.error > 0]
         x, y = [p.cpu_s for p in front], [p.error for p in front]
         axes.plot(x, y, color=INK, lw=7.0, alpha=0.13, zorder=1, solid_capstyle="round")
-        flat(axes, chart)
-        recommended(axes, chart)
-        published(axes, chart)
+        draw_flat_band(axes, chart)
+        draw_recommended(axes, chart)
+        draw_published(axes, chart)
         _labels(axes, chart, lines)
         _foot(chart, figure, [n for n, points in lines.items() if not any(_drawn(p) for p in points)])
         figure.savefig(out, format=kind, metadata={"Date": None} if kind == "svg" else None)
@@ -100,7 +217,7 @@ def _names(chart: Chart) -> list[str]:
     return list(dict.fromkeys(p.method for p in chart.points))
 
 
-def _drawn(p: Point) -> bool:
+def _drawn(p: ChartPoint) -> bool:
     return p.ok and p.error > 0
 
 
@@ -117,13 +234,10 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
         max(errors) * (60.0 if flat_methods(chart) else 4.0),
     )
     axes.set_xlim(min(times) / 1.6, max(times) * 1.5)
-    for axis, unit, (low, high) in (
-        (axes.xaxis, "s", axes.get_xlim()),
-        (axes.yaxis, chart.unit, axes.get_ylim()),
-    ):
+    for axis, unit, (low, high) in ((axes.xaxis, "s", axes.get_xlim()), (axes.yaxis, chart.unit, axes.get_ylim())):
         between = (1.0, 2.0, 5.0) if high < 60.0 * low else (1.0,)
         axis.set_major_locator(LogLocator(10.0, subs=between, numticks=12))
-        axis.set_major_formatter(FuncFormatter(lambda v, _, unit=unit: quantity(v, unit, 1)))
+        axis.set_major_formatter(FuncFormatter(lambda v, _, unit=unit: with_prefix(v, unit, 1)))
         axis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("CPU time of stepping (one thread, median)", fontsize=11, color=INK)
     axes.text(
@@ -136,12 +250,11 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
     )
     axes.tick_params(labelsize=10, colors=INK)
     axes.grid(True, which="major", color="#e3e6ea", lw=0.8)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    open_frame(axes)
     axes.axhline(target, color=INK, lw=0.9, ls=(0, (5, 4)), zorder=1)
     right = _free_end(axes, shown, target)
     axes.annotate(
-        f"target {quantity(target, chart.unit, 1)}",
+        f"target {with_prefix(target, chart.unit, 1)}",
         (1.0 if right else 0.0, target),
         xycoords=("axes fraction", "data"),
         xytext=(-4 if right else 4, 4),
@@ -151,14 +264,14 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
         color=INK,
         bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
     )
-    said, color = headline(chart), RED if flat_methods(chart) else INK
+    sentence, color = headline(chart), RED if flat_methods(chart) else INK
     figure.text(0.022, 0.957, chart.title, fontsize=11.5, weight="bold", color=FAINT)
-    figure.text(0.022, 0.912, said, fontsize=min(18.0, 18.0 * 70 / len(said)), weight="bold", color=color)
+    figure.text(0.022, 0.912, sentence, fontsize=min(18.0, 18.0 * 70 / len(sentence)), weight="bold", color=color)
     words = f"{chart.duration:g} s simulated, scene {chart.scene}. Lower left is better. Each line: one method, from large to small steps."
     figure.text(0.022, 0.876, words, fontsize=10.5, color=FAINT)
 
 
-def _free_end(axes: Any, shown: list[Point], target: float) -> bool:
+def _free_end(axes: Any, shown: list[ChartPoint], target: float) -> bool:
     """True where the right end of the target line has fewer points above it than the left one."""
     to_axes = axes.transData + axes.transAxes.inverted()
     level = to_axes.transform((1.0, target))[1]
@@ -188,14 +301,14 @@ def _style(name: str) -> dict[str, Any]:
     return {"color": color, "marker": marker, "ls": "--" if "own" in name else "-", "ms": 6, "lw": 1.6}
 
 
-def _line(axes: Any, name: str, points: list[Point]) -> None:
+def _line(axes: Any, name: str, points: list[ChartPoint]) -> None:
     """A line that breaks where a run is missing."""
     x = [p.cpu_s if _drawn(p) else math.nan for p in points]
     y = [p.error if _drawn(p) else math.nan for p in points]
     axes.plot(x, y, zorder=3, **_style(name))
 
 
-def _labels(axes: Any, chart: Chart, lines: dict[str, list[Point]]) -> None:
+def _labels(axes: Any, chart: Chart, lines: dict[str, list[ChartPoint]]) -> None:
     """The name of each line at its end; flat defaults are named together in their band."""
     together = flat_methods(chart)
     entries = []
@@ -203,5 +316,5 @@ def _labels(axes: Any, chart: Chart, lines: dict[str, list[Point]]) -> None:
         shown = [p for p in points if _drawn(p)]
         if shown and name not in together:
             end = min(shown, key=lambda p: p.step)
-            entries.append((label(name, points), end.cpu_s, end.error, _style(name)))
-    beside(axes, entries)
+            entries.append((line_label(name, points), end.cpu_s, end.error, _style(name)))
+    draw_labels(axes, entries)

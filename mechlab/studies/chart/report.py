@@ -1,4 +1,4 @@
-"""A chart as text, table, data and picture files."""
+"""A chart as one line, text, HTML, and as files: picture, table and data."""
 
 from __future__ import annotations
 
@@ -6,22 +6,28 @@ import base64
 import csv
 import io
 import json
+import math
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from mechlab.errors import MechlabError
 from mechlab.files import whole_folder, write
-from mechlab.studies.chart.labels import headline
-from mechlab.tables import html_sheet, number, table
-
-if TYPE_CHECKING:
-    from mechlab.studies.chart.data import Chart, Point
+from mechlab.results import html_of, line_of, save_files, text_of
+from mechlab.studies.chart.advice import headline
+from mechlab.studies.chart.data import Chart, ChartPoint, PeerTable
+from mechlab.studies.chart.picture import draw, picture
+from mechlab.tables import counted, html_sheet, number, table
 
 FORMATS = (".svg", ".png", ".csv", ".json")
 
 
-def chart_text(chart: Chart) -> str:
+@line_of.register
+def _(chart: Chart) -> str:
+    return f"Chart of {chart.name}, scene {chart.scene}, {chart.duration:g} s: {chart.recommendation.sentence}"
+
+
+@text_of.register
+def _(chart: Chart) -> str:
     """Title, reference, every point, front, notes, recommendation, settings to paste."""
     front = set(chart.front)
     heads = ["", "method", "step", "cpu_s", f"error [{chart.unit}]", "e_G", "energy [J]", "gap", "status"]
@@ -47,19 +53,18 @@ def chart_text(chart: Chart) -> str:
     return "\n".join(lines)
 
 
-def chart_html(chart: Chart) -> str:
+@html_of.register
+def _(chart: Chart) -> str:
     """For a notebook: the picture, what follows from it, and the Pareto front as a table."""
-    from mechlab.studies.chart.picture import picture
-
     address = base64.b64encode(picture(chart, "png")).decode("ascii")
     rows = [(p.method, _step(p), _cell(p.cpu_s), _cell(p.error)) for p in chart.front]
     front = (("method", "step", "CPU time [s]", f"error [{chart.unit}]"), rows)
-    said = [chart.recommendation.sentence, *chart.notes]
+    sentences = [chart.recommendation.sentence, *chart.notes]
     image = f'<img src="data:image/png;base64,{address}" style="max-width:100%" alt="{escape(headline(chart))}">'
-    return image + html_sheet("", said, {"Nothing is better than these in both": front})
+    return image + html_sheet("", sentences, {"Nothing is better than these in both": front})
 
 
-def _step(p: Point) -> str:
+def _step(p: ChartPoint) -> str:
     return f"{1e3 * p.step:.4g} ms" if p.control == "step" else f"tol {p.step:.0e}"
 
 
@@ -80,12 +85,12 @@ def csv_text(chart: Chart) -> str:
     return out.getvalue()
 
 
-def save(chart: Chart, path: str | Path) -> dict[str, Path]:
+@save_files.register
+def _(chart: Chart, path: Path) -> dict[str, Path]:
     """Write the chart: a file of the format of its name, or all formats into a folder (a path without a suffix).
 
     Raises MechlabError for another format.
     """
-    path = Path(path)
     if path.suffix and path.suffix not in FORMATS:
         raise MechlabError(
             f"chart: cannot write {path.name}; formats: {', '.join(FORMATS)}, or a folder for all of them."
@@ -106,6 +111,33 @@ def _write(chart: Chart, path: Path) -> None:
     elif path.suffix == ".json":
         write(path, json.dumps(chart.to_dict(), indent=1))
     else:
-        from mechlab.studies.chart.picture import draw
-
         draw(chart, path)
+
+
+def _shown(x: float) -> str:
+    return number(x) if math.isfinite(x) else "-"
+
+
+@line_of.register
+def _(peers: PeerTable) -> str:
+    return f"Comparison with {', '.join(peers.versions) or 'no other engine'} at {counted(len(peers.rows), 'target')}"
+
+
+@text_of.register
+def _(peers: PeerTable) -> str:
+    heads = [f"target [{peers.unit}]", "--max-error: cpu_s", "error", "by", "fastest peer", "cpu_s", "error", "ratio"]
+    rows = [
+        [
+            f"{r.target:.0e}", number(r.ours_cpu_s), number(r.ours_error) + ("" if r.ours_reached else " (not reached)"),
+            r.ours_method, r.peer or f"none reaches it in {peers.costly:.2g} s", _shown(r.peer_cpu_s), _shown(r.peer_error),
+            _shown(r.ratio),
+        ]
+        for r in peers.rows
+    ]  # fmt: skip
+    with_versions = ", ".join(f"{n} {v}" for n, v in peers.versions.items()) or "none installed"
+    return "\n".join(
+        [
+            f"--max-error (its own probing included) against the fastest peer at its best setting ({with_versions}):",
+            table(heads, rows),
+        ]
+    )

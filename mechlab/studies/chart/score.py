@@ -1,4 +1,4 @@
-"""What a timed run is held against: the tracked quantities, energy and loops of a reference at the same times."""
+"""The reference of a chart, and the errors of a run against it: tracked quantities, energy, open loops at the same times."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.mechanism.geometry import Array
 
 EVERY = 4
-"""Energy and loops are looked at at every fourth output time: they walk through the whole tree."""
+"""Energy and loops are taken at every fourth output time only: each takes the kinematics of the whole tree."""
 THRESHOLD = 1e-3
-"""Of the relative error e_G: smaller values of a tracked quantity count as this [m or rad]."""
+"""The least size [m or rad] of a tracked value in the relative error e_G: smaller ones count as this."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,12 @@ def score(problem: Problem, reference: Reference, trace: Trace) -> Score:
     """How far a run is from the reference; infinite for one that ended early or is not finite."""
     if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != len(reference.values):
         return Score(math.inf, math.inf, math.inf, math.inf)
-    away = np.abs(tracked(problem, reference.names, trace.q, trace.v) - reference.values)
-    relative = away / np.maximum(np.abs(reference.values), THRESHOLD)
+    deviation = np.abs(tracked(problem, reference.names, trace.q, trace.v) - reference.values)
+    relative = deviation / np.maximum(np.abs(reference.values), THRESHOLD)
     drift = np.abs(energies(problem, trace.q, trace.v) - reference.energies)
     tree, constraints = TreeKinematics(problem.mechanism), ConstraintSet(problem.mechanism)
     open_by = [np.max(np.abs(constraints.residual(tree.set(x))), initial=0.0) for x in trace.q[::EVERY]]
-    return Score(float(away.max()), float(np.sqrt(np.mean(relative**2))), float(drift.max()), float(max(open_by)))
+    return Score(float(deviation.max()), float(np.sqrt(np.mean(relative**2))), float(drift.max()), float(max(open_by)))
 
 
 def reference_of(problem: Problem) -> Reference:

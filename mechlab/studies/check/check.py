@@ -1,7 +1,4 @@
-"""The figure that goes with the claims of an entry.
-
-Running the checks of entries: every check with its witnesses, its difference, and whether it passed.
-"""
+"""Runs the checks of entries: each with its witnesses, their difference, and whether it passed; and draws the figure of an entry."""
 
 from __future__ import annotations
 
@@ -15,8 +12,8 @@ from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.files import unfinished
 from mechlab.lab.design import Design
+from mechlab.results import Shown
 from mechlab.studies.check.generic_checks import generic_checks
-from mechlab.tables import html_sheet, number, table
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
@@ -41,11 +38,8 @@ def write_figure(entries: Sequence[Entry], path: str | Path) -> Path:
     return target
 
 
-HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
-
-
 @dataclass(frozen=True)
-class Outcome:
+class CheckOutcome:
     """One check that ran: `missing` names an engine that is not installed; `error` says why it could not be measured."""
 
     mechanism: str
@@ -77,11 +71,11 @@ class Outcome:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class CheckReport:
+@dataclass(frozen=True, repr=False)
+class CheckReport(Shown):
     """All outcomes."""
 
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CheckOutcome, ...]
 
     @property
     def exit_code(self) -> int:
@@ -98,22 +92,6 @@ class CheckReport:
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {"checks": [o.to_dict() for o in self.outcomes], "message": self.message}
-
-    def text(self) -> str:
-        """A table and a sentence."""
-        return table(HEADERS, self.rows()) + f"\n\n{self.message}."
-
-    def rows(self) -> list[list[str]]:
-        """A row for each check, under HEADERS."""
-        rows = []
-        for o in self.outcomes:
-            said = ", ".join(o.measured.values) if o.measured else ""
-            rows.append([o.mechanism, o.check.id, o.verdict, number(o.measured.difference if o.measured else None),
-                         number(o.measured.tolerance if o.measured else None), o.check.text, said or o.error or o.missing])  # fmt: skip
-        return rows
-
-    def _repr_html_(self) -> str:
-        return html_sheet("", [f"{self.message}."], {"": (HEADERS, self.rows())})
 
 
 def checks_of(entry: Entry) -> tuple[Check, ...]:
@@ -135,7 +113,7 @@ def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None
     return CheckReport(tuple(outcomes))
 
 
-def _run(design: Design, check: Check) -> Outcome:
+def _run(design: Design, check: Check) -> CheckOutcome:
     start = time.perf_counter()
     measured, error, missing = None, "", ""
     try:
@@ -144,4 +122,4 @@ def _run(design: Design, check: Check) -> Outcome:
         missing = str(cause)
     except MechlabError as cause:
         error = str(cause)
-    return Outcome(design.name, check, measured, time.perf_counter() - start, error, missing)
+    return CheckOutcome(design.name, check, measured, time.perf_counter() - start, error, missing)

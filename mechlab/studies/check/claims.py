@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from mechlab.experiment.entry import Claim, ClaimResult, Entry, Verdict
-from mechlab.tables import Told, number, table
+from mechlab.results import Shown
 
 
-@dataclass(frozen=True)
-class ClaimReport(Told):
+@dataclass(frozen=True, repr=False)
+class ClaimReport(Shown):
     """Claims with their findings; `figure`: the file of the figure that was drawn, if any."""
 
     items: tuple[tuple[str, Claim, ClaimResult], ...]
@@ -33,19 +33,7 @@ class ClaimReport(Told):
         """How many claims got which verdict."""
         return {v.value: sum(1 for _, _, f in self.items if f.verdict is v) for v in Verdict}
 
-    def text(self) -> str:
-        """A block for each claim, and the counts."""
-        blocks = []
-        for mechanism, claim, finding in self.items:
-            rows = [["printed", number(claim.printed, 6)]] + [[k, number(v, 6)] for k, v in finding.computed.items()]
-            blocks.append(
-                f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
-            )
-        counts = ", ".join(f"{n} {name.partition(',')[0]}" for name, n in self.counts.items() if n)
-        drawn = [f"figure: {self.figure}"] if self.figure else []
-        return "\n\n".join([*blocks, f"{len(self.items)} claims: {counts or 'none'}.", *drawn])
 
-
-def judge(entries: Sequence[Entry]) -> ClaimReport:
+def run_claims(entries: Sequence[Entry]) -> ClaimReport:
     """Test every claim of the entries anew."""
     return ClaimReport(tuple((e.name, c, c.test()) for e in entries for c in e.claims))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from mechlab.experiment.recording import basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
+from mechlab.results import Result
 from mechlab.studies.cycle.quantities import (
     Extremum,
     ReactionTable,
@@ -30,7 +30,6 @@ from mechlab.studies.cycle.quantities import (
     transmission,
     witness_difference,
 )
-from mechlab.tables import Told, number, table
 
 POINTS = 72
 INSIDE = 0.01
@@ -39,8 +38,8 @@ INSIDE = 0.01
 ZERO = 1e-11
 
 
-@dataclass(frozen=True)
-class CycleResult(Told):
+@dataclass(frozen=True, repr=False)
+class CycleResult(Result):
     """A cycle: columns name -> (n,) in SI along the values of the drive, with units and what there is to say.
 
     Columns that vanish all the way are left out of `columns` and named in `zero`.
@@ -90,30 +89,6 @@ class CycleResult(Told):
             "output": self.output, "columns": self.columns, "units": self.units,
             "zero": list(self.zero), "notes": list(self.notes), "max_difference": dict(self.witnesses), "message": self.message,
         }  # fmt: skip
-
-    def text(self) -> str:
-        """Least and largest value of each column at the positions, and where; `extremum` looks between them too."""
-        phi = self.columns[self.drive]
-        rows = []
-        for name, values in self.columns.items():
-            low, high = extremum(phi, values, -1), extremum(phi, values, 1)
-            if low is not None and high is not None:
-                cells = (number(x, 6) for x in (low.value, low.at, high.value, high.at))
-                rows.append([name, self.units.get(name, ""), *cells])
-        lines = [
-            f"{self.message}; least and largest of these positions",
-            *([f"what acts: {self.acts}"] if self.acts else []),
-            table(["column", "unit", "least", f"at {self.drive}", "largest", f"at {self.drive}"], rows),
-        ]
-        lines += [f"note: {n}" for n in self.notes]
-        lines += [f"largest difference {k}: {v:.3g}" for k, v in self.witnesses.items()]
-        return "\n".join(lines)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the table (.csv), charts and curves (.svg), or the curves (.dxf). Raises MechlabError for another ending."""
-        from mechlab.studies.cycle.report import save
-
-        return save(self, Path(path))
 
 
 @dataclass(frozen=True)
@@ -206,15 +181,15 @@ def run_cycle(
     _y _z; centre_A_B_x .. for planar mechanisms.
     """
     m = mechanism
-    rate, accel, load, asked = _given(m, dict(motion or {}))
-    wanted = drive or asked or next((d.on for d in m.drives), None)
+    rate, accel, load, named = _given(m, dict(motion or {}))
+    wanted = drive or named or next((d.on for d in m.drives), None)
     if points < 2 or points > 100_000:
         raise MechlabError(f"points: expected a number from 2 to 100000, got {points!r}.")
     path = ClosedPath(m, wanted) if wanted else choose_path(m)[0]
-    if asked not in (None, path.coordinate):
+    if named not in (None, path.coordinate):
         raise MechlabError(
-            f"{m.name}: a rate or an acceleration of {asked} is given, and the drive is {path.coordinate}: give "
-            f"{path.coordinate}_rate, or drive {asked}."
+            f"{m.name}: a rate or an acceleration of {named} is given, and the drive is {path.coordinate}: give "
+            f"{path.coordinate}_rate, or drive {named}."
         )
     phis, notes = _range(path, span, points)
     poses = [path.at(float(phi)) for phi in phis]
@@ -233,7 +208,7 @@ def run_cycle(
 
 
 def _acts(m: Mechanism, drive: str, motion: Mapping[str, float]) -> str:
-    """What acts, in a line: the drive moves as given and the force for it is asked, so no declared drive holds."""
+    """What acts, in a line: the drive moves as given and the force for it is named, so no declared drive holds."""
     loads = tuple(
         Constant(k.removesuffix("_force"), float(x)) for k, x in motion.items() if k.endswith("_force") and float(x)
     )

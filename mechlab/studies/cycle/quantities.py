@@ -81,10 +81,10 @@ def witness_difference(
     engine = InverseDynamics(m)
     worst = 0.0
     for k in np.unique(np.linspace(0, len(q) - 1, COMPARED).astype(int)):
-        said = engine.solve(q[k], v[k], drive, accel, load)
-        gaps = [abs(said.drive_force - found.drive[k])]
-        gaps += [float(np.max(np.abs(f - found.forces[n][k, :3]))) for n, f in said.loops.items()]
-        gaps += [float(np.max(np.abs(w - found.forces[n][k]))) for n, w in said.joints.items()]
+        theirs = engine.solve(q[k], v[k], drive, accel, load)
+        gaps = [abs(theirs.drive_force - found.drive[k])]
+        gaps += [float(np.max(np.abs(f - found.forces[n][k, :3]))) for n, f in theirs.loops.items()]
+        gaps += [float(np.max(np.abs(w - found.forces[n][k]))) for n, w in theirs.joints.items()]
         worst = max(worst, *gaps)
     return worst
 
@@ -142,17 +142,17 @@ def instant_centres(m: Mechanism, poses: Sequence[PathPoint], normal: Array) -> 
 POINT_LOOPS = ("spherical", "revolute")
 
 
-def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], asked: str | None) -> str | None:
-    """The joint whose load is looked at: the one asked for, else the last on the ground that moves and is not the
+def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], named: str | None) -> str | None:
+    """The joint whose load is looked at: the one named for, else the last on the ground that moves and is not the
     drive, else None. Raises MechlabError for a name that does not exist or does not move."""
     moves = {n: any(abs(m.row(n) @ p.u) > 1e-9 for p in poses) for n in m.scalar_names}
-    if asked is not None:
-        m.row(asked)
-        if not moves[asked] or asked == drive:
+    if named is not None:
+        m.row(named)
+        if not moves[named] or named == drive:
             raise MechlabError(
-                f"{m.name}: output {asked!r} must be a joint that moves, other than the drive {drive!r}."
+                f"{m.name}: output {named!r} must be a joint that moves, other than the drive {drive!r}."
             )
-        return asked
+        return named
     grounded = [j.name for b in m.bodies if b.parent == GROUND for j in b.joints if j.nv == 1 and j.name != drive]
     found = [n for n in grounded if moves[n]]
     return found[-1] if found else None
@@ -232,11 +232,11 @@ def extremum(
     inner = np.arange(1, len(x) - 1)
     top = inner[(y[inner] >= y[inner - 1]) & (y[inner] >= y[inner + 1]) & np.isfinite(y[inner])]
     top = top[~np.isneginf(y[top - 1]) | ~np.isneginf(y[top + 1])]
-    if not closed:  # beside an end the extremum may lie between the end and its neighbour
+    if not closed:  # leads an end the extremum may lie between the end and its neighbour
         top = np.union1d(top, [k for k in (1, len(x) - 2) if y[0 if k == 1 else -1] >= y[k] > -np.inf]).astype(int)
     for k in top[np.argsort(-y[top])]:
-        beside = [d for d in (abs(y[k] - y[k - 1]), abs(y[k] - y[k + 1])) if np.isfinite(d)]
-        if y[k] + 2.0 * max(beside, default=0.0) < sign * found.value:
+        leads = [d for d in (abs(y[k] - y[k - 1]), abs(y[k] - y[k + 1])) if np.isfinite(d)]
+        if y[k] + 2.0 * max(leads, default=0.0) < sign * found.value:
             continue
         here = _climb(lambda p: sign * function(p), float(x[k - 1]), float(x[k + 1]))
         if here.value > sign * found.value:

@@ -1,11 +1,11 @@
-"""Files of a cycle: the table as CSV, charts and curves as SVG, the curves as DXF."""
+"""A cycle as one line, text, and as files: the table as CSV, charts and curves as SVG, the curves as DXF."""
 
 from __future__ import annotations
 
 import csv
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +13,14 @@ from mechlab.errors import MechlabError
 from mechlab.files import write
 from mechlab.formats.dxf import dxf_polylines
 from mechlab.mechanism.geometry import Array
+from mechlab.results import line_of, save_result, text_of
+from mechlab.studies.cycle.cycle import CycleResult
+from mechlab.studies.cycle.quantities import extremum
+from mechlab.tables import number, table
 
-if TYPE_CHECKING:
-    from mechlab.studies.cycle.cycle import CycleResult
 
-
-def save(cycle: CycleResult, path: Path) -> Path:
+@save_result.register
+def _(cycle: CycleResult, path: Path) -> Path:
     """Write the file that the ending says; raises MechlabError for an ending other than .csv, .svg, .dxf."""
     kinds = {".csv": _csv, ".svg": _svg, ".dxf": _dxf}
     kind = path.suffix.lower()
@@ -127,3 +129,28 @@ def _groups(cycle: CycleResult) -> list[tuple[str, str, list[str]]]:
         ("velocity ratio", "", [n for n in names if n == "velocity_ratio"]),
     ]
     return [(t, u, kept) for t, u, asked in chosen if (kept := [n for n in asked if n in cycle.columns])]
+
+
+@line_of.register
+def _(cycle: CycleResult) -> str:
+    return f"Cycle of {cycle.message}"
+
+
+@text_of.register
+def _(cycle: CycleResult) -> str:
+    """Least and largest value of each column at the positions, and where; `extremum` looks between them too."""
+    phi = cycle.columns[cycle.drive]
+    rows = []
+    for name, values in cycle.columns.items():
+        low, high = extremum(phi, values, -1), extremum(phi, values, 1)
+        if low is not None and high is not None:
+            cells = (number(x, 6) for x in (low.value, low.at, high.value, high.at))
+            rows.append([name, cycle.units.get(name, ""), *cells])
+    lines = [
+        f"{cycle.message}; least and largest of these positions",
+        *([f"what acts: {cycle.acts}"] if cycle.acts else []),
+        table(["column", "unit", "least", f"at {cycle.drive}", "largest", f"at {cycle.drive}"], rows),
+    ]
+    lines += [f"note: {n}" for n in cycle.notes]
+    lines += [f"largest difference {k}: {v:.3g}" for k, v in cycle.witnesses.items()]
+    return "\n".join(lines)

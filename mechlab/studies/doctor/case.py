@@ -1,7 +1,4 @@
-"""A diagnosis as data: findings with a sentence and a text to paste, the structure, the gap, the settings.
-
-The patient: a file as text, as MuJoCo compiles it, and as a Mechanism, as far as each of them can be had.
-"""
+"""A diagnosis as data, and the file that is examined: its text, the model that MuJoCo compiles of it, the Mechanism read from it."""
 
 from __future__ import annotations
 
@@ -19,16 +16,15 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.structure import FREEDOMS, Redundancy
-from mechlab.tables import Told, counted, number
+from mechlab.mechanism.structure import Redundancy
+from mechlab.results import Shown
 
 ORDER = {"error": 0, "warning": 1, "note": 2}
 """Severities: "error": results of the file as it is cannot be trusted; "warning": to be known; "note": for other tools."""
-SHOWN = 12
 
 
-@dataclass(frozen=True)
-class Diagnosis(Told):
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Shown):
     """The diagnosis of a file. `freedoms` is None where no rank could be taken; `gap` [m, rad] is the largest residual of
     a loop or coupling in the reference pose, None where nothing closes; `paste` the whole of the recommended settings."""
 
@@ -75,42 +71,12 @@ class Diagnosis(Told):
             "versions": dict(self.versions), "message": self.message,
         }  # fmt: skip
 
-    def text(self) -> str:
-        """The structure, the findings by severity, the text to paste."""
-        lines = [f"{self.name} ({self.kind})"]
-        if self.freedoms is not None:
-            lines.append(
-                f"  {counted(self.coordinates or 0, 'coordinate')}, {counted(self.rows or 0, 'constraint row')}: "
-                f"{counted(self.freedoms, *FREEDOMS)}"
-            )
-        if self.idle:
-            lines.append(f"  local freedoms: {', '.join(self.idle)}")
-        if self.redundant:
-            lines.append(f"  {len(self.redundant)} redundant rows:")
-            lines += [f"    {x.sentence}" for x in self.redundant[:SHOWN]]
-            if len(self.redundant) > SHOWN:
-                lines.append(f"    and {len(self.redundant) - SHOWN} more (--json lists all)")
-        if self.gap is not None:
-            lines.append(f"  largest gap in the reference pose: {number(self.gap)} m or rad")
-        lines += ["", "findings" if self.findings else "no findings"]
-        for f in self.findings:
-            lines.append(f"  {f.severity:8s}{f.name}: {f.sentence}")
-            lines += [f"          {row}" for row in f.paste.splitlines()]
-        lines += [f"  note    {n}" for n in self.notes]
-        if self.paste:
-            lines += ["", "to paste", *(f"  {row}" for row in self.paste.splitlines())]
-        lines += [
-            "",
-            self.message if self.exit_code == 0 else f"{self.name}: do not trust results of this file as it is.",
-        ]
-        return "\n".join(lines)
-
 
 ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 
 @dataclass(frozen=True)
-class Case:
+class ExaminedFile:
     """What is known of a file: the root of its XML (None for other sources), the compiled model or why MuJoCo refuses it,
     the Mechanism or why mechlab cannot hold it."""
 
@@ -123,7 +89,7 @@ class Case:
     unread: str = ""
 
 
-def read_case(path: Path) -> Case:
+def read_case(path: Path) -> ExaminedFile:
     """The case of an .xml or .urdf file; raises MechlabError for a file that cannot be read, or is neither."""
     try:
         content = path.read_text()
@@ -136,16 +102,16 @@ def read_case(path: Path) -> Case:
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
     model, refused = _compiled(path, root, kind)
-    return Case(path.name, kind, root, model, refused, mechanism, unread)
+    return ExaminedFile(path.name, kind, root, model, refused, mechanism, unread)
 
 
-def case_of(mechanism: Mechanism, kind: str) -> Case:
+def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
     """The case of a Mechanism: the MJCF that mechlab would write of it."""
     from mechlab.engines.mujoco import to_mujoco
     from mechlab.formats.mjcf.write import to_mjcf
 
     root = ET.fromstring(to_mjcf(mechanism))
-    return Case(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
+    return ExaminedFile(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
 
 
 def _as_mechanism(content: str, kind: str) -> tuple[Mechanism | None, str]:

@@ -1,11 +1,7 @@
-"""What other readers make of the file: Pinocchio's MJCF reader loses parts of it without a word (version 4.1.0).
-
-The whole diagnosis: structure, gap, softness, traps of the engines, a trial run, the order, the settings to paste.
-"""
+"""The whole diagnosis of a file: structure, gap, softness, traps of the engines, a trial run, the order, settings to paste."""
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,44 +10,16 @@ import numpy as np
 
 from mechlab.engines.mujoco.growing_step import growing_step
 from mechlab.experiment.recording import Symptom
-from mechlab.formats.xml_text import floats
 from mechlab.lab.run import versions
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.studies.doctor import masses, options, softness
-from mechlab.studies.doctor.case import ORDER, Case, Diagnosis
+from mechlab.studies.doctor.case import ORDER, Diagnosis, ExaminedFile
+from mechlab.studies.doctor.file_text import compiler_settings, other_readers, urdf
 from mechlab.studies.doctor.masses import contacts
 from mechlab.studies.doctor.options import IN_URDF, settings_to_paste
 from mechlab.studies.doctor.rows import EngineStructure, engine_structure
-from mechlab.studies.doctor.softness import listed
-from mechlab.studies.doctor.trial import Trial, run_trial
-from mechlab.studies.doctor.urdf import urdf
-
-
-def other_readers(root: ET.Element) -> Iterator[Symptom]:
-    """Finding "pinocchio_reader": what pinocchio.buildModelFromMJCF would drop of this MJCF."""
-    lost = list(_lost(root))
-    if lost:
-        text = f"pinocchio.buildModelFromMJCF (4.1.0) would silently lose {listed(lost, 8)}."
-        yield Symptom("pinocchio_reader", "note", text)
-
-
-def _lost(root: ET.Element) -> Iterator[str]:
-    bodies = root.findall("./worldbody/body")
-    if len(bodies) > 1:
-        yield f"every body of the world but the first ({len(bodies) - 1} trees)"
-    if any(e.get("pos", "0 0 0").split() != ["0", "0", "0"] or e.get("quat") for e in bodies[:1]):
-        yield "the pose of the root body"
-    for option in root.findall("option"):
-        gravity = floats(option, "gravity", 3)
-        if gravity is not None and gravity != (0.0, 0.0, -9.81):
-            yield f"gravity {option.get('gravity')}"
-    couplings = [e for section in root.findall("equality") for e in section if e.tag in ("joint", "tendon")]
-    if couplings:
-        yield f"{len(couplings)} joint and tendon equalities (gears, mimics)"
-    if root.find(".//worldbody//frame") is not None or root.find(".//worldbody//replicate") is not None:
-        yield "what stands in <frame> and <replicate>"
-
+from mechlab.studies.doctor.trial import TrialRun, run_trial
 
 OPEN, TORN = 1e-9, 1e-4
 """Gap in the reference pose, over the size of the model, to be known; and one that makes the first steps wrong."""
@@ -59,7 +27,7 @@ LOCKING = 1e-6
 """A row that others repeat but for more than this is an inconsistent one, not one with too few digits."""
 
 
-def diagnose(case: Case) -> Diagnosis:
+def diagnose(case: ExaminedFile) -> Diagnosis:
     """The diagnosis of a case."""
     model = case.model
     own = structure(case.mechanism) if case.mechanism is not None else None
@@ -100,13 +68,13 @@ def _rows(counted: Structure | EngineStructure | None) -> int | None:
     return counted.rows if isinstance(counted, Structure) else len(counted.rows)
 
 
-def _text(case: Case) -> Iterator[Symptom]:
+def _text(case: ExaminedFile) -> Iterator[Symptom]:
     if case.root is not None and case.kind != "URDF":
-        yield from masses.compiler(case.root)
+        yield from compiler_settings(case.root)
         yield from other_readers(case.root)
 
 
-def _engine(model: mujoco.MjModel, start: Any, trial: Trial | None) -> Iterator[Symptom]:
+def _engine(model: mujoco.MjModel, start: Any, trial: TrialRun | None) -> Iterator[Symptom]:
     yield from softness.softness(model)
     yield from softness.sag(model, start)
     yield from options.options(model, start)

@@ -1,12 +1,8 @@
-"""Shapes that touch in the reference pose: they push the mechanism apart, or hold it still.
-
-Masses and sizes that are probably not meant: wrong units, what a compiler option changes.
-"""
+"""Findings on the compiled model: masses and sizes that suggest wrong units, shapes that overlap in the reference pose."""
 
 from __future__ import annotations
 
 import copy
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
 import mujoco
@@ -44,64 +40,6 @@ def masses(model: mujoco.MjModel) -> Iterator[Symptom]:
         yield Symptom("inertia_unit", "error", f"{text} inertias in kg mm^2, or masses in tonnes.")
 
 
-def compiler(root: ET.Element) -> Iterator[Symptom]:
-    """Findings "masses_changed" and "degrees" of the <compiler> element and the numbers that it rules."""
-    merged: dict[str, str] = {}
-    for element in root.findall("compiler"):
-        merged |= element.attrib
-    changing = [k for k in ("settotalmass", "boundmass", "boundinertia") if _number(merged.get(k)) > 0]
-    changing += ["balanceinertia"] if merged.get("balanceinertia") == "true" else []
-    if changing:
-        text = f"the compiler changes masses or inertias ({', '.join(changing)}): the engine's model is not what the file says."
-        yield Symptom("masses_changed", "warning", text)
-    if merged.get("inertiafromgeom") == "true" and root.find(".//inertial") is not None:
-        text = "inertiafromgeom is true: every <inertial> of the file is ignored."
-        yield Symptom("masses_changed", "warning", text, '<compiler inertiafromgeom="auto"/>')
-    yield from _degrees(root, merged.get("angle", "degree") == "radian", "angle" in merged)
-
-
-def _degrees(root: ET.Element, radian: bool, said: bool) -> Iterator[Symptom]:
-    """Angles of hinges that look like those of the other unit."""
-    angles: dict[str, list[float]] = {}
-    for e in root.iter("joint"):
-        if e.get("type", "hinge") in ("hinge", "ball"):
-            for key in ("range", "ref", "springref"):
-                angles.setdefault(f"{key} of {e.get('name') or e.get('class') or 'a joint'}", []).extend(
-                    x for x in map(_number, (e.get(key) or "").split()) if x
-                )
-    known = {k: v for k, v in angles.items() if v}
-    biggest = max((abs(x) for v in known.values() for x in v), default=0.0)
-    if radian:
-        wrong = [f"{k} = {_list(v)} rad" for k, v in known.items() if max(map(abs, v)) > 8.0 * np.pi]
-        if wrong:
-            text = f'{listed(wrong)}: degrees, under angle="radian"?'
-            yield Symptom("degrees", "error", text, '<compiler angle="degree"/>')
-    elif known and biggest < 2.0 * np.pi + 0.01:
-        exact = any(_of_pi(x) for v in known.values() for x in v)
-        text = (
-            f"{listed([f'{k} = {_list(v)}' for k, v in known.items()])} is read in degrees"
-            f"{'' if said else ', the default of MJCF'}: {biggest:.4g} is {np.radians(biggest):.3g} rad. Radians are meant?"
-        )
-        yield Symptom("degrees", "error" if exact else "warning", text, '<compiler angle="radian"/>')
-
-
-def _of_pi(x: float) -> bool:
-    """Whether a number is a multiple of pi/12 that was written with at least three digits."""
-    turns = abs(x) / (np.pi / 12)
-    return round(turns) > 0 and abs(turns - round(turns)) < 1e-3 * turns and abs(x - round(x, 1)) > 1e-9
-
-
-def _number(value: str | None) -> float:
-    try:
-        return float(value or 0.0)
-    except ValueError:
-        return 0.0
-
-
-def _list(values: list[float]) -> str:
-    return " ".join(f"{x:g}" for x in values)
-
-
 def _body(model: mujoco.MjModel, b: int) -> str:
     return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, b) or f"body number {b}"
 
@@ -127,10 +65,10 @@ def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
             between[a, b] = min(between.get((a, b), 0.0), float(data.contact[k].dist))
     parts = {p: x for p, x in between.items() if x < -DEEP * model.stat.extent and all(model.body_weldid[b] for b in p)}
     if parts:
-        said = [f"{_body(model, a)} and {_body(model, b)} by {-x:.3g} m" for (a, b), x in parts.items()]
+        overlaps = [f"{_body(model, a)} and {_body(model, b)} by {-x:.3g} m" for (a, b), x in parts.items()]
         loop = any(p in joined for p in parts)
         text = (
-            f"in the reference pose the shapes of {listed(said)} overlap: contact pushes them apart"
+            f"in the reference pose the shapes of {listed(overlaps)} overlap: contact pushes them apart"
             f"{', against the loop that joins them' if loop else ''}."
         )
         yield Symptom("contacts", "error", text, PASTE)

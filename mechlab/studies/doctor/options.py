@@ -1,6 +1,6 @@
-"""The settings to paste: `<option>` and the default class of equalities, from what was found.
+"""Findings on options and parts of a MuJoCo model: integrator, Jacobian, autoreset, activations, tendons, friction, limits.
 
-Options and parts of a MuJoCo model that bite: integrator, Jacobian, autoreset, activations, damping, friction, limits.
+`settings_to_paste` makes the recommended `<option>` and default class of equalities from what was found.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mechlab.engines.mujoco.growing_step import integrator_name, joint_of_dof, n
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.doctor.softness import active, equality_default, listed
-from mechlab.studies.doctor.trial import Trial
+from mechlab.studies.doctor.trial import TrialRun
 
 IN_URDF = (
     '<mujoco><compiler discardvisual="false"/><option integrator="RK4" timestep="0.001" jacobian="dense"/></mujoco>'
@@ -24,7 +24,7 @@ IN_URDF = (
 """For a URDF that is to be opened in MuJoCo: a child of <robot>."""
 
 
-def settings_to_paste(model: mujoco.MjModel, trial: Trial | None, findings: Iterable[Symptom]) -> str:
+def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
     """The text; a comment says what else must go. The integrator is the one that came through in the trial."""
     h = float(model.opt.timestep)
     better = trial.better if trial is not None and trial.better else "discrete"

@@ -1,7 +1,7 @@
-"""A short run of the file as it is, beside the same with hard rows, small steps and the better integrator.
+"""A short run of the file as it is, compared with one that has hard rows, small steps and the better integrator.
 
-It says what no look at the file says: how far off the motion is. The run starts from the first keyframe (or the reference
-pose), and where nothing would move, with a push along the motions that the rows allow.
+The difference is how far off the motion is, which the file itself does not show. The run starts from the first keyframe (or the
+reference pose); where nothing would move, it starts with a push along the motions that the rows allow.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ WRONG, DOUBTFUL = 1e-2, 1e-3
 STILL = 1e-2
 """Motion, over the size of the model, below which a run says nothing."""
 SURE = 3.0
-"""The finer run counts where its own error is smaller than what it judges by this factor."""
+"""The finer run is a reference only where its own error is smaller by this factor than the difference to it."""
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialRun:
     """error [m] of the centres of mass as in the file, the reference's own, the time it took, why a run ended early, and the
     integrator that was the better one ("" when neither came through); moved [m]: the extent of the motion."""
 
@@ -72,7 +72,7 @@ class Trial:
             yield Symptom("lost_order", "warning", f"RK4: {self.observed.sentence}.")
 
 
-def run_trial(model: mujoco.MjModel) -> Trial:
+def run_trial(model: mujoco.MjModel) -> TrialRun:
     """The runs; see the module."""
     h = float(model.opt.timestep)
     each = max(1, min(MOST_STEPS, round(DURATION / h)) // OUTPUTS)
@@ -87,8 +87,8 @@ def run_trial(model: mujoco.MjModel) -> Trial:
             moved = max(_extent(fine), STILL * size)
             own = _apart(fine, _run(model, start, h / 2, OUTPUTS, 2 * each, better)[0])
             observed = _order(model, start, OUTPUTS * each // FILE_STEPS) if better == "RK4" else None
-            return Trial(_apart(as_is, fine), own, length, reason, better, moved, observed)
-    return Trial(np.inf, np.inf, length, reason, "", size)
+            return TrialRun(_apart(as_is, fine), own, length, reason, better, moved, observed)
+    return TrialRun(np.inf, np.inf, length, reason, "", size)
 
 
 def _order(model: mujoco.MjModel, start: Start, outputs: int) -> Finding:

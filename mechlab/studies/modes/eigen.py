@@ -1,6 +1,7 @@
-"""What an engine must give for small motions about a rest, and the matrices that follow on the constraint manifold.
+"""Small motions about an equilibrium: linear equations on the constraint manifold, and their modes.
 
-Eigenmodes of M y'' + C y' + K y = 0 with mass 1: one mode for each freedom, two eigenvalues each.
+With an M-orthonormal basis they are y'' + C y' + K y = 0: one mode for each freedom, two eigenvalues each. `Dynamics` is what an
+engine must give for that.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class Dynamics(Protocol):
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearMotion:
     """M y'' + C y' + K y = -g for small y, with displacement = basis y; basis (nv, f) is M-orthonormal, so mass = 1.
 
     damping C (f, f), stiffness K (f, f), gradient g (f,); load: size of the generalised forces in play [N m or N];
@@ -88,7 +89,7 @@ def step_size(mechanism: Mechanism) -> float:
     return STEP * min(1.0, max(lengths, default=0.0) or 1.0)
 
 
-def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> Linear:
+def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMotion:
     """The linear equations on the constraint manifold at an assembled pose x.
 
     With N a basis of the null space of J and reactions r from J^T r = g: K = N^T d/dx (g - J(x)^T r) N, whose second
@@ -120,7 +121,7 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> Linear:
     stiffness = basis.T @ np.array(columns).reshape(f, dynamics.nv).T
     damping = basis.T @ np.array(damped).T if damped else np.zeros((f, f))
     load = float(max(np.max(np.abs(force), initial=0.0), np.max(np.abs(rows.T @ reactions), initial=0.0)))
-    return Linear(basis, damping, stiffness, basis.T @ force, load, stiffest)
+    return LinearMotion(basis, damping, stiffness, basis.T @ force, load, stiffest)
 
 
 def _normalised(dynamics: Dynamics, free: Array, x: Array) -> Array:
@@ -147,7 +148,7 @@ GROWTH = 1e-8
 
 
 @dataclass(frozen=True)
-class Mode:
+class VibrationMode:
     """Motions exp(r t) along one shape for the two eigenvalues r of `eigenvalues` [1/s].
 
     omega = sqrt |r1 r2| [rad/s], the undamped frequency; damping = -(r1 + r2) / (2 omega), the damping ratio (None for a
@@ -172,7 +173,7 @@ class Mode:
         return max(r.real for r in self.eigenvalues)
 
 
-def modes(linear: Linear, rates: Callable[[Array], Array]) -> tuple[Mode, ...]:
+def modes(linear: LinearMotion, rates: Callable[[Array], Array]) -> tuple[VibrationMode, ...]:
     """All modes, slowest first. `rates` takes columns of displacements to the order of the Mechanism's rates."""
     count = len(linear.stiffness)
     if not count:
@@ -186,24 +187,24 @@ def modes(linear: Linear, rates: Callable[[Array], Array]) -> tuple[Mode, ...]:
     return tuple(sorted(out, key=lambda m: (m.omega, -m.growth)))
 
 
-def _mode(r1: complex, r2: complex, y: Array, rounding: float, shape: Array) -> Mode:
+def _mode(r1: complex, r2: complex, y: Array, rounding: float, shape: Array) -> VibrationMode:
     top = shape[int(np.argmax(np.abs(shape)))] if len(shape) else 1.0
     shape = shape / top if abs(top) > 0.0 else shape
     omega = math.sqrt(abs(r1 * r2))
     if omega**2 <= rounding:
         fall = min(r1.real, r2.real) if abs(r1.imag) == 0.0 and min(r1.real, r2.real) < -math.sqrt(rounding) else 0.0
-        return Mode(0.0, None, RIGID, (0j, complex(fall)), shape)
+        return VibrationMode(0.0, None, RIGID, (0j, complex(fall)), shape)
     damping = -0.5 * (r1 + r2).real / omega
     grows = max(r1.real, r2.real) > GROWTH * omega
     kind = UNSTABLE if grows else OSCILLATING if r1.imag else OVERDAMPED
-    return Mode(omega, 0.0 if abs(damping) < GROWTH else damping, kind, (complex(r1), complex(r2)), shape)
+    return VibrationMode(omega, 0.0 if abs(damping) < GROWTH else damping, kind, (complex(r1), complex(r2)), shape)
 
 
 Root = tuple[complex, Array]
 
 
-def _pairs(linear: Linear) -> list[tuple[Root, Root]]:
-    """Eigenvalues two by two, with their shapes: conjugates, and real ones whose shapes are most alike."""
+def _pairs(linear: LinearMotion) -> list[tuple[Root, Root]]:
+    """Eigenvalues two by two, with their shapes: conjugates, and real ones by the likeness of their shapes."""
     k, c = linear.stiffness, linear.damping
     count = len(k)
     symmetric = np.max(np.abs(k - k.T)) <= 1e-8 * max(float(np.max(np.abs(k))), 1e-300)

@@ -1,6 +1,6 @@
-"""What acts on a mechanism that is to rest: the laws of a scene, if they can stand still.
+"""The equilibrium of a mechanism at rest, and the laws of a scene as they act on one.
 
-Rest: Newton on the constraint manifold for the pose in which weight, springs, servos and constant loads balance.
+Newton's method on the constraint manifold finds the pose in which weight, springs, servos and constant loads balance.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.studies.modes.eigen import Dynamics, Linear, linear
+from mechlab.studies.modes.eigen import Dynamics, LinearMotion, linear
 
 STEPPED = ("held_rates",)
 """Laws that hold by force bounds: they have no stiffness to linearise."""
@@ -108,14 +108,14 @@ def settle(dynamics: Dynamics, q: Array) -> Rest:
     )
 
 
-def _unbalanced(dynamics: Dynamics, now: Linear) -> float:
+def _unbalanced(dynamics: Dynamics, now: LinearMotion) -> float:
     """Largest generalised force along the allowed motions, each scaled to a largest coordinate of 1."""
     if not len(now.gradient):
         return 0.0
     return float(np.max(np.abs(now.gradient) / np.max(np.abs(now.basis), axis=0)))
 
 
-def _direction(now: Linear, load: float) -> Array:
+def _direction(now: LinearMotion, load: float) -> Array:
     """Displacement in the coordinates of `now`, downhill."""
     g, values, vectors = now.gradient, *np.linalg.eigh(0.5 * (now.stiffness + now.stiffness.T))
     sizes = np.max(np.abs(now.basis @ vectors), axis=0)
@@ -129,7 +129,7 @@ def _direction(now: Linear, load: float) -> Array:
     return np.asarray(-vectors @ curved)
 
 
-def _step(dynamics: Dynamics, x: Array, now: Linear, y: Array) -> Array:
+def _step(dynamics: Dynamics, x: Array, now: LinearMotion, y: Array) -> Array:
     """The next pose: the step is halved while it does not close, or while it passes the bottom by far."""
     dv = now.basis @ y
     biggest = float(np.max(np.abs(dv), initial=0.0))
@@ -153,6 +153,6 @@ def _slope(dynamics: Dynamics, x: Array, dv: Array) -> float:
     return float(dynamics.force(x) @ along)
 
 
-def _culprit(dynamics: Dynamics, now: Linear) -> str:
+def _culprit(dynamics: Dynamics, now: LinearMotion) -> str:
     push = dynamics.rates((now.basis @ now.gradient)[:, None])[:, 0]
     return dynamics.mechanism.rate_names[int(np.argmax(np.abs(push)))]

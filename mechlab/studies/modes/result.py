@@ -1,4 +1,4 @@
-"""Modes as a result: equilibrium, modes, witnesses and their difference, in words and as JSON."""
+"""The modes of a mechanism as data: the equilibrium, the modes of every witness, and how far the witnesses differ."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.studies.modes.eigen import RIGID, UNSTABLE, Mode
-from mechlab.tables import Told, counted, number, table
+from mechlab.results import Shown
+from mechlab.studies.modes.eigen import VibrationMode
+from mechlab.tables import counted, number
 
 AGREED = 1e-6
 """Largest relative difference of eigenvalues between witnesses that is trusted."""
-SHOWN = 4
 
 
 @dataclass(frozen=True)
-class Witness:
+class ModesWitness:
     """What one witness found: coordinates q (nq,) at rest, what stays unbalanced, modes; or why it cannot."""
 
     q: Array = field(default_factory=lambda: np.zeros(0))
     residual: float = 0.0
-    modes: tuple[Mode, ...] = ()
+    modes: tuple[VibrationMode, ...] = ()
     cannot: str = ""
 
 
-@dataclass(frozen=True)
-class ModesResult(Told):
-    """Modes of a mechanism about its rest. The first witness that could answer speaks; the others confirm it."""
+@dataclass(frozen=True, repr=False)
+class ModesResult(Shown):
+    """Modes of a mechanism about its rest. The numbers are those of the first witness that could answer; the others confirm them."""
 
     name: str
     mechanism: Mechanism
     scene: str
     fidelity: str
-    witnesses: Mapping[str, Witness]
+    witnesses: Mapping[str, ModesWitness]
     notes: tuple[str, ...] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -44,24 +44,24 @@ class ModesResult(Told):
     files: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def said(self) -> dict[str, Witness]:
+    def answering(self) -> dict[str, ModesWitness]:
         """The witnesses that could answer."""
         return {n: w for n, w in self.witnesses.items() if not w.cannot}
 
     @property
-    def spoken(self) -> Witness:
+    def first(self) -> ModesWitness:
         """The witness whose numbers are shown."""
-        return next(iter(self.said.values()))
+        return next(iter(self.answering.values()))
 
     @property
-    def modes(self) -> tuple[Mode, ...]:
+    def modes(self) -> tuple[VibrationMode, ...]:
         """The modes, slowest first."""
-        return self.spoken.modes
+        return self.first.modes
 
     @property
     def q(self) -> Array:
         """(nq,) coordinates at rest."""
-        return self.spoken.q
+        return self.first.q
 
     @property
     def equilibrium(self) -> dict[str, Any]:
@@ -95,11 +95,11 @@ class ModesResult(Told):
         return text
 
     def _differences(self) -> tuple[float | None, float | None]:
-        said = list(self.said.values())
+        answering = list(self.answering.values())
         absolute: list[float] = []
         relative: list[float] = []
-        for i, a in enumerate(said):
-            for b in said[:i]:
+        for i, a in enumerate(answering):
+            for b in answering[:i]:
                 moved = np.abs(a.q - b.q)
                 absolute.append(float(np.max(moved, initial=0.0)))
                 gaps = eigenvalue_gaps(a.modes, b.modes)
@@ -107,11 +107,11 @@ class ModesResult(Told):
                 relative += [r for _, r in gaps]
         return (max(absolute), max(relative, default=0.0)) if absolute else (None, None)
 
-    def shape(self, mode: Mode) -> dict[str, float]:
+    def shape(self, mode: VibrationMode) -> dict[str, float]:
         """Joint and shaft -> what it does in a mode (real part), the largest joint 1."""
         return self._parts(np.real(mode.shape))
 
-    def phase(self, mode: Mode) -> dict[str, float]:
+    def phase(self, mode: VibrationMode) -> dict[str, float]:
         """Joint -> angle [rad] by which it leads, for a mode whose parts do not move in step; empty otherwise."""
         if np.max(np.abs(np.imag(mode.shape)), initial=0.0) < 1e-6:
             return {}
@@ -126,71 +126,27 @@ class ModesResult(Told):
         """JSON-able form."""
         return {
             "name": self.name, "scene": self.scene, "acts": self.acts, "fidelity": self.fidelity, "equilibrium": self.equilibrium,
-            "residual": self.spoken.residual, "modes": [self._mode(m) for m in self.modes],
+            "residual": self.first.residual, "modes": [self._mode(m) for m in self.modes],
             "answers": {n: self._answer(w) for n, w in self.witnesses.items()}, "max_difference": self.max_difference,
             "relative_difference": self.relative_difference, "notes": list(self.notes), "parameters": dict(self.parameters),
             "status": "answered" if not self.exit_code else "finished, do not trust it", "message": self.message,
             "versions": dict(self.versions), "files": dict(self.files),
         }  # fmt: skip
 
-    def _mode(self, m: Mode) -> dict[str, Any]:
+    def _mode(self, m: VibrationMode) -> dict[str, Any]:
         out: dict[str, Any] = {
             "frequency_hz": m.frequency_hz, "omega": m.omega, "damping": m.damping, "kind": m.kind,
             "eigenvalues": [[r.real, r.imag] for r in m.eigenvalues], "shape": self.shape(m),
         }  # fmt: skip
         return out | ({"phase": self.phase(m)} if self.phase(m) else {})
 
-    def _answer(self, w: Witness) -> dict[str, Any]:
+    def _answer(self, w: ModesWitness) -> dict[str, Any]:
         if w.cannot:
             return {"cannot": w.cannot}
         return {
             "equilibrium": values_at(self.mechanism, w.q), "residual": w.residual, "omega": [m.omega for m in w.modes],
             "damping": [m.damping for m in w.modes], "kind": [m.kind for m in w.modes],
         }  # fmt: skip
-
-    def text(self) -> str:
-        """The table for a person."""
-        lines = [f"{self.name}, {self.scene}, fidelity {self.fidelity}: equilibrium and small motions about it"]
-        lines += [f"what acts: {self.acts}"] if self.acts else []
-        rows = [[n, number(v, 7)] for n, v in self.equilibrium.items()]
-        lines += [
-            "",
-            table(["joint or shaft", "at rest [rad or m]"], rows),
-            f"unbalanced: {self.spoken.residual:.2g} N m or N",
-            "",
-        ]
-        heads = ["", "kind", "Hz", "omega [rad/s]", "damping", "eigenvalues [1/s]", "shape (largest first)"]
-        lines.append(table(heads, [self._row(k, m) for k, m in enumerate(self.modes, 1)]))
-        lines.append("")
-        for n, w in self.witnesses.items():
-            lines.append(
-                f"{n}: {w.cannot or 'omega ' + (', '.join(number(m.omega, 9) for m in w.modes[:6]) or 'none')}"
-            )
-        lines.append(
-            f"largest difference between the witnesses: {number(self.max_difference)} (relative {number(self.relative_difference)})"
-        )
-        lines += [f"note: {n}" for n in self.notes]
-        lines += [
-            f"UNSTABLE: mode {k} grows with {m.growth:.4g} 1/s ({self._words(m)})"
-            for k, m in enumerate(self.modes, 1)
-            if m.kind == UNSTABLE
-        ]
-        lines += [
-            f"rigid: mode {k} has no stiffness ({self._words(m)})"
-            for k, m in enumerate(self.modes, 1)
-            if m.kind == RIGID
-        ]
-        lines += [f"{kind}: {path}" for kind, path in self.files.items()]
-        return "\n".join([*lines, self.message])
-
-    def _row(self, k: int, m: Mode) -> list[str]:
-        roots = ", ".join(f"{r.real:.4g}{r.imag:+.4g}i" if r.imag else f"{r.real:.4g}" for r in m.eigenvalues)
-        return [str(k), m.kind, number(m.frequency_hz, 6), number(m.omega, 8), number(m.damping), roots, self._words(m)]
-
-    def _words(self, m: Mode) -> str:
-        shape = dict(zip(self.mechanism.rate_names, np.real(m.shape).tolist(), strict=True))
-        top = sorted((n for n, x in shape.items() if abs(x) > 1e-3), key=lambda n: -abs(shape[n]))
-        return ", ".join(f"{n} {shape[n]:+.3g}" for n in top[:SHOWN]) + (", ..." if len(top) > SHOWN else "")
 
 
 def values_at(m: Mechanism, q: Array) -> dict[str, Any]:
@@ -203,7 +159,7 @@ def values_at(m: Mechanism, q: Array) -> dict[str, Any]:
     return out | {s.name: float(m.value(s.name, q)) for s in m.shafts}
 
 
-def eigenvalue_gaps(a: tuple[Mode, ...], b: tuple[Mode, ...]) -> list[tuple[float, float]]:
+def eigenvalue_gaps(a: tuple[VibrationMode, ...], b: tuple[VibrationMode, ...]) -> list[tuple[float, float]]:
     """For each mode of a, its distance to the nearest mode of b that is still free, absolute [1/s] and as a share of omega."""
     left = list(b)
     out: list[tuple[float, float]] = []

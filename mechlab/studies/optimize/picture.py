@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from mechlab.experiment.parameters import describe
-from mechlab.files import unfinished
-
-if TYPE_CHECKING:
-    from mechlab.studies.optimize.problem import Trial
-    from mechlab.studies.optimize.result import Optimum
+from mechlab.studies.named import parameter_infos
+from mechlab.studies.optimize.result import Optimum
+from mechlab.studies.picture_style import new_figure, open_frame, save_figure
 
 BLUE, ORANGE, GREY, DARK = "#1d4ed8", "#d97706", "#b8bec8", "#222222"
 
@@ -21,8 +18,6 @@ BLUE, ORANGE, GREY, DARK = "#1d4ed8", "#d97706", "#b8bec8", "#222222"
 def draw(found: Optimum, path: Path) -> Path:
     """Write the picture; the suffix of the path says whether SVG or PNG. Angles are drawn in degrees."""
     from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     assert found.second is not None
     p, second = found.problem, found.second
@@ -33,8 +28,7 @@ def draw(found: Optimum, path: Path) -> Path:
     def points(trials: Any) -> Any:
         return np.array([[t.values[n] for n in names] for t in trials]).reshape(-1, 2) * scale
 
-    figure = Figure(figsize=(8.2, 6.4), dpi=130, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = new_figure(8.2, 6.4)
     axes = figure.add_axes((0.11, 0.2, 0.85, 0.63))
     others = tuple(c for c in p.constraints if c.quantity != second.quantity)
     front = points(found.front)
@@ -64,8 +58,7 @@ def draw(found: Optimum, path: Path) -> Path:
         put(f"{name.replace('_', ' ')}{f', {shown}' if shown else ''}   (better: {better})", fontsize=10)
     axes.grid(color="#e6e8ec", lw=0.7)
     axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    open_frame(axes)
     title = f"{p.goal.text} against {names[1]}".replace("_", " ")
     figure.text(0.11, 0.955, f"{title[0].upper()}{title[1:]}", fontsize=13, weight="bold")
     chosen = f"{p.base.entry.title}. {_fixed(found)}"
@@ -82,14 +75,12 @@ def draw(found: Optimum, path: Path) -> Path:
     )
     figure.legend(loc="lower left", bbox_to_anchor=(0.1, 0.012), ncol=3, fontsize=9, frameon=False)
     with rc_context({"svg.hashsalt": "mechlab"}):
-        with unfinished(path) as temporary:
-            figure.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
-    return path
+        return save_figure(figure, path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
 def _fixed(found: Optimum) -> str:
     """Parameters that the user or the task set."""
-    infos = {i.name: i for i in describe(found.problem.base.entry.parameters)}
+    infos = parameter_infos(found.problem.base)
     free = {v.name for v in found.problem.variables}
     set_ = {k: v for k, v in found.problem.base.given.items() if k not in free and isinstance(v, int | float)}
     both = {k: (v, infos[k].unit) for k, v in set_.items()}
@@ -111,18 +102,3 @@ def _bound(c: Any, unit: str) -> str:
     value = np.degrees(c.bound) if unit == "rad" else c.bound
     shown = " deg" if unit == "rad" else f" {unit}" if unit else ""
     return f"{c.quantity.replace('_', ' ')} {'≥' if c.sign > 0 else '≤'} {value:g}{shown}"
-
-
-def rows(found: Optimum) -> list[list[str]]:
-    """The front as a table in SI: goals, other quantities, variables."""
-    assert found.second is not None
-    p = found.problem
-    first = [p.goal.quantity, found.second.quantity]
-    names = list(dict.fromkeys([*first, *p.measured.units]))
-    head = [f"{n} [{u}]" if (u := p.measured.units.get(n, "")) else n for n in names]
-    head += [f"{v.name} [{v.unit}]" if v.unit else v.name for v in p.variables]
-    return [head, *(_row(t, names) for t in found.front)]
-
-
-def _row(t: Trial, names: list[str]) -> list[str]:
-    return [repr(float(x)) for x in (*(t.values[n] for n in names), *t.x)]

@@ -1,7 +1,4 @@
-"""Tasks by the name of the mechanism: what `mechlab optimize NAME` does without further words.
-
-An optimisation as data: variables, a goal, constraints; and the memory of every design that was tried.
-"""
+"""An optimisation as data: variables, goal, bounds, every design that was tried; and the tasks that mechanisms bring."""
 
 from __future__ import annotations
 
@@ -15,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, UsageError, unknown
-from mechlab.experiment.parameters import coerce, describe
+from mechlab.experiment.parameters import coerce
 from mechlab.lab.design import Design, design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.optimize.quantity import Measured
+from mechlab.studies.named import SINGLE_NUMBERS, parameter_infos
+from mechlab.studies.optimize.quantity import QuantitySet
 from mechlab.values import Range, parse_number
 
 MET = 1e-8
@@ -27,7 +25,7 @@ _CONSTRAINT = re.compile(r"\s*([\w.\[\] -]+?)\s*(>=|<=)\s*(\S.*)")
 
 
 @dataclass(frozen=True)
-class Variable:
+class DesignVariable:
     """A parameter that may be chosen in low .. high; whole: only whole numbers."""
 
     name: str
@@ -38,7 +36,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Goal:
+class OptimisationGoal:
     """A quantity to be made as large (sign 1) or as small (-1) as possible."""
 
     quantity: str
@@ -51,7 +49,7 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Constraint:
+class QuantityBound:
     """quantity >= bound (sign 1) or <= bound (-1)."""
 
     quantity: str
@@ -69,50 +67,50 @@ class Constraint:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TriedDesign:
     """A design that was tried: its variables, and its quantities or why it has none."""
 
     x: tuple[float, ...]
     values: Mapping[str, float]
     failure: str = ""
 
-    def worst(self, constraints: Sequence[Constraint]) -> float:
+    def worst(self, constraints: Sequence[QuantityBound]) -> float:
         """The smallest slack; -inf for a design that has no numbers."""
         if self.failure:
             return -np.inf
         return min((c.slack(self.values) for c in constraints), default=np.inf)
 
-    def meets(self, constraints: Sequence[Constraint]) -> bool:
+    def meets(self, constraints: Sequence[QuantityBound]) -> bool:
         """Whether every constraint holds."""
         return self.worst(constraints) >= -MET
 
 
 @dataclass
-class Problem:
-    """What is asked, and every trial so far (`trials`), by its variables: nothing is computed twice."""
+class OptimisationProblem:
+    """Variables, goal and bounds, and every design tried so far (`trials`) by its variables: nothing is computed twice."""
 
     base: Design
-    variables: tuple[Variable, ...]
-    goal: Goal
-    constraints: tuple[Constraint, ...]
-    measured: Measured
+    variables: tuple[DesignVariable, ...]
+    goal: OptimisationGoal
+    constraints: tuple[QuantityBound, ...]
+    measured: QuantitySet
     report: Callable[[int], None] = lambda count: None
-    trials: dict[tuple[float, ...], Trial] = field(default_factory=dict)
+    trials: dict[tuple[float, ...], TriedDesign] = field(default_factory=dict)
 
     def design(self, x: Sequence[float]) -> Design:
         """The design with these variables. Raises MechlabError where it cannot exist."""
         values = {v.name: int(a) if v.whole else float(a) for v, a in zip(self.variables, x, strict=True)}
         return design(self.base.entry, dict(self.base.given) | values)
 
-    def trial(self, x: ArrayLike) -> Trial:
+    def trial(self, x: ArrayLike) -> TriedDesign:
         """The numbers of a design."""
         key = self.inside(x)
         if key not in self.trials:
             try:
                 values: Mapping[str, float] = self.measured.numbers(self.design(key))
-                self.trials[key] = Trial(key, values)
+                self.trials[key] = TriedDesign(key, values)
             except (MechlabError, ArithmeticError, np.linalg.LinAlgError) as cause:
-                self.trials[key] = Trial(key, {}, str(cause))
+                self.trials[key] = TriedDesign(key, {}, str(cause))
             self.report(len(self.trials))
         return self.trials[key]
 
@@ -127,7 +125,7 @@ class Problem:
         """Low and high ends (n,)."""
         return np.array([v.low for v in self.variables]), np.array([v.high for v in self.variables])
 
-    def best(self, goal: Goal, constraints: Sequence[Constraint]) -> Trial | None:
+    def best(self, goal: OptimisationGoal, constraints: Sequence[QuantityBound]) -> TriedDesign | None:
         """The best of all trials that meet the constraints; one that keeps them to the last digit, where it is as good."""
         good = [t for t in self.trials.values() if t.meets(constraints)]
         strict = [t for t in good if t.worst(constraints) >= 0.0]
@@ -138,13 +136,13 @@ class Problem:
         return other if gap <= MET * abs(first.values[goal.quantity]) else first
 
 
-def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[Variable, ...]:
+def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[DesignVariable, ...]:
     """Variables from ranges; raises MechlabError for a parameter that cannot vary, and for ends out of its limits."""
-    infos = {i.name: i for i in describe(base.entry.parameters)}
+    infos = parameter_infos(base)
     out = []
     for name, r in ranges.items():
         info = infos[name]
-        if info.kind not in ("number", "integer", "ratio"):
+        if info.kind not in SINGLE_NUMBERS:
             raise MechlabError(
                 f"{base.name}: {name} cannot vary: it is of the kind {info.kind!r}, not a single number."
             )
@@ -153,11 +151,11 @@ def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[Variable, .
         low, high = (float(coerce(info, end, base.name)) for end in (r.low, r.high))  # type: ignore[arg-type]
         if not low < high:
             raise MechlabError(f"{base.name}: {name}: expected low < high, got {low:g}:{high:g}.")
-        out.append(Variable(name, low, high, info.unit, info.kind == "integer"))
+        out.append(DesignVariable(name, low, high, info.unit, info.kind == "integer"))
     return tuple(out)
 
 
-def read_goal(text: str, sign: int = 1) -> Goal:
+def read_goal(text: str, sign: int = 1) -> OptimisationGoal:
     """`QUANTITY`, or `max:QUANTITY`, `min:QUANTITY`, which outranks `sign`."""
     first, colon, rest = text.partition(":")
     if colon and first not in ("max", "min"):
@@ -165,7 +163,7 @@ def read_goal(text: str, sign: int = 1) -> Goal:
     name = (rest if colon else text).strip()
     if not name:
         raise UsageError("the name of a quantity is missing.")
-    return Goal(name, {"max": 1, "min": -1}[first] if colon else sign)
+    return OptimisationGoal(name, {"max": 1, "min": -1}[first] if colon else sign)
 
 
 def split_constraints(text: str | Sequence[str]) -> list[tuple[str, int, str]]:
@@ -180,19 +178,19 @@ def split_constraints(text: str | Sequence[str]) -> list[tuple[str, int, str]]:
     return out
 
 
-def read_constraints(text: str | Sequence[str], units: Mapping[str, str]) -> tuple[Constraint, ...]:
+def read_constraints(text: str | Sequence[str], units: Mapping[str, str]) -> tuple[QuantityBound, ...]:
     """Constraints with bounds in SI; raises MechlabError for a bound in a wrong unit."""
     out = []
     for name, sign, bound in split_constraints(text):
         if name not in units:
             raise unknown("constraint on the quantity", name, units)
-        out.append(Constraint(name, sign, parse_number(name, bound, units[name])))
+        out.append(QuantityBound(name, sign, parse_number(name, bound, units[name])))
     return tuple(out)
 
 
 def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Range], dict[str, Any], dict[str, Any]]:
     """Ranges of parameters, fixed parameters, and what is no parameter."""
-    names = {i.name: i for i in describe(base.entry.parameters)}
+    names = parameter_infos(base)
     ranges: dict[str, Range] = {}
     fixed: dict[str, Any] = {}
     rest: dict[str, Any] = {}
@@ -201,7 +199,7 @@ def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Ran
             rest[k] = v
         elif isinstance(v, Range):
             ranges[k] = v
-        elif isinstance(v, tuple | list) and len(v) == 2 and names[k].kind in ("number", "integer", "ratio"):
+        elif isinstance(v, tuple | list) and len(v) == 2 and names[k].kind in SINGLE_NUMBERS:
             ranges[k] = Range(v[0], v[1])
         else:
             fixed[k] = v
@@ -209,44 +207,44 @@ def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Ran
 
 
 @dataclass(frozen=True)
-class Task:
+class OptimisationTask:
     """Variables, what is fixed, goal, constraints, the second goal of its front; text: why so. evaluations: of the search."""
 
     text: str
     variables: Mapping[str, Range]
-    goal: Goal
+    goal: OptimisationGoal
     subject: tuple[str, ...] = ()
     given: Mapping[str, float] = field(default_factory=dict)
-    front: Goal | None = None
+    front: OptimisationGoal | None = None
     evaluations: int = 600
 
 
-TASKS: Mapping[str, Task] = {
-    "delta6": Task(
+TASKS: Mapping[str, OptimisationTask] = {
+    "delta6": OptimisationTask(
         "the widest disc about the axis in which no cardan bends more than 45 deg and the dexterity stays at 0.3, with guides "
         "that stand no farther out than the source's",
         variables={"rod_length": Range(0.25, 0.6), "radial_offset": Range(0.1, 0.228)},
-        goal=Goal("reach", 1),
+        goal=OptimisationGoal("reach", 1),
         subject=("dexterity>=0.3", "reach>=0"),
         given={"bend_limit": math.pi / 4},
-        front=Goal("dexterity", 1),
+        front=OptimisationGoal("dexterity", 1),
         evaluations=600,
     ),
-    "gear_linkage": Task(
+    "gear_linkage": OptimisationTask(
         "the longest stop of the output that a play of 2 deg allows (the gears only push, friction holds), with at least one "
         "turn of the output for a turn of the crank and a transmission angle of at least 30 deg",
         variables={
             "crank": Range(0.2, 0.8), "coupler": Range(0.7, 1.3), "rocker": Range(0.7, 1.3), "idler_radius": Range(0.2, 0.6),
         },
-        goal=Goal("dwell_angle_one_sided", 1),
+        goal=OptimisationGoal("dwell_angle_one_sided", 1),
         subject=("reverse_angle<=2deg", "least_transmission_angle>=30deg", "mean_rate>=1", "dwell_angle_one_sided>=30deg"),
-        front=Goal("least_transmission_angle", 1),
+        front=OptimisationGoal("least_transmission_angle", 1),
         evaluations=1500,
     ),
-    "fourbar": Task(
+    "fourbar": OptimisationTask(
         "the coupler that keeps the transmission angle farthest from 0 and 180 deg over a turn of the crank",
         variables={"coupler": Range(0.16, 0.4)},
-        goal=Goal("cycle.least.pin_transmission_angle", 1),
+        goal=OptimisationGoal("cycle.least.pin_transmission_angle", 1),
         evaluations=40,
     ),
 }  # fmt: skip

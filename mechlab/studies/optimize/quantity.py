@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design
+from mechlab.studies.cycle.cycle import run_cycle
+from mechlab.studies.named import SINGLE_NUMBERS, keys_to_give, parameter_infos, witness_answer
 from mechlab.studies.optimize import sources
-from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, Source
-from mechlab.studies.workspace.result import product
+from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, QuantitySource
+from mechlab.studies.workspace.grid import product
 from mechlab.values import Range
 
 FEW = 4
@@ -22,10 +23,10 @@ FEW = 4
 
 
 @dataclass(frozen=True)
-class Measured:
+class QuantitySet:
     """All quantities of a problem: what computes them, and their units."""
 
-    sources: tuple[Source, ...]
+    sources: tuple[QuantitySource, ...]
     units: Mapping[str, str]
 
     def numbers(self, design: Design) -> dict[str, float]:
@@ -43,7 +44,7 @@ class Measured:
         return {k: v for k, v in out.items() if v}
 
 
-def measured(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> Measured:
+def quantity_set(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> QuantitySet:
     """What computes `names`, cheapest first. given: what is no parameter: keys of questions, axes and limits of the
     workspace, X_rate, X_force of a cycle, X_0 of a run.
 
@@ -54,37 +55,37 @@ def measured(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> 
     groups: dict[str, list[str]] = {}
     for name in dict.fromkeys(names):
         groups.setdefault(_kind(design, name), []).append(name)
-    made: list[Source] = []
+    made: list[QuantitySource] = []
     units: dict[str, str] = {}
     taken: set[str] = set()
     if "parameter" in groups:
-        infos = {i.name: i for i in describe(design.entry.parameters)}
-        made.append(sources.Parameters(tuple(groups["parameter"])))
+        infos = parameter_infos(design)
+        made.append(sources.ParameterSource(tuple(groups["parameter"])))
         units |= {n: infos[n].unit for n in groups["parameter"]}
     asked: dict[tuple[str | None, tuple[str, ...]], list[str]] = {}
     for name in groups.get("answer", ()):
-        question, keys, units[name] = _asked(design, name, given)
+        question, keys, units[name] = _question_for(design, name, given)
         asked.setdefault((None if question is None else question.name, keys), []).append(name)
         taken |= set(keys)
-    made += [sources.Asked(tuple(n), q, {k: given[k] for k in keys}) for (q, keys), n in asked.items()]
+    made += [sources.AnswerSource(tuple(n), q, {k: given[k] for k in keys}) for (q, keys), n in asked.items()]
     if "workspace" in groups:
         recipe = design.entry.workspace
         assert recipe is not None
         own = {k: v for k, v in given.items() if k in {*recipe.grid, *recipe.limits}}
-        made.append(sources.Workspace(tuple(groups["workspace"]), own))
+        made.append(sources.WorkspaceSource(tuple(groups["workspace"]), own))
         taken |= set(own)
         units |= {n: _workspace_unit(design, n) for n in groups["workspace"]}
     for kind in ("cycle", "run"):
         if kind in groups:
             own = {k: _plain(k, v) for k, v in given.items() if k not in taken}
             taken |= set(own)
-            made.append((sources.Cycle if kind == "cycle" else sources.Run)(tuple(groups[kind]), own))
+            made.append((sources.CycleSource if kind == "cycle" else sources.RunSource)(tuple(groups[kind]), own))
             _exist(design, kind, groups[kind], own)
             units |= {n: _engine_unit(design, n) for n in groups[kind]}
     strange = [k for k in given if k not in taken]
     if strange:
-        raise unknown(f"{design.name}: quantity", strange[0], _takes(design) | taken)
-    return Measured(tuple(made), units)
+        raise unknown(f"{design.name}: quantity", strange[0], keys_to_give(design) | taken)
+    return QuantitySet(tuple(made), units)
 
 
 def _kind(design: Design, name: str) -> str:
@@ -95,7 +96,8 @@ def _kind(design: Design, name: str) -> str:
         if how not in allowed or "." not in rest:
             raise MechlabError(f"{name}: expected {first}.HOW.COLUMN, HOW one of {', '.join(allowed)}.")
         return first
-    if any(i.name == name and i.kind in ("number", "integer", "ratio") for i in describe(design.entry.parameters)):
+    info = parameter_infos(design).get(name)
+    if info is not None and info.kind in SINGLE_NUMBERS:
         return "parameter"
     return "workspace" if name in workspace_names(design) else "answer"
 
@@ -105,8 +107,6 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
     design that has no cycle or no run at all tells nothing about the others."""
     try:
         if kind == "cycle":
-            from mechlab.studies.cycle.cycle import run_cycle
-
             found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
             columns, findings = {*found.columns, *found.zero}, set[str]()
         else:
@@ -147,11 +147,11 @@ def _workspace_unit(design: Design, name: str) -> str:
     return maps[stem].unit if stem in maps else ""
 
 
-def _asked(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Question | None, tuple[str, ...], str]:
+def _question_for(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Question | None, tuple[str, ...], str]:
     """The question, the given keys it takes, the unit of the answer."""
     fits = []
     for q in design.entry.questions:
-        if set(q.given) <= set(given) and (name in q.answers or name in _said(design, q, given)):
+        if set(q.given) <= set(given) and (name in q.answers or name in _further_answers(design, q, given)):
             fits.append(q)
     if fits:
         best = max(fits, key=lambda q: len(q.given))
@@ -167,18 +167,17 @@ def _asked(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Questio
     if needs:
         raise MechlabError(f"{design.name}: {name} is an answer; also give {' or '.join(needs)}.")
     exists = {a for q in design.entry.questions for a in q.answers} | {*workspace_names(design)}
-    exists |= {i.name for i in describe(design.entry.parameters)} | {"cycle.peak.COLUMN", "run.final.CHANNEL"}
+    exists |= {*parameter_infos(design)} | {"cycle.peak.COLUMN", "run.final.CHANNEL"}
     raise unknown(f"{design.name}: quantity", name, exists)
 
 
-def _said(design: Design, q: Question, given: Mapping[str, Any]) -> tuple[str, ...]:
+def _further_answers(design: Design, q: Question, given: Mapping[str, Any]) -> tuple[str, ...]:
     """The answers that a question gives beyond those it declares."""
-    complete = {k: v for k, v in q.optional.items() if v is not None}
-    complete |= {k: v for k, v in given.items() if k in {*q.given, *q.optional} and np.ndim(v) == 0}
-    if not set(q.given) <= set(complete):
+    known = {k: v for k, v in given.items() if k in {*q.given, *q.optional} and np.ndim(v) == 0}
+    if not set(q.given) <= set(known):
         return ()
     try:
-        return tuple(next(iter(q.witnesses.values()))(design.parameters, complete).values)
+        return tuple(witness_answer(q, design, known).values)
     except MechlabError:
         return ()
 
@@ -190,13 +189,6 @@ def _plain(key: str, value: Any) -> float:
 
 
 def _engine_unit(design: Design, name: str) -> str:
-    """Angles and angle rates are told by their joint; other columns carry SI."""
+    """rad for columns called X_angle; "" for others."""
     what = name.split(".", 2)[2]
     return "rad" if what.endswith("_angle") else ""
-
-
-def _takes(design: Design) -> set[str]:
-    recipe = design.entry.workspace
-    keys = {k for q in design.entry.questions for k in (*q.given, *q.optional)}
-    keys |= {i.name for i in describe(design.entry.parameters)}
-    return keys | ({*recipe.grid, *recipe.limits} if recipe else set())

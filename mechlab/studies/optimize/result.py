@@ -1,4 +1,4 @@
-"""What an optimisation found: the best design beside the start, what holds it, how it was checked, the front; or why not."""
+"""The result of an optimisation: the best design, the start, active bounds, checks, the front; or why there is none."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mechlab.experiment.parameters import describe
 from mechlab.mechanism import Status
-from mechlab.studies.optimize.problem import Constraint, Goal, Problem, Trial
-from mechlab.tables import Told, number, table
+from mechlab.results import Shown
+from mechlab.studies.named import parameter_values
+from mechlab.studies.optimize.problem import OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 ACTIVE = 1e-4
 """A constraint or an end of a range is active when the best design is nearer, as a share of the bound or of the range."""
@@ -19,19 +19,19 @@ AGREES = 1e-6
 """Largest difference, as a share of the value, between the reported number and another way to compute it."""
 
 
-@dataclass(frozen=True)
-class Optimum(Told):
+@dataclass(frozen=True, repr=False)
+class Optimum(Shown):
     """best: None where no design meets the constraints; nearest: the design that misses them least. checks: quantity -> what
     other ways to compute it say at the best design. front: non-dominated designs, for `second`."""
 
-    problem: Problem
-    best: Trial | None
-    start: Trial
+    problem: OptimisationProblem
+    best: TriedDesign | None
+    start: TriedDesign
     seed: int
-    nearest: Trial | None = None
+    nearest: TriedDesign | None = None
     checks: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    second: Goal | None = None
-    front: tuple[Trial, ...] = ()
+    second: OptimisationGoal | None = None
+    front: tuple[TriedDesign, ...] = ()
     task: str = ""
     given: Mapping[str, Any] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
@@ -46,10 +46,10 @@ class Optimum(Told):
         """The first quantity for which another way to compute it says something else; empty when all agree."""
         if self.best is None:
             return ""
-        for name, said in self.checks.items():
+        for name, others in self.checks.items():
             value = self.best.values[name]
             limit = self.tolerances.get(name, AGREES) * max(abs(value), 1e-9)
-            for way, other in said.items():
+            for way, other in others.items():
                 if not abs(other - value) <= limit:
                     return f"{name} is {value:.9g}, but {other:.9g} as computed by {way}"
         return ""
@@ -88,9 +88,9 @@ class Optimum(Told):
             return f"{p.base.name}: do not trust the optimum: {self.disagreement}"
         g = p.goal.quantity
         what = ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters.items())
-        before = f" (start: {told(self.start.values[g], self.unit(g))})" if g in self.start.values else ""
+        before = f" (start: {with_unit(self.start.values[g], self.unit(g))})" if g in self.start.values else ""
         held = f"; held by {', '.join(self.active)}" if self.active else "; no constraint is active"
-        return f"{p.base.name}: {p.goal.text} is {told(self.best.values[g], self.unit(g))}{before} at {what}{held}"
+        return f"{p.base.name}: {p.goal.text} is {with_unit(self.best.values[g], self.unit(g))}{before} at {what}{held}"
 
     def unit(self, quantity: str) -> str:
         """Unit of a quantity."""
@@ -99,7 +99,7 @@ class Optimum(Told):
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         p = self.problem
-        fixed = {i.name: getattr(p.base.parameters, i.name) for i in describe(p.base.entry.parameters)}
+        fixed = parameter_values(p.base)
         out: dict[str, Any] = {
             "status": Status.SOLVED.value if self.best else "infeasible", "message": self.message, "task": self.task,
             "goal": {"quantity": p.goal.quantity, "sense": "largest" if p.goal.sign > 0 else "smallest"},
@@ -131,76 +131,38 @@ class Optimum(Told):
         """What the best design itself warns of."""
         return () if self.best is None else self.problem.design(self.best.x).warnings
 
-    def _named(self, t: Trial) -> dict[str, float]:
+    def _named(self, t: TriedDesign) -> dict[str, float]:
         return dict(zip((v.name for v in self.problem.variables), t.x, strict=True))
 
-    def text(self) -> str:
-        """The sentence, a table of start and best, the checks, the front."""
-        p = self.problem
-        lines = [f"task: {self.task}"] if self.task else []
-        lines.append(f"{self.message}.")
-        shown = self.best or self.nearest
-        head = "best" if self.best else "nearest"
-        if shown is not None:
-            rows = [
-                (v.name, v.unit, f"{v.low:.6g} .. {v.high:.6g}", number(a, 9), number(b, 9))
-                for v, a, b in zip(p.variables, self.start.x, shown.x, strict=True)
-            ]
-            limits: dict[str, list[str]] = {}
-            for c in p.constraints:
-                limits.setdefault(c.quantity, []).append(f"{'>=' if c.sign > 0 else '<='} {c.bound:.6g}")
-            for q, unit in p.measured.units.items():
-                if q in self._named(shown) and q != p.goal.quantity:
-                    continue
-                wanted = [p.goal.text.split()[0]] if q == p.goal.quantity else []
-                about = ", ".join(wanted + limits.get(q, []))
-                rows.append((q, unit, about, number(self.start.values.get(q), 9), number(shown.values.get(q), 9)))
-            lines.append(table(("quantity", "unit", "range or wish", "start", head), rows))
-        if self.start.failure:
-            lines.append(f"start: {self.start.failure}")
-        for q, said in self.checks.items():
-            lines.append(f"checked: {q} = {', '.join(f'{v:.9g} ({way})' for way, v in said.items())}")
-        lines.append(f"{len(p.trials)} designs evaluated, seed {self.seed}")
-        if self.second is not None and self.front:
-            names = [v.name for v in p.variables]
-            both = [p.goal.quantity, self.second.quantity]
-            cells = [[*(number(t.values[q], 6) for q in both), *(number(a, 6) for a in t.x)] for t in self.front]
-            lines += [
-                f"front of {p.goal.text} and {self.second.text}, without a bound on {self.second.quantity}:",
-                table((*both, *names), cells),
-            ]
-        lines += [f"{k}: {f}" for k, f in self.files.items()]
-        return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
 
-
-def told(value: float, unit: str) -> str:
+def with_unit(value: float, unit: str) -> str:
     """A number with its unit, angles in degrees too."""
     if unit == "rad":
         return f"{value:.6g} rad ({math.degrees(value):.5g} deg)"
     return f"{value:.6g} {unit}".rstrip()
 
 
-def missed(constraints: tuple[Constraint, ...], t: Trial) -> dict[str, float]:
+def missed(constraints: tuple[QuantityBound, ...], t: TriedDesign) -> dict[str, float]:
     """Constraint -> the value that misses it."""
     return {c.text: t.values[c.quantity] for c in constraints if not t.failure and c.slack(t.values) < 0.0}
 
 
-def infeasible(p: Problem, nearest: Trial | None) -> str:
+def infeasible(p: OptimisationProblem, nearest: TriedDesign | None) -> str:
     """Which constraint cannot be met, and the nearest that was found."""
     known = [t for t in p.trials.values() if not t.failure]
     if nearest is None or not known:
         reasons = [t.failure for t in p.trials.values() if t.failure]
-        most = max(set(reasons), key=reasons.count) if reasons else "nothing was tried"
-        return f"none of {len(p.trials)} designs in these ranges has the quantities asked for; for example: {most}"
+        commonest = max(set(reasons), key=reasons.count) if reasons else "nothing was tried"
+        return f"none of {len(p.trials)} designs in these ranges has the quantities asked for; for example: {commonest}"
     alone = []
     for c in p.constraints:
         best = max((t.values[c.quantity] for t in known), key=lambda value: c.sign * value)
         if c.sign * (best - c.bound) < 0.0:
             alone.append(f"{c.text} cannot be met in these ranges: the {'largest' if c.sign > 0 else 'smallest'} "
-                         f"{c.quantity} found is {told(best, p.measured.units[c.quantity])}")  # fmt: skip
+                         f"{c.quantity} found is {with_unit(best, p.measured.units[c.quantity])}")  # fmt: skip
     where = ", ".join(f"{v.name} = {x:.6g}" for v, x in zip(p.variables, nearest.x, strict=True))
     values = ", ".join(
-        f"{c.quantity} = {told(nearest.values[c.quantity], p.measured.units[c.quantity])}" for c in p.constraints
+        f"{c.quantity} = {with_unit(nearest.values[c.quantity], p.measured.units[c.quantity])}" for c in p.constraints
     )
     reason = "; ".join(alone) or (
         f"each of {', '.join(c.text for c in p.constraints)} can be met, but not all of them in one design"

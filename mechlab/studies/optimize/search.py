@@ -1,12 +1,9 @@
-"""The front of two goals: epsilon-constraint sweeps, which also find the parts of a front that bulge inwards.
+"""The search of an optimisation, and the front of two goals; both with constraints.
 
-Haimes, Lasdon & Wismer 1971: the second goal becomes a constraint that is tightened step by step, each step starting from the
-designs that are known.
-
-The search: differential evolution over the whole box, then COBYQA from the best, both of scipy, both with constraints.
-
-Differential evolution: Storn & Price 1997, constraints by the rules of Lampinen 2002. COBYQA: Ragonneau & Zhang 2023,
-without derivatives, so that goals with kinks (a least angle, a reach) need no care.
+Differential evolution over the whole box (Storn & Price 1997, constraints by the rules of Lampinen 2002), then COBYQA from the
+best (Ragonneau & Zhang 2023), which takes no derivatives, so that goals with kinks (a least angle, a reach) need no care. The
+front is made of epsilon-constraint searches, which also find its parts that bulge inwards: the second goal becomes a constraint
+that is tightened step by step, each step starting from the designs that are known (Haimes, Lasdon & Wismer 1971).
 """
 
 from __future__ import annotations
@@ -17,7 +14,7 @@ import numpy as np
 from scipy.optimize import NonlinearConstraint, differential_evolution, minimize
 
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.optimize.problem import MET, Constraint, Goal, Problem, Trial
+from mechlab.studies.optimize.problem import MET, OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 MEMBERS = 12
 """Members of the population for each variable, at least 20."""
@@ -39,14 +36,14 @@ FAR = 1e3
 
 
 def search(
-    problem: Problem,
-    goal: Goal,
-    constraints: Sequence[Constraint],
+    problem: OptimisationProblem,
+    goal: OptimisationGoal,
+    constraints: Sequence[QuantityBound],
     evaluations: int,
     seed: int,
-    starts: Sequence[Trial] = (),
+    starts: Sequence[TriedDesign] = (),
     polish: int | None = None,
-) -> Trial | None:
+) -> TriedDesign | None:
     """The best trial that meets the constraints, None where none was found.
 
     starts: known designs, which the search begins with. polish: evaluations of the local search for each variable and one
@@ -56,12 +53,12 @@ def search(
     if problem.best(goal, constraints) is None:
         evolve(problem, lambda t: -t.worst(constraints), (), evaluations, seed + 1, starts)
     found = problem.best(goal, constraints)
-    most = min(POLISH, max(8, evaluations // (2 * len(problem.variables) + 2)))
+    evaluations_each = min(POLISH, max(8, evaluations // (2 * len(problem.variables) + 2)))
     for _ in range(ROUNDS if len(problem.variables) > 1 else 1):
         if found is None:
             return None
         before = found.values[goal.quantity]
-        refine(problem, goal, constraints, found, polish or most)
+        refine(problem, goal, constraints, found, polish or evaluations_each)
         found = problem.best(goal, constraints)
         if found is not None and abs(found.values[goal.quantity] - before) <= SETTLED * abs(before):
             break
@@ -69,12 +66,12 @@ def search(
 
 
 def evolve(
-    problem: Problem,
-    cost: Callable[[Trial], float],
-    constraints: Sequence[Constraint],
+    problem: OptimisationProblem,
+    cost: Callable[[TriedDesign], float],
+    constraints: Sequence[QuantityBound],
     evaluations: int,
     seed: int,
-    starts: Sequence[Trial] = (),
+    starts: Sequence[TriedDesign] = (),
 ) -> None:
     """Differential evolution; its trials are kept by the problem."""
     low, high = problem.box
@@ -98,7 +95,7 @@ def evolve(
     )  # fmt: skip
 
 
-def _population(problem: Problem, size: int, seed: int, starts: Sequence[Trial]) -> Array:
+def _population(problem: OptimisationProblem, size: int, seed: int, starts: Sequence[TriedDesign]) -> Array:
     """(size, n): a Latin hypercube, in which the starts replace the last members."""
     from scipy.stats.qmc import LatinHypercube
 
@@ -110,7 +107,13 @@ def _population(problem: Problem, size: int, seed: int, starts: Sequence[Trial])
     return np.asarray(out)
 
 
-def refine(problem: Problem, goal: Goal, constraints: Sequence[Constraint], start: Trial, evaluations: int) -> None:
+def refine(
+    problem: OptimisationProblem,
+    goal: OptimisationGoal,
+    constraints: Sequence[QuantityBound],
+    start: TriedDesign,
+    evaluations: int,
+) -> None:
     """COBYQA in the unit box around a trial; whole numbers stay. Its trials are kept by the problem."""
     low, high = problem.box
     free = np.array([not v.whole for v in problem.variables])
@@ -148,13 +151,13 @@ SHARE = 6
 
 
 def front(
-    problem: Problem,
-    second: Goal,
-    constraints: Sequence[Constraint],
+    problem: OptimisationProblem,
+    second: OptimisationGoal,
+    constraints: Sequence[QuantityBound],
     evaluations: int,
     seed: int,
     levels: int = LEVELS,
-) -> tuple[Trial, ...]:
+) -> tuple[TriedDesign, ...]:
     """Non-dominated designs, the best of the first goal first; one alone where the goals do not conflict."""
     goal = problem.goal
     bounded = problem.best(goal, problem.constraints)
@@ -165,30 +168,32 @@ def front(
     low, high = (t.values[second.quantity] for t in ends if t is not None)
     found = [t for t in (*ends, bounded) if t is not None]
     for k, level in enumerate(np.linspace(low, high, levels + 1)[1:-1]):
-        kept = (*constraints, Constraint(second.quantity, second.sign, float(level)))
+        kept = (*constraints, QuantityBound(second.quantity, second.sign, float(level)))
         near = problem.best(goal, kept)
         best = search(problem, goal, kept, evaluations // SHARE, seed + 2 + k, [near] if near else [])
         found += [best] if best is not None else []
     return apart(non_dominated(found, goal, second), second)
 
 
-def apart(trials: Sequence[Trial], second: Goal) -> tuple[Trial, ...]:
+def apart(trials: Sequence[TriedDesign], second: OptimisationGoal) -> tuple[TriedDesign, ...]:
     """Without those that differ from the one before in the last digits alone."""
     values = [t.values[second.quantity] for t in trials]
     room = CLOSE * abs(values[-1] - values[0]) if trials else 0.0
-    out: list[Trial] = []
+    out: list[TriedDesign] = []
     for t, value in zip(trials, values, strict=True):
         if not out or abs(value - out[-1].values[second.quantity]) > room:
             out.append(t)
     return tuple(out)
 
 
-def non_dominated(trials: Sequence[Trial], first: Goal, second: Goal) -> tuple[Trial, ...]:
+def non_dominated(
+    trials: Sequence[TriedDesign], first: OptimisationGoal, second: OptimisationGoal
+) -> tuple[TriedDesign, ...]:
     """Those that no other one beats in both goals, the best of the first goal first."""
     order = sorted(
         trials, key=lambda t: (-first.sign * t.values[first.quantity], -second.sign * t.values[second.quantity])
     )
-    out: list[Trial] = []
+    out: list[TriedDesign] = []
     for t in order:
         if not out or second.sign * (t.values[second.quantity] - out[-1].values[second.quantity]) > 0.0:
             out.append(t)

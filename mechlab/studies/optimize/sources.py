@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,10 +13,10 @@ from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.cycle.cycle import CycleResult, run_cycle
+from mechlab.studies.named import witness_answer
 from mechlab.studies.optimize.reach import RAYS, least_within, plane_of, reach
-
-if TYPE_CHECKING:
-    from mechlab.studies.cycle.cycle import CycleResult
+from mechlab.studies.workspace.study import workspace
 
 REDUCE = ("least", "largest", "peak", "mean", "span", "final")
 DEXTERITY = "inverse_condition"
@@ -26,7 +26,7 @@ POLE = 1e3
 """A column of a cycle that gets so many times larger between its positions than at any of them has a pole there."""
 
 
-class Source(Protocol):
+class QuantitySource(Protocol):
     """Gives numbers by the name of the quantity; raises MechlabError where the design has none."""
 
     def numbers(self, design: Design) -> dict[str, float]:
@@ -37,7 +37,7 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class ParameterSource:
     """Parameters themselves."""
 
     names: tuple[str, ...]
@@ -52,7 +52,7 @@ class Parameters:
 
 
 @dataclass(frozen=True)
-class Asked:
+class AnswerSource:
     """Answers of a question (None: the generic one), by its first witness; the others check."""
 
     names: tuple[str, ...]
@@ -61,22 +61,21 @@ class Asked:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """The answers. Raises NoSolution with the status where there is none."""
-        found = self._question(design)
-        complete = {k: v for k, v in found.optional.items() if v is not None} | dict(self.given)
-        said = next(iter(found.witnesses.values()))(design.parameters, complete)
-        if said.cannot:
-            raise MechlabError(f"{design.name}: {said.cannot}")
-        if said.status.exit_code:
-            notes = f" ({'; '.join(said.notes)})" if said.notes else ""
-            raise NoSolution(f"{design.name}: {said.status.value}{notes}")
-        return {n: _single(design, n, said) for n in self.names}
+        answer = witness_answer(self._question(design), design, self.given)
+        if answer.cannot:
+            raise MechlabError(f"{design.name}: {answer.cannot}")
+        if answer.status.exit_code:
+            notes = f" ({'; '.join(answer.notes)})" if answer.notes else ""
+            raise NoSolution(f"{design.name}: {answer.status.value}{notes}")
+        return {n: _single(design, n, answer) for n in self.names}
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
         """What every witness says."""
         found = ask(design, self.given)
-        said = {w: a for w, a in found.answers.items() if not a.cannot and not a.status.exit_code}
+        answers = {w: a for w, a in found.answers.items() if not a.cannot and not a.status.exit_code}
         return {
-            n: {w: float(a.values[n]) for w, a in said.items() if np.size(a.values.get(n, ())) == 1} for n in self.names
+            n: {w: float(a.values[n]) for w, a in answers.items() if np.size(a.values.get(n, ())) == 1}
+            for n in self.names
         }
 
     def _question(self, design: Design) -> Question:
@@ -85,17 +84,17 @@ class Asked:
         return next(q for q in design.entry.questions if q.name == self.question)
 
 
-def _single(design: Design, name: str, said: Answer) -> float:
-    if name not in said.values:
-        raise unknown(f"{design.name}: answer", name, said.values)
-    value = np.asarray(said.values[name], dtype=float)
+def _single(design: Design, name: str, answer: Answer) -> float:
+    if name not in answer.values:
+        raise unknown(f"{design.name}: answer", name, answer.values)
+    value = np.asarray(answer.values[name], dtype=float)
     if value.size != 1 or not np.all(np.isfinite(value)):
         raise MechlabError(f"{design.name}: {name} is not one finite number: {value!r}.")
     return float(value.ravel()[0])
 
 
 @dataclass(frozen=True)
-class Workspace:
+class WorkspaceSource:
     """Counts on a grid (`COUNTED`, MAP_smallest ..), and reach and dexterity without one.
 
     asked: axes, fixed coordinates, limits, as `mechlab.studies.workspace.workspace` takes them."""
@@ -131,8 +130,6 @@ class Workspace:
         return out
 
     def _on_grid(self, design: Design) -> dict[str, float]:
-        from mechlab.studies.workspace import workspace
-
         found = workspace(design, dict(self.asked))
         s = found.survey
         out = {"voxels": float(s.voxels), "volume": s.volume, "margin": float(s.margin)}
@@ -145,7 +142,7 @@ class Workspace:
 
 
 @dataclass(frozen=True)
-class Cycle:
+class CycleSource:
     """Numbers of the columns of a cycle: cycle.REDUCE.COLUMN; least, largest, peak, span between the positions too."""
 
     names: tuple[str, ...]
@@ -154,8 +151,6 @@ class Cycle:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """The numbers."""
-        from mechlab.studies.cycle.cycle import run_cycle
-
         found = run_cycle(design.mechanism(None), design.name, self.motion, points=self.points)
         return {n: _of_cycle(found, n.split(".")[1], n.split(".", 2)[2]) for n in self.names}
 
@@ -185,7 +180,7 @@ def _of_cycle(found: CycleResult, how: str, column: str) -> float:
 
 
 @dataclass(frozen=True)
-class Run:
+class RunSource:
     """Numbers of the channels of the default scene: run.REDUCE.CHANNEL, and run.health.FINDING."""
 
     names: tuple[str, ...]

@@ -1,23 +1,17 @@
-"""What tolerances really make of the answers: true solutions at the ends of the inputs and at the corners of their box.
+"""Derivatives of many outputs by one input, by differences and Richardson's extrapolation, and true solutions within tolerances.
 
-Derivatives of many outputs by one input, from differences: Richardson's extrapolation chooses the step and tells the error.
-
-Tolerances of inputs: by name, or one share of every parameter; and what they make of an answer.
+The true solutions are at the ends of the inputs and at the corners of their box.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sensitivity.inputs import Input
 
 ALL = 5
 """So many inputs that matter have all their 2^n corners solved; of more, the ends of each and the worst corners to first order."""
@@ -29,7 +23,7 @@ Move = tuple[tuple[str, int], ...]
 
 
 @dataclass(frozen=True)
-class Corners:
+class ToleranceCorners:
     """worst: answer -> largest size of its change [unit of the answer] at any end or corner that has an answer; missing: ends and
     corners without one, in words; whole: whether all corners of the inputs that matter were solved; solved: how many."""
 
@@ -43,7 +37,7 @@ def corners(
     widths: Mapping[str, float],
     slopes: Mapping[str, Mapping[str, Array]],
     change: Callable[[Mapping[str, float]], Mapping[str, Array]],
-) -> Corners:
+) -> ToleranceCorners:
     """Solve at the ends of the box +-widths.
 
     slopes: answer -> input -> derivative, of which the signs are used; change(input -> step): answer -> its true change (NaN
@@ -72,7 +66,7 @@ def corners(
             sizes.setdefault(name, []).append(np.abs(value))
     worst = {n: np.nan_to_num(np.fmax.reduce(many)) for n, many in sizes.items()}
     missing = tuple(_words(move, widths) for move, answers in found.items() if _gone(answers))
-    return Corners(worst, missing, whole, len(found))
+    return ToleranceCorners(worst, missing, whole, len(found))
 
 
 def _steepest(row: Mapping[str, Array], active: Sequence[str]) -> list[Move]:
@@ -170,50 +164,3 @@ def _ridders(quotient: Callable[[float, int], Array], first: float, sides: int, 
             best, error = np.where(better, new[k + 1], best), np.where(better, doubt, error)
         row = new
     return Slope(np.asarray(best), np.asarray(error), sides)
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Half widths +-t of inputs in SI, by name (a name without [k] means every entry of a list); share: t / |p| of every
-    parameter that is not named, 0 for none."""
-
-    named: Mapping[str, Any] = field(default_factory=dict)
-    share: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, t in {**self.named, "share": self.share}.items():
-            if isinstance(t, str) or not (isinstance(t, int | float) or hasattr(t, "__float__")):
-                raise MechlabError(f"tolerance of {name}: expected a number, got {t!r}.")
-            if not (math.isfinite(float(t)) and float(t) >= 0.0):
-                raise MechlabError(f"tolerance of {name}: expected a finite number of at least 0, got {t!r}.")
-
-    @classmethod
-    def of(cls, given: Tolerances | Mapping[str, Any] | float | None) -> Tolerances:
-        """From a mapping of half widths, or one number: the share of every parameter."""
-        if isinstance(given, Tolerances):
-            return given
-        if isinstance(given, Mapping):
-            return cls(given)
-        return cls() if given is None else cls(share=float(given))
-
-    def half_widths(self, inputs: tuple[Input, ...], skipped: Mapping[str, str], owner: str) -> dict[str, float]:
-        """Input name -> t > 0. Raises MechlabError for a name that is no input, and for a wrong unit."""
-        known = {i.name for i in inputs} | {i.key for i in inputs}
-        for name in self.named:
-            if name in skipped:
-                raise MechlabError(f"{owner}: {name} has no tolerance: it is {skipped[name]}.")
-            if name not in known:
-                raise unknown(f"{owner}: input", name, known)
-        out: dict[str, float] = {}
-        for i in inputs:
-            t = self.named.get(i.name, self.named.get(i.key))
-            if t is None:
-                width = 0.0 if i.given else self.share * abs(i.value)
-            else:
-                written = getattr(t, "unit", i.unit)
-                if i.unit and written != i.unit:
-                    raise MechlabError(f"{owner}: tolerance of {i.name}: expected [{i.unit}], got [{written}].")
-                width = float(t)
-            if width > 0.0:
-                out[i.name] = width
-        return out

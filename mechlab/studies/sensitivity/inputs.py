@@ -1,11 +1,13 @@
-"""The inputs of answers: parameters that are numbers, entry by entry; given quantities where they are asked for."""
+"""The inputs of answers: parameters that are numbers, entry by entry, given quantities where they are wanted; their tolerances."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import ParameterInfo, describe
 from mechlab.lab.design import Design, design
 
@@ -18,7 +20,7 @@ WHY = {
 
 
 @dataclass(frozen=True)
-class Input:
+class AnswerInput:
     """A number that answers depend on. name: the parameter, PARAMETER[k] for an entry of a list, or a given quantity;
     size: what its steps are measured by."""
 
@@ -44,9 +46,9 @@ class Input:
 
 def inputs_of(
     base: Design, asked: Mapping[str, Any], units: Mapping[str, str], also: Collection[str] = ()
-) -> tuple[tuple[Input, ...], dict[str, str]]:
+) -> tuple[tuple[AnswerInput, ...], dict[str, str]]:
     """The inputs, and the parameters that are none with the reason. also: given quantities to count as inputs."""
-    found: list[Input] = []
+    found: list[AnswerInput] = []
     skipped: dict[str, str] = {}
     infos = describe(base.entry.parameters)
     sizes = _sizes(base, infos)
@@ -58,15 +60,15 @@ def inputs_of(
             skipped[info.name] = "not set"
         elif info.kind == "number":
             x = float(value)
-            found.append(Input(info.name, info.name, x, info.unit, _size(x, info.unit, sizes)))
+            found.append(AnswerInput(info.name, info.name, x, info.unit, _size(x, info.unit, sizes)))
         else:
             found += [
-                Input(f"{info.name}[{k}]", info.name, float(x), info.unit, _size(float(x), info.unit, sizes), k)
+                AnswerInput(f"{info.name}[{k}]", info.name, float(x), info.unit, _size(float(x), info.unit, sizes), k)
                 for k, x in enumerate(value)
             ]
     for key in also:
         unit, x = units.get(key, ""), float(asked[key])
-        found.append(Input(key, key, x, unit, _size(x, unit, sizes), given=True))
+        found.append(AnswerInput(key, key, x, unit, _size(x, unit, sizes), given=True))
     return tuple(found), skipped
 
 
@@ -85,3 +87,50 @@ def _size(value: float, unit: str, sizes: Mapping[str, float]) -> float:
     """Own size; for angles, and where it is next to nothing, that of its like."""
     like = 1.0 if unit == "rad" else sizes.get(unit, 0.0) or 1.0
     return like if unit == "rad" or abs(value) < 1e-3 * like else abs(value)
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Half widths +-t of inputs in SI, by name (a name without [k] means every entry of a list); share: t / |p| of every
+    parameter that is not named, 0 for none."""
+
+    named: Mapping[str, Any] = field(default_factory=dict)
+    share: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, t in {**self.named, "share": self.share}.items():
+            if isinstance(t, str) or not (isinstance(t, int | float) or hasattr(t, "__float__")):
+                raise MechlabError(f"tolerance of {name}: expected a number, got {t!r}.")
+            if not (math.isfinite(float(t)) and float(t) >= 0.0):
+                raise MechlabError(f"tolerance of {name}: expected a finite number of at least 0, got {t!r}.")
+
+    @classmethod
+    def of(cls, given: Tolerances | Mapping[str, Any] | float | None) -> Tolerances:
+        """From a mapping of half widths, or one number: the share of every parameter."""
+        if isinstance(given, Tolerances):
+            return given
+        if isinstance(given, Mapping):
+            return cls(given)
+        return cls() if given is None else cls(share=float(given))
+
+    def half_widths(self, inputs: tuple[AnswerInput, ...], skipped: Mapping[str, str], owner: str) -> dict[str, float]:
+        """Input name -> t > 0. Raises MechlabError for a name that is no input, and for a wrong unit."""
+        known = {i.name for i in inputs} | {i.key for i in inputs}
+        for name in self.named:
+            if name in skipped:
+                raise MechlabError(f"{owner}: {name} has no tolerance: it is {skipped[name]}.")
+            if name not in known:
+                raise unknown(f"{owner}: input", name, known)
+        out: dict[str, float] = {}
+        for i in inputs:
+            t = self.named.get(i.name, self.named.get(i.key))
+            if t is None:
+                width = 0.0 if i.given else self.share * abs(i.value)
+            else:
+                written = getattr(t, "unit", i.unit)
+                if i.unit and written != i.unit:
+                    raise MechlabError(f"{owner}: tolerance of {i.name}: expected [{i.unit}], got [{written}].")
+                width = float(t)
+            if width > 0.0:
+                out[i.name] = width
+        return out

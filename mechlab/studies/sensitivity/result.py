@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mechlab.experiment.question import Answers
-from mechlab.studies.sensitivity.derivatives import ALL, NAMED, Corners
-from mechlab.tables import number, table
+from mechlab.results import Shown
+from mechlab.studies.sensitivity.derivatives import NAMED, ToleranceCorners
 
 APART = 1e-3
 """Witnesses whose derivatives differ by more, as a share of the change that all inputs make together, are not to be trusted."""
@@ -23,7 +23,7 @@ SMALLEST = 1e-9
 
 
 @dataclass(frozen=True)
-class Cell:
+class AnswerDerivative:
     """Derivative of an answer by an input: dA/dp, its estimated error, and p/A dA/dp (None where A is 0), by the first
     witness that has it; `witnesses`: each one's own. Arrays where arrays are given."""
 
@@ -40,7 +40,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Spread:
+class AnswerTolerance:
     """Tolerance of an answer to first order: worst_case = sum |dA/dp| t, root_sum_square = sqrt(sum (dA/dp t)^2);
     shares: what each input adds to the worst case. at_corners: the largest change among true solutions at the ends and corners."""
 
@@ -63,22 +63,22 @@ class Spread:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Sensitivity:
+@dataclass(frozen=True, repr=False)
+class Sensitivity(Shown):
     """cells: answer -> input -> Cell; spreads: answer -> Spread; widths: input -> half width used; max_difference: largest
     difference of a derivative between witnesses, as a share of sum_p |dA/dp p|."""
 
     answers: Answers
-    cells: Mapping[str, Mapping[str, Cell]]
-    spreads: Mapping[str, Spread] = field(default_factory=dict)
+    cells: Mapping[str, Mapping[str, AnswerDerivative]]
+    spreads: Mapping[str, AnswerTolerance] = field(default_factory=dict)
     widths: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     skipped: Mapping[str, str] = field(default_factory=dict)
     max_difference: float | None = None
     notes: tuple[str, ...] = ()
-    box: Corners | None = None
+    box: ToleranceCorners | None = None
 
-    def __getitem__(self, answer: str) -> Mapping[str, Cell]:
+    def __getitem__(self, answer: str) -> Mapping[str, AnswerDerivative]:
         return self.cells[answer]
 
     @property
@@ -133,63 +133,6 @@ class Sensitivity:
             "skipped": dict(self.skipped), "notes": list(self.notes), "message": self.message,
         }  # fmt: skip
 
-    def text(self) -> str:
-        """The answers, a table of derivatives, one of tolerances."""
-        lines = [self.answers.text(), "", self.message + "."]
-        rows, idle = [], set(self.units)
-        for answer, row in self.cells.items():
-            order = sorted(
-                row, key=lambda p: -_size(row[p].derivative) * (self.widths.get(p, 1.0) if self.widths else 1.0)
-            )
-            for p in order:
-                cell = row[p]
-                if not np.any(cell.derivative != 0):
-                    continue
-                idle.discard(p)
-                unit = _per(self.answers.units.get(answer, ""), self.units[p])
-                says = str(len(cell.witnesses))
-                rows.append(
-                    (answer, p, number(cell.derivative, 9), unit, number(cell.relative, 6), number(cell.error, 2), says)
-                )
-        if rows:
-            lines.append(table(("answer", "input", "derivative", "unit", "relative", "error", "witnesses"), rows))
-        if idle and rows:
-            lines.append(f"no effect: {', '.join(p for p in self.units if p in idle)}")
-        if self.max_difference is not None:
-            lines.append(f"largest difference between witnesses: {self.max_difference:.3g} of the whole change")
-        if self.spreads:
-            given = ", ".join(f"{p} +-{t:.4g}" for p, t in self.widths.items() if p not in idle)
-            cells = [
-                (
-                    a,
-                    self.answers.units.get(a, ""),
-                    *(number(x, 6) for x in (s.worst_case, s.at_corners, s.root_sum_square)),
-                    _largest(s),
-                )  # fmt: skip
-                for a, s in self.spreads.items()
-                if np.any(s.worst_case != 0) or np.any(np.asarray(s.at_corners) > SMALLEST)
-            ]
-            lines += ["", f"tolerances: {given}"]
-            heads = (
-                "answer",
-                "unit",
-                "worst case, linear +-",
-                "at corners +-",
-                "root sum square +-",
-                "most of it from",
-            )
-            lines.append(table(heads, cells))
-        if self.box is not None:
-            kind = (
-                "all ends and corners"
-                if self.box.whole
-                else f"all ends, and the steepest corners (more than {ALL} inputs matter)"
-            )
-            lines.append(f"true solutions at {self.box.solved} points of the tolerances: {kind}")
-        if self.skipped:
-            lines.append(f"not varied: {_reasons(self.skipped)}")
-        return "\n".join([*lines, *(f"note: {n}" for n in self.notes)])
-
 
 def _reasons(skipped: Mapping[str, str]) -> str:
     return ", ".join(f"{k} ({why})" for k, why in skipped.items()) or "there is none"
@@ -197,15 +140,3 @@ def _reasons(skipped: Mapping[str, str]) -> str:
 
 def _size(value: Any) -> float:
     return float(np.nanmax(np.abs(np.nan_to_num(np.asarray(value, dtype=float))), initial=0.0))
-
-
-def _largest(spread: Spread) -> str:
-    if not spread.shares:
-        return "-"
-    return max(spread.shares, key=lambda p: _size(spread.shares[p]))
-
-
-def _per(top: str, bottom: str) -> str:
-    if top == bottom:
-        return ""
-    return f"{top or '1'}/{f'({bottom})' if ' ' in bottom or '/' in bottom else bottom}" if bottom else top

@@ -12,9 +12,9 @@ from mechlab.experiment.question import Answers
 from mechlab.lab.ask import ask, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sensitivity.derivatives import Corners, Slope, Tolerances, corners, slope
-from mechlab.studies.sensitivity.inputs import Input, inputs_of
-from mechlab.studies.sensitivity.result import Cell, Sensitivity, Spread
+from mechlab.studies.sensitivity.derivatives import Slope, ToleranceCorners, corners, slope
+from mechlab.studies.sensitivity.inputs import AnswerInput, Tolerances, inputs_of
+from mechlab.studies.sensitivity.result import AnswerDerivative, AnswerTolerance, Sensitivity
 
 ROUNDING = 1e-6
 """Added to the change that all inputs make together, where witnesses are compared: below it there is only rounding."""
@@ -68,8 +68,8 @@ class _Layout:
         self.slots: dict[tuple[str, str], tuple[slice, tuple[int, ...]]] = {}
         parts: list[Array] = []
         at = 0
-        for witness, said in answers.answers.items():
-            for key, value in said.values.items():
+        for witness, answer in answers.answers.items():
+            for key, value in answer.values.items():
                 array = np.asarray(value, dtype=float)
                 self.slots[witness, key] = (slice(at, at + array.size), array.shape)
                 parts.append(array.ravel())
@@ -85,8 +85,8 @@ class _Layout:
         """Flat differences from the reference; NaN where a witness has no answer."""
         out = np.full(len(self.reference), np.nan)
         for (witness, key), (where, shape) in self.slots.items():
-            said = answers.answers.get(witness)
-            value = None if said is None or said.status.exit_code else said.values.get(key)
+            answer = answers.answers.get(witness)
+            value = None if answer is None or answer.status.exit_code else answer.values.get(key)
             if value is not None and np.shape(value) == shape:
                 out[where] = np.ravel(np.asarray(value, dtype=float)) - self.reference[where]
                 if key in self.angles:
@@ -94,7 +94,7 @@ class _Layout:
         return out
 
 
-def _slope(base: Design, given: Mapping[str, Any], item: Input, layout: _Layout) -> Slope:
+def _slope(base: Design, given: Mapping[str, Any], item: AnswerInput, layout: _Layout) -> Slope:
     def change(by: float) -> Array:
         try:
             moved, asked = item.moved(base, given, by)
@@ -106,8 +106,8 @@ def _slope(base: Design, given: Mapping[str, Any], item: Input, layout: _Layout)
 
 
 def _chosen(
-    base: Design, inputs: tuple[Input, ...], skipped: Mapping[str, str], only: Sequence[str]
-) -> tuple[Input, ...]:
+    base: Design, inputs: tuple[AnswerInput, ...], skipped: Mapping[str, str], only: Sequence[str]
+) -> tuple[AnswerInput, ...]:
     known = {i.name for i in inputs} | {i.key for i in inputs}
     for name in only:
         if name in skipped:
@@ -118,8 +118,8 @@ def _chosen(
 
 
 def _row(
-    answer: str, layout: _Layout, answers: Answers, inputs: tuple[Input, ...], slopes: Mapping[str, Slope]
-) -> dict[str, Cell]:
+    answer: str, layout: _Layout, answers: Answers, inputs: tuple[AnswerInput, ...], slopes: Mapping[str, Slope]
+) -> dict[str, AnswerDerivative]:
     """The derivatives of one answer; inputs without a derivative are left out."""
     out = {}
     for item in inputs:
@@ -136,18 +136,18 @@ def _row(
             with np.errstate(divide="ignore", invalid="ignore"):
                 relative = np.where(size != 0.0, item.value * np.asarray(value) / size, np.nan)
             plain: Any = relative if relative.ndim else (None if np.isnan(relative) else float(relative))
-            out[item.name] = Cell(value, error, plain, {w: v for w, (v, _) in by.items()}, found.sides == 1)
+            out[item.name] = AnswerDerivative(value, error, plain, {w: v for w, (v, _) in by.items()}, found.sides == 1)
     return out
 
 
 def _box(
     base: Design,
     given: Mapping[str, Any],
-    inputs: Sequence[Input],
+    inputs: Sequence[AnswerInput],
     layout: _Layout,
-    cells: Mapping[str, Mapping[str, Cell]],
+    cells: Mapping[str, Mapping[str, AnswerDerivative]],
     widths: Mapping[str, float],
-) -> Corners:
+) -> ToleranceCorners:
     """The corners of the tolerances, each answer by the first witness that has it."""
     by_name = {i.name: i for i in inputs}
     first = {key: place for (_, key), place in reversed(layout.slots.items())}
@@ -165,26 +165,26 @@ def _box(
     return corners(widths, {a: {p: c.derivative for p, c in row.items()} for a, row in cells.items()}, change)
 
 
-def _spread(row: Mapping[str, Cell], widths: Mapping[str, float], corner: Array) -> Spread:
+def _spread(row: Mapping[str, AnswerDerivative], widths: Mapping[str, float], corner: Array) -> AnswerTolerance:
     shares = {p: np.abs(row[p].derivative) * t for p, t in widths.items() if p in row}
     values = list(shares.values())
     worst = sum(values, np.float64(0.0))
     square = np.sqrt(sum((v**2 for v in values), np.float64(0.0)))
     if np.ndim(worst) == 0:
-        return Spread(float(worst), float(square), {p: float(v) for p, v in shares.items()}, float(corner))
-    return Spread(worst, square, shares, corner)
+        return AnswerTolerance(float(worst), float(square), {p: float(v) for p, v in shares.items()}, float(corner))
+    return AnswerTolerance(worst, square, shares, corner)
 
 
-def _apart(cells: Mapping[str, Mapping[str, Cell]], sizes: Mapping[str, float]) -> float | None:
+def _apart(cells: Mapping[str, Mapping[str, AnswerDerivative]], sizes: Mapping[str, float]) -> float | None:
     """Largest difference of witnesses in |dA/dp| size(p), as a share of its sum over all inputs."""
     worst: float | None = None
     for row in cells.values():
         changes = [sizes[p] * np.max(np.abs(list(c.witnesses.values())), axis=0) for p, c in row.items()]
         whole = sum(changes, np.float64(ROUNDING))
         for p, cell in row.items():
-            said = [np.asarray(v) for v in cell.witnesses.values()]
-            if len(said) > 1:
-                gap = np.max([np.abs(v - said[0]) for v in said[1:]], axis=0) * sizes[p]
+            values = [np.asarray(v) for v in cell.witnesses.values()]
+            if len(values) > 1:
+                gap = np.max([np.abs(v - values[0]) for v in values[1:]], axis=0) * sizes[p]
                 worst = max(worst or 0.0, float(np.max(gap / whole, initial=0.0)))
     return worst
 

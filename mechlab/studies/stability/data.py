@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from pathlib import Path
 from typing import Any
 
-from mechlab.tables import Told
+from mechlab.errors import MechlabError, unknown
+from mechlab.results import ResultInFiles
 
 
-class Outcome(Enum):
+class RunOutcome(Enum):
     """What became of one run."""
 
     RIGHT = "stable and right"
@@ -23,7 +23,7 @@ class Outcome(Enum):
 
 
 @dataclass(frozen=True)
-class Axis:
+class StabilityAxis:
     """What is varied: `values` (n,) in `unit`; `text` says of what, `nominal` is the value of the mechanism as given."""
 
     name: str
@@ -44,10 +44,10 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Cell:
+class StabilityCell:
     """One run: its outcome, the number of the map (nan where there is none), and why, where it failed."""
 
-    outcome: Outcome
+    outcome: RunOutcome
     value: float = math.nan
     reason: str = ""
 
@@ -69,11 +69,11 @@ class Theory:
 
 
 @dataclass(frozen=True)
-class Panel:
+class MethodPanel:
     """One method over the grid: cells[y][x]."""
 
     method: str
-    cells: tuple[tuple[Cell, ...], ...]
+    cells: tuple[tuple[StabilityCell, ...], ...]
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form; a number that is missing is null."""
@@ -84,7 +84,7 @@ class Panel:
             "reasons": sorted({c.reason for row in self.cells for c in row if c.reason})[:5],
         }
 
-    def limit(self, row: int, x: tuple[float, ...], fails: frozenset[Outcome]) -> tuple[float, float]:
+    def limit(self, row: int, x: tuple[float, ...], fails: frozenset[RunOutcome]) -> tuple[float, float]:
         """Measured boundary in a row: the largest x up to which no run has an outcome in `fails`, and the next one that
         has; 0 and infinity where there is none. Cells that were not run count for neither."""
         good, bad = 0.0, math.inf
@@ -92,20 +92,20 @@ class Panel:
             if cell.outcome in fails:
                 bad = value
                 break
-            if cell.outcome is not Outcome.NOT_RUN:
+            if cell.outcome is not RunOutcome.NOT_RUN:
                 good = value
         return good, bad
 
 
 @dataclass(frozen=True)
-class Map:
+class StabilityMap:
     """One map: x is the timestep; `value_name` says what the numbers are, `right` and `wrong` are their limits."""
 
     kind: str
     title: str
-    x: Axis
-    y: Axis
-    panels: tuple[Panel, ...]
+    x: StabilityAxis
+    y: StabilityAxis
+    panels: tuple[MethodPanel, ...]
     theory: tuple[Theory, ...]
     value_name: str
     right: float
@@ -115,7 +115,7 @@ class Map:
     sentences: tuple[str, ...] = ()
     skipped: dict[str, str] = field(default_factory=dict)
 
-    def panel(self, method: str) -> Panel:
+    def panel(self, method: str) -> MethodPanel:
         """The panel of a method."""
         return next(p for p in self.panels if p.method == method)
 
@@ -130,14 +130,14 @@ class Map:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Stability(Told):
+@dataclass(frozen=True, repr=False)
+class Stability(ResultInFiles):
     """All maps of a mechanism, and why it gets no others."""
 
     name: str
     title: str
     scene: str
-    maps: tuple[Map, ...]
+    maps: tuple[StabilityMap, ...]
     without: dict[str, str]
     versions: dict[str, str]
     cpu_s: float
@@ -149,10 +149,8 @@ class Stability(Told):
         """0, or 4 when there is no map to draw."""
         return 0 if self.maps else 4
 
-    def map(self, kind: str) -> Map:
+    def map(self, kind: str) -> StabilityMap:
         """The map of a kind; raises MechlabError that lists those there are, and why the kind is missing."""
-        from mechlab.errors import MechlabError, unknown
-
         for found in self.maps:
             if found.kind == kind:
                 return found
@@ -171,15 +169,3 @@ class Stability(Told):
             "cpu_s": self.cpu_s, "versions": self.versions, "warnings": list(self.warnings),
             "status": "answered" if self.maps else "nothing to map", "message": message,
         }  # fmt: skip
-
-    def text(self) -> str:
-        """Maps as letters, sentences."""
-        from mechlab.studies.stability.report import text
-
-        return text(self)
-
-    def save(self, folder: str | Path) -> dict[str, Path]:
-        """Write stability_NAME.json and a picture for each map; see `mechlab.studies.stability.report`."""
-        from mechlab.studies.stability.report import save
-
-        return save(self, folder)

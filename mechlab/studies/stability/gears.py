@@ -1,9 +1,4 @@
-"""Maps of mechanisms with gear relations: gear ratio, and light parts under load.
-
-Map "stiffness": timestep against the stiffness of springs, dampers and servos, with the limits of theory.
-
-Map "sticking": timestep against dry friction; what sticks must not creep.
-"""
+"""Maps of gears, springs and friction: gear ratio, light parts under load, stiffness with the limits of theory, sticking."""
 
 from __future__ import annotations
 
@@ -14,10 +9,18 @@ from mechlab.experiment.laws import Constant, OneSidedStop, Servo
 from mechlab.experiment.scene import Scene
 from mechlab.lab.methods import Method, Problem
 from mechlab.mechanism import Mechanism
-from mechlab.studies.stability.data import Axis, Theory
-from mechlab.studies.stability.linear import Linear, formula, largest_step, linearise
+from mechlab.studies.stability.data import StabilityAxis, Theory
+from mechlab.studies.stability.linear import LinearisedScene, formula, largest_step, linearise
 from mechlab.studies.stability.loops import loop_bodies
-from mechlab.studies.stability.plan import DIVISIONS, OUTPUTS, Case, Plan, steps_of, tree_methods, usual_methods
+from mechlab.studies.stability.plan import (
+    DIVISIONS,
+    OUTPUTS,
+    StabilityCase,
+    StabilityPlan,
+    steps_of,
+    tree_methods,
+    usual_methods,
+)
 from mechlab.studies.stability.vary import (
     faster_joint,
     rough_parts,
@@ -35,7 +38,7 @@ LAG = 1e-3
 PROBE = 1e-3
 
 
-def with_relations(case: Case) -> Case | str:
+def with_relations(case: StabilityCase) -> StabilityCase | str:
     """The case at its own fidelity, or at the cheapest that has gear relations as rows; or why there is none."""
     if case.mechanism.relations:
         return _smooth(case)
@@ -48,7 +51,7 @@ def with_relations(case: Case) -> Case | str:
     return "it has no gear relations at any fidelity"
 
 
-def _smooth(case: Case) -> Case:
+def _smooth(case: StabilityCase) -> StabilityCase:
     """Without dry friction, which has a map of its own."""
     m = case.mechanism
     if not rough_parts(m):
@@ -56,7 +59,7 @@ def _smooth(case: Case) -> Case:
     return replace(case, design=with_mechanism(case.design, scale_friction(m, 0.0)))
 
 
-def free_gear(case: Case) -> str | None:
+def free_gear(case: StabilityCase) -> str | None:
     """A joint in a relation that carries nothing, is in no loop, and is neither driven, loaded nor set by the scene."""
     m, scene = case.mechanism, case.scene
     parents = {b.parent for b in m.bodies}
@@ -69,7 +72,7 @@ def free_gear(case: Case) -> str | None:
     return free[-1] if free else None
 
 
-def plan_gear_ratio(case: Case) -> Plan | str:
+def plan_gear_ratio(case: StabilityCase) -> StabilityPlan | str:
     """A gear that turns ever faster than it does."""
     found = with_relations(case)
     if isinstance(found, str):
@@ -83,14 +86,14 @@ def plan_gear_ratio(case: Case) -> Plan | str:
     def problem(y: float) -> Problem:
         return case.problem(faster_joint(m, joint, y), None, duration)
 
-    axis = Axis("ratio / as given", "", RATIOS, f"{joint} turns this times as fast", 1.0)
-    return Plan(
+    axis = StabilityAxis("ratio / as given", "", RATIOS, f"{joint} turns this times as fast", 1.0)
+    return StabilityPlan(
         "gear-ratio", "timestep and gear ratio", axis, problem, usual_methods(case), steps_of(duration),
         remark=_fidelity(case),
     )  # fmt: skip
 
 
-def plan_light_parts(case: Case) -> Plan | str:
+def plan_light_parts(case: StabilityCase) -> StabilityPlan | str:
     """A gear ever lighter under the same load: the lag r = (1-d) tc^2 zeta^2 A f of its soft row."""
     found = with_relations(case)
     if isinstance(found, str):
@@ -114,8 +117,8 @@ def plan_light_parts(case: Case) -> Plan | str:
         return tuple(Theory(f"predicted lag {LAG:g}", law, x, LIGHT, (name,)) for name, x in lines.items())
 
     text = f"mass and moments of {body} times this; a constant load of {load:.3g} N m on {joint}"
-    return Plan(
-        "light-parts", "timestep and light loaded parts", Axis("inertia / as given", "", LIGHT, text, 1.0),
+    return StabilityPlan(
+        "light-parts", "timestep and light loaded parts", StabilityAxis("inertia / as given", "", LIGHT, text, 1.0),
         lambda y: case.problem(scale_mass(m, body, y), scene, duration), methods, steps_of(duration), "gap", LAG,
         10.0 * LAG, theory=theory, remark=_fidelity(case),
     )  # fmt: skip
@@ -135,7 +138,7 @@ def _step(m: Mechanism, scene: Scene, body: str, factor: float, way: Method) -> 
     return PROBE * (LAG / max([x.lag for x in lags] + [1e-300])) ** 0.5
 
 
-def _fidelity(case: Case) -> str:
+def _fidelity(case: StabilityCase) -> str:
     free = f", {case.remark}" if case.remark else ""
     return f"fidelity {case.scene.fidelity}{free}, where gears are rows; dry friction, if any, is left out"
 
@@ -154,7 +157,7 @@ def stiff_parts(mechanism: Mechanism) -> dict[str, tuple[float, str]]:
     return out | {s.name: (s.stiffness, "N m/rad") for s in mechanism.shafts if s.stiffness}
 
 
-def plan_stiffness(case: Case) -> Plan | str:
+def plan_stiffness(case: StabilityCase) -> StabilityPlan | str:
     """The map, or why there is none: nothing in the scene is stiff."""
     m, scene = case.mechanism, case.scene
     springs = stiff_parts(m)
@@ -178,18 +181,20 @@ def plan_stiffness(case: Case) -> Plan | str:
 
     named = [f"{n} {k:.3g} {u}" for n, (k, u) in springs.items()] + [f"servo of {n} {k:.3g}" for n, k in servos.items()]
     text = f"stiffness of {', '.join(named[:3])}{', ...' if len(named) > 3 else ''}, times this; damping by its root"
-    return Plan(
-        "stiffness", "timestep and stiffness", Axis("stiffness / as given", "", factors, text, 1.0), problem, methods,
+    return StabilityPlan(
+        "stiffness", "timestep and stiffness", StabilityAxis("stiffness / as given", "", factors, text, 1.0), problem, methods,
         steps_of(duration, divisions), theory=theory,
         remark="the limits of theory are those of the start pose" if m.loops else "",
     )  # fmt: skip
 
 
-def _linear(problem: Problem) -> Linear:
+def _linear(problem: Problem) -> LinearisedScene:
     return linearise(problem.mechanism, problem.scene)
 
 
-def spring_theory(values: tuple[float, ...], systems: list[Linear], methods: tuple[Method, ...]) -> tuple[Theory, ...]:
+def spring_theory(
+    values: tuple[float, ...], systems: list[LinearisedScene], methods: tuple[Method, ...]
+) -> tuple[Theory, ...]:
     """The largest stable step of every method at every value; methods with the same limits share one line."""
     lines: dict[tuple[tuple[float, ...], str], list[str]] = {}
     for m in methods:
@@ -206,7 +211,7 @@ FRICTION_FACTORS = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0)
 LONGEST = 0.3
 
 
-def plan_sticking(case: Case) -> Plan | str:
+def plan_sticking(case: StabilityCase) -> StabilityPlan | str:
     """The map, or why there is none."""
     m = case.mechanism
     rough = rough_parts(m)
@@ -222,7 +227,7 @@ def plan_sticking(case: Case) -> Plan | str:
         "MuJoCo RK4, defaults", *names, "Pinocchio RK4, friction by sign", "Pinocchio RK4, friction by tanh"
     )
     text = "dry friction of " + ", ".join(f"{n} ({f:.3g} N m or N)" for n, f in rough.items()) + " times this"
-    return Plan(
-        "sticking", "timestep and dry friction", Axis("friction / as given", "", FRICTION_FACTORS, text, 1.0), problem,
+    return StabilityPlan(
+        "sticking", "timestep and dry friction", StabilityAxis("friction / as given", "", FRICTION_FACTORS, text, 1.0), problem,
         methods, steps_of(duration),
     )  # fmt: skip

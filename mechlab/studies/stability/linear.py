@@ -23,14 +23,12 @@ from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.statics import passive_force
 from mechlab.mechanism.structure import null_space
 
-RK4_UNDAMPED, RK4_DECAY, EULER_UNDAMPED = 2.0 * 2.0**0.5, 2.785293563405282, 2.0
-"""Limits of h omega and h / tau: |1 + z + z^2/2 + z^3/6 + z^4/24| = 1 on the imaginary and on the negative real axis."""
 GROWTH = 1e-3
 STIRRED = 1e-6
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearisedScene:
     """M, and stiffness and damping (n, n) of the model and of the laws, on the n motions that the constraints allow.
     `joint_damping`: the share of the model's damping that stands in joints; `held_stiffness`, `held_damping`: the share of
     the laws that MuJoCo's own actuators do, drives that hold."""
@@ -59,7 +57,7 @@ class Linear:
         return complex(values[k].real, abs(values[k].imag))
 
 
-def linearise(mechanism: Mechanism, scene: Scene) -> Linear:
+def linearise(mechanism: Mechanism, scene: Scene) -> LinearisedScene:
     """Springs, dampers, servos and loads of a scene about its initial pose. Gravity and velocity terms are left out: they
     are not what limits a timestep. Raises as `initial_state`."""
     q, v = initial_state(mechanism, scene)
@@ -85,7 +83,7 @@ def linearise(mechanism: Mechanism, scene: Scene) -> Linear:
     def onto(matrix: Array) -> Array:
         return np.asarray(basis.T @ matrix @ basis)
 
-    return Linear(
+    return LinearisedScene(
         onto(mass), basis.T @ np.column_stack(columns_k), basis.T @ np.column_stack(columns_c), onto(joint),
         onto(law_k), onto(law_c), onto(held_k), onto(held_c),
     )  # fmt: skip
@@ -112,7 +110,7 @@ def _laws(mechanism: Mechanism, laws: Sequence[Law]) -> tuple[Array, Array]:
 StepMap = Callable[[float], Array]
 
 
-def step_map(linear: Linear, method: Method) -> StepMap | None:
+def step_map(linear: LinearisedScene, method: Method) -> StepMap | None:
     """One step of the method as a matrix of h; None for a method with error control, which chooses its own step.
 
     Damping that a method of MuJoCo treats implicitly: Euler that of joints, implicit and implicitfast all of the model,
@@ -151,7 +149,7 @@ def step_map(linear: Linear, method: Method) -> StepMap | None:
     return semi
 
 
-def largest_step(linear: Linear, method: Method) -> float:
+def largest_step(linear: LinearisedScene, method: Method) -> float:
     """The largest stable timestep [s] of a method on a linear system; infinite where none is too large (or none matters)."""
     step = step_map(linear, method)
     fastest = abs(linear.fastest)
@@ -173,7 +171,7 @@ def largest_step(linear: Linear, method: Method) -> float:
     return float("inf")
 
 
-def formula(linear: Linear, method: Method) -> str:
+def formula(linear: LinearisedScene, method: Method) -> str:
     """The boundary in words: the printed special case where the fastest mode is one."""
     mode = linear.fastest
     undamped, decay = abs(mode.imag) > 20.0 * abs(mode.real), abs(mode.real) > 20.0 * abs(mode.imag)

@@ -1,10 +1,8 @@
-"""Maps of mechanisms with loops: mass ratio, distance to a singular position, redundancy, softness of the rows.
+"""Maps of mechanisms with loops: mass ratio, redundant rows, softness of the rows, distance to a singular position.
 
-Map "singularity": timestep against the distance to a singular position, made by the length of one link of each loop.
-
-A mechanism whose drive turns fully is brought near its change point: the length at which it stops turning is found by
-bisection, and the map keeps ever less away from it. A mechanism whose own motion passes a singular position (a parallelogram)
-is made ever less perfect.
+The distance is made by the length of one link of each loop. For a mechanism whose drive turns fully, bisection finds the length
+at which it stops turning, and the map comes ever closer to it. A mechanism whose own motion passes a singular position (a
+parallelogram) gets links that differ ever less from the singular ones.
 """
 
 from __future__ import annotations
@@ -21,9 +19,9 @@ from mechlab.lab.methods import Method, Problem
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.parts import GROUND, Loop
 from mechlab.mechanism.structure import rank, structure
-from mechlab.studies.stability.data import Axis, Theory
+from mechlab.studies.stability.data import StabilityAxis, Theory
 from mechlab.studies.stability.measure import sharp_method
-from mechlab.studies.stability.plan import Case, Plan, steps_of, tuned, usual_methods
+from mechlab.studies.stability.plan import StabilityCase, StabilityPlan, steps_of, usual_methods, with_softness
 from mechlab.studies.stability.vary import link_length, scale_mass, shift_loops
 
 MASSES = (1e-4, 1e-2, 1.0, 1e1, 1e2, 1e3, 1e4)
@@ -47,7 +45,7 @@ def loop_bodies(mechanism: Mechanism, loop: Loop) -> list[str]:
     return [x for x in a if x not in b] + [x for x in reversed(b) if x not in a]
 
 
-def plan_mass_ratio(case: Case) -> Plan | str:
+def plan_mass_ratio(case: StabilityCase) -> StabilityPlan | str:
     """The part in the middle of the longest loop ever lighter and heavier; the energy that goes astray."""
     m = case.mechanism
     if not m.loops:
@@ -64,13 +62,13 @@ def plan_mass_ratio(case: Case) -> Plan | str:
         return case.problem(scale_mass(m, body, y), None, duration)
 
     text = f"mass of {body} ({m.body(body).inertia.mass:.3g} kg) times this"
-    return Plan(
-        "mass-ratio", "timestep and mass ratio", Axis("mass / as given", "", MASSES, text, 1.0), problem,
+    return StabilityPlan(
+        "mass-ratio", "timestep and mass ratio", StabilityAxis("mass / as given", "", MASSES, text, 1.0), problem,
         usual_methods(case), steps_of(duration), "energy", 1e-3, 1e-1, remark=case.remark,
     )  # fmt: skip
 
 
-def plan_redundancy(case: Case) -> Plan | str:
+def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
     """Rows that repeat each other, with more and less regularisation."""
     m = case.mechanism
     redundant = structure(m).redundant if m.loops or m.relations else ()
@@ -81,10 +79,10 @@ def plan_redundancy(case: Case) -> Plan | str:
 
     def tune(way: Method, y: float) -> Method:
         if way.engine == "mujoco":
-            return tuned(way, impedance=1.0 - y)
+            return with_softness(way, impedance=1.0 - y)
         if not _takes_mu(case):
             raise MechlabError("here Pinocchio's rows are solved by least squares: nothing to regularise")
-        return tuned(way, mu=y)
+        return with_softness(way, mu=y)
 
     def theory(shown: tuple[Method, ...]) -> tuple[Theory, ...]:
         names = tuple(w.name for w in shown if w.engine == "mujoco")
@@ -101,13 +99,13 @@ def plan_redundancy(case: Case) -> Plan | str:
         ]
     values = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 0.5)
     text = f"MuJoCo: 1 - impedance; Pinocchio: mu. Redundant: {', '.join(r.row for r in redundant[:3])}"
-    return Plan(
-        "redundancy", "timestep and regularisation", Axis("regularisation", "", values, text, 1e-4),
+    return StabilityPlan(
+        "redundancy", "timestep and regularisation", StabilityAxis("regularisation", "", values, text, 1e-4),
         lambda y: case.problem(duration=duration), case.methods(*names), steps_of(duration), tune=tune, theory=theory, remark=case.remark,
     )  # fmt: skip
 
 
-def _takes_mu(case: Case) -> bool:
+def _takes_mu(case: StabilityCase) -> bool:
     try:
         from mechlab.engines.pinocchio.trace import fits
     except ImportError:
@@ -115,7 +113,7 @@ def _takes_mu(case: Case) -> bool:
     return bool(case.mechanism.loops) and fits(case.mechanism, case.scene.laws)
 
 
-def plan_softness(case: Case) -> Plan | str:
+def plan_softness(case: StabilityCase) -> StabilityPlan | str:
     """The time constant of MuJoCo's rows against the timestep: below 2 h the engine takes 2 h (refsafe)."""
     m = case.mechanism
     if not m.loops and not m.relations:
@@ -136,10 +134,10 @@ def plan_softness(case: Case) -> Plan | str:
     chosen = tuple(w for w in case.methods(*names) if w.engine == "mujoco")
     if not chosen:
         return "softness is MuJoCo's: none of the methods asked for has it"
-    axis = Axis("time constant of the rows", "s", values, "tc of solref, impedance .9999", 0.02)
-    return Plan(
+    axis = StabilityAxis("time constant of the rows", "s", values, "tc of solref, impedance .9999", 0.02)
+    return StabilityPlan(
         "softness", "timestep and softness of the rows", axis, lambda y: case.problem(duration=duration), chosen, steps,
-        tune=lambda way, y: tuned(way, time_constant=y), theory=theory, remark=case.remark,
+        tune=lambda way, y: with_softness(way, time_constant=y), theory=theory, remark=case.remark,
     )  # fmt: skip
 
 
@@ -156,7 +154,7 @@ SAMPLES = 200
 
 
 @dataclass(frozen=True)
-class ChangePoint:
+class SingularLength:
     """`shift` [m] of the loops at which the mechanism becomes singular, how that is known, and whether its drive turns
     fully on the near side."""
 
@@ -165,7 +163,7 @@ class ChangePoint:
     turns: bool
 
 
-def plan_singular(case: Case) -> Plan | str:
+def plan_singular(case: StabilityCase) -> StabilityPlan | str:
     """The map, or why there is none."""
     m = case.mechanism
     if not m.loops:
@@ -176,7 +174,7 @@ def plan_singular(case: Case) -> Plan | str:
     if length == 0.0:
         return "its loops end at the joints of their bodies: no length can be changed"
     prefer = tuple({**case.scene.initial, **case.scene.initial_rates})
-    found: ChangePoint | str = change_point(m, prefer, length) or _on_the_way(case)
+    found: SingularLength | str = change_point(m, prefer, length) or _on_the_way(case)
     if isinstance(found, str):
         return found
     duration = min(case.scene.duration, LONGEST) * (HALF_WAY if found.turns else 1.0)
@@ -187,9 +185,9 @@ def plan_singular(case: Case) -> Plan | str:
         return case.problem(shift_loops(m, point.shift + side * y), None, duration)
 
     values = tuple(length * x for x in DISTANCES)
-    return Plan(
+    return StabilityPlan(
         "singularity", "timestep and distance to a singular position",
-        Axis("distance to the change point", "m", values, found.text), problem, usual_methods(case),
+        StabilityAxis("distance to the change point", "m", values, found.text), problem, usual_methods(case),
         steps_of(duration, DIVISIONS), remark=case.remark,
     )  # fmt: skip
 
@@ -200,7 +198,7 @@ def _first_rate(scene: Scene) -> Scene:
 
 
 @lru_cache(maxsize=16)
-def change_point(mechanism: Mechanism, prefer: tuple[str, ...], length: float) -> ChangePoint | None:
+def change_point(mechanism: Mechanism, prefer: tuple[str, ...], length: float) -> SingularLength | None:
     """The nearest change of length at which the drive no longer turns fully; None for a mechanism that does not turn."""
 
     try:
@@ -226,11 +224,11 @@ def change_point(mechanism: Mechanism, prefer: tuple[str, ...], length: float) -
                     near, far = (middle, far) if turns(middle) else (near, middle)
                 way = "longer" if far > 0 else "shorter"
                 text = f"the link that closes each loop {way} by up to {abs(near):.6g} m: there its drive stops turning"
-                return ChangePoint(near, text, True)
+                return SingularLength(near, text, True)
     return None
 
 
-def _on_the_way(case: Case) -> ChangePoint | str:
+def _on_the_way(case: StabilityCase) -> SingularLength | str:
     """The motion of the scene passes a singular position: the smallest singular value of the rows nearly vanishes."""
     m = case.mechanism
     problem = Problem(case.design, case.scene, SAMPLES)
@@ -243,7 +241,7 @@ def _on_the_way(case: Case) -> ChangePoint | str:
     least = min(_smallest(constraints.jacobian(tree.set(q)), full) for q in run.q)
     if least > SINGULAR:
         return f"no change of length that was tried stops its drive, and its motion keeps away from singular positions ({least:.2g})"
-    return ChangePoint(
+    return SingularLength(
         0.0, "links that close the loops shorter by this; as given its motion passes a singular position", False
     )
 

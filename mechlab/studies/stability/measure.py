@@ -1,4 +1,4 @@
-"""Running a plan: a reference for each row, every method at every timestep, and what became of it."""
+"""Runs a plan: a reference for each row, every method at every timestep, and the outcome of each run."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.lab.methods import METHODS, Method, Problem, method
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.stability.data import Cell, Outcome, Panel
-from mechlab.studies.stability.plan import Plan
+from mechlab.studies.stability.data import MethodPanel, RunOutcome, StabilityCell
+from mechlab.studies.stability.plan import StabilityPlan
 from mechlab.studies.stability.vary import rough_parts
 
 REFERENCE_TOLERANCE = 1e-9
@@ -33,7 +33,7 @@ SMALLEST_SPAN = 1e-3
 
 
 @dataclass(frozen=True)
-class Truth:
+class ReferenceRun:
     """A reference run: coordinates and energies at the outputs, how far each coordinate moves with those of its kind, and
     the energy that is turned over [J]."""
 
@@ -57,7 +57,7 @@ def sharp_method(problem: Problem) -> Method:
     return rigid
 
 
-def truth_of(problem: Problem, reference: str = "") -> Truth:
+def reference_run(problem: Problem, reference: str = "") -> ReferenceRun:
     """The reference run of a row. Where nothing takes or gives energy, the run must keep its own: one that does not (it
     passed a singular position) is replaced by the next best.
 
@@ -91,7 +91,7 @@ def conservative(problem: Problem) -> bool:
     return not problem.scene.laws and not any(damped) and not rough_parts(m)
 
 
-def _truth(problem: Problem, run: Trace, way: Method) -> tuple[Truth, float]:
+def _truth(problem: Problem, run: Trace, way: Method) -> tuple[ReferenceRun, float]:
     """The run as a reference, and how much energy it lost that it should have kept."""
     m = problem.mechanism
     kinetic, potential = kinetic_energy(m, run.q, run.v), potential_energy(m, run.q)
@@ -100,23 +100,23 @@ def _truth(problem: Problem, run: Trace, way: Method) -> tuple[Truth, float]:
     if conservative(problem):
         drift = float(np.max(np.abs(total - total[0]))) / turnover
         total = np.full_like(total, total[0])
-    return Truth(run.q, total[::EVERY], _spans(m, run.q), turnover, way.name), drift
+    return ReferenceRun(run.q, total[::EVERY], _spans(m, run.q), turnover, way.name), drift
 
 
 def _spans(m: Mechanism, q: Array) -> Array:
-    """(nq,) for each coordinate how far the one of its kind that moves most goes."""
+    """(nq,) for each coordinate how far the one of its kind that moves largest goes."""
     reach = np.ptp(q, axis=0)
-    most: dict[str, float] = {}
+    largest: dict[str, float] = {}
     for joint in m.joints:
-        most[joint.kind] = max(most.get(joint.kind, SMALLEST_SPAN), float(np.max(reach[m.q_slice[joint.name]])))
-    return np.array([most[j.kind] for j in m.joints for _ in range(j.nq)])
+        largest[joint.kind] = max(largest.get(joint.kind, SMALLEST_SPAN), float(np.max(reach[m.q_slice[joint.name]])))
+    return np.array([largest[j.kind] for j in m.joints for _ in range(j.nq)])
 
 
-def judge(plan: Plan, problem: Problem, truth: Truth | None, run: Trace) -> Cell:
+def outcome_of(plan: StabilityPlan, problem: Problem, truth: ReferenceRun | None, run: Trace) -> StabilityCell:
     """The outcome of a run that came back."""
     count_work(OBSERVED_POSE.of(problem.mechanism) * len(run.q) / EVERY)
     if not run.complete or not np.all(np.isfinite(run.q)) or not np.all(np.isfinite(run.v)):
-        return Cell(Outcome.BLOWN_UP, math.nan, run.reason or "the state is not finite")
+        return StabilityCell(RunOutcome.BLOWN_UP, math.nan, run.reason or "the state is not finite")
     if truth is None:
         value = _gap(problem.mechanism, run.q)
         gone = not math.isfinite(value)
@@ -128,10 +128,10 @@ def judge(plan: Plan, problem: Problem, truth: Truth | None, run: Trace) -> Cell
         gone = not (error < RUNAWAY and drift < RUNAWAY)
         value = drift if plan.measure == "energy" else error
     if gone or not math.isfinite(value):
-        return Cell(Outcome.BLOWN_UP, value, "it ran away")
+        return StabilityCell(RunOutcome.BLOWN_UP, value, "it ran away")
     if value <= plan.right:
-        return Cell(Outcome.RIGHT, value)
-    return Cell(Outcome.DRIFTING if value <= plan.wrong else Outcome.WRONG, value)
+        return StabilityCell(RunOutcome.RIGHT, value)
+    return StabilityCell(RunOutcome.DRIFTING if value <= plan.wrong else RunOutcome.WRONG, value)
 
 
 def _gap(m: Mechanism, q: Array) -> float:
@@ -140,17 +140,17 @@ def _gap(m: Mechanism, q: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Row:
+class ReadyRow:
     """A row of a plan made ready: its problem and its reference, or why there is none."""
 
     y: float
     problem: Problem | None
-    truth: Truth | None
+    truth: ReferenceRun | None
     reason: str = ""
-    outcome: Outcome = Outcome.REFUSED
+    outcome: RunOutcome = RunOutcome.REFUSED
 
 
-def rows_of(plan: Plan, seconds: float) -> list[Row]:
+def rows_of(plan: StabilityPlan, seconds: float) -> list[ReadyRow]:
     """The rows of a plan, each with its reference run; a row that cannot be had is told of, not dropped."""
     out = []
     began = work_done()
@@ -160,16 +160,18 @@ def rows_of(plan: Plan, seconds: float) -> list[Row]:
         try:
             with work_limit(left):
                 problem = plan.problem(y)
-                out.append(Row(y, problem, truth_of(problem, plan.reference) if plan.compare else None))
+                out.append(ReadyRow(y, problem, reference_run(problem, plan.reference) if plan.compare else None))
         except OutOfWork:
             late = f"its reference run takes more than {left:.2g} s of work"
-            out.append(Row(y, None, None, late, Outcome.NOT_RUN))
+            out.append(ReadyRow(y, None, None, late, RunOutcome.NOT_RUN))
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as failed:
-            out.append(Row(y, None, None, str(failed)))
+            out.append(ReadyRow(y, None, None, str(failed)))
     return out
 
 
-def panels(plan: Plan, seconds: float, progress: Callable[[str], None]) -> tuple[tuple[Panel, ...], dict[str, str]]:
+def panels(
+    plan: StabilityPlan, seconds: float, progress: Callable[[str], None]
+) -> tuple[tuple[MethodPanel, ...], dict[str, str]]:
     """All methods of a plan over its grid, coarse timesteps first, within `seconds` of work; and why methods are missing."""
     began = work_done()
     rows = rows_of(plan, seconds)
@@ -190,28 +192,28 @@ def panels(plan: Plan, seconds: float, progress: Callable[[str], None]) -> tuple
     return tuple(out), skipped
 
 
-def _panel(plan: Plan, rows: list[Row], way: Method, seconds: float) -> Panel:
+def _panel(plan: StabilityPlan, rows: list[ReadyRow], way: Method, seconds: float) -> MethodPanel:
     end = work_done() + seconds
-    cells: dict[tuple[int, int], Cell] = {}
+    cells: dict[tuple[int, int], StabilityCell] = {}
     for i in sorted(range(len(plan.steps)), key=lambda i: -plan.steps[i]):
         for k, row in enumerate(rows):
             cells[k, i] = _cell(plan, row, way, plan.steps[i], end - work_done())
-    return Panel(way.name, tuple(tuple(cells[k, i] for i in range(len(plan.steps))) for k in range(len(rows))))
+    return MethodPanel(way.name, tuple(tuple(cells[k, i] for i in range(len(plan.steps))) for k in range(len(rows))))
 
 
-def _cell(plan: Plan, row: Row, way: Method, step: float, left: float) -> Cell:
+def _cell(plan: StabilityPlan, row: ReadyRow, way: Method, step: float, left: float) -> StabilityCell:
     if row.problem is None:
-        return Cell(row.outcome, math.nan, row.reason)
+        return StabilityCell(row.outcome, math.nan, row.reason)
     if left <= 0.0:
-        return Cell(Outcome.NOT_RUN, math.nan, "the work that this method may take was done")
+        return StabilityCell(RunOutcome.NOT_RUN, math.nan, "the work that this method may take was done")
     try:
         with work_limit(left):
             run = plan.tune(way, row.y).run(row.problem, step)
-            return judge(plan, row.problem, row.truth, run)
+            return outcome_of(plan, row.problem, row.truth, run)
     except OutOfWork:
-        return Cell(Outcome.NOT_RUN, math.nan, f"stopped after {left:.3g} s of work")
+        return StabilityCell(RunOutcome.NOT_RUN, math.nan, f"stopped after {left:.3g} s of work")
     except MechlabError as refused:
-        return Cell(Outcome.REFUSED, math.nan, str(refused))
+        return StabilityCell(RunOutcome.REFUSED, math.nan, str(refused))
     except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
         # a state that ran away: Python's floats raise where numpy's become infinite
-        return Cell(Outcome.BLOWN_UP, math.nan, str(problem))
+        return StabilityCell(RunOutcome.BLOWN_UP, math.nan, str(problem))

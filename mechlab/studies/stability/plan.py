@@ -1,7 +1,4 @@
-"""A method with the softness of its constraints set by hand: what maps of softness and redundancy turn.
-
-A plan: everything that one map needs before anything is run.
-"""
+"""What one map needs before anything is run: its rows, methods and timesteps; and methods with other softness of the constraints."""
 
 from __future__ import annotations
 
@@ -16,12 +13,12 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Method, Problem, method
 from mechlab.mechanism import Mechanism
-from mechlab.studies.stability.data import Axis, Theory
+from mechlab.studies.stability.data import StabilityAxis, Theory
 from mechlab.studies.stability.vary import with_mechanism, without_ranges
 
 
 @dataclass(frozen=True)
-class Tuned(Method):
+class SoftenedMethod(Method):
     """time_constant [s] and impedance of MuJoCo's rows (0: as the method has it), `mu` of Pinocchio's (0: as it has it)."""
 
     time_constant: float = 0.0
@@ -48,10 +45,12 @@ class Tuned(Method):
         return trace(problem.mechanism, problem.scene, self.settings(value), problem.outputs, gains)
 
 
-def tuned(method: Method, time_constant: float = 0.0, impedance: float = 0.0, mu: float = 0.0) -> Tuned:
+def with_softness(
+    method: Method, time_constant: float = 0.0, impedance: float = 0.0, mu: float = 0.0
+) -> SoftenedMethod:
     """The method with these set; see `Tuned`."""
     kept = {f.name: getattr(method, f.name) for f in fields(Method)}
-    return Tuned(**kept, time_constant=time_constant, impedance=impedance, mu=mu)
+    return SoftenedMethod(**kept, time_constant=time_constant, impedance=impedance, mu=mu)
 
 
 OUTPUTS = 10
@@ -67,15 +66,15 @@ FREE = "without the servos of the scene"
 
 
 @dataclass(frozen=True)
-class Plan:
+class StabilityPlan:
     """problem(y) makes the row of y; tune(method, y) the method as it is used there. measure: "error" (of the coordinates,
     relative to how far they move), "energy" (relative to the energy turned over) or "gap" (of loops and relations, rad or
     m); `right` and `wrong`: limits of it. theory(methods, steps) -> boundaries to draw. reference: the method that
-    the others are held against ("": see `measure.sharp_method`)."""
+    gives the reference runs ("": see `measure.sharp_method`)."""
 
     kind: str
     title: str
-    y: Axis
+    y: StabilityAxis
     problem: Callable[[float], Problem]
     methods: tuple[Method, ...]
     steps: tuple[float, ...]
@@ -99,7 +98,7 @@ def steps_of(duration: float, divisions: tuple[int, ...] = DIVISIONS) -> tuple[f
 
 
 @dataclass(frozen=True)
-class Case:
+class StabilityCase:
     """A scene of a design: where the plans come from. `only`: names of methods that the user asked for."""
 
     design: Design
@@ -115,11 +114,11 @@ class Case:
     def problem(self, mechanism: Mechanism | None = None, scene: Scene | None = None, duration: float = 0.0) -> Problem:
         """The case with another mechanism, scene or duration [s]; joints have no ends of their ranges."""
         design = with_mechanism(self.design, without_ranges(mechanism or self.mechanism))
-        lived = scene or self.scene
-        return Problem(design, replace(lived, duration=duration or lived.duration), OUTPUTS)
+        used = scene or self.scene
+        return Problem(design, replace(used, duration=duration or used.duration), OUTPUTS)
 
     @property
-    def free(self) -> Case:
+    def free(self) -> StabilityCase:
         """The same start without servos and computed torques: what they limit is seen in the map of stiffness."""
         kept = tuple(law for law in self.scene.laws if law.kind not in STEERING)
         if len(kept) == len(self.scene.laws):
@@ -133,7 +132,7 @@ class Case:
         return tuple(method(n) for n in self.only or names)
 
 
-def usual_methods(case: Case) -> tuple[Method, ...]:
+def usual_methods(case: StabilityCase) -> tuple[Method, ...]:
     """What most maps show: each way to step once, the engine's defaults among them."""
     if case.mechanism.loops or case.mechanism.relations:
         return case.methods(
@@ -143,7 +142,7 @@ def usual_methods(case: Case) -> tuple[Method, ...]:
     return tree_methods(case)
 
 
-def tree_methods(case: Case) -> tuple[Method, ...]:
+def tree_methods(case: StabilityCase) -> tuple[Method, ...]:
     """The same for mechanisms without rows, and for what rows have no part in."""
     rows = "hard" if case.mechanism.loops or case.mechanism.relations else "defaults"
     names = [f"MuJoCo {i}, {rows}" for i in ("Euler", "implicitfast", "discrete", "RK4")]

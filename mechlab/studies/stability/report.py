@@ -1,32 +1,22 @@
-"""What a map says, in plain words: theory against measurement, and how far each method can be trusted.
-
-The picture of a map: one panel a method, timestep to the right, outcomes in colours that colour-blind eyes tell apart.
-
-A stability study as text and as files.
-"""
+"""A stability study as one line, as text (maps of letters, sentences), and as files."""
 
 from __future__ import annotations
 
 import json
 import math
 from pathlib import Path
-from textwrap import fill
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.files import unfinished, whole_folder, write
-from mechlab.studies.stability.data import Axis, Map, Outcome, Panel, Theory
+from mechlab.files import whole_folder, write
+from mechlab.results import line_of, save_files, text_of
+from mechlab.studies.stability.data import MethodPanel, RunOutcome, Stability, StabilityMap, Theory
+from mechlab.studies.stability.picture import draw
 
-if TYPE_CHECKING:
-    from mechlab.studies.stability.data import Map, Panel, Stability
-
-BLOWN = frozenset({Outcome.BLOWN_UP})
-BAD = frozenset({Outcome.BLOWN_UP, Outcome.WRONG, Outcome.DRIFTING, Outcome.REFUSED})
+BLOWN = frozenset({RunOutcome.BLOWN_UP})
+BAD = frozenset({RunOutcome.BLOWN_UP, RunOutcome.WRONG, RunOutcome.DRIFTING, RunOutcome.REFUSED})
 
 
-def sentences(made: Map, remark: str = "") -> tuple[str, ...]:
+def sentences(made: StabilityMap, remark: str = "") -> tuple[str, ...]:
     """Theory against measurement first where there is theory, then each method in one sentence."""
     row = nominal_row(made)
     out = []
@@ -38,7 +28,7 @@ def sentences(made: Map, remark: str = "") -> tuple[str, ...]:
     return tuple(out)
 
 
-def nominal_row(made: Map) -> int:
+def nominal_row(made: StabilityMap) -> int:
     """The row nearest the mechanism as given; the last where it has none."""
     if made.y.nominal is None:
         return len(made.y.values) - 1
@@ -46,7 +36,7 @@ def nominal_row(made: Map) -> int:
     return min(range(len(made.y.values)), key=lambda k: abs(made.y.values[k] - nominal))
 
 
-def _boundary(made: Map, theory: Theory, name: str, row: int) -> str:
+def _boundary(made: StabilityMap, theory: Theory, name: str, row: int) -> str:
     panel = made.panel(name)
     good, bad = panel.limit(row, made.x.values, BLOWN)
     limit = theory.x[row]
@@ -62,13 +52,13 @@ def _boundary(made: Map, theory: Theory, name: str, row: int) -> str:
     return f"{name} blows up above {theory.formula} = {_s(limit)} as given; measured {where}."
 
 
-def _summary(made: Map, panel: Panel, row: int) -> str:
+def _summary(made: StabilityMap, panel: MethodPanel, row: int) -> str:
     """How far a method is right, along the row as given and at both ends."""
-    run = [c for r in panel.cells for c in r if c.outcome not in (Outcome.NOT_RUN, Outcome.REFUSED)]
+    run = [c for r in panel.cells for c in r if c.outcome not in (RunOutcome.NOT_RUN, RunOutcome.REFUSED)]
     if not run:
         return f"{panel.method}: nothing could be run ({_reason(panel)})."
-    right = sum(c.outcome is Outcome.RIGHT for c in run)
-    blown = sum(c.outcome is Outcome.BLOWN_UP for c in run)
+    right = sum(c.outcome is RunOutcome.RIGHT for c in run)
+    blown = sum(c.outcome is RunOutcome.BLOWN_UP for c in run)
     if right == len(run):
         return f"{panel.method} is right in all {right} runs."
     if right == 0:
@@ -80,12 +70,12 @@ def _summary(made: Map, panel: Panel, row: int) -> str:
     return f"{panel.method} is right in {right} of {len(run)} runs and blown up in {blown}: up to {limits}."
 
 
-def _reason(panel: Panel) -> str:
+def _reason(panel: MethodPanel) -> str:
     reasons = [c.reason for r in panel.cells for c in r if c.reason]
     return reasons[0] if reasons else "no reason given"
 
 
-def _y(made: Map, row: int) -> str:
+def _y(made: StabilityMap, row: int) -> str:
     unit = f" {made.y.unit}" if made.y.unit else ""
     return f"{made.y.values[row]:.3g}{unit}"
 
@@ -99,134 +89,19 @@ def _s(h: float) -> str:
     return f"{1e3 * h:.3g} ms"
 
 
-LOOKS: dict[Outcome, tuple[str, str]] = {
-    Outcome.RIGHT: ("#2c7fb8", ""),
-    Outcome.DRIFTING: ("#a6d5e8", ""),
-    Outcome.WRONG: ("#fdb863", "."),
-    Outcome.BLOWN_UP: ("#7f2704", "x"),
-    Outcome.REFUSED: ("#d9d9d9", "-"),
-    Outcome.NOT_RUN: ("#ffffff", ""),
-}
-"""Colour (blue to orange to dark brown: told apart without red and green, and by lightness) and mark."""
-COLUMNS = 3
-
-
-def draw(found: Stability, made: Map, path: Path) -> Path:
-    """Write the picture of one map; the suffix of the path says whether PNG or SVG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    count = max(1, len(made.panels))
-    columns = min(COLUMNS, count)
-    rows = math.ceil(count / columns)
-    width, height = 4.1 * columns + 0.9, 3.15 * rows + 2.3
-    figure = Figure(figsize=(width, height), dpi=120, facecolor="white")
-    FigureCanvasAgg(figure)
-    left, bottom = 0.85 / width, 1.25 / height
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True, gridspec_kw={
-        "left": left, "right": 1.0 - 0.2 / width, "bottom": bottom, "top": 1.0 - 1.35 / height, "wspace": 0.08, "hspace": 0.24,
-    })  # fmt: skip
-    for k, axes in enumerate(grid.flat):
-        if k >= len(made.panels):
-            axes.set_visible(False)
-            continue
-        _panel(axes, made, made.panels[k])
-        if k + columns >= len(made.panels):
-            axes.set_xlabel("timestep, ms", fontsize=9.5)
-            axes.tick_params(labelbottom=True)
-        if k % columns == 0:
-            unit = f", {made.y.unit}" if made.y.unit else ""
-            axes.set_ylabel(f"{made.y.name}{unit}", fontsize=9.5)
-    _words(figure, found, made, left, height)
-    _legend(figure, made, left, height)
-    with unfinished(path) as temporary:
-        figure.savefig(temporary)
-    return path
-
-
-def edges(axis: Axis) -> np.ndarray:
-    """(n + 1,) borders of the cells, halfway between the values on the scale of the axis."""
-    values = np.log(axis.values) if axis.log else np.array(axis.values)
-    middle = 0.5 * (values[1:] + values[:-1])
-    out = np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
-    return np.asarray(np.exp(out) if axis.log else out)
-
-
-def _panel(axes: Any, made: Map, panel: Panel) -> None:
-    from matplotlib.colors import ListedColormap
-
-    order = list(LOOKS)
-    codes = np.array([[order.index(c.outcome) for c in row] for row in panel.cells])
-    x, y = 1e3 * edges(made.x), edges(made.y)
-    axes.pcolormesh(x, y, codes, cmap=ListedColormap([LOOKS[o][0] for o in order]), vmin=-0.5, vmax=len(order) - 0.5,
-                    edgecolors="white", linewidth=0.6)  # fmt: skip
-    axes.set_xscale("log" if made.x.log else "linear")
-    axes.set_yscale("log" if made.y.log else "linear")
-    for outcome, (_, mark) in LOOKS.items():
-        if mark:
-            where = [(1e3 * h, v) for v, row in zip(made.y.values, panel.cells, strict=True)
-                     for h, c in zip(made.x.values, row, strict=True) if c.outcome is outcome]  # fmt: skip
-            color = "#f5c9a8" if outcome is Outcome.BLOWN_UP else "#7a5a2b" if outcome is Outcome.WRONG else "#777777"
-            shape = "_" if mark == "-" else mark
-            axes.plot([p[0] for p in where], [p[1] for p in where], shape, color=color, ms=3.2, mew=0.8)
-    _theory(axes, made, panel, x, y)
-    axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(y[0], y[-1])
-    axes.set_title(panel.method, fontsize=10, loc="left", weight="bold")
-    axes.tick_params(labelsize=8.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-
-
-def _theory(axes: Any, made: Map, panel: Panel, x: np.ndarray, y: np.ndarray) -> None:
-    """Boundaries of theory, each with its formula beside it; a line outside the panel is told of in words."""
-    from matplotlib.patheffects import withStroke
-
-    outline = [withStroke(linewidth=3.0, foreground="white")]
-    for line in (t for t in made.theory if panel.method in t.methods):
-        h = 1e3 * np.array(line.x)
-        axes.plot(h, line.y, color="#111111", lw=1.8, zorder=4, path_effects=outline)
-        seen = (h > x[0]) & (h < x[-1]) & (np.array(line.y) >= y[0]) & (np.array(line.y) <= y[-1])
-        inside = bool(np.any(seen)) or bool(np.ptp(line.x) > 0 and min(h) < x[-1] and max(h) > x[0])
-        label = f"theory: {line.formula}" if inside else f"theory: {line.formula}, outside"
-        axes.text(0.03, 0.05, label, transform=axes.transAxes, fontsize=8.3, color="#111111", zorder=6,
-                  bbox={"facecolor": "white", "alpha": 0.88, "edgecolor": "none", "pad": 1.8})  # fmt: skip
-
-
-def _words(figure: Any, found: Stability, made: Map, left: float, height: float) -> None:
-    figure.text(left, 1.0 - 0.36 / height, f"{found.title}: {made.title}", fontsize=14, weight="bold")
-    about = f"Rows: {made.y.text}. Scene {found.scene}, {made.duration:.3g} s simulated, fidelity {made.fidelity}."
-    wide = int(figure.get_figwidth() * 12.5)
-    figure.text(left, 1.0 - 0.48 / height, fill(about, wide), fontsize=9, color="#444444", va="top", linespacing=1.25)
-    engines = ", ".join(f"{n} {found.versions[n]}" for n in ("mujoco", "pin") if n in found.versions)
-    figure.text(left, 0.1 / height, engines, fontsize=7.5, color="#777777")
-
-
-def _legend(figure: Any, made: Map, left: float, height: float) -> None:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    present = {c.outcome for p in made.panels for row in p.cells for c in row}
-    words = {
-        Outcome.RIGHT: f"stable and right (up to {made.right:g})", Outcome.DRIFTING: f"drifting (up to {made.wrong:g})",
-        Outcome.WRONG: "wrong", Outcome.BLOWN_UP: "blown up", Outcome.REFUSED: "refused", Outcome.NOT_RUN: "not run",
-    }  # fmt: skip
-    marks: list[Any] = [
-        Patch(facecolor=LOOKS[o][0], edgecolor="#999999", label=words[o]) for o in LOOKS if o in present
-    ]
-    if made.theory:
-        marks.append(Line2D([], [], color="#111111", lw=1.8, label="boundary of theory"))
-    figure.legend(handles=marks, loc="lower left", bbox_to_anchor=(left, 0.27 / height), ncol=4, fontsize=8.5, frameon=False,
-                  title=f"{made.value_name}:", title_fontsize=8.5, alignment="left", borderaxespad=0.0)  # fmt: skip
-
-
 LETTERS = {
-    Outcome.RIGHT: "o", Outcome.DRIFTING: "~", Outcome.WRONG: "w", Outcome.BLOWN_UP: "X", Outcome.REFUSED: "-",
-    Outcome.NOT_RUN: ".",
+    RunOutcome.RIGHT: "o", RunOutcome.DRIFTING: "~", RunOutcome.WRONG: "w", RunOutcome.BLOWN_UP: "X", RunOutcome.REFUSED: "-",
+    RunOutcome.NOT_RUN: ".",
 }  # fmt: skip
 
 
-def text(found: Stability) -> str:
+@line_of.register
+def _(found: Stability) -> str:
+    return f"Stability of {found.name}, scene {found.scene}: {', '.join(m.kind for m in found.maps) or 'no map'}"
+
+
+@text_of.register
+def _(found: Stability) -> str:
     """Every map as rows of letters, and what follows from it."""
     legend = ", ".join(f"{letter} {o.value}" for o, letter in LETTERS.items())
     lines = [f"{found.name}, scene {found.scene}: where methods fail", f"what acts: {found.acts}", legend]
@@ -237,7 +112,7 @@ def text(found: Stability) -> str:
     return "\n".join(lines)
 
 
-def _map(made: Map) -> list[str]:
+def _map(made: StabilityMap) -> list[str]:
     steps = made.x.values
     unit = f" [{made.y.unit}]" if made.y.unit else ""
     head = f"{made.kind}: timestep {1e3 * steps[0]:.3g} to {1e3 * steps[-1]:.3g} ms (left to right), {made.duration:.3g} s simulated"
@@ -254,19 +129,18 @@ def _map(made: Map) -> list[str]:
     return lines + [f"  {s}" for s in made.sentences]
 
 
-def save(found: Stability, folder: str | Path) -> dict[str, Path]:
+@save_files.register
+def _(found: Stability, folder: Path) -> dict[str, Path]:
     """Write stability_NAME.json and stability_NAME_KIND.png for each map into a folder.
 
     Raises MechlabError for a path that is a file.
     """
-
-    target = Path(folder)
-    if target.suffix or target.is_file():
-        raise MechlabError(f"stability: -o takes a folder, got {target}; it gets a .json and a .png for each map.")
+    if folder.suffix or folder.is_file():
+        raise MechlabError(f"stability: -o takes a folder, got {folder}; it gets a .json and a .png for each map.")
     names = {"json": f"stability_{found.name}.json"}
     names |= {made.kind: f"stability_{found.name}_{made.kind}.png" for made in found.maps}
-    with whole_folder(target) as stage:
+    with whole_folder(folder) as stage:
         write(stage / names["json"], json.dumps(found.to_dict(), indent=1, allow_nan=False))
         for made in found.maps:
             draw(found, made, stage / names[made.kind])
-    return {kind: target / name for kind, name in names.items()}
+    return {kind: folder / name for kind, name in names.items()}

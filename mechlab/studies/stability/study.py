@@ -1,28 +1,146 @@
-"""Which maps a mechanism gets, and making them within a budget of counted work."""
+"""Stability maps of a mechanism: timestep against what may make a method fail, by measurement, within a budget of counted work.
+
+`KINDS` are the maps that the structure of a mechanism calls for; a range of a parameter, mass, stiffness or friction adds one.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+
+import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import what_acts
+from mechlab.experiment.laws import Servo
 from mechlab.integrate import work_done
 from mechlab.lab.design import Design
+from mechlab.lab.design import design as make_design
 from mechlab.lab.fidelity.choose import chosen_scene
-from mechlab.lab.methods import METHODS
+from mechlab.lab.methods import METHODS, Problem
 from mechlab.lab.run import versions
-from mechlab.studies.stability.data import Axis, Map, Stability
-from mechlab.studies.stability.gears import plan_gear_ratio, plan_light_parts, plan_sticking, plan_stiffness
+from mechlab.studies.named import SINGLE_NUMBERS, parameter_infos, parameter_values
+from mechlab.studies.stability.data import Stability, StabilityAxis, StabilityMap
+from mechlab.studies.stability.gears import (
+    plan_gear_ratio,
+    plan_light_parts,
+    plan_sticking,
+    plan_stiffness,
+    stiff_parts,
+)
 from mechlab.studies.stability.loops import plan_mass_ratio, plan_redundancy, plan_singular, plan_softness
 from mechlab.studies.stability.measure import panels
-from mechlab.studies.stability.plan import Case, Plan
-from mechlab.studies.stability.ranges import plan_range
+from mechlab.studies.stability.plan import LONGEST, OUTPUTS, StabilityCase, StabilityPlan, steps_of, usual_methods
 from mechlab.studies.stability.report import sentences
-from mechlab.values import Range
+from mechlab.studies.stability.vary import (
+    rough_parts,
+    scale_friction,
+    scale_mass,
+    scale_servos,
+    scale_springs,
+    with_mechanism,
+    without_ranges,
+)
+from mechlab.values import Range, in_unit
 
-KINDS: dict[str, Callable[[Case], Plan | str]] = {
+FEWEST, MOST, USUAL = 2, 40, 7
+LOG_FROM = 100.0
+"""A range that spans more than this is spaced evenly in its logarithm."""
+
+
+def spaced(key: str, given: Range) -> tuple[float, ...]:
+    """The values of a range, ends included, ascending: in the logarithm where it spans more than two decades.
+
+    Raises MechlabError for an empty range or too many values.
+    """
+    count = USUAL if given.count is None else given.count
+    if not FEWEST <= count <= MOST:
+        raise MechlabError(f"{key}={given}: expected {FEWEST} to {MOST} values, got {count}.")
+    low, high = sorted((float(given.low), float(given.high)))
+    if low == high:
+        raise MechlabError(f"{key}={given}: the range is empty; write {key}=low:high or {key}=low:high:count.")
+    if low > 0 and high > LOG_FROM * low:
+        inner = np.geomspace(low, high, count)
+        return (low, *(float(x) for x in inner[1:-1]), high)
+    return (low, *(float(x) for x in np.linspace(low, high, count)[1:-1]), high)
+
+
+def plan_range(case: StabilityCase, key: str, given: Range) -> StabilityPlan:
+    """The map of a range. Raises MechlabError for a key that names nothing, listing what can be varied."""
+    infos = parameter_infos(case.design)
+    values = spaced(key, given)
+    duration = min(case.scene.duration, LONGEST)
+    if key in infos and infos[key].kind in SINGLE_NUMBERS:
+        info = infos[key]
+        in_unit(key, given, info.unit)
+
+        def problem(y: float) -> Problem:
+            given_values = {k: v for k, v in case.design.given.items() if k in infos}
+            made = make_design(case.design.entry, {**parameter_values(case.design), **given_values, key: y})
+            scene = made.scene(case.scene.name, case.scene.fidelity, duration)
+            open_ended = without_ranges(made.mechanism(scene.fidelity))
+            return Problem(with_mechanism(made, open_ended), scene, OUTPUTS)
+
+        nominal = getattr(case.design.parameters, key)
+        axis = StabilityAxis(key, info.unit, values, info.text, None if nominal is None else float(nominal))
+    else:
+        parts = _parts(case, duration)
+        if key not in parts:
+            raise unknown(
+                f"{case.design.name}: quantity to vary",
+                key,
+                [*(n for n, i in infos.items() if i.kind in SINGLE_NUMBERS), *parts],
+            )
+        start, unit, text, scaled = parts[key]
+        in_unit(key, given, *unit.split(" or "))
+        axis = StabilityAxis(key, unit, values, text, start)
+
+        def problem(y: float) -> Problem:
+            return scaled(y / start)
+
+    return StabilityPlan(key, f"timestep and {key}", axis, problem, usual_methods(case), steps_of(duration))
+
+
+Part = tuple[float, str, str, Callable[[float], Problem]]
+
+
+def _parts(case: StabilityCase, duration: float) -> dict[str, Part]:
+    """BODY_mass, X_stiffness, friction: what it is now, its unit, in words, and the problem with it times a factor."""
+    m, scene = case.mechanism, case.scene
+
+    def mass(name: str, factor: float) -> Problem:
+        return case.problem(scale_mass(m, name, factor), None, duration)
+
+    def spring(name: str, factor: float) -> Problem:
+        return case.problem(scale_springs(m, factor, (name,)), None, duration)
+
+    def servo(law: Servo, factor: float) -> Problem:
+        scaled = scale_servos(replace(scene, laws=(law,)), factor).laws
+        others = tuple(w for w in scene.laws if w is not law)
+        return case.problem(m, replace(scene, laws=(*others, *scaled)), duration)
+
+    def friction(factor: float) -> Problem:
+        return case.problem(scale_friction(m, factor), None, duration)
+
+    out: dict[str, Part] = {}
+    for body in m.bodies:
+        if body.inertia.mass > 0:
+            text = f"mass of {body.name}, moments in proportion"
+            out[f"{body.name}_mass"] = (body.inertia.mass, "kg", text, partial(mass, body.name))
+    for name, (k, unit) in stiff_parts(m).items():
+        out[f"{name}_stiffness"] = (k, unit, f"stiffness of {name}, damping by its root", partial(spring, name))
+    for law in scene.laws:
+        if isinstance(law, Servo) and law.stiffness:
+            text = f"gain of the servo of {law.on}, damping by its root"
+            out[f"{law.on}_stiffness"] = (law.stiffness, "N m/rad or N/m", text, partial(servo, law))
+    if rough_parts(m):
+        out["friction"] = (1.0, "", "dry friction of all, times this", friction)
+    return out
+
+
+KINDS: dict[str, Callable[[StabilityCase], StabilityPlan | str]] = {
     "stiffness": plan_stiffness,
     "mass-ratio": plan_mass_ratio,
     "singularity": plan_singular,
@@ -59,20 +177,20 @@ def study(
     """
     if not budget > 0:
         raise MechlabError(f"budget: expected seconds of work > 0, got {budget!r}.")
-    lived = design.for_scene(scene)
-    made = chosen_scene(lived, scene, fidelity)
-    lived.mechanism(made.fidelity)
-    case = Case(lived, made, chosen_methods(methods))
+    chosen = design.for_scene(scene)
+    made = chosen_scene(chosen, scene, fidelity)
+    chosen.mechanism(made.fidelity)
+    case = StabilityCase(chosen, made, chosen_methods(methods))
     for kind in kinds:
         if kind not in KINDS:
             raise unknown("map", kind, KINDS)
     began, first = time.process_time(), work_done()
-    plans: list[Plan] = [plan_range(case, key, given) for key, given in (ranges or {}).items()]
+    plans: list[StabilityPlan] = [plan_range(case, key, given) for key, given in (ranges or {}).items()]
     without: dict[str, str] = {}
     for kind in kinds or (() if plans else tuple(KINDS)):
         progress(f"{kind}: which")
         found = KINDS[kind](case)
-        if isinstance(found, Plan):
+        if isinstance(found, StabilityPlan):
             plans.append(found)
         elif kind in kinds:
             raise MechlabError(f"{design.name}: no map {kind!r}: {found}.")
@@ -89,19 +207,19 @@ def study(
     )  # fmt: skip
 
 
-def make_map(plan: Plan, seconds: float, progress: Callable[[str], None] = lambda line: None) -> Map:
+def make_map(plan: StabilityPlan, seconds: float, progress: Callable[[str], None] = lambda line: None) -> StabilityMap:
     """Run a plan within `seconds` of work."""
     shown, skipped = panels(plan, seconds, progress)
     able = tuple(m for m in plan.methods if m.name in {p.method for p in shown})
     theory = plan.theory(able)
-    x = Axis("timestep", "s", plan.steps)
+    x = StabilityAxis("timestep", "s", plan.steps)
     first = plan.problem(plan.y.nominal if plan.y.nominal in plan.y.values else plan.y.values[-1])
     names = {
         "error": "error / how far it moves",
         "energy": "energy astray / energy turned over",
         "gap": "open rows, rad or m",
     }
-    made = Map(
+    made = StabilityMap(
         plan.kind, plan.title, x, plan.y, shown, theory, names[plan.measure], plan.right, plan.wrong,
         first.scene.fidelity, first.scene.duration, (), skipped,
     )  # fmt: skip

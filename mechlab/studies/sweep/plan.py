@@ -1,4 +1,4 @@
-"""From keys and words to a request: which key is an axis, which question or run it means, what the quantities are."""
+"""From keys and words to a request: which keys are axes, which question or run they mean, which quantities are computed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,33 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.parameters import checked, describe, entry_units
+from mechlab.experiment.parameters import checked, entry_units
 from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
 from mechlab.lab.design import Design, design
 from mechlab.lab.run import versions
-from mechlab.studies.sweep import by_rollout
-from mechlab.studies.sweep.by_run import DIFFERENCE, question_of
-from mechlab.studies.sweep.probe import a_mechanism, answers_of, corners, known_initial_keys
-from mechlab.studies.sweep.quantities import distinct, quantities_of_runs, split_words
-from mechlab.studies.sweep.request import ANSWERS, CLOSED_FORM, ROLLOUT, RUNS, Axis, Quantity, Request, block_size
+from mechlab.studies.named import parameter_infos
+from mechlab.studies.sweep.evaluate import DIFFERENCE, question_of
+from mechlab.studies.sweep.quantities import (
+    a_mechanism,
+    answers_of,
+    corners,
+    distinct,
+    known_initial_keys,
+    quantities_of_runs,
+    split_words,
+)
+from mechlab.studies.sweep.request import (
+    ANSWERS,
+    CLOSED_FORM,
+    ROLLOUT,
+    RUNS,
+    SweepAxis,
+    SweepQuantity,
+    SweepRequest,
+    block_size,
+)
+from mechlab.studies.sweep.rollout import why_not
 from mechlab.values import Quantity as Written
 from mechlab.values import Range, has_unit
 
@@ -37,7 +54,7 @@ def plan(
     identity: str,
     witness: str | None = None,
     **run: Any,
-) -> Request:
+) -> SweepRequest:
     """The request that keys and quantities make. run: scene, engine, fidelity, duration, timestep.
 
     A range or a list is an axis (for a parameter that is itself a list: a fixed value). Raises MechlabError for unknown
@@ -45,15 +62,15 @@ def plan(
     """
     _refuse_too_many(base.name, values)
     parameters, rest = parameters_and_rest(base.entry.parameters, values)
-    infos = {i.name: i for i in describe(base.entry.parameters)}
-    axes: list[Axis] = []
+    infos = parameter_infos(base)
+    axes: list[SweepAxis] = []
     fixed: dict[str, Any] = {}
     for key, value in parameters.items():
         points = None if infos[key].kind in ("numbers", "integers") else _points(key, value)
         if points is None:
             fixed[key] = value
         else:
-            axes.append(Axis(key, points, "parameter", infos[key].unit, infos[key].text))
+            axes.append(SweepAxis(key, points, "parameter", infos[key].unit, infos[key].text))
     chosen = design(base.entry, dict(base.given) | fixed)
     mechanism_keys = known_initial_keys(chosen, axes) if rest else set()
     role = "initial" if set(rest) & mechanism_keys else "given"
@@ -65,7 +82,7 @@ def plan(
         else:
             if any(isinstance(x, str) for x in points):
                 raise MechlabError(f"{key}: expected numbers, got {', '.join(map(str, points))}.")
-            axes.append(Axis(key, tuple(float(x) for x in points), role, _unit(points)))
+            axes.append(SweepAxis(key, tuple(float(x) for x in points), role, _unit(points)))
     order = [k for k in values if any(a.key == k for a in axes)]
     axes.sort(key=lambda a: order.index(a.key))
     if not axes:
@@ -74,7 +91,7 @@ def plan(
             "or say --portrait KIND for a phase portrait."
         )
     count = math.prod(len(a.values) for a in axes)
-    draft = Request(
+    draft = SweepRequest(
         load, source, identity, base.name, tuple(axes), (), RUNS, 1, dict(base.given) | parameters_fixed(fixed, chosen), given,
         versions=versions(), **run,
     )  # fmt: skip
@@ -83,7 +100,7 @@ def plan(
     question = None if role == "initial" else _question(chosen, axes, rest, given)
     draft = replace(draft, axes=tuple(_with_unit(a, question, chosen, axes) for a in axes))
     starts = [f"{k}_0 instead of {k}" for k in sorted(rest) if f"{k}_0" in mechanism_keys]
-    request = _asked(draft, chosen, question, quantities, witness, bool(rest) and role == "given", starts)
+    request = _with_quantities(draft, chosen, question, quantities, witness, bool(rest) and role == "given", starts)
     _refuse_idle(request, sorted(rest), starts)
     if count * len(request.quantities) > MOST_NUMBERS:
         raise _too_many(base.name, count, len(request.quantities))
@@ -133,7 +150,7 @@ def _number(key: str, value: Any) -> float:
     return number
 
 
-def _checked(chosen: Design, axes: Sequence[Axis], rest: Mapping[str, Any]) -> dict[str, Any]:
+def _checked(chosen: Design, axes: Sequence[SweepAxis], rest: Mapping[str, Any]) -> dict[str, Any]:
     """The keys that are no parameters; raises MechlabError for a unit that does not fit its key."""
     if not any(has_unit(v) or isinstance(v, str) for v in rest.values()):
         return dict(rest)
@@ -145,7 +162,7 @@ def _unit(points: Sequence[Any]) -> str:
     return next((u for x in points if (u := getattr(x, "unit", ""))), "")
 
 
-def _with_unit(axis: Axis, question: Question | None, chosen: Design, axes: Sequence[Axis]) -> Axis:
+def _with_unit(axis: SweepAxis, question: Question | None, chosen: Design, axes: Sequence[SweepAxis]) -> SweepAxis:
     """An axis of givens or initial values with the unit that the question or the joint has."""
     if axis.unit or axis.role == "parameter":
         return axis
@@ -166,7 +183,7 @@ def _with_unit(axis: Axis, question: Question | None, chosen: Design, axes: Sequ
 
 
 def _question(
-    chosen: Design, axes: Sequence[Axis], rest: Mapping[str, Any], given: Mapping[str, Any]
+    chosen: Design, axes: Sequence[SweepAxis], rest: Mapping[str, Any], given: Mapping[str, Any]
 ) -> Question | None:
     """The question of the given keys; with none, the one that needs none. Raises MechlabError for keys that make none."""
     first = dict(given) | {a.key: float(a.values[0]) for a in axes if a.role == "given"}
@@ -182,43 +199,47 @@ def _question(
     return next((q for q in chosen.entry.questions if not q.given), None)
 
 
-def _asked(
-    draft: Request,
+def _with_quantities(
+    draft: SweepRequest,
     chosen: Design,
     question: Question | None,
     quantities: Sequence[str],
     witness: str | None,
     answers_only: bool,
     starts: Sequence[str],
-) -> Request:
+) -> SweepRequest:
     """The request with its quantities, and with how it is computed."""
     words = [w.strip() for q in quantities for w in split_words(str(q)) if w.strip()]
     by_witness = _witness(question, witness, chosen) if question is not None else ""
-    said, left_open = answers_of(draft, chosen, question, by_witness) if question is not None else ({}, ())
-    if answers_only or (words and question is not None and all(w in said or w == DIFFERENCE for w in words)):
+    answers, left_open = answers_of(draft, chosen, question, by_witness) if question is not None else ({}, ())
+    if answers_only or (words and question is not None and all(w in answers or w == DIFFERENCE for w in words)):
         assert question is not None
         if DIFFERENCE in words:
-            said[DIFFERENCE] = ""
+            answers[DIFFERENCE] = ""
         for word in words:
             for loose in (x for x in left_open if word in x.quantities):
                 raise MechlabError(f"{chosen.name}: {word} is open: {loose.sentence}.")
-            if word not in said:
-                strange = unknown(f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*said, DIFFERENCE})
+            if word not in answers:
+                strange = unknown(
+                    f"{chosen.name}: {question.name}: answer of {by_witness}", word, {*answers, DIFFERENCE}
+                )
                 runs = f" Channels, findings and trusted are of runs: give {', '.join(starts)}." if starts else ""
                 raise MechlabError(f"{strange}{runs}")
-        asked = tuple(Quantity(w, "answer", w, unit=said[w]) for w in dict.fromkeys(words or said))
-        if not asked:
+        chosen_quantities = tuple(
+            SweepQuantity(w, "answer", w, unit=answers[w]) for w in dict.fromkeys(words or answers)
+        )
+        if not chosen_quantities:
             raise MechlabError(
                 f"{chosen.name}: where {_words(draft)} is given nothing is left that {by_witness} answers with a number."
             )
         method = CLOSED_FORM if by_witness == "analytic" and DIFFERENCE not in words else ANSWERS
-        return replace(draft, quantities=distinct(asked, draft.axes), method=method, witness=by_witness)
+        return replace(draft, quantities=distinct(chosen_quantities, draft.axes), method=method, witness=by_witness)
     if witness is not None:
         raise MechlabError(f"{chosen.name}: --witness is for answers to a question; a simulation has --engine.")
     request = replace(draft, quantities=distinct(quantities_of_runs(draft, chosen, words), draft.axes))
     for one in corners(chosen, draft.axes):
         try:
-            reason = by_rollout.why_not(request, one)
+            reason = why_not(request, one)
         except MechlabError:
             continue
         return request if reason else replace(request, method=ROLLOUT)
@@ -229,7 +250,7 @@ OF_RUNS = ("scene", "engine", "fidelity", "duration", "timestep")
 """Options that only a simulation looks at."""
 
 
-def _refuse_idle(request: Request, rest: Sequence[str], starts: Sequence[str]) -> None:
+def _refuse_idle(request: SweepRequest, rest: Sequence[str], starts: Sequence[str]) -> None:
     """Raises MechlabError, naming them, for options of runs in a sweep that runs nothing. starts: keys that would start runs."""
     asks = request.method in (ANSWERS, CLOSED_FORM)
     if not asks and not all(q.of_check for q in request.quantities):
@@ -245,7 +266,7 @@ def _refuse_idle(request: Request, rest: Sequence[str], starts: Sequence[str]) -
     )
 
 
-def _words(draft: Request) -> str:
+def _words(draft: SweepRequest) -> str:
     return ", ".join([*draft.given, *(a.key for a in draft.axes)])
 
 

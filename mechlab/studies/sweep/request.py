@@ -1,6 +1,6 @@
-"""What a block gives: numbers, how each point went, and sentences for those that went wrong.
+"""A sweep as data: axes, quantities, fixed values and the way to compute it, in one picklable object with a fingerprint.
 
-What a sweep asks: axes, quantities, what stays fixed, how it is computed. One picklable object, and its fingerprint.
+A block is the unit of work: a range of points, with their numbers, how each of them went, and why some have no number.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LONGEST = 300
 
 
 @dataclass
-class Block:
+class SweepBlock:
     """values (m, quantities), NaN where there is none; outcomes (m,); reasons: point in the block -> sentence."""
 
     values: Array
@@ -35,7 +35,7 @@ class Block:
     reasons: dict[int, str]
 
     @classmethod
-    def empty(cls, points: int, quantities: int) -> Block:
+    def empty(cls, points: int, quantities: int) -> SweepBlock:
         """All gaps without reason."""
         return cls(np.full((points, quantities), np.nan), np.zeros(points, dtype=np.int8), {})
 
@@ -73,7 +73,7 @@ FEWEST_BLOCKS = 64
 
 
 @dataclass(frozen=True)
-class Axis:
+class SweepAxis:
     """One key and its values. role: "parameter", "given" (a quantity of the question) or "initial" (X_0, X_rate_0, X_force)."""
 
     key: str
@@ -94,7 +94,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class SweepQuantity:
     """One number to find at every point. `label` names it in the dataset; kind: "answer", "channel", "difference" or "passed"
     (of the check `name`), "finding" (of the health record) or "trusted"; `reduce`: what is made of a channel."""
 
@@ -116,7 +116,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Request:
+class SweepRequest:
     """A sweep, complete: every scheduler computes the same blocks of it, in any order.
 
     load(source) gives the design without changes; both must be picklable to leave this process. identity: what the source
@@ -128,8 +128,8 @@ class Request:
     source: Any
     identity: str
     name: str
-    axes: tuple[Axis, ...]
-    quantities: tuple[Quantity, ...]
+    axes: tuple[SweepAxis, ...]
+    quantities: tuple[SweepQuantity, ...]
     method: str
     block: int
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -143,7 +143,7 @@ class Request:
     versions: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
-    def work(self) -> tuple[Axis, ...]:
+    def work(self) -> tuple[SweepAxis, ...]:
         """The axes in the order of work, the last one fastest."""
         return tuple(sorted(self.axes, key=lambda a: a.role != "parameter"))
 
@@ -210,3 +210,21 @@ def _plain(value: Any) -> Any:
     if isinstance(value, bool | str) or value is None:
         return value
     return float(value)
+
+
+def reduced(how: str, t: Array, values: Array) -> float:
+    """final, max, min, mean or rms (over time, by the trapezoidal rule) of a channel (n,) at times t (n,)."""
+    x = np.asarray(values, dtype=float)
+    if how == "final":
+        return float(x[-1])
+    if how in ("max", "min"):
+        return float(np.max(x) if how == "max" else np.min(x))
+    span = float(t[-1] - t[0])
+    if not span > 0.0:
+        raise MechlabError(f"a {how} over time needs a run that lasts.")
+    if how == "mean":
+        return float(np.trapezoid(x, t)) / span
+    return float(np.sqrt(np.trapezoid(x * x, t) / span))
+
+
+REDUCTIONS = ("final", "max", "min", "mean", "rms")

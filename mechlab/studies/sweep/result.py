@@ -1,12 +1,8 @@
-"""What a sweep found: numbers over the axes, gaps with their reasons, files.
-
-A sweep as one labelled dataset, and as a netCDF file: names, units, provenance, reasons of the gaps.
-"""
+"""The result of a sweep: numbers over the axes, gaps with their reasons; also as one labelled dataset (xarray)."""
 
 from __future__ import annotations
 
 import json
-import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,26 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import EngineMissing, MechlabError
-from mechlab.files import unfinished
+from mechlab.errors import EngineMissing
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, Axis, Request
-from mechlab.tables import Told, number, table
+from mechlab.results import Shown
+from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
 
 SMALL = 2000
 """Up to so many points stand in the JSON document; more are only told of by their ranges."""
-NUMBER = re.compile(r"-?\d[\d.]*(?:e[+-]?\d+)?")
-TOLD = 5
-"""Reasons of gaps that a person is told."""
 
 
-@dataclass(frozen=True)
-class SweepResult(Told):
+@dataclass(frozen=True, repr=False)
+class SweepResult(Shown):
     """A finished sweep. `flat` (points, quantities), `outcomes` (points,) and `reasons` (point -> sentence) are in the order
     of work; `ds[label]`, `outcome` and `dataset` are over the axes as the user gave them. evaluated: points that were
     computed now; the others were kept from before."""
 
-    request: Request
+    request: SweepRequest
     flat: Array
     outcomes: np.ndarray
     reasons: Mapping[int, str]
@@ -127,45 +119,6 @@ class SweepResult(Told):
         x = x[np.isfinite(x)]
         return {"least": float(x.min()), "largest": float(x.max())} if x.size else {"least": None, "largest": None}
 
-    def _where(self, point: int) -> str:
-        index = np.unravel_index(point, tuple(len(a.values) for a in self.request.work))
-        at = {a.key: a.coordinates[int(i)] for a, i in zip(self.request.work, index, strict=True)}
-        return ", ".join(f"{a.key} {x if isinstance(x := at[a.key], str) else number(x, 6)}" for a in self.request.axes)
-
-    def _told(self) -> list[str]:
-        """Reasons of the gaps; those that differ in numbers alone are one."""
-        first: dict[str, int] = {}
-        times: Counter[str] = Counter()
-        for point, text in self.reasons.items():
-            kind = NUMBER.sub("#", text)
-            first.setdefault(kind, point)
-            times[kind] += 1
-        lines = [
-            f"  {n} x, as at {self._where(first[kind])}: {self.reasons[first[kind]]}"
-            for kind, n in times.most_common(TOLD)
-        ]
-        return lines + ([f"  and {len(times) - TOLD} other reasons"] if len(times) > TOLD else [])
-
-    def text(self) -> str:
-        """Range of each quantity and where it is met; gaps and their reasons; files."""
-        r = self.request
-        axes = " x ".join(f"{a.key} ({len(a.values)})" for a in r.axes)
-        rows = []
-        for k, q in enumerate(r.quantities):
-            x = self.flat[:, k]
-            if not np.isfinite(x).any():
-                rows.append([q.label, q.unit, "-", "", "-", ""])
-                continue
-            low, high = int(np.nanargmin(x)), int(np.nanargmax(x))
-            rows.append([q.label, q.unit, number(x[low], 7), self._where(low), number(x[high], 7), self._where(high)])
-        lines = [f"{r.name}: {axes}, {r.count} points; {METHODS[r.method]}"]
-        if self.evaluated < r.count:
-            lines.append(f"{r.count - self.evaluated} points were kept from before, {self.evaluated} computed now")
-        lines += [table(["quantity", "unit", "least", "at", "largest", "at"], rows), self.message]
-        lines += self._told()
-        lines += [f"{k}: {v}" for k, v in self.files.items()]
-        return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
-
 
 HOW = "pip install 'mechlab[cluster]'"
 
@@ -194,11 +147,11 @@ def dataset(result: SweepResult) -> Any:
     }
     variables["outcome"] = (dims, result.outcome, {"long_name": "how the point went"} | meaning)
     variables["reason"] = (dims, result.reason, {"long_name": "why there is a gap"})
-    coords = {a.key: (a.key, a.coordinates, _told(a)) for a in r.axes}
+    coords = {a.key: (a.key, a.coordinates, _attributes(a)) for a in r.axes}
     return need_xarray().Dataset(variables, coords, provenance(r, result.command))
 
 
-def provenance(request: Request, command: str) -> dict[str, Any]:
+def provenance(request: SweepRequest, command: str) -> dict[str, Any]:
     """Attributes that say what was computed, by what, from what."""
     given = request.description()
     return {
@@ -211,49 +164,7 @@ def provenance(request: Request, command: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _told(axis: Axis) -> dict[str, str]:
+def _attributes(axis: SweepAxis) -> dict[str, str]:
     """Attributes of an axis."""
     told = {"long_name": axis.text or axis.key, "role": axis.role}
     return told | ({"units": axis.unit} if axis.unit else {})
-
-
-def write(result: SweepResult, path: Path) -> Path:
-    """Write netCDF-3 (64-bit offset), which every netCDF reader opens; the file is there complete or not at all."""
-    with unfinished(path) as temporary:
-        result.dataset.to_netcdf(temporary, format="NETCDF3_64BIT", engine="scipy")
-    return path
-
-
-def read(path: Path) -> Any:
-    """The dataset of a file, in memory; raises MechlabError for what is no netCDF file."""
-    xarray = need_xarray()
-    try:
-        with xarray.open_dataset(path, engine="scipy") as found:
-            return found.load()
-    except Exception as cause:  # whatever a damaged file makes the readers of netCDF raise
-        words = " ".join(str(cause).split())[:200].rstrip(".") or type(cause).__name__
-        raise MechlabError(f"{path} is no netCDF file of a sweep: {words}.") from None
-
-
-def kept(path: Path, request: Request) -> tuple[np.ndarray, np.ndarray, dict[int, str]] | None:
-    """Numbers, outcomes and reasons, in the order of work, of a finished file of the same request; None where there is no
-    file. Raises MechlabError where the file holds another sweep, naming what differs."""
-    from mechlab.studies.sweep.resume import description_in, refuse_another
-
-    if not path.is_file():
-        return None
-    found = read(path)
-    refuse_another(description_in(str(found.attrs.get("request", "{}")), path), request, path)
-    order = [a.key for a in request.work]
-
-    def flat(name: str) -> np.ndarray:
-        return np.asarray(found[name].transpose(*order).values).ravel()
-
-    try:
-        reasons = {int(i): str(text) for i, text in enumerate(flat("reason")) if text}
-        values, outcomes = np.column_stack([flat(q.label) for q in request.quantities]).astype(float), flat("outcome")
-    except (KeyError, ValueError, TypeError) as cause:
-        raise MechlabError(f"{path} is no complete file of a sweep: {cause}.") from None
-    if values.shape != (request.count, len(request.quantities)) or outcomes.shape != (request.count,):
-        raise MechlabError(f"{path} holds {len(values)} points, expected {request.count}.")
-    return values, outcomes, reasons

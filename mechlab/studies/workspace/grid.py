@@ -1,12 +1,8 @@
-"""The grid that a workspace is counted on: named axes, taken in slabs so that memory does not grow with the grid.
-
-Quantities mapped over a workspace: dexterity, margins.
-
-Two regions on one grid: what they share, and what each has alone.
-"""
+"""The grid that a workspace is counted on: named axes, taken in slabs so that memory does not grow with the grid."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,9 +10,7 @@ from math import prod
 
 import numpy as np
 
-from mechlab.analytic.regions import Region
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import WorkspaceMap
 from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
 
@@ -28,7 +22,7 @@ MOST = 10**11
 
 
 @dataclass(frozen=True)
-class Grid:
+class WorkspaceGrid:
     """Axes by name: (low, high, count); fixed: coordinates that are the same everywhere.
 
     Nodes are ((n - 1 - i) low + i high) / (n - 1): both ends are exact, and on the source's grid -1:1:201 so is i / 100."""
@@ -104,92 +98,13 @@ class Grid:
                 yield cut[: len(self.shape)]
 
 
-def grid_of(ranges: Mapping[str, Range], fixed: Mapping[str, float] | None = None) -> Grid:
+def grid_of(ranges: Mapping[str, Range], fixed: Mapping[str, float] | None = None) -> WorkspaceGrid:
     """A grid from ranges as a user writes them; low:high has 41 nodes."""
     axes = {k: (float(r.low), float(r.high), COUNT if r.count is None else r.count) for k, r in ranges.items()}
-    return Grid(axes, dict(fixed or {}))
+    return WorkspaceGrid(axes, dict(fixed or {}))
 
 
-MOST_IN_MAP = 1_000_000
-"""A map with more nodes than this is taken on every so-manyeth node of each axis."""
-
-
-@dataclass(frozen=True)
-class MapSummary:
-    """A quantity over the part of its axes where every clause holds that looks at these axes alone: extremes, median, and
-    `values` over `nodes` (the coordinates of its axes), NaN where a clause fails."""
-
-    axes: tuple[str, ...]
-    unit: str
-    text: str
-    smallest: float
-    median: float
-    largest: float
-    nodes: Mapping[str, Array] = field(repr=False)
-    values: Array = field(repr=False)
-
-    def to_dict(self) -> dict[str, object]:
-        """JSON-able form, without the arrays."""
-        return {
-            "axes": list(self.axes), "unit": self.unit, "smallest": self.smallest, "median": self.median,
-            "largest": self.largest, "text": self.text,
-        }  # fmt: skip
-
-
-def map_over(region: Region, grid: Grid, item: WorkspaceMap) -> MapSummary | None:
-    """The map over the grid; None where no node keeps the clauses."""
-    free = [n for n in item.axes if n in grid.axes]
-    size = prod(grid.axes[n][2] for n in free)
-    stride = int(np.ceil((size / MOST_IN_MAP) ** (1.0 / max(1, len(free))))) if size > MOST_IN_MAP else 1
-    nodes = {n: grid.nodes[grid.names.index(n)][::stride] for n in free}
-    points = {n: v.reshape([-1 if m == n else 1 for m in free]) for n, v in nodes.items()}
-    points |= {n: np.full((1,) * len(free), grid.fixed[n]) for n in item.axes if n not in points}
-    shape = tuple(len(v) for v in nodes.values())
-    holds = np.ones(shape, dtype=bool)
-    for clause in region.clauses:
-        if set(clause.axes) <= set(item.axes):
-            holds &= clause.margin(points) >= 0.0
-    if not holds.any():
-        return None
-    values = np.broadcast_to(item.function(points), shape)
-    inside = values[holds]
-    return MapSummary(
-        tuple(free), item.unit, item.text, float(inside.min()), float(np.median(inside)), float(inside.max()), nodes,
-        np.where(holds, values, np.nan),
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Nodes of both regions, of the first alone, of the second alone; a cell is the volume of a node."""
-
-    both: int
-    only_first: int
-    only_second: int
-    cell: float
-
-    @property
-    def union(self) -> int:
-        """Nodes of at least one."""
-        return self.both + self.only_first + self.only_second
-
-    @property
-    def voxels(self) -> dict[str, int]:
-        """Nodes by part."""
-        return {"both": self.both, "only_first": self.only_first, "only_second": self.only_second, "union": self.union}
-
-    def to_dict(self) -> dict[str, object]:
-        """Voxels and volumes."""
-        return {"voxels": self.voxels, "volumes": {k: n * self.cell for k, n in self.voxels.items()}}
-
-
-def compare(first: Region, second: Region, grid: Grid, slab: int = SLAB) -> Comparison:
-    """Count both on the grid, slab by slab."""
-    both = alone = other = 0
-    for cut in grid.slabs(slab):
-        points = grid.points(*cut)
-        a, b = (r.decide(points).inside for r in (first, second))
-        both += int((a & b).sum())
-        alone += int((a & ~b).sum())
-        other += int((b & ~a).sum())
-    return Comparison(both, alone, other, grid.cell)
+def product(units: list[str]) -> str:
+    """The product of units: m, m, m -> m3; m, m, rad -> m2 rad."""
+    counts = Counter(u for u in units if u)
+    return " ".join(u if n == 1 else f"{u}{n}" for u, n in counts.items())

@@ -1,7 +1,4 @@
-"""The workspace of any mechanism: a question is asked at every node, and its answer is held to limits.
-
-From key=value to a region on a grid: the mechanism's own recipe, or a question that is asked at every node.
-"""
+"""From key=value to a region on a grid: the mechanism's own recipe, or a question that is asked at every node."""
 
 from __future__ import annotations
 
@@ -14,14 +11,14 @@ import numpy as np
 from mechlab.analytic.regions import Clause, Region, all_of
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.entry import Coordinates, WorkspaceMap, WorkspaceRecipe
-from mechlab.experiment.parameters import describe
-from mechlab.experiment.question import Answer, Question, Witness
+from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import generic_question, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.named import keys_to_give, witness_answer
 from mechlab.studies.workspace.grid import SLAB as GRID_SLAB
-from mechlab.studies.workspace.grid import Grid, grid_of
+from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.values import Range
 
 BLOCK = 4096
@@ -34,8 +31,8 @@ SOLVED = "solved"
 
 
 @dataclass
-class AskedPoses:
-    """Asks one witness. limits: answer -> (low, high), either may be None. `statuses` counts what was said of the nodes."""
+class QuestionOnGrid:
+    """Asks one witness. limits: answer -> (low, high), either may be None. `statuses` counts the nodes by the status of their answer."""
 
     design: Design
     question: Question
@@ -82,63 +79,61 @@ class AskedPoses:
     def _ask(self, flat: Mapping[str, Array], i: int, j: int, out: dict[str, Array]) -> None:
         """Nodes i to j - 1. A closed form answers many at once when all have an answer; else in parts."""
         nodes = {k: float(v[i]) if j - i == 1 else v[i:j] for k, v in flat.items()}
-        said = self._answer(nodes)
-        if said.cannot:
-            raise EngineMissing(f"{self.design.name}: {self.witness} cannot answer: {said.cannot}")
-        good = said.status.exit_code == 0 and bool(said.values)
+        answer = self._answer(nodes)
+        if answer.cannot:
+            raise EngineMissing(f"{self.design.name}: {self.witness} cannot answer: {answer.cannot}")
+        good = answer.status.exit_code == 0 and bool(answer.values)
         if not good and j - i > 1:
             part = -(-(j - i) // PARTS)
             for k in range(i, j, part):
                 self._ask(flat, k, min(k + part, j), out)
             return
-        self.statuses[said.status] = self.statuses.get(said.status, 0) + j - i
+        self.statuses[answer.status] = self.statuses.get(answer.status, 0) + j - i
         if not good:
             return
         out[SOLVED][i:j] = np.inf
         for name in self.limits:
-            if name not in said.values:
+            if name not in answer.values:
                 raise MechlabError(
                     f"{self.design.name}: {self.witness} does not answer {name}, on which there is a limit; "
-                    f"it answers {', '.join(said.values)}."
+                    f"it answers {', '.join(answer.values)}."
                 )
-            out[name][i:j] = said.values[name]
+            out[name][i:j] = answer.values[name]
 
     def _answer(self, nodes: Mapping[str, Any]) -> Answer:
-        optional = {k: v for k, v in self.question.optional.items() if v is not None}
-        ask: Witness = self.question.witnesses[self.witness]
-        return ask(self.design.parameters, optional | dict(self.given) | dict(nodes))
+        return witness_answer(self.question, self.design, dict(self.given) | dict(nodes), self.witness)
 
 
 @dataclass(frozen=True)
-class Plan:
+class WorkspacePlan:
     """What is counted. text: what a node is; how: who answers; margin_unit: "m" where all margins are lengths, else ""."""
 
     design: Design
     region: Region
-    grid: Grid
+    grid: WorkspaceGrid
     units: Mapping[str, str]
     text: str
     how: str
     slab: int = GRID_SLAB
     margin_unit: str = ""
     maps: Mapping[str, WorkspaceMap] = field(default_factory=dict)
-    poses: AskedPoses | None = None
+    poses: QuestionOnGrid | None = None
 
 
-def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> Plan:
+def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> WorkspacePlan:
     """The plan for quantities that are no parameters. Raises MechlabError that lists what can be given."""
     asked = in_si(design, asked)
     recipe = design.entry.workspace
     if recipe is not None and witness is None and set(asked) <= {*recipe.grid, *recipe.limits}:
-        return _own(design, recipe, asked)
+        return _of_recipe(design, recipe, asked)
     ranges = [k for k, v in asked.items() if isinstance(v, Range)]
     if not ranges:
         raise MechlabError(f"{design.name}: no axis is given. {_what_to_give(design)}")
     question = _question(design, asked)
-    return _asked(design, question, asked, witness)
+    return _of_question(design, question, asked, witness)
 
 
-def _own(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> Plan:
+def _of_recipe(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> WorkspacePlan:
     limits: dict[str, float] = {}
     ranges: dict[str, Range] = {}
     fixed: dict[str, float] = {}
@@ -151,7 +146,7 @@ def _own(design: Design, recipe: WorkspaceRecipe, asked: Mapping[str, Any]) -> P
             ranges[name] = value
         else:
             fixed[name] = _scalar(design, name, value, recipe.units[name])
-    return Plan(
+    return WorkspacePlan(
         design, recipe.make(design.parameters, limits), grid_of(ranges, fixed), recipe.units, recipe.text, "closed form",
         margin_unit="m", maps=recipe.maps(design.parameters),
     )  # fmt: skip
@@ -187,15 +182,12 @@ def _question(design: Design, asked: Mapping[str, Any]) -> Question:
     try:
         return generic_question(design, dict.fromkeys(inputs, 0.0))
     except MechlabError as error:
-        exists = {k for q in design.entry.questions for k in (*q.given, *q.optional, *q.answers)}
-        exists |= {i.name for i in describe(design.entry.parameters)}
-        recipe = design.entry.workspace
-        exists |= {*recipe.grid, *recipe.limits} if recipe else set()
+        exists = keys_to_give(design) | {k for q in design.entry.questions for k in q.answers}
         strange = [k for k in asked if k not in exists]
         raise (unknown(f"{design.name}: quantity", strange[0], exists) if strange else error) from None
 
 
-def _asked(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> Plan:
+def _of_question(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> WorkspacePlan:
     name = witness or next((w for w in WITNESSES if w in question.witnesses), "")
     if name not in question.witnesses:
         raise unknown(f"{design.name}: witness", name, question.witnesses)
@@ -209,11 +201,11 @@ def _asked(design: Design, question: Question, asked: Mapping[str, Any], witness
                 raise MechlabError(f"{design.name}: {k} is an answer; limit it with a range, {k}=low:high, got {v!r}.")
             limits[k] = (float(v.low), float(v.high))
     grid = grid_of(axes)
-    poses = AskedPoses(design, question, given, limits, name)
+    poses = QuestionOnGrid(design, question, given, limits, name)
     fixed = ", ".join(f"{k} = {v:.6g}" for k, v in given.items())
     text = f"{', '.join(axes)} of the question {question.name!r}" + (f", at {fixed}" if fixed else "")
     units = {k: _unit(question, k) for k in axes}
-    return Plan(design, poses.region(grid.names), grid, units, text, name, SLAB, poses=poses)
+    return WorkspacePlan(design, poses.region(grid.names), grid, units, text, name, SLAB, poses=poses)
 
 
 def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float | None, float | None]]:
@@ -224,7 +216,7 @@ def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float |
 
 
 def _unit(question: Question, name: str) -> str:
-    """The unit of a quantity, as far as the question says; angles are told by it too."""
+    """The unit of a quantity, as far as the question states it; answers that are angles are in rad."""
     if name in question.units:
         return question.units[name]
     rates = {"_rate": "/s", "_accel": "/s2"}

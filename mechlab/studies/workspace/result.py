@@ -8,23 +8,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mechlab.experiment.parameters import describe
-from mechlab.studies.workspace.grid import Comparison, MapSummary
-from mechlab.studies.workspace.plan import Plan
-from mechlab.studies.workspace.survey import Survey
-from mechlab.tables import Told, number, table
+from mechlab.results import Shown
+from mechlab.studies.named import parameter_values
+from mechlab.studies.workspace.grid import product
+from mechlab.studies.workspace.plan import WorkspacePlan
+from mechlab.studies.workspace.survey import MapSummary, WorkspaceComparison, WorkspaceSurvey
 
 DEEPEST = "largest_margin"
 
 
-@dataclass(frozen=True)
-class WorkspaceResult(Told):
+@dataclass(frozen=True, repr=False)
+class WorkspaceResult(Shown):
     """The plan, what its survey found, and what else was asked for."""
 
-    plan: Plan
-    survey: Survey
+    plan: WorkspacePlan
+    survey: WorkspaceSurvey
     maps: Mapping[str, MapSummary] = field(default_factory=dict)
-    comparison: Comparison | None = None
+    comparison: WorkspaceComparison | None = None
     against: Mapping[str, Any] = field(default_factory=dict)
     surface_volume: float | None = None
     files: Mapping[str, Path] = field(default_factory=dict)
@@ -80,7 +80,7 @@ class WorkspaceResult(Told):
             "maps": {k: m.to_dict() for k, m in self.maps.items()},
             "grid": {k: {"low": a, "high": b, "count": n} for k, (a, b, n) in s.grid.axes.items()} | dict(s.grid.fixed),
             "units": {"volume": self.volume_unit, "margin": p.margin_unit} | {a: p.units.get(a, "") for a in s.grid.names},
-            "parameters": {i.name: getattr(p.design.parameters, i.name) for i in describe(p.design.entry.parameters)},
+            "parameters": parameter_values(p.design),
             "warnings": list(p.design.warnings),
         }  # fmt: skip
         if p.poses is not None:
@@ -90,46 +90,3 @@ class WorkspaceResult(Told):
         if self.surface_volume is not None:
             out["surface_volume"] = self.surface_volume
         return out | ({"files": {k: str(f) for k, f in self.files.items()}} if self.files else {})
-
-    def text(self) -> str:
-        """Counts, clauses, maps, comparison, files."""
-        s, p = self.survey, self.plan
-        axes = ", ".join(f"{k} {a:g} to {b:g} ({n})" for k, (a, b, n) in s.grid.axes.items())
-        lines = [f"{self.message}.", f"nodes: {p.text}; answered by {p.how}", f"grid: {axes}"]
-        if s.columns is not None:
-            lines.append(f"{', '.join(s.grid.names[:2])} nodes: {s.columns}")
-        lines.append(f"voxels: {s.voxels}    volume: {s.volume:.6g} {self.volume_unit}")
-        if s.bounds:
-            lines.append(
-                "inside: " + ", ".join(f"{k} {a:.4g} to {b:.4g} {p.units.get(k, '')}" for k, (a, b) in s.bounds.items())
-            )
-        if s.voxels and p.margin_unit:
-            where = ", ".join(f"{v:.4g}" for v in s.deepest)
-            lines.append(f"largest margin: {s.margin:.4g} {p.margin_unit} at ({where})")
-        heads = ("clause", "holds at", "decides outside", "alone", "decides inside", "meaning")
-        rows = []
-        for c in p.region.clauses:
-            n = s.clauses[c.name]
-            rows.append((c.name, n.keeps, n.decides_outside, n.alone, n.decides_inside, c.text))
-        lines += ["", table(heads, rows)]
-        if self.maps:
-            cells = [
-                (k, m.unit, *(number(x, 4) for x in (m.smallest, m.median, m.largest)), m.text)
-                for k, m in self.maps.items()
-            ]
-            lines += ["", table(("map", "unit", "smallest", "median", "largest", "meaning"), cells)]
-        if self.comparison is not None:
-            cell = self.comparison.cell
-            cells = [(k, str(n), f"{n * cell:.6g}") for k, n in self.comparison.voxels.items()]
-            what = ", ".join(f"{k} = {v}" for k, v in self.against.items())
-            lines += ["", f"against {what}:", table(("part", "voxels", f"volume [{self.volume_unit}]"), cells)]
-        if self.surface_volume is not None:
-            lines.append(f"volume inside the surface: {self.surface_volume:.6g} {self.volume_unit}")
-        lines += [f"{k}: {f}" for k, f in self.files.items()]
-        return "\n".join([*lines, *(f"warning: {w}" for w in p.design.warnings)])
-
-
-def product(units: list[str]) -> str:
-    """The product of units: m, m, m -> m3; m, m, rad -> m2 rad."""
-    counts = Counter(u for u in units if u)
-    return " ".join(u if n == 1 else f"{u}{n}" for u, n in counts.items())

@@ -1,15 +1,18 @@
-"""Counting a region on a grid, slab by slab: nodes inside, columns, which clause decides, where it lies."""
+"""Counts a region on a grid: nodes inside, columns, which clause decides; maps of quantities over it, and two regions compared."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
-from mechlab.studies.workspace.grid import SLAB, Grid
+from mechlab.experiment.entry import WorkspaceMap
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.workspace.grid import SLAB, WorkspaceGrid
 
 Mask = NDArray[np.bool_]
 
@@ -30,12 +33,12 @@ class ClauseCount:
 
 
 @dataclass(frozen=True)
-class Survey:
+class WorkspaceSurvey:
     """What the nodes say. voxels: nodes inside. columns: nodes of all axes but the last where every clause holds that does
     not look at the last axis (None when there is no last axis apart). low, high: indices of the box of the inside.
     deepest: the node with the largest margin, and that margin [m]."""
 
-    grid: Grid
+    grid: WorkspaceGrid
     voxels: int
     columns: int | None
     clauses: Mapping[str, ClauseCount]
@@ -62,8 +65,11 @@ class Survey:
 
 
 def survey(
-    region: Region, grid: Grid, slab: int = SLAB, progress: Callable[[int, int], None] = lambda done, total: None
-) -> Survey:
+    region: Region,
+    grid: WorkspaceGrid,
+    slab: int = SLAB,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> WorkspaceSurvey:
     """Count the region on the grid; memory is that of one slab of at most `slab` nodes. progress(done, total) in nodes."""
     tally = _Tally(region, grid)
     for cut in grid.slabs(slab):
@@ -75,7 +81,7 @@ def survey(
 class _Tally:
     """Sums over the slabs seen so far."""
 
-    def __init__(self, region: Region, grid: Grid) -> None:
+    def __init__(self, region: Region, grid: WorkspaceGrid) -> None:
         self.region, self.grid, self.dims = region, grid, len(grid.shape)
         self.names = [c.name for c in region.clauses]
         self.counts = np.zeros((4, len(self.names)), dtype=np.int64)
@@ -124,14 +130,99 @@ class _Tally:
                 flat &= k
         return int(flat.sum())
 
-    def result(self) -> Survey:
+    def result(self) -> WorkspaceSurvey:
         """What was counted."""
         voxels = int(self.along[0].sum())
         by_name = {n: ClauseCount(*(int(x) for x in self.counts[:, i])) for i, n in enumerate(self.names)}
         columns = self.columns if self.dims == 3 else None
         if not voxels:
-            return Survey(self.grid, 0, columns, by_name, deepest=self.deepest, margin=self.best)
+            return WorkspaceSurvey(self.grid, 0, columns, by_name, deepest=self.deepest, margin=self.best)
         ends = [np.flatnonzero(a)[[0, -1]] for a in self.along]
         centre = [float(a @ nodes) / voxels for a, nodes in zip(self.along, self.grid.nodes, strict=True)]
         low, high = (tuple(int(e[k]) for e in ends) for k in (0, 1))
-        return Survey(self.grid, voxels, columns, by_name, low, high, tuple(centre), self.deepest, self.best)
+        return WorkspaceSurvey(self.grid, voxels, columns, by_name, low, high, tuple(centre), self.deepest, self.best)
+
+
+MOST_IN_MAP = 1_000_000
+"""A map with more nodes than this skips nodes: it takes every second, third ... node of each axis."""
+
+
+@dataclass(frozen=True)
+class MapSummary:
+    """A quantity over the part of its axes where every clause holds that looks at these axes alone: extremes, median, and
+    `values` over `nodes` (the coordinates of its axes), NaN where a clause fails."""
+
+    axes: tuple[str, ...]
+    unit: str
+    text: str
+    smallest: float
+    median: float
+    largest: float
+    nodes: Mapping[str, Array] = field(repr=False)
+    values: Array = field(repr=False)
+
+    def to_dict(self) -> dict[str, object]:
+        """JSON-able form, without the arrays."""
+        return {
+            "axes": list(self.axes), "unit": self.unit, "smallest": self.smallest, "median": self.median,
+            "largest": self.largest, "text": self.text,
+        }  # fmt: skip
+
+
+def map_over(region: Region, grid: WorkspaceGrid, item: WorkspaceMap) -> MapSummary | None:
+    """The map over the grid; None where no node keeps the clauses."""
+    free = [n for n in item.axes if n in grid.axes]
+    size = prod(grid.axes[n][2] for n in free)
+    stride = int(np.ceil((size / MOST_IN_MAP) ** (1.0 / max(1, len(free))))) if size > MOST_IN_MAP else 1
+    nodes = {n: grid.nodes[grid.names.index(n)][::stride] for n in free}
+    points = {n: v.reshape([-1 if m == n else 1 for m in free]) for n, v in nodes.items()}
+    points |= {n: np.full((1,) * len(free), grid.fixed[n]) for n in item.axes if n not in points}
+    shape = tuple(len(v) for v in nodes.values())
+    holds = np.ones(shape, dtype=bool)
+    for clause in region.clauses:
+        if set(clause.axes) <= set(item.axes):
+            holds &= clause.margin(points) >= 0.0
+    if not holds.any():
+        return None
+    values = np.broadcast_to(item.function(points), shape)
+    inside = values[holds]
+    return MapSummary(
+        tuple(free), item.unit, item.text, float(inside.min()), float(np.median(inside)), float(inside.max()), nodes,
+        np.where(holds, values, np.nan),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class WorkspaceComparison:
+    """Nodes of both regions, of the first alone, of the second alone; a cell is the volume of a node."""
+
+    both: int
+    only_first: int
+    only_second: int
+    cell: float
+
+    @property
+    def union(self) -> int:
+        """Nodes of at least one."""
+        return self.both + self.only_first + self.only_second
+
+    @property
+    def voxels(self) -> dict[str, int]:
+        """Nodes by part."""
+        return {"both": self.both, "only_first": self.only_first, "only_second": self.only_second, "union": self.union}
+
+    def to_dict(self) -> dict[str, object]:
+        """Voxels and volumes."""
+        return {"voxels": self.voxels, "volumes": {k: n * self.cell for k, n in self.voxels.items()}}
+
+
+def compare(first: Region, second: Region, grid: WorkspaceGrid, slab: int = SLAB) -> WorkspaceComparison:
+    """Count both on the grid, slab by slab."""
+    both = alone = other = 0
+    for cut in grid.slabs(slab):
+        points = grid.points(*cut)
+        a, b = (r.decide(points).inside for r in (first, second))
+        both += int((a & b).sum())
+        alone += int((a & ~b).sum())
+        other += int((b & ~a).sum())
+    return WorkspaceComparison(both, alone, other, grid.cell)

@@ -17,8 +17,9 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
 from mechlab.lab.methods import METHODS, PEER_METHODS, Method, Problem
 from mechlab.studies.chart import peers as chart_peers
-from mechlab.studies.chart.chart import Budget, chart
-from mechlab.studies.chart.peers import TARGETS, PeerRow, PeerTable, _Search
+from mechlab.studies.chart.data import PeerRow, PeerTable
+from mechlab.studies.chart.peers import TARGETS, _Search
+from mechlab.studies.chart.run import Budget, chart
 from mechlab.studies.chart.score import Reference, reference_of
 
 

@@ -1,8 +1,9 @@
-"""The border of a workspace as a closed surface: marching cubes on the margins, files for CAD and viewers."""
+"""Counts the workspace of a design, compares two designs, and makes the border a closed surface (marching cubes) for CAD."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +13,59 @@ from numpy.typing import NDArray
 from mechlab.analytic.regions import Region
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
 from mechlab.files import write
+from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.workspace.grid import SLAB, Grid
-from mechlab.studies.workspace.survey import Survey
+from mechlab.studies.workspace.grid import SLAB, WorkspaceGrid
+from mechlab.studies.workspace.plan import WorkspacePlan, plan
+from mechlab.studies.workspace.result import WorkspaceResult
+from mechlab.studies.workspace.survey import WorkspaceSurvey, compare, map_over, survey
+
+Progress = Callable[[int, int], None]
+
+
+def workspace(
+    design: Design, asked: Mapping[str, Any], witness: str | None = None, progress: Progress = lambda done, total: None
+) -> WorkspaceResult:
+    """Count the workspace of a design. asked: axes as ranges, fixed coordinates, limits; see `plan`."""
+    chosen = plan(design, asked, witness)
+    found = survey(chosen.region, chosen.grid, chosen.slab, progress)
+    maps = {k: m for k, item in chosen.maps.items() if (m := map_over(chosen.region, chosen.grid, item)) is not None}
+    return WorkspaceResult(chosen, found, maps)
+
+
+def compared(
+    result: WorkspaceResult, other: Design, asked: Mapping[str, Any], changes: Mapping[str, Any]
+) -> tuple[WorkspaceResult, WorkspacePlan]:
+    """The result with a second design beside it, on the same grid; changes: what the second one has different."""
+    witness = None if result.plan.poses is None else result.plan.how
+    second = plan(other, asked, witness)
+    grid: WorkspaceGrid = result.plan.grid
+    if second.grid.axes != grid.axes:
+        raise MechlabError(f"{other.name}: two designs are compared on one grid; the axes differ.")
+    return replace(
+        result, comparison=compare(result.plan.region, second.region, grid, result.plan.slab), against=dict(changes)
+    ), second
+
+
+def with_surfaces(
+    result: WorkspaceResult, stl: str | Path | None = None, glb: str | Path | None = None
+) -> tuple[WorkspaceResult, WorkspaceSurface]:
+    """The result with its surface, written to the files asked for."""
+    border = surface(result.plan.region, result.plan.grid, result.survey)
+    wanted = {"STL": stl, "GLB": glb}
+    files = {k: write_surface(border, path) for k, path in wanted.items() if path is not None}
+    return replace(result, surface_volume=border.volume, files=dict(result.files) | files), border
+
 
 MOST = 20_000_000
-"""Nodes of the field that a surface is cut from (80 MB); a finer grid is taken at every so-manyeth node."""
+"""Nodes of the field that a surface is cut from (80 MB); of a finer grid every second, third ... node is taken."""
+
+
 KINDS = (".stl", ".glb", ".ply", ".obj")
 
 
 @dataclass(frozen=True)
-class Surface:
+class WorkspaceSurface:
     """Closed surface margin = 0: vertices (n, 3) in the coordinates of the axes, faces (m, 3), normals outwards."""
 
     vertices: Array
@@ -35,7 +78,7 @@ class Surface:
         return float(np.sum(a * np.cross(b, c)) / 6.0)
 
 
-def surface(region: Region, grid: Grid, found: Survey) -> Surface:
+def surface(region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey) -> WorkspaceSurface:
     """The border of the region; where it leaves the grid it is closed by the grid's side.
 
     Raises EngineMissing without scikit-image, MechlabError unless there are three axes, NoSolution for an empty region.
@@ -51,10 +94,10 @@ def surface(region: Region, grid: Grid, found: Survey) -> Surface:
     padded = np.pad(np.clip(values, -bound, bound), 1, constant_values=-1e3 * bound)  # the lid lies on the grid's side
     vertices, faces, _, _ = cubes(padded, 0.0, spacing=tuple(steps), gradient_direction="ascent")
     origin = np.array([v[0] for v in nodes]) - np.array(steps)
-    return Surface(vertices.astype(float) + origin, faces.astype(np.int64))
+    return WorkspaceSurface(vertices.astype(float) + origin, faces.astype(np.int64))
 
 
-def write_surface(shape: Surface, path: str | Path) -> Path:
+def write_surface(shape: WorkspaceSurface, path: str | Path) -> Path:
     """Write STL, GLB, PLY or OBJ by the suffix. Raises MechlabError for another one."""
     import trimesh
 
@@ -77,7 +120,9 @@ def _marching_cubes() -> Any:
     return marching_cubes
 
 
-def _field(region: Region, grid: Grid, found: Survey) -> tuple[NDArray[np.float32], tuple[Array, ...]]:
+def _field(
+    region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey
+) -> tuple[NDArray[np.float32], tuple[Array, ...]]:
     """Margins (float32) around the inside and the coordinates they stand at."""
     wide = [slice(max(0, a - 1), b + 2) for a, b in zip(found.low, found.high, strict=True)]
     nodes = [v[w] for v, w in zip(grid.nodes, wide, strict=True)]

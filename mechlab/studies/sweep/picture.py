@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.files import unfinished
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.request import Axis, Quantity
-
-if TYPE_CHECKING:
-    from mechlab.studies.sweep.result import SweepResult
+from mechlab.studies.picture_style import cell_borders, new_figure, open_frame, save_figure
+from mechlab.studies.sweep.request import SweepAxis, SweepQuantity
+from mechlab.studies.sweep.result import SweepResult
 
 MOST_PANELS, COLUMNS = 16, 4
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -36,15 +34,12 @@ def refuse(result_axes: int, quantities: int, path: Path) -> None:
 
 def draw(result: SweepResult, path: Path) -> Path:
     """Write the picture; its kind follows the suffix."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     r = result.request
     refuse(len(r.axes), len(r.quantities), path)
     columns = min(COLUMNS, len(r.quantities))
     rows = -(-len(r.quantities) // columns)
-    figure = Figure(figsize=(1.0 + 4.4 * columns, 1.1 + 3.3 * rows), dpi=130, layout="constrained", facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = new_figure(1.0 + 4.4 * columns, 1.1 + 3.3 * rows, layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).flat
     for axes, quantity in zip(panels, r.quantities, strict=False):
         values = result[quantity.label]
@@ -58,20 +53,18 @@ def draw(result: SweepResult, path: Path) -> Path:
         axes.set_visible(False)
     gaps = " (grey: gaps)" if len(r.axes) == 2 and np.isnan(result.flat).any() else ""
     figure.suptitle(f"{r.name}: {result.message.split(';')[0]}{gaps}", fontsize=11.5, x=0.01, ha="left", weight="bold")
-    with unfinished(path) as temporary:
-        figure.savefig(temporary)
-    return path
+    return save_figure(figure, path)
 
 
 def _label(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _ticks(axis: Axis) -> np.ndarray:
+def _ticks(axis: SweepAxis) -> np.ndarray:
     return np.arange(len(axis.values)) if axis.is_text else np.asarray(axis.coordinates)
 
 
-def _line(axes: Any, axis: Axis, values: Array, outcome: np.ndarray) -> None:
+def _line(axes: Any, axis: SweepAxis, values: Array, outcome: np.ndarray) -> None:
     x = _ticks(axis)
     marker = "o" if len(x) <= 60 else ""
     axes.plot(x, values, color=INK, marker=marker, markersize=3, linewidth=1.4)
@@ -84,12 +77,11 @@ def _line(axes: Any, axis: Axis, values: Array, outcome: np.ndarray) -> None:
     axes.grid(True, linewidth=0.3)
     if axis.is_text:
         axes.set_xticks(x, [str(v) for v in axis.values])
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    open_frame(axes)
 
 
-def _map(figure: Any, axes: Any, both: tuple[Axis, ...], values: Array, quantity: Quantity) -> None:
-    x, y = (_edges(_ticks(a)) for a in both)
+def _map(figure: Any, axes: Any, both: tuple[SweepAxis, ...], values: Array, quantity: SweepQuantity) -> None:
+    x, y = (cell_borders(_ticks(a)) for a in both)
     axes.set_facecolor(GAP)
     finite = values[np.isfinite(values)]
     signed = finite.size and finite.min() < 0.0 < finite.max()
@@ -103,11 +95,3 @@ def _map(figure: Any, axes: Any, both: tuple[Axis, ...], values: Array, quantity
     for axis, put in zip(both, (axes.set_xticks, axes.set_yticks), strict=True):
         if axis.is_text:
             put(_ticks(axis), [str(v) for v in axis.values])
-
-
-def _edges(x: Array) -> Array:
-    """(n + 1,) borders halfway between the values (n,)."""
-    if len(x) == 1:
-        return np.array([x[0] - 0.5, x[0] + 0.5])
-    middle = 0.5 * (x[1:] + x[:-1])
-    return np.concatenate([[2 * x[0] - middle[0]], middle, [2 * x[-1] - middle[-1]]])

@@ -1,9 +1,9 @@
-"""Work-precision charts: what each method costs and how wrong it is, on one scene, under one honest protocol.
+"""Runs every method on a scene at ever smaller steps and makes a chart of speed against accuracy of them.
 
-x: CPU time of stepping alone, one thread, the median of several runs, the same output times for all (which runs are made, counted
-work decides: the same ones on every machine). y: the largest
-position error against a reference of another formulation; beside it e_G, energy and loop gap, never energy alone. At
-least four step sizes a method; divergence is shown as missing; an engine's defaults are always shown.
+x: CPU time [s] of stepping alone, one thread, the median of several runs, the same output times for all methods. Which runs are
+made, counted work decides, so that every machine makes the same ones. y: the largest position error against a reference of
+another formulation, given together with e_G, energy and loop gap. Each method has at least four step sizes; a run that
+diverges is listed as missing; an engine's defaults are always shown.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 
@@ -25,19 +25,19 @@ from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, TOLERANCES, Method, Problem, steps
 from mechlab.lab.run import versions
-from mechlab.studies.chart.data import PUBLISHED
-from mechlab.studies.chart.score import Reference, Score, reference_of, score
-
-if TYPE_CHECKING:
-    from mechlab.studies.chart.peers import PeerTable
 from mechlab.studies.chart.advice import flat_defaults, recommend
-from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, Chart, Point
+from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, PUBLISHED, Chart, ChartPoint
+from mechlab.studies.chart.peers import compare
+from mechlab.studies.chart.score import Reference, Score, reference_of, score
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Counted work [s] (`mechlab.integrate.work`): a method is refined until one run takes `one`; no more runs after `method`
-    together; repeats of the timing while they take less than `repeat` together."""
+    """Limits in counted work [s] (`mechlab.integrate.work`).
+
+    A method is refined until one run takes `one`, or all its runs together `method`. Its timing is repeated up to `repeats`
+    times, as long as the repeats take less than `repeat` together.
+    """
 
     one: float = 0.06
     method: float = 1.0
@@ -60,16 +60,16 @@ def chart(
     """The chart of a scene. target [m or rad]: the error that the recommendation must meet (default: the scene's).
 
     peers: compare error control with other people's engines (`mechlab.studies.chart.peers`), as far as they are installed.
-    Raises MechlabError for unknown names, or when there is nothing to hold the methods against.
+    Raises MechlabError for unknown names, or when there is no reference.
     """
     if target is not None and not target > 0:
         raise MechlabError(f"target: expected an error > 0, got {target!r}.")
-    lived = design.for_scene(scene)
-    made = chosen_scene(lived, scene, fidelity, duration)
-    problem = Problem(lived, made)
+    chosen = design.for_scene(scene)
+    made = chosen_scene(chosen, scene, fidelity, duration)
+    problem = Problem(chosen, made)
     progress("reference")
     truth = reference_of(problem)
-    points: list[Point] = []
+    points: list[ChartPoint] = []
     skipped: dict[str, str] = {}
     for m in methods:
         why = m.available(problem)
@@ -78,42 +78,40 @@ def chart(
             continue
         progress(m.name)
         values = steps(problem) if m.control == "step" else TOLERANCES
-        points += sweep(m.name, m.control, m.is_default, values, *_work(m, problem, truth), budget or Budget())
+        points += refine(
+            m.name,
+            m.control,
+            m.is_default,
+            values,
+            partial(m.run, problem),
+            partial(score, problem, truth),
+            budget or Budget(),
+        )
     aim = made.tolerance if target is None else target
     changed = bool(design.given) or duration is not None
     names = {m.name: m for m in METHODS}
-    others = _compare(problem, truth, progress) if peers else None
+    others = compare(problem, truth, progress) if peers else None
     error, confirmed = _confirm(points, truth, {n for n, m in names.items() if m.engine == "analytic"})
     return Chart(
         design.name, design.entry.title, made.name, made.duration, truth.unit, truth.names, truth.text + confirmed, error,
         (*points, *(others.points if others else ())), skipped | (others.skipped if others else {}),
         recommend(points, aim, truth.unit), tuple(flat_defaults(points, aim, truth.unit, _has_rows(design, made))),
         () if changed else PUBLISHED.get(design.name, ()), versions(), others,
-        what_acts(lived.mechanism(made.fidelity), made),
+        what_acts(chosen.mechanism(made.fidelity), made),
     )  # fmt: skip
 
 
-def _compare(problem: Problem, truth: Reference, progress: Callable[[str], None]) -> PeerTable:
-    from mechlab.studies.chart.peers import compare
-
-    return compare(problem, truth, progress)
-
-
-def _work(m: Method, problem: Problem, truth: Reference) -> tuple[Callable[[float], Trace], Callable[[Trace], Score]]:
-    return lambda value: m.run(problem, value), lambda trace: score(problem, truth, trace)
-
-
-def sweep(
+def refine(
     name: str,
     control: str,
     default: bool,
     values: Sequence[float],
     run: Callable[[float], Trace],
-    judge: Callable[[Trace], Score],
+    scored: Callable[[Trace], Score],
     budget: Budget,
-) -> list[Point]:
-    """A method at ever smaller values. Refinement ends with the budget; the first FEWEST values are always told of."""
-    out: list[Point] = []
+) -> list[ChartPoint]:
+    """The points of a method at ever smaller steps or tolerances, until the budget is spent; at least FEWEST of them."""
+    out: list[ChartPoint] = []
     began = work_done()
     for k, value in enumerate(values):
         left = budget.method - (work_done() - began)
@@ -134,22 +132,22 @@ def sweep(
             # a state that ran away: Python's floats raise where numpy's become infinite
             out.append(_missing(name, value, control, DIVERGED, str(problem), default))
             continue
-        found = judge(trace)
+        found = scored(trace)
         if not math.isfinite(found.error):
             why = trace.reason or "the state is not finite"
             out.append(_missing(name, value, control, DIVERGED, why, default))
             continue
         cpu = _median(run, value, trace.cpu_s, work, budget)
         numbers = (cpu, found.error, found.e_g, found.energy, found.gap)
-        out.append(Point(name, value, control, *numbers, OK, "", default, getattr(trace, "evaluations", 0)))
+        out.append(ChartPoint(name, value, control, *numbers, OK, "", default, getattr(trace, "evaluations", 0)))
         if sum(p.ok for p in out) >= FEWEST and work > budget.one:
             break
     return out
 
 
-def _missing(name: str, value: float, control: str, status: str, reason: str, default: bool) -> Point:
+def _missing(name: str, value: float, control: str, status: str, reason: str, default: bool) -> ChartPoint:
     nan = math.nan
-    return Point(name, value, control, nan, nan, nan, nan, nan, status, reason, default)
+    return ChartPoint(name, value, control, nan, nan, nan, nan, nan, status, reason, default)
 
 
 def _median(run: Callable[[float], Trace], value: float, first: float, work: float, budget: Budget) -> float:
@@ -160,7 +158,7 @@ def _median(run: Callable[[float], Trace], value: float, first: float, work: flo
     return statistics.median(times)
 
 
-def _confirm(points: Sequence[Point], truth: Reference, own: set[str]) -> tuple[float, str]:
+def _confirm(points: Sequence[ChartPoint], truth: Reference, own: set[str]) -> tuple[float, str]:
     """The error of the reference as far as it is known: another formulation agrees to this."""
     others = [p for p in points if p.ok and p.method not in own and p.error > 0.0]
     mine = [p for p in points if p.ok and p.method in own]

@@ -1,4 +1,4 @@
-"""Points that differ in initial state and constant loads alone: a block is stepped inside the engine."""
+"""Points that differ in initial state and constant loads alone: MuJoCo steps a block of them inside the engine."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from mechlab.lab.design import AUTO, Design
 from mechlab.lab.nature import by_nature, rough
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.by_run import reduced
-from mechlab.studies.sweep.request import UNTRUSTED, Block, Quantity, Request
+from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest, reduced
 
 FEWEST = 16
 """Fewer motions are run one by one, each with its whole health record."""
@@ -31,18 +30,18 @@ FINDINGS = ("energy_balance", "relation_residual")
 """Findings that a rollout makes; with them, whether the motion came to its end."""
 
 
-def scene_of(request: Request, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
+def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
     """What `run_scene` would run, without initial values and loads of the points."""
-    lived = design.for_scene(request.scene)
-    scene = lived.scene(request.scene, request.fidelity, request.duration)
-    mechanism = lived.mechanism(scene.fidelity)
+    in_scene = design.for_scene(request.scene)
+    scene = in_scene.scene(request.scene, request.fidelity, request.duration)
+    mechanism = in_scene.mechanism(scene.fidelity)
     chosen = by_nature(scene.settings, mechanism, scene)
     if request.timestep is not None:
         chosen = replace(chosen, timestep=request.timestep)
-    return lived, mechanism, scene, chosen
+    return in_scene, mechanism, scene, chosen
 
 
-def why_not(request: Request, design: Design) -> str:
+def why_not(request: SweepRequest, design: Design) -> str:
     """Why the points of a request are not rolled out; empty when they are."""
     varied = [a for a in request.axes if a.role != "parameter"]
     if int(np.prod([len(a.values) for a in varied])) < FEWEST:
@@ -70,7 +69,7 @@ def why_not(request: Request, design: Design) -> str:
     return next((text for text, holds in reasons.items() if holds), "")
 
 
-def _from_states(quantity: Quantity, design: Design, request: Request) -> bool:
+def _from_states(quantity: SweepQuantity, design: Design, request: SweepRequest) -> bool:
     _, mechanism, _, _ = scene_of(request, design)
     basic = {n for s in mechanism.scalar_names for n in (s, f"{s}_rate")}
     basic |= {f"{f.name}_{a}" for f in mechanism.frames for a in "xyz"}
@@ -121,13 +120,13 @@ class _States(dict[str, Array]):
 
 
 def roll_block(
-    request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block, threads: int
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock, threads: int
 ) -> None:
     """All motions of a group."""
     room("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.stepping import grid
 
-    lived, mechanism, scene, settings = scene_of(request, design)
+    in_scene, mechanism, scene, settings = scene_of(request, design)
     steps = grid(scene.duration, settings.timestep)
     whole = any(q.reduce != "final" or q.name in design.entry.channels for q in request.quantities)
     steps = replace(steps, samples=steps.samples if whole or mechanism.relations else (0, steps.count))
@@ -135,12 +134,12 @@ def roll_block(
     many = max(1, NUMBERS // (len(steps.samples) * (mechanism.nq + mechanism.nv)))
     for i in range(0, len(where), many):
         some = {k: v[i : i + many] for k, v in values.items()}
-        _roll(request, lived, mechanism, scene, settings, steps, where[i : i + many], some, out, threads)
+        _roll(request, in_scene, mechanism, scene, settings, steps, where[i : i + many], some, out, threads)
 
 
 def _roll(
-    request: Request, design: Design, mechanism: Mechanism, scene: Scene, settings: Settings, steps: Any, where: np.ndarray,
-    values: Mapping[str, Array], out: Block, threads: int,
+    request: SweepRequest, design: Design, mechanism: Mechanism, scene: Scene, settings: Settings, steps: Any, where: np.ndarray,
+    values: Mapping[str, Array], out: SweepBlock, threads: int,
 ) -> None:  # fmt: skip
     q, v, closed = starts(mechanism, scene, values, where, out)
     where, q, v = where[closed], q[closed], v[closed]
@@ -188,7 +187,7 @@ def _roll(
 
 
 def starts(
-    mechanism: Mechanism, scene: Scene, values: Mapping[str, Array], where: np.ndarray, out: Block
+    mechanism: Mechanism, scene: Scene, values: Mapping[str, Array], where: np.ndarray, out: SweepBlock
 ) -> tuple[Array, Array, Array]:
     """q (n, nq), v (n, nv) of the initial states, and which of the n points have one; the others are told in the block."""
     n = len(where)

@@ -1,4 +1,4 @@
-"""What bites in a URDF: what it cannot say, and what the engines make of what it says."""
+"""Findings in the text of a file: what a URDF cannot express, compiler settings of an MJCF, what other readers would lose of it."""
 
 from __future__ import annotations
 
@@ -102,3 +102,86 @@ def _has_range(joint: ET.Element) -> bool:
 
 def _name(e: ET.Element) -> str:
     return e.get("name") or "a joint"
+
+
+def compiler_settings(root: ET.Element) -> Iterator[Symptom]:
+    """Findings "masses_changed" and "degrees" of the <compiler> element and the numbers that it rules."""
+    merged: dict[str, str] = {}
+    for element in root.findall("compiler"):
+        merged |= element.attrib
+    changing = [k for k in ("settotalmass", "boundmass", "boundinertia") if _number(merged.get(k)) > 0]
+    changing += ["balanceinertia"] if merged.get("balanceinertia") == "true" else []
+    if changing:
+        text = f"the compiler changes masses or inertias ({', '.join(changing)}): the engine's model is not what the file says."
+        yield Symptom("masses_changed", "warning", text)
+    if merged.get("inertiafromgeom") == "true" and root.find(".//inertial") is not None:
+        text = "inertiafromgeom is true: every <inertial> of the file is ignored."
+        yield Symptom("masses_changed", "warning", text, '<compiler inertiafromgeom="auto"/>')
+    yield from _degrees(root, merged.get("angle", "degree") == "radian", "angle" in merged)
+
+
+def _degrees(root: ET.Element, radian: bool, unit_given: bool) -> Iterator[Symptom]:
+    """Angles of hinges that look like those of the other unit."""
+    angles: dict[str, list[float]] = {}
+    for e in root.iter("joint"):
+        if e.get("type", "hinge") in ("hinge", "ball"):
+            for key in ("range", "ref", "springref"):
+                angles.setdefault(f"{key} of {e.get('name') or e.get('class') or 'a joint'}", []).extend(
+                    x for x in map(_number, (e.get(key) or "").split()) if x
+                )
+    known = {k: v for k, v in angles.items() if v}
+    biggest = max((abs(x) for v in known.values() for x in v), default=0.0)
+    if radian:
+        wrong = [f"{k} = {_list(v)} rad" for k, v in known.items() if max(map(abs, v)) > 8.0 * np.pi]
+        if wrong:
+            text = f'{listed(wrong)}: degrees, under angle="radian"?'
+            yield Symptom("degrees", "error", text, '<compiler angle="degree"/>')
+    elif known and biggest < 2.0 * np.pi + 0.01:
+        exact = any(_of_pi(x) for v in known.values() for x in v)
+        text = (
+            f"{listed([f'{k} = {_list(v)}' for k, v in known.items()])} is read in degrees"
+            f"{'' if unit_given else ', the default of MJCF'}: {biggest:.4g} is {np.radians(biggest):.3g} rad. Radians are meant?"
+        )
+        yield Symptom("degrees", "error" if exact else "warning", text, '<compiler angle="radian"/>')
+
+
+def _of_pi(x: float) -> bool:
+    """Whether a number is a multiple of pi/12 that was written with at least three digits."""
+    turns = abs(x) / (np.pi / 12)
+    return round(turns) > 0 and abs(turns - round(turns)) < 1e-3 * turns and abs(x - round(x, 1)) > 1e-9
+
+
+def _number(value: str | None) -> float:
+    try:
+        return float(value or 0.0)
+    except ValueError:
+        return 0.0
+
+
+def _list(values: list[float]) -> str:
+    return " ".join(f"{x:g}" for x in values)
+
+
+def other_readers(root: ET.Element) -> Iterator[Symptom]:
+    """Finding "pinocchio_reader": what pinocchio.buildModelFromMJCF would drop of this MJCF."""
+    lost = list(_lost(root))
+    if lost:
+        text = f"pinocchio.buildModelFromMJCF (4.1.0) would silently lose {listed(lost, 8)}."
+        yield Symptom("pinocchio_reader", "note", text)
+
+
+def _lost(root: ET.Element) -> Iterator[str]:
+    bodies = root.findall("./worldbody/body")
+    if len(bodies) > 1:
+        yield f"every body of the world but the first ({len(bodies) - 1} trees)"
+    if any(e.get("pos", "0 0 0").split() != ["0", "0", "0"] or e.get("quat") for e in bodies[:1]):
+        yield "the pose of the root body"
+    for option in root.findall("option"):
+        gravity = floats(option, "gravity", 3)
+        if gravity is not None and gravity != (0.0, 0.0, -9.81):
+            yield f"gravity {option.get('gravity')}"
+    couplings = [e for section in root.findall("equality") for e in section if e.tag in ("joint", "tendon")]
+    if couplings:
+        yield f"{len(couplings)} joint and tendon equalities (gears, mimics)"
+    if root.find(".//worldbody//frame") is not None or root.find(".//worldbody//replicate") is not None:
+        yield "what stands in <frame> and <replicate>"

@@ -1,7 +1,4 @@
-"""Blocks on this machine: in this process while that is quick, else in a pool of processes.
-
-Blocks on an existing Dask cluster: the same function, the same blocks, hence the same bits.
-"""
+"""Where blocks are computed: in this process while that is quick, else in a pool of processes, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -20,8 +17,8 @@ from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.lab.run import versions
-from mechlab.studies.sweep.probe import evaluate
-from mechlab.studies.sweep.request import ANSWERS, RUNS, Block, Request
+from mechlab.studies.sweep.evaluate import evaluate
+from mechlab.studies.sweep.request import ANSWERS, RUNS, SweepBlock, SweepRequest
 
 WORTH_IT = 4.0
 """Seconds of work that must be left for a pool of processes, which takes a second or two to come up."""
@@ -34,7 +31,9 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def run_on_cores(request: Request, blocks: Sequence[int], workers: int | None = None) -> Iterator[tuple[int, Block]]:
+def run_on_cores(
+    request: SweepRequest, blocks: Sequence[int], workers: int | None = None
+) -> Iterator[tuple[int, SweepBlock]]:
     """(block, what it gave), as they are finished. workers: processes, by default one for each core; 1: no pool.
 
     The engine's own threads are used for rollouts, processes for what is asked or run point by point. A pool that breaks
@@ -65,7 +64,7 @@ def run_on_cores(request: Request, blocks: Sequence[int], workers: int | None = 
             yield block, evaluate(request, block, many)
 
 
-def _travels(request: Request) -> bool:
+def _travels(request: SweepRequest) -> bool:
     """Whether the request can go to another process: a function without a name there cannot."""
     try:
         pickle.dumps(request)
@@ -99,11 +98,11 @@ def _undisturbed() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _pool(request: Request, blocks: Sequence[int], workers: int) -> Iterator[tuple[int, Block]]:
+def _pool(request: SweepRequest, blocks: Sequence[int], workers: int) -> Iterator[tuple[int, SweepBlock]]:
     waiting = list(blocks)
     pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=get_context("spawn"), initializer=_begin)
     try:
-        running: dict[Future[Block], int] = {}
+        running: dict[Future[SweepBlock], int] = {}
         while waiting or running:
             while waiting and len(running) < AHEAD * workers:
                 block = waiting.pop(0)
@@ -135,17 +134,17 @@ HOW = "pip install 'mechlab[cluster]'"
 
 
 @lru_cache(maxsize=4)
-def _opened(shipped: bytes) -> Request:
-    request: Request = pickle.loads(shipped)
+def _opened(shipped: bytes) -> SweepRequest:
+    request: SweepRequest = pickle.loads(shipped)
     return request
 
 
-def task(shipped: bytes, block: int) -> Block:
+def task(shipped: bytes, block: int) -> SweepBlock:
     """One block, in a worker. The request comes as bytes with every task: what a lost worker held is needed by none."""
     return evaluate(_opened(shipped), block)
 
 
-def run_on_cluster(request: Request, blocks: Sequence[int], address: str) -> Iterator[tuple[int, Block]]:
+def run_on_cluster(request: SweepRequest, blocks: Sequence[int], address: str) -> Iterator[tuple[int, SweepBlock]]:
     """(block, what it gave), as they are finished. A worker that is lost costs the blocks that it was busy with, which are
     computed again elsewhere. Raises MechlabError where there is no scheduler, or versions in the workers are others."""
     try:
@@ -206,7 +205,7 @@ def _failure(future: Any, block: int) -> Exception:
     cause = future.exception() if future.status == "error" else None
     if isinstance(cause, MechlabError):
         return cause
-    said = f"{type(cause).__name__}: {cause}" if cause is not None else future.status
+    failure = f"{type(cause).__name__}: {cause}" if cause is not None else future.status
     return MechlabError(
-        f"block {block} of the sweep could not be computed on the cluster: {' '.join(said.split())[:300]}"
+        f"block {block} of the sweep could not be computed on the cluster: {' '.join(failure.split())[:300]}"
     )

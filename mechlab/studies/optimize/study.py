@@ -15,18 +15,20 @@ from mechlab.experiment.parameters import describe
 from mechlab.files import whole_folder, write
 from mechlab.lab.ask import in_si
 from mechlab.lab.design import Design, design
+from mechlab.studies.optimize.picture import draw
 from mechlab.studies.optimize.problem import (
     TASKS,
-    Goal,
-    Problem,
-    Trial,
+    OptimisationGoal,
+    OptimisationProblem,
+    TriedDesign,
     given_ranges,
     read_constraints,
     read_goal,
     split_constraints,
     variables_of,
 )
-from mechlab.studies.optimize.quantity import measured, workspace_names
+from mechlab.studies.optimize.quantity import quantity_set, workspace_names
+from mechlab.studies.optimize.report import rows
 from mechlab.studies.optimize.result import Optimum
 from mechlab.studies.optimize.search import LEVELS, MEMBERS, SHARE, fewest, search
 from mechlab.studies.optimize.search import front as front_of
@@ -38,9 +40,9 @@ EACH = 250
 def optimize(
     base: Design,
     values: Mapping[str, Any],
-    goal: Goal | None = None,
+    goal: OptimisationGoal | None = None,
     subject: str | Sequence[str] = (),
-    front: str | Goal | None = None,
+    front: str | OptimisationGoal | None = None,
     evaluations: int | None = None,
     seed: int = 0,
     out: Path | None = None,
@@ -83,7 +85,7 @@ def optimize(
         replace(goal, quantity=tell(goal.quantity)),
         second and replace(second, quantity=tell(second.quantity)),
     )
-    measure = measured(start_design, [tell(n) for n in wanted], rest)
+    measure = quantity_set(start_design, [tell(n) for n in wanted], rest)
     spelled = [f"{tell(n)}{'>=' if s > 0 else '<='}{b}" for n, s, b in wishes]
     variables = variables_of(start_design, ranges)
     count = EACH * len(variables) if evaluations is None else evaluations
@@ -92,7 +94,7 @@ def optimize(
             f"evaluations: a search over {len(variables)} variable{'s' if len(variables) > 1 else ''} tries at least "
             f"{fewest(len(variables))} designs before it refines the best; expected so many or more, got {count}."
         )
-    problem = Problem(
+    problem = OptimisationProblem(
         start_design, variables, goal, read_constraints(spelled, measure.units) if spelled else (), measure
     )
     size = max(20, MEMBERS * len(variables))
@@ -122,9 +124,9 @@ def optimize(
     return found if out is None else _write(found, out)
 
 
-def _second(front: str | Goal | None, usual: Goal | None) -> Goal | None:
+def _second(front: str | OptimisationGoal | None, usual: OptimisationGoal | None) -> OptimisationGoal | None:
     """The second goal; without max: or min: its direction is that of the task, else the largest."""
-    if front is None or isinstance(front, Goal):
+    if front is None or isinstance(front, OptimisationGoal):
         return front
     read = read_goal(front)
     return usual if usual is not None and ":" not in front and usual.quantity == read.quantity else read
@@ -139,16 +141,16 @@ def _spelled(base: Design) -> Callable[[str], str]:
     return lambda name: "columns" if name == other else name
 
 
-def _start(problem: Problem) -> Trial:
+def _start(problem: OptimisationProblem) -> TriedDesign:
     """The design as it is, though it may lie outside the ranges."""
     x = tuple(float(getattr(problem.base.parameters, v.name)) for v in problem.variables)
     try:
-        return Trial(x, problem.measured.numbers(problem.base))
+        return TriedDesign(x, problem.measured.numbers(problem.base))
     except MechlabError as cause:
-        return Trial(x, {}, str(cause))
+        return TriedDesign(x, {}, str(cause))
 
 
-def _checked(problem: Problem, best: Trial) -> dict[str, dict[str, float]]:
+def _checked(problem: OptimisationProblem, best: TriedDesign) -> dict[str, dict[str, float]]:
     """The best design computed anew: by the same way with nothing remembered, and by others."""
     made = problem.design(best.x)
     again = problem.measured.numbers(made)
@@ -163,8 +165,6 @@ def _write(found: Optimum, folder: Path) -> Optimum:
         names |= {"front": "front.csv", "picture": "front.png", "drawing": "front.svg"}
     with whole_folder(folder) as stage:
         if found.front:
-            from mechlab.studies.optimize.picture import draw, rows
-
             table = io.StringIO(newline="")
             csv.writer(table).writerows(rows(found))
             write(stage / names["front"], table.getvalue())

@@ -1,17 +1,19 @@
-"""The sweep itself: blocks go to a scheduler, come back in any order, are kept, and become one result."""
+"""Runs a sweep: blocks go to a scheduler, come back in any order, are kept in files, and become one result."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.studies.sweep import cluster as local
-from mechlab.studies.sweep.request import Block, Request
-from mechlab.studies.sweep.result import SweepResult
-from mechlab.studies.sweep.resume import Parts
+from mechlab.studies.sweep.files import Parts, kept_dataset, write_dataset
+from mechlab.studies.sweep.picture import draw, refuse
+from mechlab.studies.sweep.request import SweepBlock, SweepRequest
+from mechlab.studies.sweep.result import SweepResult, need_xarray
+from mechlab.studies.sweep.schedulers import run_on_cluster, run_on_cores
 
 SUFFIX = ".nc"
 
@@ -21,7 +23,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def sweep(
-    request: Request,
+    request: SweepRequest,
     *,
     out: Path | None = None,
     plot: Path | None = None,
@@ -45,25 +47,21 @@ def sweep(
             "--workers counts processes on this machine, and --scheduler computes on a cluster: leave out one."
         )
     if plot is not None:
-        from mechlab.studies.sweep.plot import refuse
-
         refuse(len(request.axes), len(request.quantities), plot)
     parts: Parts | None = None
     if out is not None:
-        from mechlab.studies.sweep.result import kept, need_xarray
-
         if out.suffix != SUFFIX:
             raise MechlabError(f"-o {out}: expected a file name that ends in {SUFFIX}.")
         need_xarray()
         parts = Parts(out.with_name(f"{out.name}.parts"), request, resume)
-        if resume and not parts.finished and (before := kept(out, request)) is not None:
+        if resume and not parts.finished and (before := kept_dataset(out, request)) is not None:
             return _finished(SweepResult(request, *before, 0, command, warnings=warnings), out, plot, write=False)
     flat = np.full((request.count, len(request.quantities)), np.nan)
     outcomes = np.zeros(request.count, dtype=np.int8)
     reasons: dict[int, str] = {}
     done = 0
 
-    def take(index: int, block: Block) -> int:
+    def take(index: int, block: SweepBlock) -> int:
         start, stop = request.span(index)
         flat[start:stop], outcomes[start:stop] = block.values, block.outcomes
         reasons.update({start + i: text for i, text in block.reasons.items()})
@@ -76,7 +74,8 @@ def sweep(
     progress(done, request.count)
     left = [k for k in range(request.blocks) if k not in before_now]
     try:
-        for index, block in _blocks(request, left, scheduler, workers):
+        blocks = run_on_cores(request, left, workers) if scheduler is None else run_on_cluster(request, left, scheduler)
+        for index, block in blocks if left else ():
             done += take(index, block)
             if parts is not None:
                 parts.add(index, block)
@@ -106,32 +105,13 @@ def sweep(
     return finished
 
 
-def _blocks(
-    request: Request, left: list[int], scheduler: str | None, workers: int | None
-) -> Iterator[tuple[int, Block]]:
-    if not left:
-        return
-    if scheduler is None:
-        yield from local.run_on_cores(request, left, workers)
-        return
-    from mechlab.studies.sweep import cluster
-
-    yield from cluster.run_on_cluster(request, left, scheduler)
-
-
 def _finished(result: SweepResult, out: Path | None, plot: Path | None, write: bool = True) -> SweepResult:
     """The result with its files written."""
     files: dict[str, Path] = {}
     if out is not None:
         if write:
-            from mechlab.studies.sweep.result import write as write_dataset
-
             write_dataset(result, out)
         files["dataset"] = out
     if plot is not None:
-        from mechlab.studies.sweep.plot import draw
-
         files["picture"] = draw(result, plot)
-    from dataclasses import replace
-
     return replace(result, files=files)

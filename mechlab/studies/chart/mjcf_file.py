@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,12 +20,13 @@ from mechlab.lab.order_check import file_order
 from mechlab.lab.run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.chart.advice import flat_defaults, recommend
-from mechlab.studies.chart.chart import Budget, sweep
-from mechlab.studies.chart.data import Chart, Point
+from mechlab.studies.chart.data import Chart, ChartPoint
+from mechlab.studies.chart.run import Budget, refine
 from mechlab.studies.chart.score import THRESHOLD, Score
 
 if TYPE_CHECKING:
     from mechlab.engines.mujoco.trace_file import FileModel, FileTrace
+
 
 OUTPUTS = 100
 DURATION = 1.0
@@ -40,7 +42,7 @@ class _Truth:
     error: float
 
 
-def chart_file(
+def chart_of_mjcf_file(
     path: Path, duration: float | None = None, target: float | None = None, budget: Budget | None = None
 ) -> Chart:
     """The chart of an MJCF file over `duration` (default 1 s). target [m]: default a thousandth of the model's size.
@@ -74,7 +76,7 @@ def chart_file(
     truth = _reference(run, hard)
     order = file_order(run, model.model, hard, length / OUTPUTS)
     notes += [f"RK4: {order.sentence}."] if order.severity != "ok" else []
-    points: list[Point] = []
+    points: list[ChartPoint] = []
     between = length / OUTPUTS
     values = tuple(between / 2**k for k in range(13))
     for integrator in INTEGRATORS:
@@ -84,10 +86,7 @@ def chart_file(
             def once(h: float, integrator: str = integrator, stiff: bool = stiff) -> Any:
                 return run(integrator, stiff, round(between / h))
 
-            def judge(trace: Any) -> Score:
-                return _score(truth, trace)
-
-            points += sweep(name, "step", not stiff, values, once, judge, budget or Budget())
+            points += refine(name, "step", not stiff, values, once, partial(_score, truth), budget or Budget())
     aim = 1e-3 * model.extent if target is None else target
     notes += [s.replace("MuJoCo's default softness", "the softness that the file gives its constraints")
               for s in flat_defaults(points, aim, "m")]  # fmt: skip
@@ -147,7 +146,7 @@ def _score(truth: _Truth, trace: Any) -> Score:
     points, energy = trace.points, trace.energy
     if trace.reason or len(points) != len(truth.points) or not np.all(np.isfinite(points)):
         return Score(math.inf, math.inf, math.inf, math.inf)
-    away = np.linalg.norm(points - truth.points, axis=2)
-    relative = away / np.maximum(np.linalg.norm(truth.points, axis=2), THRESHOLD)
+    distance = np.linalg.norm(points - truth.points, axis=2)
+    relative = distance / np.maximum(np.linalg.norm(truth.points, axis=2), THRESHOLD)
     drift = float(np.max(np.abs(energy - truth.energy)))
-    return Score(float(away.max()), float(np.sqrt(np.mean(relative**2))), drift, trace.gap)
+    return Score(float(distance.max()), float(np.sqrt(np.mean(relative**2))), drift, trace.gap)

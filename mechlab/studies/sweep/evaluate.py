@@ -1,11 +1,11 @@
-"""Points that are questions: the closed form takes many at once, engines one after the other.
+"""Computes one block of a sweep: closed forms for many points at once; answers, runs and checks point by point.
 
-Points that are simulations or checks: one after the other, each with its own health record.
+Every scheduler calls the same function, `evaluate`, so that all of them give the same bits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,24 @@ from mechlab.errors import EngineMissing, MechlabError, Untrustworthy, unknown
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.recording import Recording
 from mechlab.lab.ask import ask, generic_question
-from mechlab.lab.design import Design
+from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import run_chosen
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.check.check import checks_of
-from mechlab.studies.sweep.request import NO_SOLUTION, UNTRUSTED, Block, Quantity, Request
+from mechlab.studies.named import witness_answer
+from mechlab.studies.sweep.request import (
+    ANSWERS,
+    CLOSED_FORM,
+    NO_SOLUTION,
+    ROLLOUT,
+    UNTRUSTED,
+    SweepBlock,
+    SweepQuantity,
+    SweepRequest,
+    reduced,
+)
+from mechlab.studies.sweep.rollout import roll_block
 
 PARTS = 4
 """Where one of many points has no answer, and the closed form does not say which, they are asked again in so many parts, down
@@ -34,22 +46,22 @@ def question_of(design: Design, keys: set[str], given: Mapping[str, Any]) -> Que
     return max(fits, key=lambda q: len(q.given)) if fits else generic_question(design, given)
 
 
-def closed_form(request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block) -> None:
+def closed_form(
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
+) -> None:
     """All points of a group at once, in parts where some have no answer."""
     question = question_of(design, set(rest), rest)
-    witness = question.witnesses[request.witness]
-    fixed = {k: v for k, v in question.optional.items() if v is not None and k not in rest}
     arrays = {k: v for k, v in rest.items() if np.ndim(v)}
-    fixed |= {k: v for k, v in rest.items() if not np.ndim(v)}
+    fixed = {k: v for k, v in rest.items() if not np.ndim(v)}
 
     def part(points: np.ndarray) -> None:
         single = len(points) == 1
         nodes = {k: float(v[points[0]]) if single else v[points] for k, v in arrays.items()}
         try:
-            said = witness(design.parameters, fixed | nodes)
-            whole = all(q.name in said.values for q in request.quantities)
-            if said.status.exit_code == 0 and not said.cannot and (whole or single):
-                _take(request, said, where[points], out)
+            answer = witness_answer(question, design, fixed | nodes, request.witness)
+            whole = all(q.name in answer.values for q in request.quantities)
+            if answer.status.exit_code == 0 and not answer.cannot and (whole or single):
+                _take(request, answer, where[points], out)
                 return
         except (MechlabError, ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError) as cause:
             if single or isinstance(cause, EngineMissing):
@@ -57,11 +69,11 @@ def closed_form(request: Request, design: Design, where: np.ndarray, rest: Mappi
                 return
         else:
             if single:
-                _refused(said, where[points], out)
+                _refused(answer, where[points], out)
                 return
-            if said.status.exit_code and said.solved is not None and not np.all(said.solved):
-                solved = np.broadcast_to(said.solved, points.shape)
-                _refused(said, where[points[~solved]], out)
+            if answer.status.exit_code and answer.solved is not None and not np.all(answer.solved):
+                solved = np.broadcast_to(answer.solved, points.shape)
+                _refused(answer, where[points[~solved]], out)
                 if np.any(solved):
                     part(points[solved])
                 return
@@ -72,7 +84,7 @@ def closed_form(request: Request, design: Design, where: np.ndarray, rest: Mappi
 
 
 def answers_one_by_one(
-    request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
     """Each point is asked by itself: one witness, or all of them where their difference is wanted."""
     for i, at in enumerate(where):
@@ -81,40 +93,41 @@ def answers_one_by_one(
         try:
             if any(q.name == DIFFERENCE for q in request.quantities):
                 answers = ask(design, given)
-                said = answers.answers[request.witness]
+                answer = answers.answers[request.witness]
                 difference = answers.max_difference
-                if answers.status.exit_code and not said.status.exit_code:
-                    said = next(a for a in answers.answers.values() if a.status is answers.status and not a.cannot)
-                if difference is not None and said.values:
-                    said = Answer(said.values | {DIFFERENCE: difference}, said.status, said.notes, cannot=said.cannot)
+                if answers.status.exit_code and not answer.status.exit_code:
+                    answer = next(a for a in answers.answers.values() if a.status is answers.status and not a.cannot)
+                if difference is not None and answer.values:
+                    answer = Answer(
+                        answer.values | {DIFFERENCE: difference}, answer.status, answer.notes, cannot=answer.cannot
+                    )
             else:
                 question = question_of(design, set(given), given)
-                optional = {k: v for k, v in question.optional.items() if v is not None}
-                said = question.witnesses[request.witness](design.parameters, optional | given)
+                answer = witness_answer(question, design, given, request.witness)
         except (Exception, SystemExit) as cause:  # one point must not end the others
             out.failed(spot, cause)
             continue
-        if said.cannot or said.status.exit_code or not said.values:
-            _refused(said, spot, out)
+        if answer.cannot or answer.status.exit_code or not answer.values:
+            _refused(answer, spot, out)
         else:
-            _take(request, said, spot, out)
+            _take(request, answer, spot, out)
 
 
-def _refused(said: Answer, where: np.ndarray, out: Block) -> None:
-    if said.cannot:
-        raise EngineMissing(f"the witness cannot answer: {said.cannot}")
-    if not said.status.exit_code:
-        labels = ", ".join(str(m.get("label", k)) for k, m in enumerate(said.modes))
-        text = f"there are several modes ({labels}) and no single value" if said.modes else "no value was answered"
+def _refused(answer: Answer, where: np.ndarray, out: SweepBlock) -> None:
+    if answer.cannot:
+        raise EngineMissing(f"the witness cannot answer: {answer.cannot}")
+    if not answer.status.exit_code:
+        labels = ", ".join(str(m.get("label", k)) for k, m in enumerate(answer.modes))
+        text = f"there are several modes ({labels}) and no single value" if answer.modes else "no value was answered"
         out.gap(where, NO_SOLUTION, text)
         return
-    out.gap(where, said.status.exit_code, "; ".join([said.status.value, *said.notes]))
+    out.gap(where, answer.status.exit_code, "; ".join([answer.status.value, *answer.notes]))
 
 
-def _take(request: Request, said: Answer, where: np.ndarray, out: Block) -> None:
+def _take(request: SweepRequest, answer: Answer, where: np.ndarray, out: SweepBlock) -> None:
     missing = []
     for k, quantity in enumerate(request.quantities):
-        value = said.values.get(quantity.name)
+        value = answer.values.get(quantity.name)
         if value is None:
             missing.append(quantity.name)
             continue
@@ -129,8 +142,8 @@ def _take(request: Request, said: Answer, where: np.ndarray, out: Block) -> None
     out.values[where] = np.where(empty, np.nan, values)
     names = np.array([q.label for q in request.quantities])
     for i in np.flatnonzero(empty.any(axis=1)):
-        text = f"{', '.join(names[empty[i]])}: no finite value here ({said.status.value})"
-        note = f"; {'; '.join(said.notes)}" if said.notes and len(where) == 1 else ""
+        text = f"{', '.join(names[empty[i]])}: no finite value here ({answer.status.value})"
+        note = f"; {'; '.join(answer.notes)}" if answer.notes and len(where) == 1 else ""
         if empty[i].all():
             out.gap(where[i], NO_SOLUTION, text + note)
         else:
@@ -141,7 +154,9 @@ STEP_ERROR = "step_error"
 """The finding that takes more runs; it is made only where it is asked for."""
 
 
-def runs_one_by_one(request: Request, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: Block) -> None:
+def runs_one_by_one(
+    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
+) -> None:
     """The run of each point, and the checks of its design."""
     for i, at in enumerate(where):
         extra = {k: float(v[i]) if np.ndim(v) else float(v) for k, v in rest.items()}
@@ -152,7 +167,7 @@ def runs_one_by_one(request: Request, design: Design, where: np.ndarray, rest: M
             out.failed(at, cause)
 
 
-def _point(request: Request, design: Design, extra: Mapping[str, float], at: int, out: Block) -> None:
+def _point(request: SweepRequest, design: Design, extra: Mapping[str, float], at: int, out: SweepBlock) -> None:
     values = np.full(len(request.quantities), np.nan)
     bad = ""
     if any(q.of_run for q in request.quantities):
@@ -185,7 +200,7 @@ def check(design: Design, id: str) -> Any:
     return checks[id]
 
 
-def of_recording(quantity: Quantity, design: Design, recording: Recording) -> float:
+def of_recording(quantity: SweepQuantity, design: Design, recording: Recording) -> float:
     """A quantity of a run."""
     if quantity.kind == "trusted":
         return float(recording.health.trusted)
@@ -204,19 +219,58 @@ def channel(design: Design, recording: Recording, name: str) -> Array:
     return recording.channel(name)
 
 
-def reduced(how: str, t: Array, values: Array) -> float:
-    """final, max, min, mean or rms (over time, by the trapezoidal rule) of a channel (n,) at times t (n,)."""
-    x = np.asarray(values, dtype=float)
-    if how == "final":
-        return float(x[-1])
-    if how in ("max", "min"):
-        return float(np.max(x) if how == "max" else np.min(x))
-    span = float(t[-1] - t[0])
-    if not span > 0.0:
-        raise MechlabError(f"a {how} over time needs a run that lasts.")
-    if how == "mean":
-        return float(np.trapezoid(x, t)) / span
-    return float(np.sqrt(np.trapezoid(x * x, t) / span))
+_bases: dict[str, Design] = {}
 
 
-REDUCTIONS = ("final", "max", "min", "mean", "rms")
+def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
+    """The numbers of a block. threads: of engines that have their own; they do not change a bit.
+
+    What goes wrong at a point is told there; raises MechlabError only for what concerns all points.
+    """
+
+    out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
+    for where, changes, rest in groups(request, block):
+        try:
+            made = with_parameters(base(request), tuple(sorted(changes.items())))
+        except MechlabError as cause:
+            out.failed(where, cause)
+            continue
+        if request.method == CLOSED_FORM:
+            closed_form(request, made, where, rest, out)
+        elif request.method == ANSWERS:
+            answers_one_by_one(request, made, where, rest, out)
+        elif request.method == ROLLOUT:
+            roll_block(request, made, where, rest, out, threads)
+        else:
+            runs_one_by_one(request, made, where, rest, out)
+    return out
+
+
+def base(request: SweepRequest) -> Design:
+    """The design with the fixed parameters; loaded once in a process."""
+    if request.fingerprint not in _bases:
+        _bases.clear()
+        _bases[request.fingerprint] = request.load(request.source, **request.parameters)
+    return _bases[request.fingerprint]
+
+
+def with_parameters(chosen: Design, changes: tuple[tuple[str, Any], ...]) -> Design:
+    """The design with changed parameters."""
+    return design(chosen.entry, dict(chosen.given) | dict(changes)) if changes else chosen
+
+
+def groups(request: SweepRequest, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:
+    """The points of a block that share a design: where they stand in the block (m,), the parameters that change, and
+    what else is given: numbers, or arrays (m,) of the axes."""
+    places = request.places(block)
+    outer = [a for a in request.work if a.role == "parameter"]
+    inner = [a for a in request.work if a.role != "parameter"]
+    tables = {a.key: np.array([float(x) for x in a.values]) for a in inner}
+    start, stop = request.span(block)
+    steps = np.zeros(stop - start, dtype=bool)
+    for axis in outer:
+        steps[1:] |= np.diff(places[axis.key]) != 0
+    for where in np.split(np.arange(stop - start), np.flatnonzero(steps)):
+        changes = {a.key: a.values[int(places[a.key][where[0]])] for a in outer}
+        varied: Mapping[str, Any] = {k: table[places[k][where]] for k, table in tables.items()}
+        yield where, changes, dict(request.given) | dict(varied)

@@ -1,0 +1,60 @@
+"""Checks and claims as one line, text and HTML."""
+
+from __future__ import annotations
+
+from mechlab.results import html_of, line_of, text_of
+from mechlab.studies.check.check import CheckReport
+from mechlab.studies.check.claims import ClaimReport
+from mechlab.tables import counted, html_sheet, number, table
+
+HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
+
+
+@line_of.register
+def _(report: CheckReport) -> str:
+    return f"Checks: {report.message}"
+
+
+@text_of.register
+def _(report: CheckReport) -> str:
+    """A table and a sentence."""
+    return table(HEADERS, _rows(report)) + f"\n\n{report.message}."
+
+
+@html_of.register
+def _(report: CheckReport) -> str:
+    return html_sheet("", [f"{report.message}."], {"": (HEADERS, _rows(report))})
+
+
+def _rows(report: CheckReport) -> list[list[str]]:
+    """A row for each check, under HEADERS."""
+    rows = []
+    for o in report.outcomes:
+        m = o.measured
+        numbers = [number(m.difference if m else None), number(m.tolerance if m else None)]
+        witnesses = ", ".join(m.values) if m else ""
+        rows.append([o.mechanism, o.check.id, o.verdict, *numbers, o.check.text, witnesses or o.error or o.missing])
+    return rows
+
+
+@line_of.register
+def _(report: ClaimReport) -> str:
+    return f"{counted(len(report.items), 'claim')}: {_counts(report)}"
+
+
+@text_of.register
+def _(report: ClaimReport) -> str:
+    """A block for each claim, and the counts."""
+    blocks = []
+    for mechanism, claim, finding in report.items:
+        rows = [["printed", number(claim.printed, 6)]] + [[k, number(v, 6)] for k, v in finding.computed.items()]
+        blocks.append(
+            f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
+        )
+    drawn = [f"figure: {report.figure}"] if report.figure else []
+    return "\n\n".join([*blocks, f"{len(report.items)} claims: {_counts(report)}.", *drawn])
+
+
+def _counts(report: ClaimReport) -> str:
+    """How many claims got which verdict, by its first words."""
+    return ", ".join(f"{n} {name.partition(',')[0]}" for name, n in report.counts.items() if n) or "none"

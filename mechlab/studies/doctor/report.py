@@ -1,0 +1,50 @@
+"""A diagnosis as one line and as text: the structure, the findings by severity, the text to paste."""
+
+from __future__ import annotations
+
+from mechlab.mechanism.structure import FREEDOMS
+from mechlab.results import line_of, text_of
+from mechlab.studies.doctor.case import Diagnosis
+from mechlab.tables import counted, number
+
+
+@line_of.register
+def _(diagnosis: Diagnosis) -> str:
+    return f"Diagnosis of {diagnosis.message}"
+
+
+@text_of.register
+def _(diagnosis: Diagnosis) -> str:
+    """The structure, the findings by severity, the text to paste."""
+    lines = [f"{diagnosis.name} ({diagnosis.kind})"]
+    if diagnosis.freedoms is not None:
+        lines.append(
+            f"  {counted(diagnosis.coordinates or 0, 'coordinate')}, {counted(diagnosis.rows or 0, 'constraint row')}: "
+            f"{counted(diagnosis.freedoms, *FREEDOMS)}"
+        )
+    if diagnosis.idle:
+        lines.append(f"  local freedoms: {', '.join(diagnosis.idle)}")
+    if diagnosis.redundant:
+        lines.append(f"  {len(diagnosis.redundant)} redundant rows:")
+        lines += [f"    {x.sentence}" for x in diagnosis.redundant[:SHOWN]]
+        if len(diagnosis.redundant) > SHOWN:
+            lines.append(f"    and {len(diagnosis.redundant) - SHOWN} more (--json lists all)")
+    if diagnosis.gap is not None:
+        lines.append(f"  largest gap in the reference pose: {number(diagnosis.gap)} m or rad")
+    lines += ["", "findings" if diagnosis.findings else "no findings"]
+    for f in diagnosis.findings:
+        lines.append(f"  {f.severity:8s}{f.name}: {f.sentence}")
+        lines += [f"          {row}" for row in f.paste.splitlines()]
+    lines += [f"  note    {n}" for n in diagnosis.notes]
+    if diagnosis.paste:
+        lines += ["", "to paste", *(f"  {row}" for row in diagnosis.paste.splitlines())]
+    lines += [
+        "",
+        diagnosis.message
+        if diagnosis.exit_code == 0
+        else f"{diagnosis.name}: do not trust results of this file as it is.",
+    ]
+    return "\n".join(lines)
+
+
+SHOWN = 12

@@ -1,0 +1,163 @@
+"""The modes of a design, from Pinocchio, from MuJoCo and, with one freedom, from the generalised inertia along its path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from mechlab.engines.own.one_freedom import OneFreedom
+from mechlab.errors import EngineMissing, MechlabError, NoSolution, Untrustworthy
+from mechlab.experiment.acting import acting, what_acts
+from mechlab.experiment.laws import Law, applied_force
+from mechlab.experiment.scene import Scene, initial_pose
+from mechlab.kit.witness import room
+from mechlab.lab.design import Design, with_extra
+from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lab.run import versions
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.structure import structure
+from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
+from mechlab.studies.modes.equilibrium import laws_at_rest, settle
+from mechlab.studies.modes.result import ModesResult, ModesWitness
+from mechlab.studies.named import parameter_values
+
+STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class _Balance:
+    """Along the path at phi: inertia J, push Q, its slopes in phi and phi', tangent u (nv,), coordinates q (nq,)."""
+
+    inertia: float
+    push: float
+    stiffness: float
+    damping: float
+    u: Array
+    q: Array
+
+
+def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> tuple[Array, tuple[VibrationMode, ...]]:
+    """Coordinates (nq,) of the rest reached downhill from q, and its one mode: omega^2 = V''(phi) / J(phi).
+
+    Raises NoSolution where the path ends or no rest is found, MechlabError for other than one freedom.
+    """
+    path = OneFreedom(mechanism, laws, q)
+    phi, load, last = path.path.start.phi, 0.0, np.inf
+    for _ in range(300):
+        now = _balance(path, phi)
+        load = max(load, abs(now.push), abs(now.stiffness))
+        if abs(now.push) <= 1e-15 * load or (abs(now.push) < 1e-9 * load and abs(now.push) >= 0.5 * last):
+            linear = LinearMotion(
+                now.u[:, None] / np.sqrt(now.inertia), np.array([[now.damping / now.inertia]]),
+                np.array([[now.stiffness / now.inertia]]), np.zeros(1), load, load,
+            )  # fmt: skip
+            return now.q, modes(linear, lambda x: x)
+        last = abs(now.push)
+        step = now.push / max(abs(now.stiffness), 1e-9 * load)
+        phi += float(np.clip(step, -0.3, 0.3)) / max(1.0, float(np.max(np.abs(now.u))))
+    raise NoSolution(f"no rest along {path.coordinate}: {last:.3g} stays unbalanced")
+
+
+def _balance(path: OneFreedom, phi: float) -> _Balance:
+    def push(at: float, rate: float) -> tuple[float, float, Array, Array]:
+        q, u, _, (inertia, _, weight, damping) = path.split(path.columns(at))
+        path.plant.move(0.0, q, u, rate)
+        force = applied_force(path.mechanism, path.laws, 0.0, path.plant)[0]
+        return float(force @ u) + float(weight) + float(damping) * rate, float(inertia), u, q
+
+    h = STEP
+    (q1, *_), (q2, *_), (q3, *_), (q4, *_) = (push(phi + k * h, 0.0) for k in (1, -1, 2, -2))
+    now, inertia, u, q = push(phi, 0.0)
+    damping = (push(phi, -h)[0] - push(phi, h)[0]) / (2 * h)
+    return _Balance(inertia, now, -(8 * (q1 - q2) - q3 + q4) / (12 * h), damping, u, q)
+
+
+ENGINES = {"pinocchio": "mechlab.engines.pinocchio.linearise", "mujoco": "mechlab.engines.mujoco.linearise"}
+REFERENCE = "the reference pose"
+
+
+def find_modes(
+    design: Design,
+    scene: str | None = None,
+    fidelity: str | None = None,
+    extra: Mapping[str, float] | None = None,
+    free: bool = False,
+) -> ModesResult:
+    """Equilibrium and modes of a design.
+
+    Without a scene the drives hold their targets from the reference pose; with one what acts in it, from its start. free:
+    neither; weight, springs and dampers alone. extra: X_0 (start of the search), X_force (constant loads). Raises
+    NoSolution for a motion that does not rest or a start without equilibrium near, MechlabError for bad input.
+    """
+    chosen = design if scene is None else design.for_scene(scene)
+    m, made, laws, notes = _situation(chosen, scene, fidelity, dict(extra or {}), free)
+    start = initial_pose(m, made.initial, f"{m.name}, {made.name}")
+    rough = [*(j.name for j in m.joints if j.friction), *(s.name for s in m.shafts if s.friction)]
+    if rough:
+        notes = (*notes, f"dry friction of {', '.join(rough)} is left out: where it sticks nothing swings at all")
+    witnesses: dict[str, ModesWitness] = {}
+    for engine in ENGINES:
+        witnesses[engine] = _ask(lambda engine=engine: _engine(engine, m, laws, start))  # type: ignore[misc]
+    if structure(m).freedoms == 1:
+        witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
+    parameters = parameter_values(chosen)
+    acts = what_acts(m, replace(made, laws=laws))
+    return ModesResult(chosen.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
+
+
+def _situation(
+    design: Design, scene: str | None, fidelity: str | None, extra: dict[str, float], free: bool
+) -> tuple[Mechanism, Scene, tuple[Law, ...], tuple[str, ...]]:
+    """The mechanism, the start, what acts, and notes."""
+    moving = [k for k in extra if k.endswith("_rate_0")]
+    if moving:
+        raise MechlabError(
+            f"{design.name}: {moving[0]}: modes are about a rest; give X_0 (where to look) and X_force (constant loads)."
+        )
+    if scene is not None:
+        made = chosen_scene(design, scene, fidelity, None, extra)
+        m = design.mechanism(made.fidelity)
+        laws, notes = laws_at_rest(m, made)
+        return m, made, () if free else laws, notes
+    m = design.mechanism(fidelity)
+    still = Scene(REFERENCE, design.fidelity(fidelity), 1.0, drives="free" if free else "hold")
+    made = with_extra(design, acting(m, still), extra)
+    return m, made, *laws_at_rest(m, made)
+
+
+def _ask(work: Callable[[], ModesWitness]) -> ModesWitness:
+    """A witness that is not installed, or has no path, says so; other errors are the user's."""
+    try:
+        return work()
+    except EngineMissing as error:
+        return ModesWitness(cannot=str(error))
+
+
+def _engine(engine: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
+    room(engine)
+    dynamics: Dynamics = import_module(ENGINES[engine]).SmallMotions(m, laws)
+    rest = settle(dynamics, q)
+    found = linear(dynamics, rest.x)
+    freedoms, here = structure(m).freedoms, found.basis.shape[1]
+    if here != freedoms:
+        raise Untrustworthy(
+            f"{m.name}: the equilibrium is a singular position: {here} freedoms by linearisation, {freedoms} in truth. Small motions "
+            "about it are not linear; give another start (X_0=...)."
+        )
+    return ModesWitness(dynamics.coordinates(rest.x), rest.residual, modes(found, dynamics.rates))
+
+
+def _one_freedom(m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
+    try:
+        rest, found = one_freedom_modes(m, laws, q)
+    except (NoSolution, MechlabError) as error:
+        return ModesWitness(cannot=str(error))
+    return ModesWitness(np.asarray(rest), 0.0, found)
+
+
+__all__: list[Any] = ["find_modes"]

@@ -1,0 +1,45 @@
+"""What the pictures of the studies share: figures without a window, plain axes, borders of cells, files that are whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechlab.files import unfinished
+from mechlab.mechanism.geometry import Array
+
+
+def new_figure(width: float, height: float, dpi: int = 130, **options: Any) -> Any:
+    """A white matplotlib figure [inch] that draws without a window."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=dpi, facecolor="white", **options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def open_frame(axes: Any) -> None:
+    """Takes away the frame of the axes above and to the right."""
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def cell_borders(values: Sequence[float] | Array, log: bool = False) -> Array:
+    """(n + 1,) borders of the cells of a map, halfway between the values (n,), or between their logarithms."""
+    x = np.log(values) if log else np.asarray(values, dtype=float)
+    if len(x) == 1:
+        return np.array([x[0] - 0.5, x[0] + 0.5])
+    middle = 0.5 * (x[1:] + x[:-1])
+    out = np.concatenate([[2 * x[0] - middle[0]], middle, [2 * x[-1] - middle[-1]]])
+    return np.asarray(np.exp(out) if log else out)
+
+
+def save_figure(figure: Any, path: Path, **options: Any) -> Path:
+    """Writes a figure; its kind follows the suffix. The file is there whole or not at all."""
+    with unfinished(path) as temporary:
+        figure.savefig(temporary, **options)
+    return path
