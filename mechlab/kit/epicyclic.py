@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.planetary_stage import conditions
+from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
@@ -21,7 +22,7 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.checks import closed_form_recording, moving_in_fidelities
 from mechlab.kit.mass_check import Particles, State, solid, spread_of
 from mechlab.kit.questions import for_engines
-from mechlab.kit.witness import engine_answer, room
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import ConstraintSet, Inertia, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space, rank
@@ -242,19 +243,13 @@ def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, w
     rows as it has meshes more than wheels: that many loads statics cannot share out."""
 
     def run(p: Any) -> CheckResult:
-        import mujoco
-
-        from mechlab.engines.mujoco.model import equality_jacobian
-
         measured: dict[str, list[int]] = {"numpy": [], "mujoco": []}
         expected: list[int] = []
         for fidelity, rays in (("parts", 1), ("full", int(p.planets))):
             m = build(p, fidelity)
-            model, data = room("mujoco").to_mujoco(m)
-            mujoco.mj_forward(model, data)
-            rows = {"numpy": ConstraintSet(m).jacobian(TreeKinematics(m)), "mujoco": equality_jacobian(model, data)}
-            for who, jacobian in rows.items():
-                measured[who] += [len(jacobian), len(jacobian) - rank(jacobian)]
+            for who, numbers in measured.items():
+                rows = engine(who).state(m, m.reference()).rows
+                numbers += [len(rows), len(rows) - rank(rows)]
             expected += [rays * meshes, (rays - 1) * (meshes - wheels)]
         return CheckResult(measured, 0.0, expected, "rows and redundant rows: parts, full")
 

@@ -15,15 +15,15 @@ import numpy as np
 from mechlab.analytic import differential as closed
 from mechlab.catalog.closed_differential import questions, scenes
 from mechlab.catalog.closed_differential.build import GAP, STATED_TEETH, USED_TEETH, WIDTH, Parameters, build
-from mechlab.catalog.closed_differential.questions import ANSWERS, ENGINES, Machine, machine, numpy_machine
+from mechlab.catalog.closed_differential.questions import ANSWERS, ENGINES, Machine, machine
 from mechlab.catalog.closed_differential.scenes import SCENES
+from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.question import Answer
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import PRESETS, Settings
 from mechlab.kit.epicyclic import TURN, mesh_check, moving_check, wheel
 from mechlab.kit.mass_check import NOTHING, State
-from mechlab.kit.witness import room
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array
 
@@ -43,7 +43,7 @@ def answers(p: Parameters, **given: float) -> dict[str, dict[str, Any]]:
 
 def machines(p: Parameters, fidelity: str = "parts") -> dict[str, Machine]:
     """Witness -> its mass matrix and gear rows; the numpy tree stands for the closed form."""
-    return {"numpy": numpy_machine(p, fidelity)} | {engine: machine(engine, p, fidelity) for engine in ENGINES}
+    return {"numpy": machine("numpy", p, fidelity)} | {name: machine(name, p, fidelity) for name in ENGINES}
 
 
 def run(who: str, p: Parameters, scene: str, duration: float | None = None, fidelity: str | None = None) -> Recording:
@@ -54,8 +54,7 @@ def run(who: str, p: Parameters, scene: str, duration: float | None = None, fide
     if who == "analytic":
         return scenes.reference(p, made)
     settings = replace(made.settings, engine=who, integrator="RK4")
-    found: Recording = room(who).run(build(p, level), made, settings)
-    return found
+    return engine(who).run(build(p, level), made, settings)
 
 
 def runs(p: Parameters, scene: str, duration: float | None = None) -> dict[str, Recording]:
@@ -92,7 +91,7 @@ def predicted_lag(p: Parameters, fidelity: str, settings: Settings | None = None
     (default: the preset `accurate`) make them."""
     chosen = settings or PRESETS["accurate"]
     solref, solimp = chosen.solref or (0.02, 1.0), chosen.solimp or (0.9, 0.95, 0.001, 0.5, 2.0)
-    made = numpy_machine(p, fidelity)
+    made = machine("numpy", p, fidelity)
     force = made.applied(w_H1=p.M_H1, w_H2=-p.M_H2)
     lag = closed.predicted_lag(made.mass, made.rows, force, solref[0], solimp[1], solref[1])
     return dict(zip([r.name for r in made.mechanism.relations], lag.tolist(), strict=True))

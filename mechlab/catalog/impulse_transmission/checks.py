@@ -22,13 +22,13 @@ from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.impulse_transmission.build import Parameters, build, full_coordinates, minimal_coordinates
 from mechlab.catalog.impulse_transmission.checks_runs import PORTRAIT_CHECK, RUN_CHECKS, STICKING_CHECKS, TURNING
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
+from mechlab.engines.protocol import engine
 from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit import mass_check
 from mechlab.kit.benchmark_parts import in_plane
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array, axis_rotation
 
 ANGLES, RATES = (0.9, 0.35), (1.7, -0.6)
@@ -88,13 +88,12 @@ TABLE = {
 def _engine_accelerations(p: Parameters, fidelity: str, states: Array) -> Array:
     """(n, 2) alpha'' and beta'' by Pinocchio's tree, at states (alpha, beta, alpha', beta', Md), resisting torque M0."""
     m = build(p, fidelity)
-    plant = room("pinocchio").PinPlant(m)
     place = minimal_coordinates if fidelity == "minimal" else full_coordinates
     rows = np.array([m.row("alpha"), m.row("beta")])
     out = []
     for y in states:
         q, v = (place(p, y[[i]], y[[i + 1]])[0] for i in (0, 2))
-        a, _ = plant.set(q, v).accelerations(np.array([y[4], -p.M0]) @ rows)
+        a = engine("pinocchio").accelerations(m, q, v, np.array([y[4], -p.M0]) @ rows)
         out.append(rows @ a)
     return np.array(out)
 

@@ -24,7 +24,6 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.portrait import flow
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 SPEED = 150.0
@@ -183,25 +182,23 @@ def i6_full(p: Parameters) -> CheckResult:
 
 def i6_motor(p: Parameters) -> CheckResult:
     """The DC motor of the model file, evaluated by MuJoCo, against the source's motor equation at 20 states."""
-    import mujoco
-
-    model, data = room("mujoco").to_mujoco(build(p, "minimal"))
     if p.static_motor:
         raise NoSolution("tau = 0: the motor has no state.")
-    model.actuator_actearly[:] = False  # else the torque is that of the current at the end of the step
-    data.ctrl[0] = voltage(p)
+    from mechlab.engines.mujoco.drive import motor_states
+
     rng = np.random.default_rng(2)
-    measured, truth = [], []
+    states = []
     for _ in range(20):
-        data.qvel[:] = rng.uniform(-200.0, 200.0, 2)
-        data.act[0] = rng.uniform(-100.0, 200.0)
-        mujoco.mj_forward(model, data)
-        torque, rate = float(data.act[0]), float(motor_rate(p.impulse, data.actuator_velocity[0], data.act[0]))
-        measured.append([float(data.act_dot[0]), float(data.actuator_force[0])])
-        truth.append([rate, torque])
+        states.append([*rng.uniform(-200.0, 200.0, 2), rng.uniform(-100.0, 200.0)])
+    rows = np.array(states)
+    speed, act_dot, force = motor_states(build(p, "minimal"), voltage(p), rows[:, :2], rows[:, 2])
+    truth = np.column_stack([motor_rate(p.impulse, speed, rows[:, 2]), rows[:, 2]])
     scale = np.abs(truth).max(axis=0)
     return CheckResult(
-        {"mujoco dcmotor": np.array(measured) / scale}, 1e-10, np.array(truth) / scale, "dMd/dt and torque, relative"
+        {"mujoco dcmotor": np.column_stack([act_dot, force]) / scale},
+        1e-10,
+        truth / scale,
+        "dMd/dt and torque, relative",
     )
 
 
