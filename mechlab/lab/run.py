@@ -72,11 +72,11 @@ def run_scene(
     """
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
-    lived = design.for_scene(scene)
+    of_scene = design.for_scene(scene)
     if fidelity == "kinematic":
-        lived.mechanism(fidelity)  # raises: it has none
-    made = lived.scene(scene, fidelity, duration, extra)
-    chosen = _settings(lived, made, engine, settings, timestep)
+        of_scene.mechanism(fidelity)  # raises: it has none
+    made = of_scene.scene(scene, fidelity, duration, extra)
+    chosen = _settings(of_scene, made, engine, settings, timestep)
     _refuse_idle(design, chosen.engine, timestep, max_error, free=engine is None and settings is None)
     _refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
@@ -85,15 +85,15 @@ def run_scene(
         if not 0.0 <= t <= made.duration:
             raise MechlabError(f"{design.name}: the time {t:g} s lies outside the run (0 to {made.duration:g} s).")
     if chosen.engine == "analytic":
-        run = _analytic(lived, made, extra or {})
+        run = _analytic(of_scene, made, extra or {})
     elif max_error is not None:
-        return _to_error(lived, made, chosen, max_error, at, choose=engine is None and settings is None)
+        return _to_error(of_scene, made, chosen, max_error, at, choose=engine is None and settings is None)
     else:
-        run = _once(lived, made, chosen, at)
-    done = _complete(lived, run, made)
+        run = _once(of_scene, made, chosen, at)
+    done = _complete(of_scene, run, made)
     if not estimate or chosen.engine == "analytic":
         return done
-    return with_step_error(done, made, lambda scene, s, times: _complete(lived, _once(lived, scene, s, times), scene))
+    return with_step_error(done, made, lambda scene, s, times: _complete(of_scene, _once(of_scene, scene, s, times), scene))
 
 
 def _to_error(

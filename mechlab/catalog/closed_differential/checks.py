@@ -285,11 +285,11 @@ def _lag(p: Parameters) -> CheckResult:
     found = run("mujoco", p, "constant-moments", 0.1, "parts")
     m = found.mechanism
     measured = np.array([abs(m.coefficient_row(r.coefficients) @ found.q[-1]) for r in m.relations])
-    told = np.array([predicted[r.name] for r in m.relations])
-    if not np.all(told > 0.0):
-        return CheckResult({"mujoco": measured}, 1e-12, told, "residual of each mesh [rad]; not all carry load")
+    expected = np.array([predicted[r.name] for r in m.relations])
+    if not np.all(expected > 0.0):
+        return CheckResult({"mujoco": measured}, 1e-12, expected, "residual of each mesh [rad]; not all carry load")
     return CheckResult(
-        {"mujoco": measured / told}, 0.01, np.ones(len(told)), "residual of each mesh over the predicted one"
+        {"mujoco": measured / expected}, 0.01, np.ones(len(expected)), "residual of each mesh over the predicted one"
     )
 
 

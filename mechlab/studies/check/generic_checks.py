@@ -60,10 +60,10 @@ def _collect(m: Mechanism, number: Callable[[EngineState], Array]) -> dict[str, 
     return {name: [number(engine(name).state(m, q, v)) for q, v in states] for name in IMPLEMENTATIONS}
 
 
-def _relative(said: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> CheckResult:
-    scale = max(least, max(float(np.max(np.abs(x), initial=0.0)) for x in said["numpy"]))
+def _relative(values: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> CheckResult:
+    scale = max(least, max(float(np.max(np.abs(x), initial=0.0)) for x in values["numpy"]))
     return CheckResult(
-        {k: np.array(v) / scale for k, v in said.items()},
+        {k: np.array(v) / scale for k, v in values.items()},
         tolerance,
         note=f"{note}, relative to the largest entry {scale:.3g}",
     )

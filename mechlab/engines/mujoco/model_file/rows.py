@@ -39,8 +39,8 @@ def equality_name(model: mujoco.MjModel, k: int) -> str:
     elif model.eq_type[k] == mujoco.mjtEq.mjEQ_TENDON:
         object_kind = mujoco.mjtObj.mjOBJ_TENDON
     ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
-    said = [mujoco.mj_id2name(model, object_kind, e) or f"number {e}" for e in ends if e >= 0]
-    return f"{kind} {'-'.join(said)}"
+    names = [mujoco.mj_id2name(model, object_kind, e) or f"number {e}" for e in ends if e >= 0]
+    return f"{kind} {'-'.join(names)}"
 
 
 class EqualityRows:
