@@ -108,9 +108,9 @@ def three_regimes() -> ClaimResult:
         found = [closed_form.regime(closed_form.GearLinkage(x, b, c, r)).regime for x in lengths]
         computed[f"{name}: crank of curve III"] = crank
         right &= found == [
-            closed_form.Regime.MONOTONE,
-            closed_form.Regime.MOMENTARY_DWELL,
-            closed_form.Regime.REVERSING,
+            closed_form.OutputRegime.MONOTONE,
+            closed_form.OutputRegime.MOMENTARY_DWELL,
+            closed_form.OutputRegime.REVERSING,
         ]
     if right:
         return ClaimResult(computed, Verdict.HOLDS, "in all four examples, in this order")
