@@ -1,8 +1,9 @@
 """Teeth of the closed gear differential for two wanted ratios.
 
-Input carrier with planet 2 between sun 1 and ring 3, output carrier with planet 5 between sun 4 and ring 6; suns on one
-shaft, rings on one drum. With a = z1 / (z1 + z3) and b = z4 / (z4 + z6) the ratio input : output is a / b while the drum 36
-is braked and (1 - a) / (1 - b) while the suns 14 are. Rings fit when z3 = z1 + 2 z2, z6 = z4 + 2 z5; so a, b < 1/2.
+Input carrier with planet 2 between sun 1 and ring 3, output carrier with planet 5 between sun 4 and ring 6; suns on
+one shaft, rings on one drum. With a = z1 / (z1 + z3) and b = z4 / (z4 + z6) the ratio input : output is a / b while
+the drum 36 is braked and (1 - a) / (1 - b) while the suns 14 are. Rings fit when z3 = z1 + 2 z2, z6 = z4 + 2 z5; so
+a, b < 1/2.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""The physical pendulum in closed form: theta'' = -w^2 sin theta, theta from its lowest position, by Jacobi's elliptic functions.
+"""The physical pendulum in closed form: theta'' = -w^2 sin theta, theta from its lowest position, by Jacobi's elliptic
+functions.
 
 With k^2 = sin^2(theta0 / 2) + (theta0' / 2w)^2, the energy over that of the upright position at rest:
 
@@ -20,7 +21,7 @@ from mechlab.errors import NoSolution
 
 Array = NDArray[np.float64]
 SEPARATRIX = 1e-6
-"""Of k^2 from 1, as near as the functions are still told apart from the motion that ends upright."""
+"""Smallest distance of k^2 from 1: nearer to it rounding hides the difference to the motion that ends upright."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class PhysicalPendulum:
         return slower, 1.0 / (math.sqrt(m) * abs(1.0 - m))
 
     def _apart(self) -> float:
-        """k^2, away from 1."""
+        """k^2, at least that distance from 1."""
         m = self.modulus_squared
         if not abs(m - 1.0) > SEPARATRIX:
             raise NoSolution("a pendulum with the energy of its upright position: it takes for ever to get there")

@@ -1,16 +1,17 @@
-"""Power flow of a train of gears in steady motion: torques from statics, losses in each mesh by the sense of its flow.
+"""Power flow of a train of gears in steady motion: torques from statics, losses in each mesh by the sense of its flow,
+and the largest power that circulates in the train instead of going from input to output.
 
 A mesh lets gears a and b roll on each other in a carrier: alpha w_a + beta w_b = 0, w the rates in the carrier. Its
-reaction f puts the torque alpha f on a and beta e f on b (and the opposite on the carrier), where for a mesh efficiency eta
+reaction f puts the torque alpha f on a and beta e f on b (and the opposite on the carrier), where for a mesh
+efficiency eta
 
     e = 1 without losses,   e = eta if a drives (f alpha w_a < 0),   e = 1 / eta if b drives,
 
 so that of the rolling power P = |power into the mesh, seen in the carrier| the part (1 - eta) P is lost. Torques are
 taken as joint forces: with rows r over the joint rates, sum of reactions and external torques on every joint is zero.
 
-Sources: Willis 1841; Mueller 1998, Die Umlaufgetriebe (rolling and coupling power); Merritt 1941 (losses by rolling power).
-
-Power that runs round in a train of gears instead of from input to output: the largest circulation in its power graph.
+Sources: Willis 1841; Mueller 1998, Die Umlaufgetriebe (rolling and coupling power); Merritt 1941 (losses by rolling
+power).
 """
 
 from __future__ import annotations

@@ -1,15 +1,14 @@
 """Implicit regions {f >= 0} with Boolean algebra: exact margins by min and max, smooth ones by R-functions.
 
-Boolean algebra on functions whose sign says inside (f >= 0) or outside (f < 0).
+A function says by its sign whether a point is inside (f >= 0) or outside (f < 0). `EXACT` is the lattice min, max:
+every law holds in value, and the meet of signed distances is the exact distance inside. An R-function has the sign of
+min and max but is smooth except where both arguments vanish; its value is no margin any more (ten margins of 1 meet
+in 0.16), so margins are for `EXACT` and gradients for `SMOOTH`.
 
-`EXACT` is the lattice min, max: every law holds in value, and the meet of signed distances is the exact distance inside.
-An R-function has the sign of min and max but is smooth except where both arguments vanish; its value is no margin any
-more (ten margins of 1 meet in 0.16), so margins are for `EXACT` and gradients for `SMOOTH`.
+The complement is -f in both. The sets {f >= 0} are closed, so -f >= 0 is the complement only off the border f = 0,
+where a set and its "complement" both say inside (V. L. Rvachev, Theory of R-functions, 1982).
 
-The complement is -f in both. The sets {f >= 0} are closed, so -f >= 0 is the complement only off the border f = 0, where
-a set and its "complement" both say inside (V. L. Rvachev, Theory of R-functions, 1982).
-
-Regions of space built from named clauses, each a margin in metres: evaluated on grids, and asked which clause binds.
+A Region is built from named clauses, each a margin in metres. It is evaluated on grids and says which clause binds.
 """
 
 from __future__ import annotations
@@ -79,7 +78,7 @@ def r_functions(alpha: float = 0.0) -> Algebra:
 EXACT = Algebra("min and max", _lower, _upper)
 """The lattice: exact margins."""
 SMOOTH = r_functions(0.0)
-"""R0: smooth away from corners."""
+"""R0: smooth except at corners."""
 
 Coordinates = Mapping[str, FloatArray]
 """Coordinates by axis name; the arrays broadcast against each other."""

@@ -111,7 +111,7 @@ class Answers(Result):
     length: float = 1.0
     """Size of the mechanism [m]: what a length is large or small beside."""
 
-    def __getitem__(self, witness: str) -> dict[str, Any]:
+    def __getitem__(self, witness: str) -> dict[str, float | NDArray[np.float64]]:
         return self.answers[witness].values
 
     @property

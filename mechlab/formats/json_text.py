@@ -1,7 +1,4 @@
-"""Ratios that were written as decimals, exact again.
-
-JSON text for people to read, the same byte for byte: short lists on one line, duplicates and NaN refused.
-"""
+"""JSON text, the same byte for byte: short lists on one line, duplicates and NaN refused; and exact ratios of decimals."""
 
 from __future__ import annotations
 

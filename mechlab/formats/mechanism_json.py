@@ -24,14 +24,14 @@ from mechlab.mechanism.model import Mechanism
 FORMAT = "mechlab.mechanism"
 SCHEMA = 1
 EXTRA_KEYS = ("urdf",)
-"""Top-level keys that others add beside the mechanism."""
+"""Top-level keys that other writers add to those of the mechanism."""
 _PAIRS = ("coefficients", "size")
 _LARGEST = sys.float_info.max
 _RATIO = re.compile(r"[+-]?\d{1,400}([/.]\d{1,400})?", re.ASCII)
 """Without an exponent: 1e999999999 would be computed exactly."""
 
 
-def to_json(mechanism: Mechanism, extra: Mapping[str, Any] | None = None) -> str:
+def to_json(mechanism: Mechanism, extra: Mapping[str, object] | None = None) -> str:
     """The mechanism as JSON text that ends with a newline; `extra`: more top-level keys, of EXTRA_KEYS."""
     for key in extra or {}:
         if key not in EXTRA_KEYS:

@@ -1,8 +1,6 @@
-"""The JSON header of a recording: read as dataclasses, every field checked.
+"""Recordings as .npz: arrays, and a JSON header with mechanism, settings, health, units and versions.
 
-Recordings as .npz: arrays, and a JSON header with mechanism, settings, health, units and versions.
-
-A file is believed in nothing: it is read only as far as its header explains its size, and everything in it is checked.
+Nothing in a file is trusted: it is read only as far as its header explains its size, and every value is checked.
 """
 
 from __future__ import annotations

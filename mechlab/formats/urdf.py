@@ -1,17 +1,15 @@
 """The tree of a Mechanism as URDF, for tools that read it.
 
-Loops, gears between three joints, shafts and gravity stay in the JSON beside it.
+Loops, gears between three joints, shafts and gravity are in the JSON that is written with it.
 
 * The root link is `base`, the ground. Joint values are coordinates: 0 in the reference pose.
 * URDF has one joint a link: further joints of a body get links BODY__JOINT before it.
 * A spherical joint becomes three revolutes NAME_x, NAME_y, NAME_z about the moved axes, R = Rx Ry Rz (singular at
-  NAME_y = 90 deg); its rates are not theirs. A floating body becomes three prismatics and those.
+  NAME_y = 90 deg); their rates are not the angular velocity. A floating body becomes three prismatics and those.
 * Moving links without mass get MASSLESS: MuJoCo refuses them otherwise, and no result can show it.
 * Joints without limits are `revolute` with wide limits: Pinocchio gives `continuous` two coordinates.
-* A relation between two joints becomes a <mimic>, always of an independent joint. MuJoCo and yourdfpy honour it;
-  Pinocchio does only when asked (buildModelFromUrdf(..., mimic=True)).
-
-Relations between two joints as mimics. Every follower names an independent leader: no chain can contradict.
+* A relation between two joints becomes a <mimic>, always of an independent joint, so that no chain of mimics can
+  contradict itself. MuJoCo and yourdfpy honour it; Pinocchio does only when asked (buildModelFromUrdf(..., mimic=True)).
 """
 
 from __future__ import annotations

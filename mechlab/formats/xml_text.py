@@ -1,6 +1,6 @@
-"""Helpers of the XML writers: numbers with 17 digits, elements, text that is the same byte for byte.
+"""XML text of the model files: elements with numbers of 17 digits, the same byte for byte, and how they are read again.
 
-Shapes that MJCF and URDF draw themselves, without a mesh.
+`primitive` says which shapes MJCF and URDF draw themselves, without a mesh.
 """
 
 from __future__ import annotations

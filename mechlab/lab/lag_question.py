@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.lag import predicted_lags
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
 from mechlab.lab.design import Design
-from mechlab.mechanism import Mechanism
+from mechlab.mechanism import ConstraintSet, Mechanism
 
 FORCE = "_force"
 SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
@@ -115,7 +115,7 @@ def _predicted(m: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
 def _rigid(m: Mechanism, given: Mapping[str, float]) -> Answer:
     """Loads of rigid rows at rest, the least ones where rows repeat each other."""
     try:
-        plant = room("pinocchio").PinPlant(m)
+        plant = engine("pinocchio").plant(m)
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     force = -plant.bias()
@@ -125,14 +125,15 @@ def _rigid(m: Mechanism, given: Mapping[str, float]) -> Answer:
     free = np.linalg.solve(plant.mass_matrix(), np.column_stack([force, plant.jacobian().T]))
     compliance, gap = plant.jacobian() @ free[:, 1:], plant.jacobian() @ free[:, 0] + plant.constraint_bias()
     load = np.linalg.lstsq(compliance, -gap, rcond=1e-11)[0]
-    loads = {r.name: abs(float(load[plant.constraints.slices[r.name].start])) for r in m.relations}
+    slices = ConstraintSet(m).slices
+    loads = {r.name: abs(float(load[slices[r.name].start])) for r in m.relations}
     return Answer(_named({}, loads), notes=("its rows are rigid: they do not lag",))
 
 
 def _measured(m: Mechanism, given: Mapping[str, float]) -> Answer:
     """Residual and load of each row at the end of a run of MuJoCo."""
     try:
-        recording = room("mujoco").run(m, *_loaded(m, given))
+        recording = engine("mujoco").run(m, *_loaded(m, given))
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     q = recording.q[-1]

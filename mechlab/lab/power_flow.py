@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic.power_flow import Flow, TrainMesh, circulating_power, efficiency, flow
+from mechlab.engines.protocol import engine
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
 from mechlab.experiment.question import Answer, Question
-from mechlab.kit.witness import room
 from mechlab.lab.design import Design
 from mechlab.mechanism import GROUND, Mechanism
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
@@ -301,7 +301,7 @@ def _engine(title: str, t: Train, given: Mapping[str, float]) -> Answer:
     """Speeds, and without losses torques, from the engine's own constraint Jacobian in the reference pose."""
     m, case = t.mechanism, case_of(t, given)
     try:
-        jacobian = _jacobian(title, m)
+        jacobian = engine(title).state(m, m.reference()).rows[:, : m.nv]
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     speeds = {k.removesuffix(RATE): float(x) for k, x in given.items() if k.endswith(RATE)}
@@ -315,14 +315,3 @@ def _engine(title: str, t: Train, given: Mapping[str, float]) -> Answer:
     load = sum((x * m.row(n) for n, x in case.given.items()), np.zeros(m.nv))
     solution = np.linalg.lstsq(columns, -load, rcond=1e-11)[0][len(jacobian) :]
     return Answer(values | {f"{n}{FORCE}": float(x) for n, x in zip(case.open, solution, strict=True)})
-
-
-def _jacobian(title: str, m: Mechanism) -> Array:
-    if title == "pinocchio":
-        from mechlab.mechanism import ConstraintSet
-
-        return ConstraintSet(m).jacobian(room("pinocchio").PinKinematics(m))
-    simulate = room("mujoco")
-    model, data = simulate.to_mujoco(m)
-    view = simulate.MujocoMap(m, model)
-    return np.asarray(view.rates(simulate.equality_jacobian(model, data)))

@@ -18,7 +18,14 @@ from mechlab.experiment.recording import Finding, Health, Recording, limit_findi
 from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
 from mechlab.lab.accuracy.control import ControlledRun, run_to_error
 from mechlab.lab.design import Design
-from mechlab.lab.nature import FASTEST, by_nature, drive_step, motor_findings, other_softness, with_static_motors
+from mechlab.lab.problem_settings import (
+    FASTEST,
+    drive_step,
+    motor_findings,
+    other_softness,
+    settings_for,
+    with_static_motors,
+)
 from mechlab.lab.step_error import with_step_error
 from mechlab.mechanism.geometry import Array
 
@@ -129,13 +136,13 @@ def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error:
 def _settings(
     design: Design, scene: Scene, engine: str | None, settings: Settings | str | None, timestep: float | None
 ) -> Settings:
-    """The settings of a run: those that were asked for, else the scene's, as its nature and the engine demand."""
+    """The settings of a run: those that were asked for, else the scene's, as the kind of problem and the engine demand."""
     if isinstance(settings, str) and settings not in PRESETS:
         raise unknown(f"{design.name}: settings", settings, PRESETS)
     chosen = PRESETS[settings] if isinstance(settings, str) else settings or scene.settings
     wanted = engine or chosen.engine
     if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):
-        chosen = by_nature(chosen, design.mechanism(scene.fidelity), scene)
+        chosen = settings_for(chosen, design.mechanism(scene.fidelity), scene)
     elif wanted == "hybrid":
         tolerance = min(chosen.tolerance, 1e-10)
         chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")

@@ -34,8 +34,8 @@ from mechlab.experiment.errors import (
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.nature import other_softness
 from mechlab.lab.order_check import fixed_steps, suspects
+from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import nearest_to_singular

@@ -1,6 +1,5 @@
-"""A straight uniform bar: how it looks, and its inertia.
-
-Building a Mechanism step by step: bodies, loops, meshes; then `build()`, or `assemble(guess)` when it does not close yet.
+"""Building a Mechanism step by step: bodies, loops, meshes; then `build()`, or `assemble(guess)` when it does not close
+yet.
 """
 
 from __future__ import annotations

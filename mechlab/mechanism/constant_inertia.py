@@ -1,5 +1,8 @@
-"""What each part of a train adds to the mass matrix of the independent rates, when that is constant: a spin about the
-part's own axis, an orbit with its carrier, and (rarely) a rest. Refuses, with the reason, where it is not constant."""
+"""What each part of a train adds to the mass matrix of the independent rates, where that matrix is constant.
+
+A part adds a spin about its own axis, an orbit with its carrier, and (rarely) a rest. Where the matrix depends on the
+pose, `shares` raises an error that names the body and the reason.
+"""
 
 from __future__ import annotations
 

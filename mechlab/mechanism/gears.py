@@ -1,12 +1,12 @@
 """Gear meshes, belts, racks and screws as linear relations between joint coordinates.
 
-One primitive: two bodies touch at a pitch point without sliding along a mesh direction; point and direction are fixed in
-the carrier, the body that holds both axes. The row is
+One primitive: two bodies touch at a pitch point without sliding along a mesh direction; point and direction are fixed
+in the carrier, the body that holds both axes. The row is
 
     direction . (J_a(point) - J_b(point)),
 
-over every joint on the paths to the two gears, so that meshes on moving carriers come out right by construction. It must
-be the same at random poses; a mesh for which it is not constant is no linear relation and is refused.
+over every joint on the paths to the two gears, so that meshes on moving carriers come out right by construction. It
+must be the same at random poses; a mesh for which it is not constant is no linear relation and is refused.
 """
 
 from __future__ import annotations

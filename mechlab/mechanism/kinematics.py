@@ -1,7 +1,8 @@
 """Kinematics of a tree, in world axes: poses, velocities, Jacobians, bias accelerations.
 
 `Kinematics` is the interface that every constraint is written against. `TreeKinematics` implements it with numpy;
-Pinocchio implements it in `mechlab.engines.pinocchio`. A six-vector is (linear at the point asked for, angular), both in world axes.
+Pinocchio implements it in `mechlab.engines.pinocchio`. A six-vector is (linear at the point asked for, angular), both
+in world axes.
 """
 
 from __future__ import annotations

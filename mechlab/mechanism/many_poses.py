@@ -1,6 +1,7 @@
-"""A tree at many poses at once: kinematics, closure residuals and Jacobians as arrays with the pose as first index.
+"""Kinematics of a tree at many poses at once: poses, closure residuals and Jacobians, the pose as first index.
 
-The same mathematics as `TreeKinematics` and `ConstraintSet`, which take one pose; a test compares the two row by row.
+The mathematics is that of `TreeKinematics` and `ConstraintSet`, which take one pose; a test compares the two row by
+row.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Which two gears a LinearRelation lets roll on each other, and in which carrier: needed for power, losses and words.
+"""Which two gears a LinearRelation lets roll on each other, and in which carrier.
 
-A relation alone does not say it; the tree does. Two bodies and a carrier fit when each body turns relative to the carrier
-about one line that stands still in it, and the row is a combination of these two rates.
+The power flow and the losses of a train need these roles; the relation does not hold them, the tree does. Two bodies
+and a carrier fit when each body turns relative to the carrier about one line that stands still in it, and the row of
+the relation is a combination of these two rates.
 """
 
 from __future__ import annotations

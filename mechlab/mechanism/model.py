@@ -1,8 +1,8 @@
 """The mechanism: a tree of bodies, what closes it, what couples it, what drives it (`mechlab.mechanism.parts`).
 
-Two mechanisms are equal when their data are. A Mechanism is checked when it is made: an object that exists is sound. The
-check (`mechlab.mechanism.validate`) needs kinematics, which need this module; so it registers itself here instead of
-being imported. The package `mechlab.mechanism` imports it with Builder, hence no Mechanism is made without it.
+Two mechanisms are equal when their data are. A Mechanism is checked when it is made: an object that exists is sound.
+The check (`mechlab.mechanism.validate`) needs kinematics, which need this module; so it registers itself here instead
+of being imported. The package `mechlab.mechanism` imports it with Builder, hence no Mechanism is made without it.
 """
 
 from __future__ import annotations

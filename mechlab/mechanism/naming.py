@@ -1,7 +1,7 @@
 """The keys that the parts of a mechanism make, and the refusal of two parts that make the same key.
 
-A joint or shaft X: X, X_rate, X_accel, X_force, X_0, X_rate_0; a spherical joint its rates X_x, X_y, X_z. A frame F: F_x, F_wx,
-their rates and accelerations, F_rotation. A loop L: L_fx .. L_mz, L_load. A relation R: R_load.
+A joint or shaft X: X, X_rate, X_accel, X_force, X_0, X_rate_0; a spherical joint its rates X_x, X_y, X_z. A frame F:
+F_x, F_wx, their rates and accelerations, F_rotation. A loop L: L_fx .. L_mz, L_load. A relation R: R_load.
 """
 
 from __future__ import annotations

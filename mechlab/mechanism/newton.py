@@ -61,13 +61,7 @@ class Assembly:
 
 
 def newton(
-    evaluate: Evaluate,
-    step: Step,
-    q: Array,
-    *,
-    tolerance: float = 1e-13,
-    iterations: int = 60,
-    largest: float = 0.5,
+    evaluate: Evaluate, step: Step, q: Array, *, tolerance: float = 1e-13, iterations: int = 60, largest: float = 0.5
 ) -> Assembly:
     """Damped Newton for r(q) = 0 with the minimum-norm step of a possibly redundant Jacobian.
 

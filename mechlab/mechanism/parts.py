@@ -1,12 +1,7 @@
-"""What a part looks like: a kind of solid and its parameters. The meshes themselves are made in `mechlab.shapes`.
+"""The parts of a mechanism: bodies with joints and shapes, what closes them, what couples them, what drives them.
 
-Exact coefficients of joints: what a shaft, a relation or a gear ratio is made of.
-
-The parts of a mechanism: bodies and their joints, what closes them, what couples them, what drives them.
-
-Everything is immutable and plain: tuples of floats, exact fractions, names.
-
-The joints by name: revolute, prismatic, spherical, universal, floating.
+Everything is immutable and plain: tuples of floats, exact fractions, names. The meshes of shapes are made in
+`mechlab.shapes`. `revolute`, `prismatic`, `spherical`, `universal` and `floating` make the joints.
 """
 
 from __future__ import annotations

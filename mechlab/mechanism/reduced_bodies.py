@@ -1,8 +1,7 @@
-"""Bodies without joints, taken into what carries them: one rigid part, one body.
+"""The parts of a reduced train: nested bodies for the independent joints, a Shaft for every other joint and shaft.
 
-The parts of a reduced train: bodies of the chain, and a Shaft for every other joint and shaft of the original.
-
-The nested bodies of a reduced train: which independent joints stand on one path, and what their coordinates mean.
+First `without_welds` takes bodies without joints into the body that carries them. Then `chains` puts those independent
+joints on one path that share inertia or damping, and says what the coordinates of the reduced tree mean.
 """
 
 from __future__ import annotations

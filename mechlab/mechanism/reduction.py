@@ -1,7 +1,8 @@
 """Exact reduction of a train of gears: as many coordinates as freedoms, no rows, the same mass matrix.
 
-Independent joints become nested bodies on one axis, every other part a Shaft with inertia; orbiting masses ride in the
-inertia of their carrier. Every joint of the original stays a joint or a shaft of its name, with the same physical value.
+Independent joints become nested bodies on one axis, every other part a Shaft with inertia; orbiting masses ride in
+the inertia of their carrier. Every joint of the original stays a joint or a shaft of its name, with the same physical
+value.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
-"""Statics with numpy alone: which drive forces hold a pose, and how well.
-
-Drive forces that hold the reference pose, within the limits of the drives.
-"""
+"""Statics with numpy alone: forces of springs and dampers, and the drive forces that hold a pose."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,45 +62,22 @@ def passive_force(tree: TreeKinematics) -> Array:
     return out
 
 
-def holding_forces(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> dict[str, float]:
-    """Forces of the named joints or shafts that hold the mechanism at rest in the assembled pose q (nq,).
-
-    Solves B^T f + J^T r = h(q, 0) - passive in the least-squares sense. Raises MechlabError when these drives cannot
-    hold the pose (the remainder exceeds 1e-6 of the load).
-    """
-    forces, rest, load = _balance(mechanism, q, drives)
-    if rest > 1e-6 * max(load, 1e-12):
-        raise MechlabError(
-            f"{mechanism.name}: the drives {', '.join(drives) or 'none'} cannot hold this pose: {rest:.3g} of a load of {load:.3g} stays."
-        )
-    return forces
-
-
-def _balance(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> tuple[dict[str, float], float, float]:
-    tree = TreeKinematics(mechanism, q)
-    load = tree.bias_force() - passive_force(tree)
-    rows = [mechanism.row(n) for n in drives]
-    matrix = np.vstack([np.array(rows).reshape(-1, mechanism.nv), ConstraintSet(mechanism).jacobian(tree)]).T
-    solution = np.linalg.lstsq(matrix, load, rcond=1e-11)[0] if matrix.shape[1] else np.zeros(0)
-    rest = float(np.max(np.abs(matrix @ solution - load), initial=0.0))
-    return (
-        dict(zip(drives, solution[: len(drives)].tolist(), strict=True)),
-        rest,
-        float(np.max(np.abs(load), initial=0.0)),
-    )
-
-
 @dataclass(frozen=True)
 class HoldingForces:
-    """Forces of the drives that hold the reference pose, and what stays unbalanced.
+    """Forces of drives that hold a pose at rest, and what stays unbalanced.
 
-    `forces`: drive -> N or N m, within its limit. `unbalanced` (nv,): the generalised force that neither drives nor
-    constraints carry. `holds`: it is at rounding level.
+    forces: drive -> N or N m, within its limit. unbalanced (nv,): the generalised force that neither drives nor constraints
+    carry; load (nv,): what they have to carry.
     """
 
     forces: dict[str, float]
     unbalanced: Array
-    holds: bool
+    load: Array
+
+    @property
+    def holds(self) -> bool:
+        """True when nothing but rounding stays unbalanced."""
+        return _largest(self.unbalanced) < 1e-8 * max(1e-9, _largest(self.load))
 
     def sentence(self, m: Mechanism) -> str:
         """Whether the drives hold, in words."""
@@ -116,20 +90,22 @@ class HoldingForces:
         )
 
 
-def hold_reference_pose(m: Mechanism) -> HoldingForces:
-    """Solve B^T f + J^T r = h(q0, 0) - springs in the least-squares sense for drive forces f and reactions r.
+def _largest(force: Array) -> float:
+    return float(np.max(np.abs(force), initial=0.0))
 
-    A drive that meets its limit stays there, and the others and the reactions are solved again.
+
+def _hold(m: Mechanism, q: Array, drives: Mapping[str, str], limits: Array) -> HoldingForces:
+    """Solve B^T f + J^T r = h(q, 0) - passive in the least-squares sense for drive forces f and reactions r.
+
+    drives: name -> joint or shaft; limits: (drives,) of |f|. A drive that meets its limit stays there, and the others and
+    the reactions are solved again.
     """
-    tree, constraints = TreeKinematics(m), ConstraintSet(m)
+    tree = TreeKinematics(m, q)
     needed = tree.bias_force() - passive_force(tree)
-    rows = np.array([m.row(d.on) for d in m.drives]).reshape(len(m.drives), m.nv)
-    limits = np.array([np.inf if d.limit is None else d.limit for d in m.drives])
-    reactions = constraints.jacobian(tree)
-    force = np.zeros(len(m.drives))
-    free = np.ones(len(m.drives), dtype=bool)
-    rest = needed
-    for _ in range(len(m.drives) + 1):
+    rows = np.array([m.row(on) for on in drives.values()]).reshape(len(drives), m.nv)
+    reactions = ConstraintSet(m).jacobian(tree)
+    force, free, rest = np.zeros(len(drives)), np.ones(len(drives), dtype=bool), needed
+    for _ in range(len(drives) + 1):
         both = np.vstack([rows[free], reactions]).T
         load = needed - rows[~free].T @ force[~free]
         found = np.linalg.lstsq(both, load, rcond=1e-11)[0] if both.shape[1] else np.zeros(0)
@@ -140,6 +116,24 @@ def hold_reference_pose(m: Mechanism) -> HoldingForces:
             break
         force[over] = np.clip(force[over], -limits[over], limits[over])
         free &= ~over
-    forces = {d.name: float(f) + 0.0 for d, f in zip(m.drives, force, strict=True)}
-    scale = max(1e-9, float(np.max(np.abs(needed), initial=0.0)))
-    return HoldingForces(forces, rest, bool(np.max(np.abs(rest), initial=0.0) < 1e-8 * scale))
+    return HoldingForces({n: float(f) + 0.0 for n, f in zip(drives, force, strict=True)}, rest, needed)
+
+
+def holding_forces(mechanism: Mechanism, q: Array, drives: Sequence[str]) -> dict[str, float]:
+    """Forces of the named joints or shafts that hold the mechanism at rest in the assembled pose q (nq,).
+
+    Raises MechlabError when these drives cannot hold the pose (more than 1e-6 of the load stays unbalanced).
+    """
+    found = _hold(mechanism, q, {n: n for n in drives}, np.full(len(drives), np.inf))
+    rest, load = _largest(found.unbalanced), _largest(found.load)
+    if rest > 1e-6 * max(load, 1e-12):
+        raise MechlabError(
+            f"{mechanism.name}: the drives {', '.join(drives) or 'none'} cannot hold this pose: {rest:.3g} of a load of {load:.3g} stays."
+        )
+    return found.forces
+
+
+def hold_reference_pose(m: Mechanism) -> HoldingForces:
+    """Forces of the drives, each within its limit, that hold the reference pose as well as they can."""
+    limits = np.array([np.inf if d.limit is None else d.limit for d in m.drives])
+    return _hold(m, m.reference(), {d.name: d.on for d in m.drives}, limits)

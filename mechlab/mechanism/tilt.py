@@ -1,7 +1,7 @@
 """Planar loops whose axes are not quite parallel: they lock or shake, in both engines, without a warning.
 
-A tilt of 3.7e-6 rad (an angle written as 1.5708) puts 2 kN on a loop that carries 1.7 N; 1e-3 rad locks it. Such a loop is
-refused; or, if asked for, one of its binary links gets a ball joint, which takes the tilt up.
+A tilt of 3.7e-6 rad (an angle written as 1.5708) puts 2 kN on a loop that carries 1.7 N; 1e-3 rad locks it. Such a
+loop is refused; or, if asked for, one of its binary links gets a ball joint, which takes the tilt up.
 """
 
 from __future__ import annotations

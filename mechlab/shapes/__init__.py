@@ -22,31 +22,10 @@ from mechlab.shapes.shading import (
 from mechlab.shapes.solid import Mesh, area, bounds, is_watertight, merge, moved, volume
 
 __all__ = [
-    "KINDS",
-    "Crisp",
-    "Kind",
-    "Mesh",
-    "Parameter",
-    "Times",
-    "area",
-    "bevel_phase",
-    "bounds",
-    "crisp",
-    "edges",
-    "external_phase",
-    "internal_phase",
-    "is_watertight",
-    "merge",
-    "mesh",
-    "moved",
-    "obj_text",
-    "pitch_angles",
-    "rack_phase",
-    "stl_bytes",
-    "volume",
-    "write_obj",
-    "write_stl",
-]
+    "KINDS", "Crisp", "Kind", "Mesh", "Parameter", "Times", "area", "bevel_phase", "bounds", "crisp", "edges",
+    "external_phase", "internal_phase", "is_watertight", "merge", "mesh", "moved", "obj_text", "pitch_angles",
+    "rack_phase", "stl_bytes", "volume", "write_obj", "write_stl",
+]  # fmt: skip
 
 _MODULES = (simple, links, joints, gears, bevel)
 KINDS: Mapping[str, Kind] = MappingProxyType({kind.name: kind for module in _MODULES for kind in module.KINDS})

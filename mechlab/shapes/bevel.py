@@ -1,6 +1,7 @@
-"""Bevel gears: spur teeth of Tredgold's virtual gear, wrapped on the back cone and shrunk towards the apex.
+"""Bevel gears, and parts along a helix: springs, screws and their nuts.
 
-Parts along a helix: springs and screws, and the nut that belongs to them.
+The teeth of a bevel gear are those of Tredgold's virtual spur gear, wrapped on the back cone and shrunk towards the
+apex.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""What a kind of solid is: its parameters with units and defaults, and the function that builds it.
+"""Kinds of solids and how they are made: parameters with units and defaults, and a function that builds a mesh of them.
 
-The three ways a solid is made here: extruding outlines, turning a profile, sweeping a section along a helix.
-
-Meshes as files, the same bytes every time: binary STL, and OBJ with normals.
+Solids are made by extruding an outline, turning a profile about z, or sweeping a section along a helix. Meshes are
+written as binary STL and as OBJ with normals, the same bytes every time.
 """
 
 from __future__ import annotations

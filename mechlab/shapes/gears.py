@@ -1,7 +1,4 @@
-"""Spur gears and internal gears: extruded involute outlines.
-
-The toothed bar that a spur gear rolls on.
-"""
+"""Spur gears, internal gears and racks: extruded involute outlines."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
-"""Involute teeth as outlines: radius and half angle of a tooth, from root to tip.
+"""Involute teeth as outlines: radius and half angle of a tooth from root to tip, outlines of whole gears and racks.
 
 Rack-generated profile (ISO 53): addendum m, dedendum 1.25 m, pressure angle alpha. The tooth half angle is
     psi(r) = s / (2 rp) + inv(alpha) - inv(alpha_r),   cos(alpha_r) = rb / r,   inv(x) = tan x - x
 above the form circle; below it the root is the trochoid that the sharp corner of the rack cuts, so pinions of fewer
 than 2.5 / sin(alpha)^2 teeth (21 at 20 degrees) come out undercut (Litvin & Fuentes, Gear Geometry, ch. 6).
-
-Toothed outlines in the plane, and the faces that cover their teeth.
 """
 
 from __future__ import annotations

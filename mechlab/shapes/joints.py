@@ -1,7 +1,4 @@
-"""Parts that make a joint visible: universal-joint crosses and forks, balls and sockets.
-
-Slides and what they run on: carriage blocks on round columns or on a profile rail, along z.
-"""
+"""Parts that make a joint visible: crosses and forks, balls and sockets, slides on round columns or on a profile rail."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Bars, cranks, arms and plates that carry joints: flat parts in the xy plane, joint axes along z.
-
-Parts between several legs or shafts: triangular platforms, T-shaped carriers, output flanges.
-"""
+"""Links: bars, cranks, arms and plates in the xy plane with joint axes along z; platforms, carriers and flanges."""
 
 from __future__ import annotations
 

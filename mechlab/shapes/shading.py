@@ -1,10 +1,8 @@
-"""The phase that puts a tooth of one gear into a gap of the other.
+"""Phases of gears that mesh, and meshes whose vertices are split at sharp edges.
 
 The phase of a gear is the angle from the +x axis of its frame to the centre of a tooth, about +z. With p the
 pitches from that tooth to the pitch point, counted about each gear's own axis, teeth fit when
     external, bevel:  p_a + p_b = 1/2 (mod 1)        internal:  p_a - p_b = 1/2 (mod 1).
-
-What makes a mesh look like a machined part: sharp edges drawn as lines, and flat shading across them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is drawn beside the parts: forces and torques, joint axes, names; and how well the page can show the motion."""
+"""What is drawn with the parts: forces and torques, joint axes, names; and how well the page can show the motion."""
 
 from __future__ import annotations
 

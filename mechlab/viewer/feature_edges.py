@@ -1,5 +1,4 @@
-"""Crisp shading: split a mesh where its surface has a crease, and find the lines that an engineer would
-draw."""
+"""Feature edges: the vertices of a mesh are split where its faces meet sharply, and these edges are drawn as lines."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ FEATURE_ANGLE = math.radians(30.0)
 class SplitMesh:
     """A mesh whose vertices carry one normal each.
 
-    vertices: (n, 3) [m]; normals: (n, 3), unit; faces: (m, 3) indices; edges: (k, 2) indices of creases and
+    vertices: (n, 3) [m]; normals: (n, 3), unit; faces: (m, 3) indices; edges: (k, 2) indices of sharp edges and
     open borders.
     """
 

@@ -1,7 +1,4 @@
-"""A film of a Story: frames by MuJoCo's renderer without a window, MP4 (H.264) by ffmpeg.
-
-The plots of a Story and the paths of its points as one SVG, for sheets and print.
-"""
+"""The motion of a Story as a film (MP4, H.264 by ffmpeg, frames by MuJoCo's renderer), and as plots for print (SVG)."""
 
 from __future__ import annotations
 
@@ -46,7 +43,7 @@ def write_mp4(
 
     size: width, height [pixels], even; speed: seconds of the story in a second of the film (default: `film_span`,
     which slows down what the eye could not follow, and then shows the beginning);
-    toward: as of `write_png`; progress(done, total) is told every frame.
+    toward: as of `write_png`; progress(done, total) is called after every frame.
     Raises EngineMissing where ffmpeg, MuJoCo or its system library is missing; MechlabError for a story that does not
     move, odd sizes, or a film of more than 3600 frames.
     """
@@ -131,7 +128,7 @@ def _encode(encoder: str, frames: Iterable[NDArray[np.uint8]], path: Path, size:
     return path
 
 
-# The curves of the page: colour-blind-safe, told apart by their dashes too.
+# The curves of the page: colour-blind-safe, with a dash pattern each.
 CURVES = (
     ("#0072b2", "-"),
     ("#d55e00", (0, (7, 3))),
@@ -152,7 +149,7 @@ STYLE: Any = {
 
 
 def motion_svg(story: Story) -> str:
-    """Up to three plots over time, and beside them the paths of named points in the plane in which they move most.
+    """Up to three plots over time, and next to them the paths of named points in the plane in which they move most.
 
     The same for one story every time. Raises MechlabError for a story without motion or without anything to plot.
     """

@@ -1,7 +1,6 @@
-"""Where to stand and how large the floor is: the space that a mechanism sweeps, a grid step, a fitted
-camera.
+"""What a picture or film must show: the space that a mechanism sweeps, a floor, a fitted camera, and the speed.
 
-How fast to play a story: slow enough to see it, and slow enough that teeth do not seem to run backwards.
+The speed is slow enough to see the motion, and slow enough that teeth do not seem to run backwards.
 """
 
 from __future__ import annotations

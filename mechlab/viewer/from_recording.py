@@ -1,6 +1,6 @@
-"""All channels of a Recording as a table that any spreadsheet reads.
+"""From a Mechanism or a Recording to a Story: poses of all parts, plots of the channels, facts and health in words.
 
-From a Mechanism or a Recording to a Story: poses of all parts, plots of the channels, facts and health in words.
+`write_csv` writes all channels of a Recording as a table that any spreadsheet reads.
 """
 
 from __future__ import annotations

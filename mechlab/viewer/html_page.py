@@ -1,6 +1,6 @@
-"""Parameters that the page of explore mode can change: designs that are solved beforehand, one parameter at a time.
+"""The lab page: a Story as one HTML file that needs no server, no network and no installation.
 
-The lab page: a Story as one HTML file that needs no server, no network and no installation.
+`variations` solves further designs, one parameter at a time, which the page can then show.
 """
 
 from __future__ import annotations
@@ -77,35 +77,23 @@ def _values(name: str, key: str, own: float, asked: Range | Sequence[float] | No
 
 def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[Design], Story]) -> Story | str:
     try:
-        told = tell(design(d.entry, dict(d.given) | {key: value}))
+        other = tell(design(d.entry, dict(d.given) | {key: value}))
     except MechlabError as error:
         return str(error)
-    if told.bodies != story.bodies or told.explore is None or story.explore is None:
+    if other.bodies != story.bodies or other.explore is None or story.explore is None:
         return f"with {key} = {value:g} the mechanism has other parts"
     names = [s.name for s in story.explore.sweeps]
-    if [s.name for s in told.explore.sweeps] != names:
+    if [s.name for s in other.explore.sweeps] != names:
         return f"with {key} = {value:g} the mechanism is driven otherwise"
-    return replace(told, explore=replace(told.explore, reach=None))
+    return replace(other, explore=replace(other.explore, reach=None))
 
 
 STYLES = ("page.css",)
 SCRIPTS = (
-    "util.js",
-    "motion.js",
-    "stage.js",
-    "traces.js",
-    "arrows.js",
-    "labels.js",
-    "show.js",
-    "sweep.js",
-    "explore.js",
-    "camera.js",
-    "player.js",
-    "plots.js",
-    "panel.js",
-    "live.js",
-    "main.js",
-)
+    "util.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js", "explore.js",
+    "camera.js", "player.js", "plots.js", "panel.js", "live.js", "main.js",
+)  # fmt: skip
+"""In the order in which they stand in the page."""
 
 
 def story_to_html(

@@ -169,10 +169,7 @@ def pack_motion(poses: Array, block: ByteBlock, kind: str = "f8") -> list[dict[s
         still = bool(np.all(poses[:, k] == poses[0, k]))
         frames = slice(0, 1) if still else slice(None)
         motion.append(
-            {
-                "position": block.add(poses[frames, k, :3, 3], kind),
-                "quaternion": block.add(rotation[frames, k], "f4"),
-            }
+            {"position": block.add(poses[frames, k, :3, 3], kind), "quaternion": block.add(rotation[frames, k], "f4")}
         )
     return motion
 

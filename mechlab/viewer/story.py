@@ -1,7 +1,6 @@
-"""Arrays that a Story may keep: of the right shape, finite, rigid where they must be, and read-only.
+"""A Story: what a page, a picture or a film needs to know. Solids, poses over time, plots and sentences; no engine.
 
-What a page, a picture or a film needs to know: solids, poses over time, plots and sentences. No engine, no
-file format.
+Its arrays are checked (shape, finite, rigid where they must be) and read-only.
 """
 
 from __future__ import annotations

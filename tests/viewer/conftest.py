@@ -90,11 +90,7 @@ def story() -> Story:
         ),
         facts={"Radius": "0.1 m <x>"},
         traces={"tip": np.where(t[:, None] < 0.5, path[25], path)},
-        health=(
-            ("ok", "The loop is closed."),
-            ("warning", "The step is coarse."),
-            ("error", "Energy grows."),
-        ),
+        health=(("ok", "The loop is closed."), ("warning", "The step is coarse."), ("error", "Energy grows.")),
         reconstructed=("ground",),
     )
 

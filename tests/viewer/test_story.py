@@ -24,13 +24,7 @@ def test_a_body_that_stands_still_needs_one_pose(story: Story) -> None:
 
 
 def test_nothing_in_a_story_can_be_written_to(story: Story) -> None:
-    for array in (
-        story.t,
-        story.poses,
-        story.parts[0].vertices,
-        story.parts[0].faces,
-        story.plots[0].series["wheel"],
-    ):
+    for array in (story.t, story.poses, story.parts[0].vertices, story.parts[0].faces, story.plots[0].series["wheel"]):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
 
@@ -43,10 +37,7 @@ def test_the_frame_nearest_to_a_time(story: Story) -> None:
     ("change", "message"),
     [
         ({"t": [0.0, 0.0]}, "strictly increasing"),
-        (
-            {"poses": np.zeros((201, 2, 4, 4))},
-            r"poses: expected shape \(201, 3, 4, 4\), got \(201, 2, 4, 4\)",
-        ),
+        ({"poses": np.zeros((201, 2, 4, 4))}, r"poses: expected shape \(201, 3, 4, 4\), got \(201, 2, 4, 4\)"),
         ({"poses": np.zeros((201, 3, 4, 4))}, r"poses\[0, 0\]: not a rigid placement"),
         ({"bodies": ("a", "b", "a")}, "these repeat: a"),
         ({"reconstructed": ("wheell",)}, r"'wheell' does not exist. Did you mean 'wheel'\?"),
@@ -79,10 +70,7 @@ def test_a_mirror_is_not_a_rigid_placement() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            {"vertices": np.zeros((3, 2))},
-            r"part 'p' of body 'b': vertices: expected shape \(any, 3\), got \(3, 2\)",
-        ),
+        ({"vertices": np.zeros((3, 2))}, r"part 'p' of body 'b': vertices: expected shape \(any, 3\), got \(3, 2\)"),
         ({"faces": np.array([[0, 1, 3]])}, r"indices must lie in 0..2, got 0..3"),
         ({"faces": np.zeros((0, 3))}, "at least one face"),
         ({"color": (1.0, 0.0, 2.0, 1.0)}, "must lie in 0..1"),

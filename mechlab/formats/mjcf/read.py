@@ -1,8 +1,9 @@
 """MJCF text -> Mechanism: the files that mechlab writes, and the part of MJCF that a Mechanism has a place for.
 
 Read: bodies, hinge, slide, ball and free joints, inertias (of <inertial> or of primitive geoms), default classes,
-connect, weld, joint and tendon equalities, fixed tendons, two-site spatial tendons, motors and servos, sites. Contacts,
-sensors, keyframes and visual settings are not part of a Mechanism and are left out; anything else raises and is named.
+connect, weld, joint and tendon equalities, fixed tendons, two-site spatial tendons, motors and servos, sites.
+Contacts, sensors, keyframes and visual settings are not part of a Mechanism and are left out. Anything else is an
+error that names it.
 """
 
 from __future__ import annotations

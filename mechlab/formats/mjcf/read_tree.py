@@ -1,7 +1,4 @@
-"""Geoms of MJCF as shapes, and as inertia where a body has no <inertial>.
-
-Bodies, joints and sites of an MJCF text.
-"""
+"""The tree of an MJCF text: bodies, joints, sites; geoms as shapes, and as inertia where a body has no <inertial>."""
 
 from __future__ import annotations
 
@@ -212,7 +209,8 @@ def _body(
 def _anchored(
     tree: BodyTree, name: str, parent: str, placement: Placement, joints: tuple[_PlacedJoint, ...]
 ) -> tuple[str, Placement, Placement, tuple[Joint, ...]]:
-    """Joints that act away from the body origin: its frame moves there, with bodies in between if they differ."""
+    """Joints that act at another point than the body origin: the body frame moves there; joints at different points get
+    bodies in between."""
     groups: list[tuple[Vector, list[Joint]]] = []
     for item in joints:
         slides = all(j.kind == "prismatic" for j in item.joint)

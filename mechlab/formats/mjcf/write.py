@@ -1,10 +1,8 @@
-"""The scene file around an MJCF model: light, floor, sky and a camera, so that MuJoCo's viewer shows it at once.
+"""A Mechanism as MJCF for MuJoCo, and the scene file that shows it in MuJoCo's viewer with light, floor and a camera.
 
-A Mechanism as MJCF for MuJoCo: our own writer, 17 significant digits, the same byte for byte every time.
-
-qpos of every joint is the coordinate of the Mechanism: 0 in the reference pose; the physical value is user[0] + qpos.
-Parts of the file: `mjcf_tree` bodies, `mjcf_loops` equalities and connector bodies, `mjcf_drives` tendons, actuators,
-sensors and the keyframe.
+Our own writer: 17 significant digits, the same byte for byte every time. qpos of every joint is the coordinate of the
+Mechanism: 0 in the reference pose; the physical value is user[0] + qpos. Parts of the file: `write_tree` bodies,
+`write_loops` equalities and connector bodies, `write_drives` tendons, actuators, sensors and the keyframe.
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ from mechlab.mechanism.model import Mechanism
 
 
 def scene_mjcf(m: Mechanism) -> str:
-    """MJCF text of scene.xml, which includes NAME.xml beside it.
+    """MJCF text of scene.xml, which includes NAME.xml from the same folder.
 
     The floor lies below the mechanism; where gravity does not act along -z, a planar mechanism is seen from above and
     the floor is its drawing board.

@@ -67,7 +67,7 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
     """The <actuator> section; returns for each drive the control that holds the reference pose as well as it can.
 
     A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate, or with a target of its own
-    kp (target + ctrl - coordinate) - kv rate; one without is a motor, force = ctrl, whose damping acts beside it, within the
+    kp (target + ctrl - coordinate) - kv rate; one without is a motor, force = ctrl, whose damping acts too, within the
     limit if there is one. Ranges of the controls are for the sliders of a viewer: clamping is off.
     """
     controls: dict[str, float] = {}
@@ -104,11 +104,7 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
 
 
 def _dc_motor(
-    section: ET.Element,
-    drive: Drive,
-    target: dict[str, str],
-    force: float,
-    limits: tuple[float, float] | None,
+    section: ET.Element, drive: Drive, target: dict[str, str], force: float, limits: tuple[float, float] | None
 ) -> float:
     """A DC motor whose control is the voltage; returns the voltage that holds the force at standstill."""
     assert drive.winding is not None

@@ -1,6 +1,6 @@
-"""Names in an MJCF file. What mechlab adds carries a ':', which no name of a Mechanism may have: nothing collides.
+"""Loops in MJCF: which equality stands for which kind, where a loop needs a connector body, and the names of all this.
 
-Loops in MJCF: which equality stands for which kind, and where a loop needs a connector body.
+What mechlab adds to a file has a ':' in its name, which no name of a Mechanism may have: nothing collides.
 
     spherical    connect of two sites                                             3 rows
     fixed        weld of two sites                                                6 rows
@@ -14,9 +14,9 @@ Reactions of a revolute loop: force = f_point + f_axis, moment = d z x f_axis, w
 MuJoCo's tendon equality ignores the term of the acceleration that is quadratic in the rates, so that a distance loop is
 right in positions only.
 
-**Connector bodies.** A joint that MuJoCo has no equality for is cut one body further: the body at one end is split in
-equal shares, its own and one for each connector; a connector hangs on the other end by the joint and is welded to the
-body (as Simbody's MultibodyGraphMaker does). The dynamics is the same. A connector of negligible mass is no
+**Connector bodies.** MuJoCo has no equality for some joints. Such a loop is cut one body further: the body at one end is
+split in equal shares, its own and one for each connector; a connector hangs on the other end by the joint and is welded to
+the body (as Simbody's MultibodyGraphMaker does). The dynamics is the same. A connector of negligible mass is no
 substitute: MuJoCo scales the softness of a row by the inverse mass of both bodies, and the weld becomes soft.
 All coordinates of a connector are 0 in the reference pose.
 """
@@ -155,7 +155,7 @@ def scaled(inertia: Inertia, share: float) -> Inertia:
 
 
 def own_share(m: Mechanism, plan: tuple[ConnectorBody, ...], body: str) -> Inertia:
-    """Inertia that is left in a body beside its connectors."""
+    """Inertia that is left in a body after its connectors took their shares."""
     whole = m.body(body).inertia
     count = sum(1 for c in plan if c.guest == body)
     return scaled(whole, 1.0 / (1 + count)) if count else whole

@@ -18,7 +18,6 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, initial_state
-from mechlab.kit.witness import room
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, close, integrate, newton
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space, structure
@@ -72,7 +71,9 @@ def thinned(run: Recording) -> Recording:
 def closed(run: Recording) -> tuple[Recording, float]:
     """The run with every pose closed again, its basic channels from them; and the largest correction [rad or m]."""
     m = run.mechanism
-    plant = room("pinocchio").PinPlant(m)
+    from mechlab.engines.pinocchio import PinPlant
+
+    plant = PinPlant(m)
     if not len(plant.constraints):
         return run, 0.0
     q, slip = run.q.copy(), 0.0
@@ -194,7 +195,9 @@ def _same_state(small: Mechanism, rich: Mechanism, common: list[str], q: Array, 
 
 
 def _accelerations(m: Mechanism, scene: Scene, q: Array, v: Array) -> Array:
-    plant = room("pinocchio").PinPlant(m, q, v)
+    from mechlab.engines.pinocchio import PinPlant
+
+    plant = PinPlant(m, q, v)
     force = applied_force(m, scene.laws, 0.0, plant)[0] + plant.passive.friction_force(v, WIDTH)
     found = plant.accelerations(force)[0]
     if not np.all(np.isfinite(found)):

@@ -1,10 +1,9 @@
-"""Following the closed poses of a mechanism along its own arc, through which folds are ordinary points.
+"""Following the closed poses of a mechanism along their own arc, through which folds are ordinary points.
 
 Pseudo-arclength continuation (Keller 1977): instead of the drive, the distance along the curve is the parameter. The
-drive that moves leaves its row to the tangent of the curve, so that the equations stay regular where the drive reaches a
-limit position. Many curves, and many points of one, are followed at once.
-
-The equations of a mechanism with its drives held, at many poses at once.
+drive that moves leaves its row to the tangent of the curve, so that the equations stay regular where the drive
+reaches a limit position. Many curves, and many points of one, are followed at once: `Closing` holds the equations of
+a mechanism with its drives held, at many poses.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class Closing:
     there are rates. The rows of `drives` are the last but `len(held)` ones.
 
     With N (nv, k) the motions that are left and d(q) (nv,) the displacement from home, the held rows are N^T d = 0.
-    Raises MechlabError where the drives cannot be told apart from the constraints.
+    Raises MechlabError where the drives are not independent of the constraints.
     """
 
     def __init__(self, mechanism: Mechanism, drives: tuple[str, ...], size: float) -> None:
@@ -80,7 +79,7 @@ class Closing:
 
     def _held(self, q: Array) -> tuple[Array, Array]:
         m, n = self.mechanism, len(q)
-        away = displacement(m, np.broadcast_to(self.home, q.shape), q)
+        offset = displacement(m, np.broadcast_to(self.home, q.shape), q)
         jacobian = np.tile(self.held, (n, 1, 1))
         if len(self.held):
             for joint in m.joints:
@@ -89,7 +88,7 @@ class Closing:
                     jacobian[:, :, s] = self.held[:, s] @ right_jacobian_inverses(
                         rotation_vectors(q[:, m.q_slice[joint.name]])
                     )
-        return away @ self.held.T, jacobian
+        return offset @ self.held.T, jacobian
 
     def distances(self, q: Array) -> Array:
         """(n,) smallest singular value of the rows, each measured by its largest size at q: 0 where assembly modes meet."""
@@ -158,8 +157,8 @@ def correct(
     for _ in range(9):
         residual, jacobian, _ = closing.equations(q)
         jacobian[each, row] = border
-        away = residual[each, row] + closing.home_values[drives] - (0.0 if target is None else target)
-        residual[each, row] = 0.0 if target is None else away
+        offset = residual[each, row] + closing.home_values[drives] - (0.0 if target is None else target)
+        residual[each, row] = 0.0 if target is None else offset
         dv = -solve(jacobian, residual)
         q = moved(closing.mechanism, q, dv)
         moves = norms(closing, dv)

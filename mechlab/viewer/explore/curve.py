@@ -69,7 +69,7 @@ def arcs(closing: Closing, q: Array, tangent: Array) -> Array:
 
 
 def uncrossed(path: Curve) -> tuple[Curve, bool, bool]:
-    """The part of a curve around home that no other curve crosses, ROOM of its length away from the crossings; and
+    """The part of a curve around home that no other curve crosses, up to ROOM of its length before the crossings; and
     whether it was cut before home and after it."""
     total = float(path.arc[-1])
     home = float(path.arc[int(np.argmin(norms(path.closing, displacement(
@@ -103,7 +103,7 @@ def _crossing(path: Curve, low: float, high: float, slope: float, sizes: Array) 
     """Where on the way from low to high the rows become dependent, falling with `slope` to nothing; None: they do not.
 
     Two zooms by ten: rows that keep apart by less than `slope` times 1e-4 of the curve count as dependent, because the
-    tangent cannot be told there.
+    tangent is not defined there.
     """
     for _ in range(2):
         seen = path.sample(np.linspace(low, high, 21))

@@ -1,7 +1,4 @@
-"""Moving the drives of a mechanism by hand in the page: a sweep for each of them.
-
-Forces on the parts of a mechanism with one freedom while its drive turns steadily: the free-body diagrams of a cycle.
-"""
+"""A sweep for each drive, which the page moves by hand; and the forces on the parts while one drive turns steadily."""
 
 from __future__ import annotations
 
@@ -95,16 +92,12 @@ Poses = Callable[[Array], Array]
 
 
 def explore(
-    mechanism: Mechanism,
-    names: tuple[str, ...],
-    poses_of: Poses,
-    size: float,
-    rates: Mapping[str, float] | None = None,
+    mechanism: Mechanism, names: tuple[str, ...], poses_of: Poses, size: float, rates: Mapping[str, float] | None = None
 ) -> Exploration:
     """Sweeps of every drive (without drives: of the independent joints) of a mechanism about its reference pose.
 
     names: bodies as drawn; poses_of(q (n, nq)) -> (n, len(names), 4, 4); rates: of the drives, at which their forces are
-    told (default 1). Raises MechlabError when nothing can be moved.
+    computed (default 1). Raises MechlabError when nothing can be moved.
     """
     free = structure(mechanism).independent
     drives = tuple(n for n in dict.fromkeys(d.on for d in mechanism.drives) if n in free)

@@ -1,6 +1,7 @@
-"""The border of a region {margin >= 0} as a closed mesh: naive surface nets (Gibson 1998), one point a border cell.
+"""Sweeps: closed poses of one drive through its reach, as the page reads them; and how the page blends them.
 
-Sweeps: closed poses of one drive through its reach, as the page reads them; and how the page blends them.
+`border` makes the surface of a region {margin >= 0} that a point can reach: naive surface nets (Gibson 1998), one
+vertex for each cell of the grid that the border passes.
 """
 
 from __future__ import annotations
