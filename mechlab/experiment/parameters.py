@@ -27,7 +27,7 @@ KINDS: dict[object, str] = {float: "number", int: "integer", Fraction: "ratio", 
 
 @dataclass(frozen=True)
 class ParameterInfo:
-    """What a user is told of one parameter. kind: "number", "integer", "ratio", "text", "numbers" or "integers" (lists)."""
+    """One parameter as it is shown to a user. kind: "number", "integer", "ratio", "text", "numbers" or "integers" (lists)."""
 
     name: str
     kind: str
@@ -192,7 +192,7 @@ def question_units(question: Question) -> Units:
 
 
 def entry_units(entry: Entry, mechanisms: Iterable[Mechanism] = ()) -> Units:
-    """Units of all keys beside the parameters: those of the workspace, of `mechanisms`, and of the questions."""
+    """Units of all keys that are no parameters: those of the workspace, of `mechanisms`, and of the questions."""
     out: Units = {}
     for m in mechanisms:
         for key, units in mechanism_units(m).items():

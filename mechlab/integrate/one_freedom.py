@@ -1,7 +1,7 @@
 """A mechanism as one freedom (Eksergian): J(phi) phi'' + J'(phi) phi'^2 / 2 = force, exact and without constraints.
 
 Everything that depends on phi alone stands in a `PathTable`: pieces of polynomials through Chebyshev nodes, made where
-the motion comes along, halved until they meet the stated error.
+the motion passes and halved until they meet the stated error.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 ORDER = 10
 DEEPEST = 22
 PROBES = (-0.93, -0.41, 0.17, 0.79)
-"""Places in a cell, away from its nodes, where the polynomial is held against the exact values."""
+"""Places in a piece, between its nodes, where the polynomial is compared with the exact values."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,10 @@ class PolynomialPiece:
 class PathTable:
     """Columns as functions of one coordinate phi, from an exact `sample(phi) -> (columns,)`.
 
-    The first cells have the given `width`; a cell is halved until its error, relative to the largest value of each
+    The first pieces have the given `width`; a piece is halved until its error, relative to the largest value of each
     column in it, is below `tolerance`; at least `floor` counts as the size of a column. `period`: after it the columns
-    repeat but for the addition of `turn` (columns,). `error` is the largest error of the cells in use. Raises
-    NoSolution where no smaller cell helps: the path ends there.
+    repeat but for the addition of `turn` (columns,). `error` is the largest error of the pieces in use. Raises
+    NoSolution where no smaller piece helps: the path ends there.
     """
 
     def __init__(
@@ -63,19 +63,19 @@ class PathTable:
         self._probe = np.polynomial.chebyshev.chebvander(np.array(PROBES), ORDER)
         self._powers = np.arange(ORDER + 1)
         self._lows: list[float] = []
-        self._cells: list[PolynomialPiece] = []
+        self._pieces: list[PolynomialPiece] = []
         self._last: PolynomialPiece | None = None
         self.samples = 0
 
     @property
-    def cells(self) -> int:
-        """Number of cells made so far."""
-        return len(self._cells)
+    def pieces(self) -> int:
+        """Number of pieces made so far."""
+        return len(self._pieces)
 
     @property
     def error(self) -> float:
-        """Largest error of the cells made so far, relative to the size of each column."""
-        return max((c.error for c in self._cells), default=0.0)
+        """Largest error of the pieces made so far, relative to the size of each column."""
+        return max((c.error for c in self._pieces), default=0.0)
 
     def __call__(self, phi: float) -> Array:
         """(columns,) at phi."""
@@ -83,27 +83,27 @@ class PathTable:
         if self.period is not None:
             turns = float(np.floor((phi - self.origin) / self.period))
             phi = phi - turns * self.period
-        cell = self._last
-        if cell is None or not cell.low <= phi <= cell.high:
-            cell = self._last = self._find(phi)
-        x = (2.0 * phi - cell.low - cell.high) / (cell.high - cell.low)
+        piece = self._last
+        if piece is None or not piece.low <= phi <= piece.high:
+            piece = self._last = self._find(phi)
+        x = (2.0 * phi - piece.low - piece.high) / (piece.high - piece.low)
         basis = np.cos(self._powers * np.arccos(min(1.0, max(-1.0, x))))
-        out = basis @ cell.coefficients
+        out = basis @ piece.coefficients
         return out + turns * self.turn if turns and self.turn is not None else out
 
     def _find(self, phi: float) -> PolynomialPiece:
         k = bisect_right(self._lows, phi) - 1
-        if k >= 0 and phi <= self._cells[k].high:
-            return self._cells[k]
+        if k >= 0 and phi <= self._pieces[k].high:
+            return self._pieces[k]
         n = np.floor((phi - self.origin) / self.width)
         low, high = self.origin + n * self.width, self.origin + (n + 1) * self.width
         for _ in range(DEEPEST):
-            cell = self._try(low, high)
-            if cell is not None and cell.error <= self.tolerance:
+            piece = self._try(low, high)
+            if piece is not None and piece.error <= self.tolerance:
                 at = bisect_right(self._lows, low)
                 self._lows.insert(at, low)
-                self._cells.insert(at, cell)
-                return cell
+                self._pieces.insert(at, piece)
+                return piece
             middle = 0.5 * (low + high)
             low, high = (low, middle) if phi < middle else (middle, high)
         raise NoSolution(f"the path of the one freedom ends at {phi:.9g}: a limit position or a place where modes meet")

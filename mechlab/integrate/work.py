@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 ADAPTIVE_STAGE = 1.5e-5
-"""Price of an evaluation in scipy's DOP853 or Radau beside the right-hand side itself: its share of a step in Python [s]."""
+"""Price of an evaluation in scipy's DOP853 or Radau without the right-hand side itself: its share of a step in Python [s]."""
 FIXED_STAGE = 5e-6
 """The same of a fixed-step Runge-Kutta method in numpy."""
 LSODA_CALL = 3e-6

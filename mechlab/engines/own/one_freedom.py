@@ -242,7 +242,7 @@ def _recording(
         units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
     findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2], laws=scene.laws)]
     text = (
-        f"along {model.coordinate}, {model.table.cells} cells from {model.table.samples} closed poses; "
+        f"along {model.coordinate}, {model.table.pieces} cells from {model.table.samples} closed poses; "
         "they are off between the nodes, relative to each column, by"
     )
     findings.append(limit_finding("path_error", model.table.error, PATH_LIMIT, "", text))

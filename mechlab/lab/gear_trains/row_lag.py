@@ -18,10 +18,11 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
+from mechlab.lab.gear_trains import train_mechanism
 from mechlab.mechanism import ConstraintSet, Mechanism
 
 FORCE = "_force"
-SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
+ROW_SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
 """Time constant [s] and impedance of the rows (MuJoCo's solref and solimp); defaults: of the preset `accurate`."""
 STEPS = 4
 """Steps in a time constant."""
@@ -31,13 +32,13 @@ ONSET = 30.0
 
 def asks_lag(keys: set[str]) -> bool:
     """True when the keys say how soft rows are."""
-    return bool(keys & set(SOFTNESS))
+    return bool(keys & set(ROW_SOFTNESS))
 
 
 def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
     """The question that X_force, row_timeconst and row_impedance make. Raises MechlabError for unknown keys, softness out of
     range, no load, and mechanisms that are not trains of gears."""
-    m = gear_rows(design)
+    m = train_mechanism(design)
     if m is None:
         raise MechlabError(
             f"{design.name}: the lag of soft rows is asked of trains of gears, and no fidelity of it "
@@ -46,9 +47,9 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
     slides = {j.name for j in m.joints if j.kind == "prismatic"}
     loads = {f"{n}{FORCE}": "N" if n in slides else "N m" for n in m.scalar_names}
     for key in values:
-        if key not in loads and key not in SOFTNESS:
-            raise unknown(f"{design.name}: lag of soft rows: quantity", key, {*loads, *SOFTNESS})
-    complete = SOFTNESS | dict(values)
+        if key not in loads and key not in ROW_SOFTNESS:
+            raise unknown(f"{design.name}: lag of soft rows: quantity", key, {*loads, *ROW_SOFTNESS})
+    complete = ROW_SOFTNESS | dict(values)
     for key, good, wanted in (
         ("row_timeconst", lambda x: x > 0.0, "more than 0 s"),
         ("row_impedance", lambda x: (x > 0.0) & (x < 1.0), "a number between 0 and 1"),
@@ -70,19 +71,9 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
             "pinocchio": lambda p, given: _rigid(m, given),
             "mujoco": lambda p, given: _measured(m, given),
         },
-        SOFTNESS, units=units, text="how far soft gear rows lag under load, and the loads of the rows",
+        ROW_SOFTNESS, units=units, text="how far soft gear rows lag under load, and the loads of the rows",
         tolerance=1e-3,  # the law is that of a row at rest; what remains of the onset in the run: 1e-4
     )  # fmt: skip
-
-
-def gear_rows(design: Design) -> Mechanism | None:
-    """The cheapest fidelity that consists of gear relations alone; None without one."""
-    for level in design.entry.fidelities:
-        if level != "kinematic":
-            m = design.mechanism(level)
-            if m.relations and not m.loops:
-                return m
-    return None
 
 
 def _loaded(m: Mechanism, given: Mapping[str, float]) -> tuple[Scene, Settings]:
