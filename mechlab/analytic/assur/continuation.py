@@ -1,6 +1,5 @@
-"""Pseudo-arclength along the closed curve of all positions of a driven group: it passes limit positions (Keller 1977).
-
-A dyad over a path of its drive: kept in its mode where that is one path, stopped where two paths meet or none goes on.
+"""Continuation along a drive: the closed curve of all positions of a class III or IV group by pseudo-arclength, which passes
+limit positions (Keller 1977), and a dyad followed in its assembly mode over a path of its drive.
 """
 
 from __future__ import annotations
@@ -37,12 +36,12 @@ class ClosedCurve:
 
 
 def closed_curve(
-    family: Family, crank: float, theta_t: float, theta_u: float, step: float = 0.05, most: int = 20_000
+    family: Family, crank: float, theta_t: float, theta_u: float, step: float = 0.05, max_steps: int = 20_000
 ) -> ClosedCurve:
     """The curve of positions through one mode, followed until it comes back to its start.
 
     Each step goes along the tangent by `step` [rad] and returns by Newton square to it; it is halved where the tangent
-    turns by more than 0.1. Raises Untrustworthy when it does not close within `most` steps.
+    turns by more than 0.1. Raises Untrustworthy when it does not close within `max_steps` steps.
     """
     size = float(family(np.array([crank])).scale.ravel()[0])
 
@@ -64,8 +63,8 @@ def closed_curve(
     start, along = x.copy(), tangent(x, None)
     if along[2] < 0.0:
         along = -along
-    path, turns, h, away = [x], [], step, False
-    for _ in range(most):
+    path, turns, h, left_start = [x], [], step, False
+    for _ in range(max_steps):
         new = _correct(system, x + h * along, along)
         if new is None or tangent(new, along) @ along < 0.995:
             h *= 0.5
@@ -79,8 +78,8 @@ def closed_curve(
         path.append(x)
         h = min(step, 1.3 * h)
         miss = (x - start + np.pi) % (2 * np.pi) - np.pi
-        away = away or float(np.linalg.norm(miss)) > 3.0 * step
-        if away and np.linalg.norm(miss) < 1.2 * step and miss @ along > -step * step:
+        left_start = left_start or float(np.linalg.norm(miss)) > 3.0 * step
+        if left_start and np.linalg.norm(miss) < 1.2 * step and miss @ along > -step * step:
             path[-1] = x - miss
             points = np.array(path)
             return ClosedCurve(points[:, 2], points[:, 0], points[:, 1], tuple(turns))
@@ -102,16 +101,16 @@ def _correct(system: object, x: Real, along: Real) -> Real | None:
 
 
 CHANGE = 1e-6
-"""A sine of the transmission angle below this on the way is a change point: rounding alone would decide the mode."""
+"""Sine of the transmission angle below which a pose is a change point: rounding alone would decide the mode."""
 _GRID = np.radians(0.5)
 
 
-def march(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHANGE) -> Dyad:
-    """The dyad at the drive positions (n,) [rad or m], in its fixed mode, when the way between them stays in one mode.
+def follow_dyad(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHANGE) -> Dyad:
+    """The dyad at the drive positions (n,) [rad or m] in its fixed mode, checked over the whole path between them.
 
-    family: drive positions to the Dyad there. Between the samples the discriminant (quality squared) is looked at every
-    half degree and each of its minima is searched to the bottom, whatever the step. Below 0 there is a gap: NoSolution,
-    that names the arc. Below `change` squared two modes meet: ChangePoint, because either continuation is a path.
+    family: drive positions -> the Dyad there. Between the samples the discriminant (quality squared) is evaluated every half
+    degree and each of its minima is located, whatever the step. Below 0 there is a gap: raises NoSolution, which names the
+    arc. Below `change` squared two modes meet: raises ChangePoint, because there are two continuations.
     """
     asked = np.atleast_1d(np.asarray(drive, dtype=float))
 
@@ -122,12 +121,12 @@ def march(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHAN
         np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / _GRID))), endpoint=False)
         for a, b in zip(asked[:-1], asked[1:], strict=True)
     ]
-    lowest(level, np.concatenate([*pieces, asked[-1:]]), change)
+    lowest_discriminant(level, np.concatenate([*pieces, asked[-1:]]), change)
     return family(asked).require()
 
 
-def lowest(level: Callable[[Real], Real], grid: Real, change: float = CHANGE) -> float:
-    """The smallest discriminant along a fine grid, minima between samples included. Raises as `march`."""
+def lowest_discriminant(level: Callable[[Real], Real], grid: Real, change: float = CHANGE) -> float:
+    """The smallest discriminant along a fine grid, minima between samples included. Raises as `follow_dyad`."""
     values = level(grid)
     if np.min(values) < 0.0:
         _gap(level, grid, values)

@@ -1,6 +1,5 @@
-"""A mode followed over a cycle of the crank: identity kept, merges subdivided, gaps never crossed.
-
-Rates and accelerations of a class III or IV group in a given mode.
+"""An assembly mode of a class III or IV group over a cycle of the crank: its rates and accelerations, and its identity from one
+crank angle to the next. Steps are halved where modes come near each other; arcs without an assembly are never crossed.
 """
 
 from __future__ import annotations
@@ -62,7 +61,7 @@ _LARGEST = 0.3
 class Branch:
     """One mode over crank angles: crank (n,), theta_t, theta_u (n,) continuous, det (n,) of one sign.
 
-    fold: where it ended before the last asked angle, None when it reached it.
+    fold: the limit position where it ended; None when it reached the last angle.
     """
 
     crank: Real

@@ -65,7 +65,7 @@ def folds(family: Family, start: float = -np.pi, stop: float = np.pi, scan: int 
     """All limit positions between two crank angles, in order.
 
     Between samples of the scan where the number of modes changes the change is bisected and solved exactly; where it does
-    not, minima of |det J| are searched to the bottom, so that an arc narrower than a sample is found as well.
+    not, minima of |det J| are located, so that an arc narrower than the distance of two samples is found as well.
     """
     grid = np.linspace(start, stop, scan + 1)
     modes = all_modes(family(grid))

@@ -1,6 +1,5 @@
-"""A rest-to-rest motion with bounded speed, acceleration and jerk: seven phases of constant jerk.
-
-Travelling along a curve: the parameter at an arc length, and where to begin to brake.
+"""Travel along a curve: the fastest time law from rest to rest with bounded speed, acceleration and jerk (seven phases of
+constant jerk), the parameter at an arc length, and where braking begins.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 class Ramp:
     """The fastest motion from rest to rest over `length` with |s'| <= speed, |s''| <= acceleration, |s'''| <= jerk.
 
-    A way too short for the full speed or acceleration reaches less of them. Raises MechlabError unless all four are
+    On a length too short for the full speed or acceleration, less of them is reached. Raises MechlabError unless all four are
     positive and finite.
     """
 
@@ -182,7 +181,7 @@ def braking(
 ) -> Braking:
     """Where to begin to brake from `speed` to reach the end with `exit_speed`: s = L - (v^2 - ve^2) / (2 a).
 
-    Raises NoSolution when the curve is shorter than that, MechlabError for speeds that are no braking.
+    Raises NoSolution when the curve is shorter than that, MechlabError unless speed >= exit_speed >= 0.
     """
     run = travel or Travel(curve)
     distance = braking_distance(speed, exit_speed, deceleration)

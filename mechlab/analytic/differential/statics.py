@@ -1,10 +1,8 @@
-"""Moments in the closed differential: what the planets pass on, the source's starting rule, and what is true at start.
+"""Mass matrix, moments and steady motions of the closed differential.
 
-M_H1 drives H1, M_H2 > 0 resists H2. Moments in N m.
-
-Steady motions of the closed differential with friction, each with the law that it really follows.
-
-Mass matrix of the closed differential: constant, in the speeds (w1, w3) of the blocks.
+The mass matrix is constant in the speeds (w1, w3) of the blocks. Moments: what the planets pass on, the source's starting rule
+and the exact moment on a held output. Steady motions: with drag to the housing, and with a backstop. M_H1 drives H1,
+M_H2 > 0 resists H2; moments in N m.
 """
 
 from __future__ import annotations
@@ -70,7 +68,7 @@ def carrier_mass_matrix(train: Train, J: FloatArray) -> FloatArray:
 
 def momentum_row(train: Train, inertias: Inertias) -> FloatArray:
     """(2,) l of the angular momentum about the axis, L = l . (w1, w3). Only torques from the housing and the outer
-    moments change L; friction inside does not."""
+    moments change L; internal friction does not."""
     i, k = inertias, inertias.planets
     (u1, u2), (s2, s5) = train.carriers, train.spins
     orbits = (i.J_H1 + k * i.m2 * i.r_H1**2) * u1 + (i.J_H2 + k * i.m5 * i.r_H2**2) * u2
@@ -121,15 +119,15 @@ def start_ratio(train: Train) -> float:
 
 
 def held_output_moment(train: Train, J: FloatArray, M_H1: ArrayLike) -> FloatArray:
-    """What the held output really feels: the reaction to the accelerating train, -Jh12/Jh11 M_H1. It depends on the
-    inertias alone, and is gone when the input has stopped accelerating."""
+    """Moment on the held output: the reaction to the accelerating train, -Jh12/Jh11 M_H1. Its share of M_H1 depends on the
+    inertias alone, and it vanishes when the input no longer accelerates."""
     jh = carrier_mass_matrix(train, J)
     return np.asarray(-jh[0, 1] / jh[0, 0] * np.asarray(M_H1, dtype=float))
 
 
 def printed_z4(z1: float, z2: float, z5: float, force_ratio: float) -> float:
     """z4 by the source's synthesis (12) with (13): z4 = (z1 + z2) F/R - z5, F/R the ratio of the forces on the planet
-    axes. It follows from (11) with w1 = w3 silently taken; it can be negative."""
+    axes. It follows from (11) under the unstated assumption w1 = w3; it can be negative."""
     return (z1 + z2) * force_ratio - z5
 
 

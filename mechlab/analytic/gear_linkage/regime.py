@@ -1,6 +1,5 @@
-"""The one freedom of the three-gear four-bar: reduced inertia of the crank and the motion it has when it is let go.
-
-Regimes of the three-gear four-bar: monotone, momentary dwell, reversing; how long the output stands.
+"""What the output of the three-gear four-bar does in a turn of the crank: regimes (monotone, momentary dwell, reversing) and
+dwell angles; the reduced inertia of the crank and its acceleration.
 """
 
 from __future__ import annotations
@@ -85,7 +84,7 @@ TURN = 2.0 * math.pi
 DWELL_TOLERANCE = 1e-9
 
 
-class Regime(Enum):
+class OutputRegime(Enum):
     """How the output moves while the crank turns uniformly; the value is a sentence."""
 
     MONOTONE = "monotone: the output never stops"
@@ -100,11 +99,11 @@ class RegimeReport:
     slowest_rate, fastest_rate: smallest and largest output rate for a crank rate of 1; slowest_angle, fastest_angle:
     where. reverse_angle: how far the output runs back [rad] (0 unless reversing); dwell_angle: crank angle over which
     it does, from stop_angle to turn_angle; dwell_angle_one_sided: crank angle from stop_angle until the output has its
-    old place again: so long stands an output that the gears only push (friction holds it, the play is large enough).
-    least_transmission_angle: smallest angle between coupler and rocker, taken acute [rad].
+    former position again: the dwell of an output that the gears push in one direction only, held by friction, with enough play.
+    least_transmission_angle: smallest acute angle between coupler and rocker [rad].
     """
 
-    regime: Regime
+    regime: OutputRegime
     slowest_rate: float
     slowest_angle: float
     fastest_rate: float
@@ -150,23 +149,23 @@ def slowest(g: GearLinkage, sign: float = 1.0) -> tuple[float, float]:
 def regime(g: GearLinkage) -> RegimeReport:
     """The regime and all its numbers."""
     at, least = slowest(g)
-    fastest_at, most = slowest(g, -1.0)
+    fastest_at, greatest = slowest(g, -1.0)
     mu = motion(g, [0.0, math.pi]).transmission_angle
     acute = float(np.min(np.minimum(mu, math.pi - mu)))
-    scale = max(abs(most), g.ratio)
-    kind = Regime.MONOTONE
+    scale = max(abs(greatest), g.ratio)
+    kind = OutputRegime.MONOTONE
     stop = turn = at
     back = dwell = one_sided = 0.0
     if abs(least) <= DWELL_TOLERANCE * scale:
-        kind = Regime.MOMENTARY_DWELL
+        kind = OutputRegime.MOMENTARY_DWELL
     elif least < 0.0:
-        kind = Regime.REVERSING
+        kind = OutputRegime.REVERSING
         stop, turn = _edge(g, at, -1.0), _edge(g, at, 1.0)
         back = float(_angle(g, stop) - _angle(g, turn))
         dwell = turn - stop
         regained = brentq(lambda x: float(_angle(g, x) - _angle(g, stop)), turn, stop + TURN, xtol=1e-15, rtol=1e-15)
         one_sided = float(regained) - stop
-    return RegimeReport(kind, least, at, most, fastest_at, stop, turn, back, dwell, one_sided, acute)
+    return RegimeReport(kind, least, at, greatest, fastest_at, stop, turn, back, dwell, one_sided, acute)
 
 
 def _angle(g: GearLinkage, phi: ArrayLike) -> FloatArray:
@@ -185,7 +184,7 @@ def _edge(g: GearLinkage, at: float, side: float) -> float:
 
 
 def with_play(angle: ArrayLike, backlash: float, start: float | None = None) -> FloatArray:
-    """Angle of an output that the gears only push: play `backlash` [rad], friction holds it where nothing pushes.
+    """Angle of an output with play `backlash` [rad] that the gears only push; friction holds it while nothing pushes.
 
     angle (n,): where the output would be without play, along the motion; start: the first value of the answer (default:
     pushed forward). y_k = min(max(y_(k-1), x_k), x_k + backlash). (n,) -> (n,).

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.assur.continuation import lowest
+from mechlab.analytic.assur.continuation import lowest_discriminant
 from mechlab.analytic.assur.plane import Real, scalar
 from mechlab.analytic.linkage.description import ACTIONS, Description, Motion
 from mechlab.errors import MechlabError, unknown
@@ -63,7 +63,7 @@ class Linkage(Description):
                 out.append((chosen, motion))
         return tuple(out)
 
-    def march(self, drive: str, values: ArrayLike, rate: float = 1.0, **others: Input) -> Motion:
+    def follow(self, drive: str, values: ArrayLike, rate: float = 1.0, **others: Input) -> Motion:
         """The motion along values (n,) of one input, in the chosen modes; the others stand still.
 
         Raises ChangePoint where two modes meet on the way, also between values, and NoSolution where a group does not
@@ -81,7 +81,7 @@ class Linkage(Description):
             def level(x: Real, name: str = name) -> Real:
                 return self.solve(**{drive: x}, **others).dyads[name].discriminant
 
-            lowest(level, grid)
+            lowest_discriminant(level, grid)
         return self.solve(**{drive: (asked, rate, 0.0)}, **others).require()
 
 

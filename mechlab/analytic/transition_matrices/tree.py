@@ -1,8 +1,7 @@
-"""The constant matrices of links: generators of joints, placements, pseudo-inertias; and the motion of a joint.
+"""Trees of links in homogeneous matrices: generators of joints, placements, pseudo-inertias, motions of joints; transition
+matrices and their derivatives by world operators.
 
 Planar matrices are 3 x 3, spatial ones 4 x 4; the number of entries of an axis or point says which.
-
-A tree of links, its transition matrices and their derivatives by world operators.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def _parallelogram(p: Any) -> CheckResult:
     measured: list[list[float]] = []
     for step in (1.0, 2.5, 5.0, 7.0, 10.0):
         phi = np.radians(np.arange(10.0, 270.1, step))
-        measured.append([_marched(0.1, phi), _marched(0.1001, phi), _marched(0.0999, phi)])
+        measured.append([_followed(0.1, phi), _followed(0.1001, phi), _followed(0.0999, phi)])
     return CheckResult(
         {"analytic": measured},
         0.0,
@@ -101,12 +101,12 @@ def _parallelogram(p: Any) -> CheckResult:
     )
 
 
-def _marched(rocker: float, phi: Array) -> float:
+def _followed(rocker: float, phi: Array) -> float:
     def group(angle: Array) -> Any:
         return assur.rrr(assur.driver(assur.fixed(), 0.1, angle, 1.0), assur.fixed(0.3, 0.0), 0.3, rocker)
 
     try:
-        found = assur.march(group, phi)
+        found = assur.follow_dyad(group, phi)
     except assur.ChangePoint:
         return 1.0
     except NoSolution:
