@@ -138,7 +138,7 @@ def acceleration(terms: Terms, rate: float) -> float:
     """phi'' = (force - J'/2 phi'^2) / J. Raises MechlabError when nothing that moves has inertia."""
     if not terms.inertia > 0.0:
         raise MechlabError("the freedom has no inertia: give the parts that move in it a mass.")
-    return (terms.force - terms.half_slope * rate**2) / terms.inertia
+    return (terms.force - terms.half_slope * rate * rate) / terms.inertia
 
 
 def right_side(terms: Callable[[float, Array], Terms]) -> Callable[[float, Array], Array]:

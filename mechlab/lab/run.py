@@ -93,7 +93,9 @@ def run_scene(
     done = _complete(of_scene, run, made)
     if not estimate or chosen.engine == "analytic":
         return done
-    return with_step_error(done, made, lambda scene, s, times: _complete(of_scene, _once(of_scene, scene, s, times), scene))
+    return with_step_error(
+        done, made, lambda scene, s, times: _complete(of_scene, _once(of_scene, scene, s, times), scene)
+    )
 
 
 def _to_error(

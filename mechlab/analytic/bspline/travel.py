@@ -20,7 +20,7 @@ SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
-class Ramp:
+class SpeedRamp:
     """The fastest motion from rest to rest over `length` with |s'| <= speed, |s''| <= acceleration, |s'''| <= jerk.
 
     On a length too short for the full speed or acceleration, less of them is reached. Raises MechlabError unless all four are

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.analytic.assur.continuation import lowest_discriminant
 from mechlab.analytic.assur.plane import Real, scalar
-from mechlab.analytic.linkage.description import ACTIONS, Description, Motion
+from mechlab.analytic.linkage.description import ACTIONS, LinkageDescription, Motion
 from mechlab.errors import MechlabError, unknown
 
 BLOCK = 4096
@@ -21,7 +21,7 @@ Input = ArrayLike | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 
 @dataclass(frozen=True)
-class Linkage(Description):
+class Linkage(LinkageDescription):
     """A chain of groups; every method that adds one returns a new Linkage. Raises MechlabError for names used twice."""
 
     def solve(self, **inputs: Input) -> Motion:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from mechlab.analytic import delta6 as closed
-from mechlab.analytic.bspline import BSpline, Ramp, Travel, arc_length
+from mechlab.analytic.bspline import BSpline, SpeedRamp, Travel, arc_length
 from mechlab.catalog.delta6.parameters import DRIVES, Delta6Parameters
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.kit.curve_file import read_curve
@@ -53,7 +53,7 @@ class Toolpath:
     tool: Array
     angles: Array
     drives: Array
-    law: Ramp
+    law: SpeedRamp
     twin: bool
 
 
@@ -166,7 +166,7 @@ def _drives(p: Delta6Parameters, at: Array, tool: Array, angles: Array) -> Array
     return np.column_stack([found.drives, closed.drives_from_angles(p.geometry, angles)])
 
 
-def _quickest_ramp(p: Delta6Parameters, s: Array, drives: Array) -> Ramp:
+def _quickest_ramp(p: Delta6Parameters, s: Array, drives: Array) -> SpeedRamp:
     """The quickest of some S-curves, each stretched in time until one drive just reaches one of its limits.
 
     Stretching by c divides speeds by c, accelerations by c^2, jerks by c^3, all along the path, so the stretch is exact.
@@ -182,13 +182,13 @@ def _quickest_ramp(p: Delta6Parameters, s: Array, drives: Array) -> Ramp:
     for push in RAMP_RATIOS:
         for bend in RAMP_RATIOS:
             strong = push * speed**2 / float(s[-1])
-            law = Ramp(float(s[-1]), speed, strong, bend * strong * speed / float(s[-1]))
+            law = SpeedRamp(float(s[-1]), speed, strong, bend * strong * speed / float(s[-1]))
             c = _stretch(law, slopes, bounds)
-            laws.append(Ramp(law.length, law.speed / c, law.acceleration / c**2, law.jerk / c**3))
+            laws.append(SpeedRamp(law.length, law.speed / c, law.acceleration / c**2, law.jerk / c**3))
     return min(laws, key=lambda law: law.duration)
 
 
-def _stretch(law: Ramp, slopes: list[Any], bounds: Array) -> float:
+def _stretch(law: SpeedRamp, slopes: list[Any], bounds: Array) -> float:
     """How much longer the law must take for the drives to keep their limits (less than 1: it may be quicker)."""
     t = np.linspace(0.0, law.duration, SAMPLES)
     s, v, a, j = (law.at(t, k)[:, None] for k in range(4))

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model import MujocoMap
-from mechlab.engines.mujoco.stepping import BlowUp
+from mechlab.engines.mujoco.stepping import SteppingEnd
 from mechlab.experiment.energy import dissipation, energy_finding, work
 from mechlab.experiment.findings import (
     OPEN_LOOP,
@@ -114,7 +114,7 @@ def health(
     scene: Scene,
     settings: Settings,
     data: mujoco.MjData,
-    blow_up: BlowUp | None,
+    blow_up: SteppingEnd | None,
     samples: Samples,
     states: tuple[Array, Array],
 ) -> Health:
@@ -164,7 +164,7 @@ def health(
     return Health(tuple(out))
 
 
-def _blown(mechanism: Mechanism, blow_up: BlowUp, scene: Scene, settings: Settings) -> Finding:
+def _blown(mechanism: Mechanism, blow_up: SteppingEnd, scene: Scene, settings: Settings) -> Finding:
     tips = [f"a smaller timestep (now {settings.timestep:g} s)"]
     parts: tuple[Joint | Shaft | Spring, ...] = (*mechanism.joints, *mechanism.shafts, *mechanism.springs)
     if any(x.stiffness or x.damping for x in parts) and settings.integrator != "discrete":
