@@ -74,7 +74,7 @@ def test_the_start_of_a_swing_is_given_by_initial_keys():
 def test_the_drop_carries_the_body():
     p = Parameters(slider_damping=1500.0)  # near the critical damping of body on hitch: at rest after 0.8 s
     run = api.simulate(
-        "prosthetic_leg", "stance-drop", engine="pinocchio", duration=0.8, timestep=5e-4, slider_damping=1500.0
+        "prosthetic_leg", scene="stance-drop", engine="pinocchio", duration=0.8, timestep=5e-4, slider_damping=1500.0
     )
     assert run.health.trusted
     # At rest each spring carries what stands above it: trunk, carriage and the upper half of the thigh on the thigh's.
