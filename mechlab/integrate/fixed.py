@@ -1,6 +1,6 @@
-"""Explicit Runge-Kutta methods as data: a Butcher tableau, checked against its order conditions when it is made.
+"""Explicit Runge-Kutta methods as data, and one loop that runs them at a fixed step, for one state or many at once.
 
-One loop for every explicit Runge-Kutta tableau, at a fixed step, for one state or many at once.
+A Butcher tableau is checked against its order conditions when it is made.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Tableau:
 
     @property
     def c(self) -> Exact:
-        """Times of the stages, in steps."""
+        """Times of the stages as fractions of the step."""
         return tuple(sum(row, Fraction(0)) for row in self.a)
 
     def _conditions(self) -> Iterator[tuple[int, str, Fraction, Fraction]]:

@@ -1,7 +1,7 @@
 """A mechanism as one freedom (Eksergian): J(phi) phi'' + J'(phi) phi'^2 / 2 = force, exact and without constraints.
 
-Everything that depends on phi alone stands in a `PathTable`: pieces of polynomials through Chebyshev nodes, made where
-the motion comes along, halved until they meet the stated error.
+Everything that depends on phi alone is in a `PathTable`: polynomial pieces through Chebyshev nodes, made where the
+motion passes and halved until they meet the tolerance.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 ORDER = 10
 DEEPEST = 22
 PROBES = (-0.93, -0.41, 0.17, 0.79)
-"""Places in a cell, away from its nodes, where the polynomial is held against the exact values."""
+"""Places in a cell, away from its nodes, where the polynomial is compared with exact values."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class PathTable:
     """Columns as functions of one coordinate phi, from an exact `sample(phi) -> (columns,)`.
 
     The first cells have the given `width`; a cell is halved until its error, relative to the largest value of each
-    column in it, is below `tolerance`; at least `floor` counts as the size of a column. `period`: after it the columns
-    repeat but for the addition of `turn` (columns,). `error` is the largest error of the cells in use. Raises
+    column in it, is below `tolerance`; a column counts as at least `floor` large. `period`: the columns repeat
+    after it, with `turn` (columns,) added each time. `error` is the largest error of the cells in use. Raises
     NoSolution where no smaller cell helps: the path ends there.
     """
 
@@ -125,7 +125,7 @@ class PathTable:
 @dataclass(frozen=True)
 class Terms:
     """What the equation of one freedom needs at an instant: inertia J, half_slope dJ/dphi / 2, force (everything but
-    the velocity term), the power of what is not conservative [W], and the rates of further states (m,)."""
+    the velocity term), power of the non-conservative forces [W], and rates of further states (m,)."""
 
     inertia: float
     half_slope: float
@@ -142,7 +142,7 @@ def acceleration(terms: Terms, rate: float) -> float:
 
 
 def right_side(terms: Callable[[float, Array], Terms]) -> Callable[[float, Array], Array]:
-    """f(t, y) for y = (phi, phi', work, further states): the equation as an integrator wants it, from terms(t, y)."""
+    """f(t, y) for y = (phi, phi', work, further states): the equation in first-order form, from terms(t, y)."""
 
     def f(t: float, y: Array) -> Array:
         now = terms(t, y)

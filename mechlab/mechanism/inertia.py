@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia tensor of a rigid part, with the constructors that one needs."""
+"""Mass, centre of mass and inertia tensor of a rigid part, with constructors for common parts."""
 
 from __future__ import annotations
 

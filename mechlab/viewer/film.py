@@ -39,7 +39,7 @@ def write_mp4(
     toward: tuple[float, float, float] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Path:
-    """Writes a film of the whole story and returns the path, whole or not at all.
+    """Writes a film of the story, whole or not at all, and returns the path.
 
     size: width, height [pixels], even; speed: seconds of the story in a second of the film (default: `film_span`,
     which slows down what the eye could not follow, and then shows the beginning);
@@ -117,7 +117,7 @@ def _encode(encoder: str, frames: Iterable[NDArray[np.uint8]], path: Path, size:
                     process.stdin.write(frame.tobytes())
                 process.stdin.close()
             except BrokenPipeError:
-                pass  # ffmpeg has ended; its own words follow
+                pass  # ffmpeg has ended; its error message is read below
             except BaseException:
                 process.kill()
                 raise
@@ -151,7 +151,7 @@ STYLE: Any = {
 def motion_svg(story: Story) -> str:
     """Up to three plots over time, and next to them the paths of named points in the plane in which they move most.
 
-    The same for one story every time. Raises MechlabError for a story without motion or without anything to plot.
+    The text is the same every time. Raises MechlabError for a story without motion or without anything to plot.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -206,7 +206,7 @@ def _paths(axes: Any, traces: dict[str, Array]) -> None:
     axes.set_title("paths of points", fontsize=10.5, loc="left")
     axes.set_xlabel(f"{'xyz'[across]} [m]")
     axes.set_ylabel(f"{'xyz'[up]} [m]")
-    if float(extent[up]) < 0.35 * float(extent[across]):  # a flat path in a flat box shows nothing but its box
+    if float(extent[up]) < 0.35 * float(extent[across]):  # a flat box would leave no room for the curve
         middle, half = sum(axes.get_ylim()) / 2.0, 0.175 * float(extent[across])
         axes.set_ylim(middle - half, middle + half)
     axes.legend(

@@ -1,6 +1,7 @@
-"""Pseudo-arclength along the closed curve of all positions of a driven group: it passes limit positions (Keller 1977).
+"""Paths of Assur groups over their drive.
 
-A dyad over a path of its drive: kept in its mode where that is one path, stopped where two paths meet or none goes on.
+`closed_curve` follows all positions of a driven class III or IV group by pseudo-arclength, also through limit positions
+(Keller 1977). `march` keeps a dyad in its mode and stops where two modes meet or the dyad does not assemble.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from mechlab.errors import NoSolution, Untrustworthy
 
 @dataclass(frozen=True)
 class ClosedCurve:
-    """Positions along the curve: crank, theta_t, theta_u (n,) continuous, the last one equal to the first modulo full turns.
+    """Positions along the curve: crank, theta_t, theta_u (n,) [rad], continuous; the last equals the first modulo full
+    turns.
 
-    turning_points: crank angles at which the crank reversed (limit positions between samples). net_turns of the crank.
+    turning_points: crank angles at which the crank reverses [rad]: limit positions, interpolated between samples.
     """
 
     crank: Real
@@ -41,8 +43,9 @@ def closed_curve(
 ) -> ClosedCurve:
     """The curve of positions through one mode, followed until it comes back to its start.
 
-    Each step goes along the tangent by `step` [rad] and returns by Newton square to it; it is halved where the tangent
-    turns by more than 0.1. Raises Untrustworthy when it does not close within `most` steps.
+    Each step goes `step` [rad] along the tangent; Newton then returns to the curve at right angles to it. The step is
+    halved where the tangent turns by more than 0.1 rad. Raises Untrustworthy when it does not close within `most`
+    steps.
     """
     size = float(family(np.array([crank])).scale.ravel()[0])
 
@@ -102,16 +105,16 @@ def _correct(system: object, x: Real, along: Real) -> Real | None:
 
 
 CHANGE = 1e-6
-"""A sine of the transmission angle below this on the way is a change point: rounding alone would decide the mode."""
+"""Below this sine of the transmission angle two modes meet (a change point): rounding alone would decide the mode."""
 _GRID = np.radians(0.5)
 
 
 def march(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHANGE) -> Dyad:
-    """The dyad at the drive positions (n,) [rad or m], in its fixed mode, when the way between them stays in one mode.
+    """The dyad at the drive positions (n,) [rad or m], provided that it stays in its mode between them.
 
-    family: drive positions to the Dyad there. Between the samples the discriminant (quality squared) is looked at every
-    half degree and each of its minima is searched to the bottom, whatever the step. Below 0 there is a gap: NoSolution,
-    that names the arc. Below `change` squared two modes meet: ChangePoint, because either continuation is a path.
+    family: gives the Dyad at drive positions. Between the samples the discriminant (quality squared) is evaluated every
+    0.0087 rad or m, and each of its minima is located. Raises NoSolution, naming the arc, where it is negative: no
+    assembly; ChangePoint where it is below `change` squared: two modes meet and either may follow.
     """
     asked = np.atleast_1d(np.asarray(drive, dtype=float))
 

@@ -1,6 +1,6 @@
-"""A mode followed over a cycle of the crank: identity kept, merges subdivided, gaps never crossed.
+"""Class III and IV groups over crank angles: rates and accelerations in a mode, and the mode followed continuously.
 
-Rates and accelerations of a class III or IV group in a given mode.
+Near a merge of two modes the steps shrink; a branch ends at a limit position and never jumps over a gap.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ _LARGEST = 0.3
 class Branch:
     """One mode over crank angles: crank (n,), theta_t, theta_u (n,) continuous, det (n,) of one sign.
 
-    fold: where it ended before the last asked angle, None when it reached it.
+    fold: the limit position where the mode ended; None when it reached the last crank angle.
     """
 
     crank: Real
@@ -73,7 +73,7 @@ class Branch:
 
     @property
     def complete(self) -> bool:
-        """True when it reached the last crank angle."""
+        """True when the branch reached the last crank angle."""
         return self.fold is None
 
 

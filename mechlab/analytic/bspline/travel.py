@@ -1,6 +1,5 @@
-"""A rest-to-rest motion with bounded speed, acceleration and jerk: seven phases of constant jerk.
-
-Travelling along a curve: the parameter at an arc length, and where to begin to brake.
+"""Travelling along a curve: a rest-to-rest motion with bounded speed, acceleration and jerk (seven phases of constant
+jerk), the parameter at an arc length, and where to begin to brake.
 """
 
 from __future__ import annotations
@@ -24,8 +23,8 @@ SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 class Ramp:
     """The fastest motion from rest to rest over `length` with |s'| <= speed, |s''| <= acceleration, |s'''| <= jerk.
 
-    A way too short for the full speed or acceleration reaches less of them. Raises MechlabError unless all four are
-    positive and finite.
+    Where `length` is too short for full speed or acceleration, the motion stays below them. Raises MechlabError unless
+    all four are positive and finite.
     """
 
     length: float
@@ -46,7 +45,7 @@ class Ramp:
         return self.acceleration / self.jerk, speed / self.acceleration - self.acceleration / self.jerk
 
     def _way(self, speed: float) -> float:
-        """Length of speeding up and slowing down, which are mirror images."""
+        """Length of speeding up to `speed` and slowing down again, which are mirror images."""
         bend, steady = self._rise(speed)
         return speed * (2.0 * bend + steady)
 
@@ -182,7 +181,7 @@ def braking(
 ) -> Braking:
     """Where to begin to brake from `speed` to reach the end with `exit_speed`: s = L - (v^2 - ve^2) / (2 a).
 
-    Raises NoSolution when the curve is shorter than that, MechlabError for speeds that are no braking.
+    Raises NoSolution when the curve is shorter than that, MechlabError as `braking_distance`.
     """
     run = travel or Travel(curve)
     distance = braking_distance(speed, exit_speed, deceleration)

@@ -1,4 +1,4 @@
-"""Every passive joint of the cardan shafts, in closed form.
+"""Cardan joints in closed form: all passive joints of the delta's shafts, a double joint out of phase, chain freedoms.
 
 Shaft i: a stub in the slider turns by phi about Z, a cross turns by `fork` about the stub's axis a, the rod turns
 by `cross` about the common axis b: rod orientation Rz(phi) R_a(fork) R_b(cross), with w_i / L = R u0_i. Home (O = 0,
@@ -6,16 +6,13 @@ phi = 0) has both angles zero, u0 = w0 / L, b = unit(z x u0), a = z x b. The low
 the lower cross turns by -cross about b against the rod, and the lower stub by phi about Z with the lower fork at
 +fork about a against it. Both forks being in phase, the lower stub repeats phi exactly.
 
-Double cardan joint with equal bends whose two forks on the rod are out of phase.
+Double cardan joint with equal bends whose two forks on the rod are out of phase by delta: theta_1 is the upper pin's
+angle from the normal to the plane of both shafts, theta_2 the rod's, theta_3 the output's: tan(theta_2) = c
+tan(theta_1), tan(theta_3) = tan(theta_2 + delta) / c, c = cos(bend). As a map of directions this is diag(1, 1/c)
+R(delta) diag(1, c): a rotation between a stretch and its inverse, which gives the amplitude in closed form.
 
-theta_1 is the upper pin's angle from the normal to both shafts' plane, theta_2 the rod's, theta_3 the output's:
-tan(theta_2) = c tan(theta_1), tan(theta_3) = tan(theta_2 + delta) / c, c = cos(bend). As a map of directions this is
-diag(1, 1/c) R(delta) diag(1, c): a rotation, a stretch and a rotation, which gives the amplitude in closed form.
-
-Counting formulas for the freedoms of a chain.
-
-n: moving links; p5, p4, p3: pairs with one, two, three freedoms. The formulas know nothing of dimensions: idle spins
-are counted as freedoms, redundant constraints as if they acted.
+Freedoms of a chain: n moving links; p5, p4, p3: pairs with one, two, three freedoms. The formulas ignore dimensions:
+idle spins are counted as freedoms, redundant constraints as if they acted.
 """
 
 from __future__ import annotations

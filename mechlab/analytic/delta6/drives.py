@@ -1,14 +1,13 @@
-"""Rotary drives against alpha, beta, gamma: a constant matrix.
+"""Rotary drives of the head: drive angles, sliding and friction in one gear mesh, torque chain of the source's table.
 
+Drive angles follow from alpha, beta, gamma by a constant matrix:
 phi_1 = k_spur gamma + k_transfer (k_bevel alpha - beta), phi_2 = k_spur gamma + k_transfer (k_bevel alpha + beta),
 phi_3 = gamma. Turning the T-shaped carrier by beta with the output gear locked on it turns the double bevels by
 beta itself, so k_bevel multiplies alpha only. Unwrap angles along a path first: a jump of gamma by 2 pi is a jump
 of 2 pi k_spur in drives 1 and 2.
 
-Sliding and friction in one gear mesh, and the torque chain of the source's table.
-
-The pitch point P is the origin, gear centres lie at A = (-r_a, 0) and C = (r_c, 0), the contact B at distance x along
-the line of action: (x sin(pressure angle), x cos(pressure angle)).
+Mesh: the pitch point P is the origin, gear centres lie at A = (-r_a, 0) and C = (r_c, 0), the contact B at distance x
+along the line of action: (x sin(pressure angle), x cos(pressure angle)).
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""All six drives together: pose of the output link from drives and back.
+"""All six drives together: poses, velocities and accelerations of the output link from the drives and back.
 
 A pose is D (..., 3) with alpha, beta, gamma. Drives are (..., 6): three sliders q, then three rotary drives phi.
 O = D - head_offset e1 depends on the orientation, so holding D and turning the head moves the sliders.
-
-Velocity and acceleration of the output link against all six drives.
 
 A twist is (..., 6): v_D, then omega, base axes. With G = the slider Jacobian of O, K the drive matrix, E the rate
 matrix: v_O = v_D + head_offset [e1]x omega, so the 6 x 6 Jacobian is [[G, head_offset G [e1]x], [0, K E^-1]].
@@ -47,7 +45,7 @@ class PoseDrives:
 
     drives: (..., 6), sliders NaN exactly where `reachable` is False. head_centre: O (..., 3). angles: (..., 3).
     translation: the `InversePosition` with radicands and mask. singular: (...) cos(beta) below SINGULAR_COSINE,
-    where the drives are right but one angular velocity is lost.
+    where the drives are valid but one angular velocity cannot be produced.
     """
 
     drives: FloatArray

@@ -1,10 +1,7 @@
-"""Orientation of the output link: angles alpha, beta, gamma and the matrix R = Rz(gamma) Ry(beta) Rx(alpha).
+"""Orientation of the output link: alpha, beta, gamma, the matrix R = Rz(gamma) Ry(beta) Rx(alpha), and angular rates.
 
-Sets of angles are arrays (..., 3) in the order (alpha, beta, gamma), radians. R has the columns e1, e2, e3.
-
-Angular velocity and acceleration of the output link against the rates of alpha, beta, gamma.
-
-omega = E rates with the columns e1, n = (-sin gamma, cos gamma, 0), z, and det E = cos(beta).
+Sets of angles are arrays (..., 3) in the order (alpha, beta, gamma), radians. R has the columns e1, e2, e3. Angular
+velocity omega = E rates with the columns e1, n = (-sin gamma, cos gamma, 0), z, and det E = cos(beta).
 """
 
 from __future__ import annotations

@@ -1,12 +1,8 @@
-"""Positions of the sliders and of O: inverse and forward.
+"""Positions, velocities and accelerations of the sliders and of O: inverse and forward.
 
-Leg i: G_i = O_xy + g_i, h_i = sqrt(L^2 - |G_i|^2), slider q_i = O_z + platform_height + h_i + slider_height.
-
-Velocities and accelerations between the sliders and O.
-
-With G_i, h_i of `translation`: qdot_i = v_z - (G_i . v_xy) / h_i and
-qddot_i = a_z - (|v_xy|^2 + (G_i . v_xy)^2 / h_i^2 + G_i . a_xy) / h_i.
-Rates do not exist where a rod is horizontal (h_i = 0, type I) or a pose is out of reach; every function here
+Leg i: G_i = O_xy + g_i, h_i = sqrt(L^2 - |G_i|^2), slider q_i = O_z + platform_height + h_i + slider_height,
+qdot_i = v_z - (G_i . v_xy) / h_i and qddot_i = a_z - (|v_xy|^2 + (G_i . v_xy)^2 / h_i^2 + G_i . a_xy) / h_i.
+Rates do not exist where a rod is horizontal (h_i = 0, type I) or a pose is out of reach; every function of rates
 raises NoSolution there. Mask bulk data with `inverse_position(...).h2 > 0` first.
 """
 
@@ -77,7 +73,7 @@ class ForwardPosition:
 
 
 def leg_vectors(geom: Delta6, position: ArrayLike) -> FloatArray:
-    """G_i = O_xy + g_i, horizontal way from upper to lower cross centre. position (..., 3) -> (..., 3, 2)."""
+    """G_i = O_xy + g_i, horizontal vector from upper to lower cross centre. position (..., 3) -> (..., 3, 2)."""
     xy = vectors("position", position)[..., None, :2]
     return np.asarray(xy + geom.leg_offsets)
 
@@ -101,7 +97,7 @@ def _squared_heights(geom: Delta6, p: FloatArray) -> FloatArray:
 def inverse_position(geom: Delta6, position: ArrayLike) -> InversePosition:
     """Slider positions q_i = O_z + platform_height + h_i + slider_height, the higher of the two roots.
 
-    position: O, shape (..., 3). Out of reach is a flag and a negative radicand; `.require()` raises.
+    position: O, shape (..., 3). A pose out of reach has `reachable` False and a negative radicand; `.require()` raises.
     """
     p = vectors("position", position)
     h2 = _squared_heights(geom, p)

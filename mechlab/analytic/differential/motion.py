@@ -4,7 +4,7 @@ A contact acts on the sum row . w: it opposes w off its target with the smaller 
 friction: -f, f; a one-way stop: 0, infinity; a servo or a rigid pair: -infinity, infinity), and between the bounds it
 holds the target exactly. Between events the equations are linear: matrix exponentials, no step size.
 
-How far a soft constraint row of MuJoCo lags behind under load, before anything is run.
+`predicted_lag` gives the steady residual of a soft constraint row of MuJoCo under load without a run.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ MOST_EVENTS = 100
 
 @dataclass(frozen=True)
 class Contact:
-    """What holds row . w (row (2,), speeds (w1, w3)) at `target` with a moment between `low` and `high` [N m]."""
+    """A contact that holds row . w (row (2,), speeds (w1, w3)) at `target` with a moment between `low` and `high` [N
+    m]."""
 
     name: str
     row: tuple[float, float]
@@ -78,7 +79,7 @@ class _Phase:
         return np.asarray((expm(dt * self.system) @ np.append(start, 1.0))[:4])
 
     def onto(self, w: FloatArray) -> FloatArray:
-        """(2,) the rates w without the rounding by which what holds misses its target."""
+        """(2,) rates w without the rounding error by which holding contacts miss their targets."""
         if not self.held:
             return w
         gap = self.rows @ w - [self.contacts[i].target for i in self.held]
@@ -98,7 +99,8 @@ class _Phase:
         return out
 
     def margins(self, w: FloatArray, room: float) -> FloatArray:
-        """What stays >= 0 while the phase lasts: bounds of what holds, the direction of what slips."""
+        """Margins, all >= 0 while the phase lasts: moment to each bound of a holding contact, slip of the others in its
+        sense."""
         load = self.moments(w)
         out = []
         for i, (c, s) in enumerate(zip(self.contacts, self.state, strict=True)):
@@ -116,7 +118,7 @@ def motion(
 ) -> Motion:
     """Motion from rates w0 (2,) and zero angles at t[0]; J, D (2, 2), Q (2,), increasing times t (n,).
 
-    Raises MechlabError when w0 breaks a contact that only holds, or events pile up.
+    Raises MechlabError when w0 violates a contact without finite bounds, or after more than MOST_EVENTS events.
     """
     j, d, q = (np.asarray(x, dtype=float) for x in (J, D, Q))
     times = np.asarray(t, dtype=float)
@@ -160,7 +162,8 @@ def _first(phase: _Phase, state: FloatArray, dt: float, room: float) -> float:
 
 
 def _phase(j: FloatArray, d: FloatArray, q: FloatArray, contacts: tuple[Contact, ...], w: FloatArray) -> _Phase:
-    """The one consistent state of the contacts: hold within the bounds, or slip the way that the bound opposes."""
+    """The one consistent state of the contacts: each holds within its bounds, or slips in the sense that its bound
+    opposes."""
     room = 4.0 * _room(w)
     options: list[tuple[str, ...]] = []
     for c in contacts:
@@ -199,7 +202,7 @@ def _change(old: _Phase, new: _Phase) -> str:
 
 
 def reactions(mass: ArrayLike, rows: ArrayLike, force: ArrayLike) -> FloatArray:
-    """(rows,) multipliers f of M a = force + J^T f, J a = 0; the smallest where rows repeat others. mass (n, n), rows
+    """(rows,) multipliers f of M a = force + J^T f, J a = 0; least norm where rows are redundant. mass (n, n), rows
     (m, n), force (n,)."""
     m, j, q = (np.asarray(x, dtype=float) for x in (mass, rows, force))
     free = np.linalg.solve(m, np.column_stack([q, j.T]))
@@ -213,7 +216,7 @@ def predicted_lag(
     mass: ArrayLike, rows: ArrayLike, force: ArrayLike, timeconst: float, impedance: float, damping_ratio: float = 1.0
 ) -> FloatArray:
     """(rows,) residual |r| = (1-d) tc^2 zeta^2 A |f| of soft rows in quasi-steady motion, A = J M^-1 J^T of the row, f its
-    multiplier, tc the time constant [s] (at least two timesteps), d the impedance. Light loaded parts lag most."""
+    multiplier, tc the time constant [s] (at least two timesteps), d the impedance. Light parts under load lag most."""
     m, j = np.asarray(mass, dtype=float), np.asarray(rows, dtype=float)
     compliance = np.einsum("ij,ji->i", j, np.linalg.solve(m, j.T))
     return np.asarray(

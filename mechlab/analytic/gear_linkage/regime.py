@@ -1,6 +1,6 @@
-"""The one freedom of the three-gear four-bar: reduced inertia of the crank and the motion it has when it is let go.
+"""Regimes and dwell of the three-gear four-bar, its reduced inertia and its motion as one freedom.
 
-Regimes of the three-gear four-bar: monotone, momentary dwell, reversing; how long the output stands.
+Regimes: monotone, momentary dwell, reversing; for the last, how long the output stands still.
 """
 
 from __future__ import annotations
@@ -98,9 +98,9 @@ class RegimeReport:
     """What the output does in one turn of the crank.
 
     slowest_rate, fastest_rate: smallest and largest output rate for a crank rate of 1; slowest_angle, fastest_angle:
-    where. reverse_angle: how far the output runs back [rad] (0 unless reversing); dwell_angle: crank angle over which
-    it does, from stop_angle to turn_angle; dwell_angle_one_sided: crank angle from stop_angle until the output has its
-    old place again: so long stands an output that the gears only push (friction holds it, the play is large enough).
+    at which crank angle. reverse_angle: how far the output runs back [rad] (0 unless reversing), while the crank turns
+    by dwell_angle from stop_angle to turn_angle; dwell_angle_one_sided: crank angle from stop_angle until the output is
+    back where it stopped: over it an output with enough play stands still, if friction holds it.
     least_transmission_angle: smallest angle between coupler and rocker, taken acute [rad].
     """
 
@@ -148,7 +148,7 @@ def slowest(g: GearLinkage, sign: float = 1.0) -> tuple[float, float]:
 
 
 def regime(g: GearLinkage) -> RegimeReport:
-    """The regime and all its numbers."""
+    """Regime of the output and its numbers, see `RegimeReport`."""
     at, least = slowest(g)
     fastest_at, most = slowest(g, -1.0)
     mu = motion(g, [0.0, math.pi]).transmission_angle
@@ -174,7 +174,8 @@ def _angle(g: GearLinkage, phi: ArrayLike) -> FloatArray:
 
 
 def _edge(g: GearLinkage, at: float, side: float) -> float:
-    """The nearest zero of the output rate from its minimum, on one side."""
+    """Crank angle of the zero of the output rate nearest to its minimum `at`, on one side (+1: after it, -1:
+    before)."""
     ways = side * (grid(g) - at) % TURN
     ways = np.sort(ways[ways > 0.0])
     w = rate(g, at + side * ways)
@@ -185,10 +186,10 @@ def _edge(g: GearLinkage, at: float, side: float) -> float:
 
 
 def with_play(angle: ArrayLike, backlash: float, start: float | None = None) -> FloatArray:
-    """Angle of an output that the gears only push: play `backlash` [rad], friction holds it where nothing pushes.
+    """Angle of an output that the gears only push, with play `backlash` [rad]; friction holds it where nothing pushes.
 
-    angle (n,): where the output would be without play, along the motion; start: the first value of the answer (default:
-    pushed forward). y_k = min(max(y_(k-1), x_k), x_k + backlash). (n,) -> (n,).
+    angle (n,) [rad]: that of the output without play, along the motion; start: the first value of the answer (default:
+    angle[0]). y_k = min(max(y_(k-1), x_k), x_k + backlash). (n,) -> (n,).
     """
     x = np.asarray(angle, dtype=float)
     out = np.empty_like(x)
