@@ -49,8 +49,8 @@ def sun_shares(ratio_36_braked: Fraction, ratio_14_braked: Fraction) -> tuple[Fr
 
 def stage_teeth(share: Fraction, planets: int, teeth: Sequence[int], tolerance: float = 0.0) -> IntArray:
     """(n, 3) sun, planet, ring of every stage that fits: sun / (sun + ring) = share (relative error at most
-    `tolerance`), ring = sun + 2 planet, all among `teeth`, evenly placed planets, (sun + planet) sin(pi / planets) >=
-    planet + 2."""
+    `tolerance`), ring = sun + 2 planet, all among `teeth`, planets evenly placed and apart:
+    (sun + planet) sin(pi / planets) >= planet + 2."""
     sun, planet = _suns_and_planets(teeth)
     centre = sun + planet
     if tolerance == 0.0:

@@ -37,8 +37,7 @@ class StageTorques:
 
 @dataclass(frozen=True)
 class StageAccelerations:
-    """Absolute accelerations, rad/s^2; ring_torque: the external torque on the ring, N m (the holding torque of a held
-    ring)."""
+    """Absolute accelerations, rad/s^2; ring_torque: external torque on the ring, N m (it holds a held ring)."""
 
     sun: FloatArray
     ring: FloatArray

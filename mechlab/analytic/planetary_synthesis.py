@@ -100,8 +100,9 @@ def series_planets(
 
 
 def working_angle(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, z4: ArrayLike) -> FloatArray:
-    """Working pressure angle of the mesh 3-4 [rad] when the meshes 1-2 and 2-3 work at 20 deg: cos aw34 = (z3 + z4) cos
-    20 deg / (z1 + 2 z2 + z3). Raises MechlabError where no angle fits: z3 + z4 is too large."""
+    """Working pressure angle of the mesh 3-4 [rad] when the meshes 1-2 and 2-3 work at 20 deg:
+    cos aw34 = (z3 + z4) cos 20 deg / (z1 + 2 z2 + z3). Raises MechlabError where no angle fits: z3 + z4 is too
+    large."""
     a, b, c, d = (np.asarray(z, dtype=float) for z in (z1, z2, z3, z4))
     cosine = (c + d) * math.cos(STANDARD) / (a + 2.0 * b + c)
     if np.any(cosine >= 1.0):
@@ -110,8 +111,7 @@ def working_angle(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, z4: ArrayLike) ->
 
 
 def neighbour_gaps(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, planets: int) -> FloatArray:
-    """(3, ...) clearance between the tips of neighbouring planets 2-2, 3-3 and 2-3', in half modules; at least 0 is
-    needed.
+    """(3, ...) clearance between the tips of neighbouring planets 2-2, 3-3 and 2-3', in half modules, at least 0.
 
     Centres at D12 = z1 + z2 and D34 = z1 + 2 z2 + z3 half modules (meshes 1-2 and 2-3 at 20 deg).
     """

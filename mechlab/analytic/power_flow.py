@@ -8,8 +8,7 @@ efficiency eta
     e = 1 without losses,   e = eta if a drives (f alpha w_a < 0),   e = 1 / eta if b drives,
 
 so that (1 - eta) P is lost, P = |power into the mesh, seen in the carrier| being the rolling power. Statics: each mesh
-reaction and external torque acts on a row r over the joint rates, and on every joint these generalised forces sum to
-zero.
+reaction and external torque acts on a row r over the joint rates, and on every joint these forces sum to zero.
 
 Sources: Willis 1841; Mueller 1998, Die Umlaufgetriebe (rolling and coupling power); Merritt 1941 (losses by rolling
 power).
@@ -28,7 +27,7 @@ from scipy.optimize import linprog
 from mechlab.errors import MechlabError, NoSolution
 
 FloatArray = NDArray[np.float64]
-MAX_ENUMERATED = 12
+MAX_ENUMERATED = 12  # meshes for which all 2^m sets of senses are tried
 TINY = 1e-12
 
 
@@ -67,8 +66,7 @@ class MeshFlow:
 @dataclass(frozen=True)
 class Flow:
     """`torques` (u,): the unknown external torques [N m]; `reactions` (m,): f of each mesh; `meshes`: what flows there.
-    `shared`: True when meshes are redundant; then the reactions of least norm are taken (equal planets share
-    equally)."""
+    `shared`: True when meshes are redundant; then the reactions of least norm are taken: equal planets share."""
 
     torques: FloatArray
     reactions: FloatArray

@@ -167,7 +167,7 @@ def _number(value: Any) -> bool:
 
 MOST_BYTES = 2**31
 """Default limit of `load_recording` for the bytes of numbers in a file."""
-MOST_HEADER = 2**26
+MOST_HEADER = 2**26  # bytes
 CHUNK = 2**16
 """Number of times that are read and checked at once."""
 NAMES = ("header", "t", "q", "v", "channels")
@@ -295,8 +295,7 @@ def _check_size(entry: zipfile.ZipInfo, head: int, shape: tuple[int, ...]) -> No
 
 
 def _check_times(stream: IO[bytes], n: int) -> None:
-    """Raise MechlabError unless times are finite and increase. They are read in pieces: a file of zeros fails at the
-    first."""
+    """Raise MechlabError unless times are finite and increase. Read in pieces: a file of zeros fails early."""
     _head(stream, "t")
     last = -np.inf
     for start in range(0, n, CHUNK):

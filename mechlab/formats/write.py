@@ -97,8 +97,7 @@ def _same_solid(a: Shape, b: Shape) -> bool:
 
 
 def _free_name(stem: str, taken: Sequence[str]) -> str:
-    """stem.obj, or stem_2.obj and so on, unique even if the case of letters is ignored; ASCII, for every file
-    system."""
+    """stem.obj, or stem_2.obj and so on, unique without regard to case; ASCII, for every file system."""
     stem = re.sub(r"[^A-Za-z0-9_./-]", "_", stem)
     folded = {f.lower() for f in taken}
     names = (f"{stem}{end}.obj" for end in ("", *(f"_{k}" for k in range(2, len(folded) + 3))))

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from mechlab.errors import MechlabError, NoSolution
 
 Array = NDArray[np.float64]
-ORDER = 10
-DEEPEST = 22
+ORDER = 10  # of the polynomials
+DEEPEST = 22  # halvings of a cell before the path counts as ended
 PROBES = (-0.93, -0.41, 0.17, 0.79)
 """Places in a cell, away from its nodes, where the polynomial is compared with exact values."""
 

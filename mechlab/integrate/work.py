@@ -13,8 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 ADAPTIVE_STAGE = 1.5e-5
-"""Price [s] of an evaluation in scipy's DOP853 or Radau: its share of the step in Python, without the right-hand
-side."""
+"""Price [s] of an evaluation in scipy's DOP853 or Radau: the Python part of a step, without the right-hand side."""
 FIXED_STAGE = 5e-6
 """Price [s] of a stage of a fixed-step Runge-Kutta method in numpy, without the right-hand side."""
 LSODA_CALL = 3e-6

@@ -18,7 +18,7 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body
 
-POSES = 5
+POSES = 5  # compared: the reference pose and random ones
 TOLERANCE = 1e-11
 """Largest change with the pose, relative to the largest entry, that still counts as rounding."""
 

@@ -171,8 +171,7 @@ class Mechanism(Result):
 
     @cached_property
     def _q_columns(self) -> Array:
-        """(nv,) the coordinate that each rate changes; for spherical joints the vector part, whose coefficients are
-        zero."""
+        """(nv,) the coordinate that each rate changes; for spherical joints the vector part, with zero coefficients."""
         columns: list[int] = []
         for joint in self.joints:
             start = self.q_slice[joint.name].start
@@ -187,8 +186,7 @@ class Mechanism(Result):
 
     @cached_property
     def length_scale(self) -> float:
-        """Unit of length [m] in which the mechanism has a size of order 1: a power of two, 1 for sizes from 1 cm to 100
-        m."""
+        """Unit of length [m] in which the mechanism has a size of order 1: a power of two, 1 from 1 cm to 100 m."""
         return unit_of_length(self.size)
 
     @property

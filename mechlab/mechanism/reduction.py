@@ -1,5 +1,4 @@
-"""Exact reduction of a train of gears: as many coordinates as freedoms, no constraint rows, the same mass
-matrix.
+"""Exact reduction of a train of gears: as many coordinates as freedoms, no constraint rows, equal mass matrix.
 
 Independent joints become nested bodies on one axis, every other part a Shaft with inertia; orbiting masses count
 in the inertia of their carrier. Every joint of the original stays a joint or a shaft of its name, with the same
@@ -22,7 +21,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body, Shaft
 from mechlab.mechanism.reduced_bodies import Chain, chain_bodies, chains, coaxial, part_shafts, without_welds
 
-MASS_TOLERANCE = 1e-12
+MASS_TOLERANCE = 1e-12  # relative to the largest entry
 
 
 @dataclass(frozen=True)

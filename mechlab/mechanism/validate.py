@@ -238,8 +238,7 @@ def _one_path(m: Mechanism, shaft: str, names: list[str]) -> None:
 
 
 def _masses(m: Mechanism) -> None:
-    """Raise MechlabError unless each moving body has the inertia that its joints need, of its own or of what it
-    carries."""
+    """Raise MechlabError unless each moving body has the inertia that its joints need, its own or carried."""
     carried: dict[str, tuple[float, bool]] = {}
     for body in reversed(m.bodies):
         mass, turns = carried.get(body.name, (0.0, False))

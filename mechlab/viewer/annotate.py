@@ -103,8 +103,7 @@ def turn_per_step(mechanism: Mechanism, q: Array) -> float:
 
 
 def turning_rates(poses: Array, t: Array) -> Array:
-    """(nb,) largest angular velocity [rad/s] of each body along poses (n, nb, 4, 4); turns of less than pi between
-    frames."""
+    """(nb,) largest angular velocity [rad/s] of each body along poses (n, nb, 4, 4); less than pi a frame."""
     if len(t) < 2:
         return np.zeros(poses.shape[1])
     step = np.einsum("nbji,nbjk->nbik", poses[:-1, :, :3, :3], poses[1:, :, :3, :3])
@@ -113,8 +112,7 @@ def turning_rates(poses: Array, t: Array) -> Array:
 
 
 def tooth_rate(owners: Sequence[tuple[str, Sequence[Shape]]], names: Sequence[str], rates: Array) -> float:
-    """Largest rate [1/s] at which teeth of a drawn gear pass a fixed point; rates (bodies,) [rad/s] in the order of
-    names."""
+    """Largest rate [1/s] at which teeth of a drawn gear pass a fixed point; rates (bodies,) [rad/s] as `names`."""
     found = [0.0]
     for owner, shapes in owners:
         teeth = max((s.parameters.get("teeth", 0.0) for s in shapes if s.kind != "rack"), default=0.0)

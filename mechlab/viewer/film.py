@@ -22,10 +22,10 @@ from mechlab.viewer.picture import Drawing
 from mechlab.viewer.story import Array, Story
 
 FPS = 30
-SAMPLES = 2
+SAMPLES = 2  # pictures averaged in a frame
 MOST_EDGES = 1500
 MOST_FRAMES = 3600
-SLOW_MOTION_SECONDS = 15.0
+SLOW_MOTION_SECONDS = 15.0  # length of a film in slow motion
 
 Progress = Callable[[int, int], None]
 
@@ -151,7 +151,7 @@ STYLE: Any = {
 def motion_svg(story: Story) -> str:
     """Up to three plots over time, and next to them the paths of named points in the plane in which they move most.
 
-    The text is the same every time. Raises MechlabError for a story without motion or without anything to plot.
+    The text is the same for the same story. Raises MechlabError for a story without motion or without anything to plot.
     """
     import matplotlib
     from matplotlib.figure import Figure

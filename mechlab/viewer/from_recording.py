@@ -49,8 +49,8 @@ def write_csv(recording: Recording, path: str | os.PathLike[str]) -> Path:
 
 
 MAX_FRAMES = 501
-MAX_TURN = 1.0
-MAX_SERIES = 6
+MAX_TURN = 1.0  # [rad]
+MAX_SERIES = 6  # curves of a plot
 WORDS: dict[str, Severity] = {"ok": "ok", "warning": "warning", "error": "error"}
 
 

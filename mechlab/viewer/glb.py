@@ -46,8 +46,7 @@ def linear(srgb: float) -> float:
 
 
 def continuous(rotation: Array) -> Array:
-    """Quaternions (n, 4) of rotations (n, 3, 3), each in the hemisphere of the one before it (a positive dot
-    product)."""
+    """Quaternions (n, 4) of rotations (n, 3, 3), each in the hemisphere of the one before it."""
     q = quaternions(rotation)
     flips = np.sign(np.einsum("ij,ij->i", q[1:], q[:-1]))
     q[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]

@@ -35,8 +35,7 @@ SPREAD = 0.2
 def variations(
     d: Design, vary: Mapping[str, Range | Sequence[float] | None], story: Story, tell: Callable[[Design], Story]
 ) -> tuple[Variation, ...]:
-    """Variants of a design whose own exploration is `story`. vary: key -> range, values, or None for +-SPREAD of its
-    value.
+    """Variants of a design whose own exploration is `story`. vary: key -> range, values, or None (+-SPREAD).
 
     tell(design) -> the Story of a variant. A value without a mechanism becomes the sentence that says why. Raises
     MechlabError for a parameter that is not a number, and for more than two.

@@ -31,7 +31,7 @@ from mechlab.viewer.pack import quaternions
 from mechlab.viewer.story import Story
 
 _STARTUP_SECONDS = 10.0
-_LARGEST_MESSAGE = 65536
+_LARGEST_MESSAGE = 65536  # bytes that a browser may send at once
 
 
 @dataclass(frozen=True)

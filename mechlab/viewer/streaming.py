@@ -38,8 +38,7 @@ PICTURES = 25.0
 
 @dataclass
 class Pace:
-    """began: wall-clock time [s] of the start; shown, latest: time of the run [s] at the last picture and the last
-    call."""
+    """began: wall-clock time [s] of the start; shown, latest: time of the run [s] at the last picture and call."""
 
     began: float = field(default_factory=time.monotonic)
     shown: float = -1.0

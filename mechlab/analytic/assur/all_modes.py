@@ -7,7 +7,7 @@ import numpy as np
 from mechlab.analytic.assur.plane import Complex, Real, unit
 from mechlab.analytic.assur.two_loops import CIRCLE, MERGED, MODES, Modes, TwoLoops, determinant, polish
 
-BLOCK = 4096
+BLOCK = 4096  # positions solved at a time
 _DEGENERATE = 1e-9
 
 

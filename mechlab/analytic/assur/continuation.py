@@ -21,8 +21,7 @@ from mechlab.errors import NoSolution, Untrustworthy
 
 @dataclass(frozen=True)
 class ClosedCurve:
-    """Positions along the curve: crank, theta_t, theta_u (n,) [rad], continuous; the last equals the first modulo full
-    turns.
+    """Positions along the curve: crank, theta_t, theta_u (n,) [rad], continuous; the ends agree modulo full turns.
 
     turning_points: crank angles at which the crank reverses [rad]: limit positions, interpolated between samples.
     """

@@ -15,7 +15,7 @@ from mechlab.analytic.assur.plane import Complex, Flags, Real, Scalar, cross, do
 from mechlab.analytic.assur.two_loops import Modes, TwoLoops, closure_jacobian
 from mechlab.errors import MechlabError
 
-SINGULAR = 1e-12
+SINGULAR = 1e-12  # |det J| over the fourth power of the size of the group
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ def mode_rates(group: TwoLoops, theta_t: Real, theta_u: Real) -> GroupMotion:
     return GroupMotion(Scalar(t, wt, et), Scalar(u, wu, eu), det, z, (turn[0], turn[1]), np.asarray(regular))
 
 
-_DEEPEST = 40
-_CLEAR = 0.2
-_LARGEST = 0.3
+_DEEPEST = 40  # halvings of a step before the branch counts as ended
+_CLEAR = 0.2  # a mode is taken within this share of the distance to the nearest other mode
+_LARGEST = 0.3  # [rad] largest predicted change of an angle in one step
 
 
 @dataclass(frozen=True)

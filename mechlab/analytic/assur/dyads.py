@@ -17,8 +17,7 @@ from mechlab.errors import MechlabError, NoSolution
 
 
 class ChangePoint(MechlabError):
-    """Two assembly modes meet at the drive position `at`: either may follow, and none is chosen silently (exit code
-    3)."""
+    """Two assembly modes meet at the drive position `at`: either may follow; none is chosen silently (exit code 3)."""
 
     exit_code = 3
 
@@ -146,9 +145,9 @@ def _disc(quality: Real) -> Real:
 def rrr(first: Point, second: Point, l1: ArrayLike, l2: ArrayLike, mode: ArrayLike = 1) -> Dyad:
     """Inner joint B of links l1 = |B - first| and l2 = |B - second|; angles run first -> B and second -> B.
 
-    A = first, C = second, d = C - A, x = (d^2 + l1^2 - l2^2)/(2 d^2), B = A + (x + i K y) d, y^2 = l1^2/d^2 - x^2. mode
-    K = +1: B lies left of the line from A to C, so that the triangle A, B, C runs clockwise. Rates from r_A.(v_B - v_A)
-    = 0 and r_C.(v_B - v_C) = 0. quality = K |r_A x r_C|/(l1 l2), the sine of the angle at B.
+    A = first, C = second, d = C - A, x = (d^2 + l1^2 - l2^2)/(2 d^2), B = A + (x + i K y) d, y^2 = l1^2/d^2 - x^2.
+    mode K = +1: B lies left of the line from A to C, so that the triangle A, B, C runs clockwise. Rates from
+    r_A.(v_B - v_A) = 0 and r_C.(v_B - v_C) = 0. quality = K |r_A x r_C|/(l1 l2), the sine of the angle at B.
     """
     a, c = length(l1, "RRR: l1"), length(l2, "RRR: l2")
     sign = mode_sign(mode, "RRR")

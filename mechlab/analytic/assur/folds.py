@@ -13,12 +13,11 @@ from mechlab.analytic.assur.two_loops import TwoLoops, determinant
 from mechlab.errors import MechlabError
 
 Family = Callable[[Real], TwoLoops]
-"""A group driven by a crank: gives the group at crank angles (n,) [rad], with wd and wdd for a crank rate of 1
-rad/s."""
+"""Gives a group at angles (n,) [rad] of its crank, with wd and wdd for a crank rate of 1 rad/s."""
 
-SCAN = 720
-_STEP = 1e-6
-_LEVELS = 14
+SCAN = 720  # samples of a turn of the crank
+_STEP = 1e-6  # [rad] of the central differences
+_LEVELS = 14  # zooms by four
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from mechlab.errors import MechlabError
 MODES = 6
 CIRCLE = 2e-2
 """A root this far from the unit circle is still tried: near a merge of two modes rounding moves it by the square root."""
-MERGED = 1e-7
-CLOSED = 1e-12
+MERGED = 1e-7  # [rad] nearer modes are one
+CLOSED = 1e-12  # residual over the square of the size of the group
 
 
 @dataclass(frozen=True)

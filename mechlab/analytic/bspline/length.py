@@ -1,5 +1,4 @@
-"""Arc length of a B-spline, span by span: Simpson as the source has it, and Gauss between the points where |C'| is
-small.
+"""Arc length of a B-spline, span by span: Simpson as in the source, and Gauss between minima of |C'|.
 
 Where the curve stands still (a cusp) or nearly so, |C'(u)| is not smooth and every rule loses its order. |C'|^2 is a
 polynomial, whose interior minima are found exactly: a span is split at the slow ones.
@@ -129,8 +128,7 @@ def smooth_pieces(curve: BSpline) -> FloatArray:
 
 
 def fine_pieces(curve: BSpline) -> FloatArray:
-    """`smooth_pieces`, halved further until Gauss on a piece agrees with its halves: for minima that lie just above
-    SLOW."""
+    """`smooth_pieces`, halved further until Gauss on a piece agrees with its halves: for minima just above SLOW."""
     pieces = smooth_pieces(curve)
     for _ in range(ROUNDS):
         halves = _halved(pieces)

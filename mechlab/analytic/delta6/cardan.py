@@ -7,9 +7,10 @@ the lower cross turns by -cross about b against the rod, and the lower stub by p
 +fork about a against it. Both forks being in phase, the lower stub repeats phi exactly.
 
 Double cardan joint with equal bends whose two forks on the rod are out of phase by delta: theta_1 is the upper pin's
-angle from the normal to the plane of both shafts, theta_2 the rod's, theta_3 the output's: tan(theta_2) = c
-tan(theta_1), tan(theta_3) = tan(theta_2 + delta) / c, c = cos(bend). As a map of directions this is diag(1, 1/c)
-R(delta) diag(1, c): a rotation between a stretch and its inverse, which gives the amplitude in closed form.
+angle from the normal to the plane of both shafts, theta_2 the rod's, theta_3 the output's:
+tan(theta_2) = c tan(theta_1), tan(theta_3) = tan(theta_2 + delta) / c, c = cos(bend). As a map of directions this is
+diag(1, 1/c) R(delta) diag(1, c): a rotation between a stretch and its inverse, which gives the amplitude in closed
+form.
 
 Freedoms of a chain: n moving links; p5, p4, p3: pairs with one, two, three freedoms. The formulas ignore dimensions:
 idle spins are counted as freedoms, redundant constraints as if they acted.

@@ -1,5 +1,4 @@
-"""Workspace of O: quality of a pose, counts of reachable grid nodes, and the workspace as a region with margins in
-metres.
+"""Workspace of O: quality of a pose, counts of reachable grid nodes, and a region with margins in metres.
 
 Everything but the slider stops depends on (x, y) alone, because the rods keep their shape when O moves along Z.
 """

@@ -26,8 +26,7 @@ MOST_EVENTS = 100
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact that holds row . w (row (2,), speeds (w1, w3)) at `target` with a moment between `low` and `high` [N
-    m]."""
+    """Holds row . w (row (2,), speeds (w1, w3)) at `target` [rad/s] by a moment between `low` and `high` [N m]."""
 
     name: str
     row: tuple[float, float]
@@ -99,8 +98,7 @@ class _Phase:
         return out
 
     def margins(self, w: FloatArray, room: float) -> FloatArray:
-        """Margins, all >= 0 while the phase lasts: moment to each bound of a holding contact, slip of the others in its
-        sense."""
+        """Margins, all >= 0 while the phase lasts: moment to each bound where a contact holds, else its slip."""
         load = self.moments(w)
         out = []
         for i, (c, s) in enumerate(zip(self.contacts, self.state, strict=True)):
@@ -162,8 +160,7 @@ def _first(phase: _Phase, state: FloatArray, dt: float, room: float) -> float:
 
 
 def _phase(j: FloatArray, d: FloatArray, q: FloatArray, contacts: tuple[Contact, ...], w: FloatArray) -> _Phase:
-    """The one consistent state of the contacts: each holds within its bounds, or slips in the sense that its bound
-    opposes."""
+    """The one consistent state of the contacts: each holds within its bounds, or slips against its bound."""
     room = 4.0 * _room(w)
     options: list[tuple[str, ...]] = []
     for c in contacts:

@@ -1,5 +1,4 @@
-"""Statics of the closed differential: mass matrix in the block speeds, moments at the planets and at start, steady
-states.
+"""Statics of the closed differential: mass matrix, moments at the planets and at start, steady states.
 
 M_H1 drives H1, M_H2 > 0 resists H2. Moments in N m. Speeds (w1, w3) are those of the blocks 14 and 36.
 """

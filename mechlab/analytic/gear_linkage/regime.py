@@ -174,8 +174,7 @@ def _angle(g: GearLinkage, phi: ArrayLike) -> FloatArray:
 
 
 def _edge(g: GearLinkage, at: float, side: float) -> float:
-    """Crank angle of the zero of the output rate nearest to its minimum `at`, on one side (+1: after it, -1:
-    before)."""
+    """Crank angle of the zero of the output rate nearest to its minimum `at`; side +1: after it, -1: before."""
     ways = side * (grid(g) - at) % TURN
     ways = np.sort(ways[ways > 0.0])
     w = rate(g, at + side * ways)

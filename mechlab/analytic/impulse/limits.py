@@ -15,8 +15,7 @@ from mechlab.errors import MechlabError
 EDGE = 1e-9
 """M0 stays below M1 by this share: at M0 = M1 the shaft goes forward for no time at all."""
 SAMPLES = 101
-"""Samples of a load or friction: the shaft sticks at frictions near the load and at large ones; the last limit
-counts."""
+"""Samples of a load or friction: the shaft sticks at frictions near the load and at large ones; the last counts."""
 
 
 @dataclass(frozen=True)

@@ -124,8 +124,7 @@ def first_integral(p: Impulse, speed: float, psi: ArrayLike, slip: ArrayLike, re
 
 
 def slip_speed(p: Impulse, speed: float, psi: ArrayLike, energy: ArrayLike, resisting: ArrayLike) -> Array:
-    """s = w - beta' >= 0 [rad/s] at psi where the first integral is `energy` [N m]; NaN where no such motion reaches
-    psi."""
+    """s = w - beta' >= 0 [rad/s] at psi where the first integral is `energy` [N m]; NaN if no such motion is there."""
     _no_spring(p)
     s = shape(p)
     psi = np.asarray(psi, dtype=float)

@@ -1,7 +1,6 @@
 """Constant input speed: one-way rotation under dry friction, and periodic orbits without friction.
 
-One-way rotation: exact half-phases, mean speed, existence limit. Orbits: shooting, Floquet multipliers, Poincare
-sections.
+One-way rotation: exact half-phases, mean speed, existence limit. Orbits: shooting, Floquet multipliers, sections.
 """
 
 from __future__ import annotations

@@ -143,8 +143,7 @@ class Motion:
     groups: dict[str, GroupMotion] = field(default_factory=dict)
 
     def require(self) -> Motion:
-        """The motion itself; raises NoSolution that names the first group which does not assemble or stands at a dead
-        centre."""
+        """The motion itself; raises NoSolution that names a group without assembly or at a dead centre."""
         for name, dyad in self.dyads.items():
             try:
                 dyad.require()

@@ -1,5 +1,4 @@
-"""A tree of links in homogeneous matrices: joints, placements, pseudo-inertias, transition matrices and their
-derivatives.
+"""A tree of links in homogeneous matrices: joints, placements, pseudo-inertias, transition matrices, derivatives.
 
 Planar matrices are 3 x 3, spatial ones 4 x 4; the number of entries of an axis or point decides which.
 """

@@ -157,8 +157,7 @@ def _line(e: ET.Element, control: float) -> tuple[float, float, float]:
 
 
 def _control(source: MjcfText, tree: BodyTree, e: ET.Element, clamped: bool) -> float:
-    """The control that MuJoCo uses for 0: 0, or the nearest end of a ctrlrange (own or of the joint) that excludes
-    0."""
+    """The control that MuJoCo uses for 0: 0, or the nearest end of a ctrlrange (own or inherited) without 0."""
     bounds: Sequence[float] | None = floats(e, "ctrlrange", 2)
     limited, share = e.get("ctrllimited", "auto"), one(e, "inheritrange")
     if share and e.tag == "position" and e.get("joint") is not None:

@@ -162,8 +162,7 @@ class Names:
 
 
 def one(element: ET.Element, key: str, default: float = 0.0) -> float:
-    """The number of an attribute; of a polynomial (damping="1 0 0") the first one. Raises MechlabError if others are
-    not 0."""
+    """The number of an attribute; of a polynomial (damping="1 0 0") the first, if the others are 0."""
     values = floats(element, key)
     if not values:
         return default

@@ -1,5 +1,4 @@
-"""Equations with dry friction: the problem, its modes (sticking or sliding, Coulomb's law), event location, and the
-result.
+"""Equations with dry friction: the problem, its modes (sticking or sliding, Coulomb's law), events, and the result.
 
 Events are found on the dense output of a step: a sliding element comes to rest, or a stuck one breaks loose.
 """

@@ -91,8 +91,7 @@ class Closing:
         return offset @ self.held.T, jacobian
 
     def distances(self, q: Array) -> Array:
-        """(n,) smallest singular value of the rows, each divided by its largest size over q: 0 where assembly modes
-        meet."""
+        """(n,) smallest singular value of the rows, each divided by its largest size over q: 0 where modes meet."""
         jacobian = self.equations(q)[1]
         return smallest_values(jacobian, row_sizes(jacobian))
 
@@ -118,7 +117,7 @@ def right_jacobian_inverses(vectors: Array) -> Array:
     return np.asarray(np.eye(3) + 0.5 * hat + np.where(angle < 1e-4, 1.0 / 12.0, factor)[:, None, None] * (hat @ hat))
 
 
-LONGEST, SHORTEST = 1.0, 1e-6
+LONGEST, SHORTEST = 1.0, 1e-6  # steps along a curve, in rad or sizes of the mechanism
 BEND = 0.25
 """Largest turn of the tangent in one step [rad]."""
 MOST_STEPS = 4000
@@ -153,8 +152,7 @@ def norms(closing: Closing, dv: Array) -> Array:
 def correct(
     closing: Closing, q: Array, drives: Array, border: Array, target: Array | None = None
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Closed coordinates near q (n, nq): at right angles to the rows `border` (n, nv), or with the drives at `target`
-    (n,).
+    """Closed coordinates near q (n, nq): at right angles to the rows `border` (n, nv), or drives at `target` (n,).
 
     drives: (n,) which drive moves. Returns q, its Jacobian (n, nv, nv) with the border in place, how far each moved (n,)
     and whether it closed (n,).

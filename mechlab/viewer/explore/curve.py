@@ -25,8 +25,7 @@ class Curve:
     arc: Array
 
     def sample(self, at: Array) -> Curve:
-        """Closed poses at arcs (k,), to the accuracy of the cubic interpolation; poses that do not close are left
-        out."""
+        """Closed poses at arcs (k,), to the accuracy of the cubic interpolation; without those that do not close."""
         m, drives = self.closing.mechanism, np.full(len(at), self.drive)
         i = np.clip(np.searchsorted(self.arc, at, side="right") - 1, 0, len(self.arc) - 2)
         length = self.arc[i + 1] - self.arc[i]

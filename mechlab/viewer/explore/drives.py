@@ -85,8 +85,8 @@ def cycle_loads(mechanism: Mechanism, sweep: Sweep, rate: float) -> tuple[Load, 
 MOST_SWEEPS = 8
 TOLERANCE = 1e-7
 """Largest error of the blend, in sizes of the mechanism (and in radians)."""
-FEWEST, MOST = 17, 2049
-MARGIN = 0.06
+FEWEST, MOST = 17, 2049  # samples of a sweep
+MARGIN = 0.06  # share of the range by which a slider goes on beyond a fold or a crossing
 
 Poses = Callable[[Array], Array]
 
