@@ -65,8 +65,8 @@ class MeshFlow:
 
 @dataclass(frozen=True)
 class Flow:
-    """`torques` (u,): the unknown external torques [N m]; `reactions` (m,): f of each mesh; `meshes`: what flows there.
-    `shared`: True when meshes are redundant; then the reactions of least norm are taken: equal planets share."""
+    """`torques` (u,): the unknown external torques [N m]; `reactions` (m,): f of each mesh; `meshes`: the power flow in
+    them. `shared`: True when meshes are redundant; then the reactions of least norm are taken: equal planets share."""
 
     torques: FloatArray
     reactions: FloatArray

@@ -86,8 +86,9 @@ Coordinates = Mapping[str, FloatArray]
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What a region says of points. margin: its value [m], >= 0 inside. clause: index into `names` of the clause that
-    decides it: the most violated one outside, the tightest one inside. Both have the broadcast shape of the points."""
+    """Margins and deciding clauses of points. margin: value of the region [m], >= 0 inside. clause: index into `names`
+    of the clause that decides it: the most violated one outside, the tightest one inside. Both have the broadcast shape
+    of the points."""
 
     names: tuple[str, ...]
     margin: FloatArray

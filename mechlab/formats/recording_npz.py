@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Header:
-    """What a header says: the mechanism, the names of the channels, and the other fields of a Recording."""
+    """Contents of a header: the mechanism, the names of the channels, and the other fields of a Recording."""
 
     mechanism: Mechanism
     channels: tuple[str, ...]

@@ -89,7 +89,7 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
 
 
 def _same_solid(a: Shape, b: Shape) -> bool:
-    """The same kind, and the same sizes but for rounding."""
+    """True for two shapes of one kind whose sizes are equal to within SAME_SIZE."""
     if a.kind != b.kind or a.parameters.keys() != b.parameters.keys():
         return False
     scale = max((abs(x) for x in a.parameters.values()), default=0.0)

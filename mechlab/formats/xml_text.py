@@ -42,7 +42,7 @@ def _text(value: object) -> str:
 
 
 def pose(placement: Placement) -> dict[str, object]:
-    """MJCF attributes pos and quat (w, x, y, z) of a placement; what is zero or the identity is left out."""
+    """MJCF attributes pos and quat (w, x, y, z) of a placement; zeros and the identity are left out."""
     out: dict[str, object] = {}
     if any(placement.position):
         out["pos"] = placement.position

@@ -124,7 +124,7 @@ class PathTable:
 
 @dataclass(frozen=True)
 class Terms:
-    """What the equation of one freedom needs at an instant: inertia J, half_slope dJ/dphi / 2, force (everything but
+    """Terms of the equation of one freedom at an instant: inertia J, half_slope dJ/dphi / 2, force (everything but
     the velocity term), power of the non-conservative forces [W], and rates of further states (m,)."""
 
     inertia: float

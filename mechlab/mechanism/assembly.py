@@ -95,7 +95,7 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
 
 
 def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
-    """True when both poses lie in the same assembly mode for the `held` joints, or when the sign cannot tell."""
+    """True when both poses lie in the same assembly mode for the `held` joints, or when the sign does not decide."""
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
     return a == 0 or b == 0 or a == b
 
@@ -129,7 +129,7 @@ def assembled_pose(m: Mechanism, guess: Mapping[str, float], hold: Sequence[str]
 
 
 def rebased(body: Body, m: Mechanism, q: Array) -> Body:
-    """The same body with its coordinates q taken into the placement, so that they become zero.
+    """The body with the pose q moved into its placement, so that its coordinates there are zero.
 
     Raises MechlabError for a joint that slides after one that turns.
     """

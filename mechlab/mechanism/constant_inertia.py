@@ -1,4 +1,4 @@
-"""What each part of a train adds to the mass matrix of the independent rates, where that matrix is constant.
+"""The contribution of each part of a train to the mass matrix of the independent rates, if that matrix is constant.
 
 A part adds a term for its spin about its own axis, one for its orbit with its carrier, and rarely a rest. Where the
 matrix depends on the pose, `shares` raises an error that names the body and the reason.

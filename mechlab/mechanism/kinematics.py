@@ -26,7 +26,7 @@ from mechlab.mechanism.parts import GROUND
 
 
 class Kinematics(Protocol):
-    """What a constraint needs to know of a moving tree at one state."""
+    """Poses, velocities and Jacobians of a tree at one state, as far as constraints need them."""
 
     mechanism: Mechanism
     q: Array

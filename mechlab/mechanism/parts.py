@@ -164,7 +164,7 @@ class Shaft:
 class LinearRelation:
     """A shaft that must stand still: the sum of coefficient x joint coordinate is zero.
 
-    Made by `mechlab.mechanism.gears`. `kind` says by what ("external", "internal", "bevel", "rack", "belt", "screw",
+    Made by `mechlab.mechanism.gears`. `kind` is its origin ("external", "internal", "bevel", "rack", "belt", "screw",
     "mimic", "linear"). Its reaction is conjugate to the sum: with the first coefficient 1 it is the torque on that joint.
     """
 

@@ -102,7 +102,7 @@ def _choose(m: Mechanism) -> list[str]:
 
 
 def _rows_with_inertia(m: Mechanism, basis: AngleBasis, found: list[InertiaShare]) -> dict[Row, float]:
-    """Inertia by row over the independent joints; a row and its negative are the same."""
+    """Inertia [kg m2] by row over the independent joints; a row and its negative count as one."""
     out: dict[Row, float] = {}
     for share in found:
         _add(out, share.row, share.inertia)

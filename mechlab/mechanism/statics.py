@@ -64,7 +64,7 @@ def passive_force(tree: TreeKinematics) -> Array:
 
 @dataclass(frozen=True)
 class HoldingForces:
-    """Forces of drives that hold a pose at rest, and what stays unbalanced.
+    """Forces of drives that hold a pose at rest, and the unbalanced rest.
 
     forces: drive -> N or N m, within its limit. unbalanced (nv,): the generalised force that neither drives nor constraints
     carry; load (nv,): the generalised force to be carried.

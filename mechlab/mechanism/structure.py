@@ -40,7 +40,8 @@ class Redundancy:
 
 @dataclass(frozen=True)
 class Structure:
-    """What the constraints leave free. `freedoms` = nv - rank; `idle` are named local freedoms; `mobility` the rest."""
+    """Freedoms that the constraints leave. `freedoms` = nv - rank; `idle` are named local freedoms; `mobility` the
+    rest."""
 
     nv: int
     rows: int

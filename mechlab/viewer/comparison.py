@@ -1,4 +1,5 @@
-"""Two runs in one Story: the second as ghost with its own parts and paths, its curves, its health, and what differs."""
+"""Two runs in one Story: the second as ghost with its own parts and paths, its curves, its health, and the
+differences."""
 
 from __future__ import annotations
 

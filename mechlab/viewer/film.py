@@ -41,8 +41,8 @@ def write_mp4(
 ) -> Path:
     """Writes a film of the story, whole or not at all, and returns the path.
 
-    size: width, height [pixels], even; speed: seconds of the story in a second of the film (default: `film_span`,
-    which slows down what the eye could not follow, and then shows the beginning);
+    size: width, height [pixels], even; speed: seconds of the story in a second of the film (default: by `film_span`,
+    slow motion of the beginning where the motion is too fast to see);
     toward: as of `write_png`; progress(done, total) is called after every frame.
     Raises EngineMissing where ffmpeg, MuJoCo or its system library is missing; MechlabError for a story that does not
     move, odd sizes, or a film of more than 3600 frames.
@@ -82,7 +82,7 @@ def film_span(story: Story, fps: int = FPS) -> tuple[float, float]:
 
 
 def film_sentence(story: Story, fps: int = FPS) -> str:
-    """What a film without a given speed shows, in words; "" when it shows the whole story at its own pace."""
+    """Sentence on speed and length of a film without a given speed; "" for the whole story at its own pace."""
     pace, end = film_span(story, fps)
     if end < story.t[-1]:
         return f"The film shows the first {end - story.t[0]:.3g} s at {pace:g}\u00d7. {tempo(story, fps).sentence}"

@@ -1,4 +1,4 @@
-"""What a picture or film must show: the space that a mechanism sweeps, a floor, a fitted camera, and the speed.
+"""Framing of a picture or film: the space that a mechanism sweeps, a floor, a fitted camera, and the speed.
 
 The speed is slow enough to see the motion, and slow enough that teeth do not seem to run backwards.
 """

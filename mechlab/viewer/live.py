@@ -36,7 +36,7 @@ _LARGEST_MESSAGE = 65536  # bytes that a browser may send at once
 
 @dataclass(frozen=True)
 class Control:
-    """A parameter in the form of a live page: its name, value as text, unit, and what it is."""
+    """A parameter in the form of a live page: its name, value as text, unit, and description."""
 
     key: str
     value: str

@@ -1,4 +1,4 @@
-"""A Story as one JSON document and one block of bytes: what the page in the browser reads."""
+"""A Story as one JSON document and one block of bytes, which the page in the browser reads."""
 
 from __future__ import annotations
 

@@ -137,5 +137,5 @@ def _distinct(n: int, row: np.ndarray, t: Real, u: Real, det: Real) -> tuple[Rea
 
 
 def _wrapped(angle: Real) -> Real:
-    """The same angle in (-pi, pi]."""
+    """The angle modulo full turns, in (-pi, pi]."""
     return -((-np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi)

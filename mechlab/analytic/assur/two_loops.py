@@ -49,7 +49,7 @@ class TwoLoops:
         return np.asarray(np.sum(np.abs(self.w) ** 2 + np.abs(self.p) ** 2 + np.abs(self.q) ** 2 + self.l**2, axis=0))
 
     def flat(self) -> TwoLoops:
-        """The same with positions as one axis: arrays (2, n)."""
+        """The group with all positions on one axis: arrays (2, n)."""
         shape = (2, *self.shape)
         return self._each(lambda x: np.broadcast_to(x, shape).reshape(2, -1))
 

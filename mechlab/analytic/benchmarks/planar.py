@@ -175,7 +175,8 @@ class Pendulum:
     def in_closed_form(self, start: float, rate: float, t: Array) -> Array:
         """(n,) phi at times t [s] from `start` [rad] at `rate` [rad/s], by elliptic functions (exact to rounding).
 
-        It is the angle of `PhysicalPendulum.motion` plus that of the lowest position. Raises NoSolution as that.
+        It is the angle of `PhysicalPendulum.motion` plus that of the lowest position. Raises NoSolution where `motion`
+        does.
         """
         if self.gravity == 0.0:
             return start + rate * np.asarray(t)

@@ -150,7 +150,7 @@ def _about_x(j: HeadInertias) -> float:
 
 
 def _about_z(j: HeadInertias) -> float:
-    """The same about its z axis, where they see cos(beta) gamma'."""
+    """Parts turning with T about its z axis, for a rate gamma' only: they see cos(beta) gamma'."""
     return j.output_transverse + j.tee_z + 2.0 * j.bevel_about_tee
 
 

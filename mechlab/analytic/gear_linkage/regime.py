@@ -95,7 +95,7 @@ class Regime(Enum):
 
 @dataclass(frozen=True)
 class RegimeReport:
-    """What the output does in one turn of the crank.
+    """Motion of the output in one turn of the crank.
 
     slowest_rate, fastest_rate: smallest and largest output rate for a crank rate of 1; slowest_angle, fastest_angle:
     at which crank angle. reverse_angle: how far the output runs back [rad] (0 unless reversing), while the crank turns

@@ -62,7 +62,8 @@ class Description:
     def rrr(
         self, joint: str, links: tuple[str, str], pins: tuple[str, str], lengths: tuple[float, float], mode: int = 1
     ) -> Self:
-        """Dyad RRR: links[k] from pins[k] to the new `joint`; mode +1: the joint lies left of the way pins[0] -> pins[1]."""
+        """Dyad RRR: links[k] from pins[k] to the new `joint`; mode +1: the joint lies left of the line pins[0] ->
+        pins[1]."""
         return self._with(Step("RRR", joint, pins, (*links, joint), lengths, mode))
 
     def rrp(self, joint: str, link: str, pin: str, guide: str, length: float, mode: int = 1) -> Self:
@@ -87,7 +88,7 @@ class Description:
     ) -> Self:  # fmt: skip
         """A platform (links[3]) on three legs from `pins`; `platform`: its 2nd and 3rd corner seen from the 1st, in its axes.
         joints: names of the corners (default NAME_1 to NAME_3).
-        mode +n or -n: the n-th mode, in the order of the first leg's angle, of those with det J of that sign."""
+        mode +n or -n: of the modes with that sign of det J, the n-th in the order of the first leg's angle."""
         corners = joints or tuple(f"{name}_{k}" for k in (1, 2, 3))
         return self._with(Step("III", name, pins, (*links, *corners), (legs, platform), mode))
 

@@ -75,7 +75,7 @@ def connector_joint(loop: str, number: int) -> str:
 
 
 def tendon_name(mechanism: Mechanism, name: str) -> str:
-    """Tendon of a relation, spring or distance loop: its name, with a suffix when a shaft is called the same."""
+    """Tendon of a relation, spring or distance loop: its name, with a suffix when a shaft has that name."""
     return f"{name}:tendon" if any(s.name == name for s in mechanism.shafts) else name
 
 
@@ -149,7 +149,7 @@ def _connector(m: Mechanism, tree: TreeKinematics, loop: Loop, guest: str, share
 
 
 def scaled(inertia: Inertia, share: float) -> Inertia:
-    """The same part with a share of its mass."""
+    """The inertia times `share`, with the same centre of mass."""
     t = tuple(share * x for x in inertia.tensor)
     return replace(inertia, mass=share * inertia.mass, tensor=t)  # type: ignore[arg-type]
 

@@ -36,7 +36,7 @@ def integrate_hybrid(
     """Integrate from y0 (n,) at times[0] through the increasing sample times (m,).
 
     modes: those at the start; default: by the signs of the rates, and by the force balance where a rate is zero. Raises
-    MechlabError for times that do not increase or shapes that do not fit; what the problem raises reaches the caller.
+    MechlabError for times that do not increase or shapes that do not fit; exceptions of the problem reach the caller.
     """
     t = np.asarray(times, dtype=float)
     y = np.array(y0, dtype=float)
