@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
@@ -83,14 +82,3 @@ def html_sheet(
     for name, (headers, rows) in tables.items():
         parts.append((f"<h4>{escape(name)}</h4>" if name else "") + html_table(headers, rows))
     return "".join(parts)
-
-
-class Told(ABC):
-    """A result that shows its `text()` in a notebook."""
-
-    @abstractmethod
-    def text(self) -> str:
-        """What a person reads."""
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.text())}</pre>"

@@ -157,10 +157,10 @@ def _guarded(path: Path, work: Callable[[], Any]) -> Any:
     except MechlabError as error:
         text = f"{path}{_line(error, path)}: {error}"
         try:
-            told = type(error)(text)
+            renamed = type(error)(text)
         except Exception:  # a class with more arguments than a text
-            told = MechlabError(text)
-        raise told from None
+            renamed = MechlabError(text)
+        raise renamed from None
     except SyntaxError as error:
         where = path if error.filename is None else error.filename
         raise MechlabError(f"{where}, line {error.lineno}: {error.msg}.") from None

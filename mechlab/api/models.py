@@ -171,9 +171,9 @@ def doctor(source: Source, /) -> Diagnosis:
 
     An .xml or .urdf is taken as MuJoCo takes it, whatever it holds. Raises MechlabError for a file that cannot be read.
     """
-    from mechlab.kit.witness import room
+    from mechlab.engines.protocol import engine
 
-    room("mujoco")
+    engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.studies.doctor.case import ROOTS, case_of, read_case
     from mechlab.studies.doctor.diagnose import diagnose
 

@@ -18,7 +18,7 @@ from mechlab.analytic import fourbar as closed_form
 from mechlab.analytic.benchmarks import FourbarCrank
 from mechlab.experiment.entry import Entry
 from mechlab.experiment.parameters import parameter
-from mechlab.kit.crank_entry import Crank, Pose
+from mechlab.kit.crank_entry import Crank, CrankPose
 from mechlab.kit.crank_limits import gap_check, limits_check, remark, start_angle
 from mechlab.kit.palette import BLUE, ORANGE, SLATE, TEAL
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
@@ -49,17 +49,17 @@ class Parameters:
         return 0.25 * (0.03 * max(self.lengths) + 0.05 * length)
 
 
-def pose(p: Parameters, angle: Any, rate: Any = 0.0, accel: Any = 0.0) -> Pose:
+def pose(p: Parameters, angle: Any, rate: Any = 0.0, accel: Any = 0.0) -> CrankPose:
     """Closed form: the motion of every joint and shaft, and the transmission angle at C, from that of the crank."""
     f = closed_form.solve(*p.lengths, angle, rate, accel, mode=p.mode)
     crank, coupler = (angle, rate, accel), (f.coupler_angle, f.coupler_rate, f.coupler_accel)
     joint = (coupler[0] - angle, coupler[1] - rate, coupler[2] - accel)
     rocker = (f.rocker_angle, f.rocker_rate, f.rocker_accel)
     values = {"crank_angle": crank, "coupler_joint": joint, "rocker_angle": rocker, "coupler_angle": coupler}
-    return Pose(values, {"transmission_angle": f.transmission_angle}, f.assembles, f.gap, f.regular)
+    return CrankPose(values, {"transmission_angle": f.transmission_angle}, f.assembles, f.gap, f.regular)
 
 
-def ends(p: Parameters, found: Pose) -> dict[str, tuple[complex, complex]]:
+def ends(p: Parameters, found: CrankPose) -> dict[str, tuple[complex, complex]]:
     """Place and velocity of the pivots, the pins and the middle of the coupler, as x + i y."""
     (phi, w, _), (psi, swing, _) = found.values["crank_angle"], found.values["rocker_angle"]
     b, arm = cmath.rect(p.crank, phi), cmath.rect(p.rocker, psi)

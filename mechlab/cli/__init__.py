@@ -79,9 +79,9 @@ def _exit_code(call: _Call, arguments: list[str], signals: Signals) -> int:
             where = f"{error.filename}: " if error.filename else ""
             return call.fail(error, 1, STATUS[1], f"{where}{error.strerror or error}.")
         # a bug of ours: still one message and, with --json, one document
-        said = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        text = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         report = "Please report this, with the command and what MECHLAB_DEBUG=1 prints."
-        return call.fail(error, 1, "internal error", f"internal error: {said}. {report}")
+        return call.fail(error, 1, "internal error", f"internal error: {text}. {report}")
 
 
 class Signals:
@@ -177,7 +177,7 @@ class _Call:
 
         Raises UsageError for a name or pairs too many or too few.
         """
-        said = " ".join([self.verb, route.switch]).strip() if not route.implied else self.verb
+        words = " ".join([self.verb, route.switch]).strip() if not route.implied else self.verb
         positional: list[object] = []
         more: dict[str, object] = {}
         takes = route.parameters
@@ -195,9 +195,9 @@ class _Call:
             elif name == "values":
                 positional.append(self.values)
         if self.names and not {"source", "task", "sources", "names"} & takes.keys():
-            raise UsageError(f"mechlab {said} takes no NAME. More on one mechanism: mechlab show {self.names[0]}.")
+            raise UsageError(f"mechlab {words} takes no NAME. More on one mechanism: mechlab show {self.names[0]}.")
         if self.values and "values" not in takes:
-            raise UsageError(f"mechlab {said} takes no key=value, got {', '.join(self.values)}.")
+            raise UsageError(f"mechlab {words} takes no key=value, got {', '.join(self.values)}.")
         return positional, more
 
     def finish(self, code: int, document: dict[str, Any]) -> int:

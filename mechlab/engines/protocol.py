@@ -24,7 +24,7 @@ from mechlab.experiment.laws import Law, Plant
 from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.experiment.tree_plant import MassShare
+from mechlab.experiment.tree_plant import MassShare, TreePlant
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -136,6 +136,10 @@ class StatePlant(Plant, Protocol):
         """Residual, rows and rates as in `EngineState`."""
         ...
 
+    def relation_rows(self) -> Array:
+        """(relations, nv) rows of the gear relations, in their order."""
+        ...
+
     def masses(self) -> list[MassShare]:
         """Masses and momenta of what moves, body by body or all together."""
         ...
@@ -235,6 +239,19 @@ class Engine:
         return MechlabError(f"the engine {self.name} {what}.")
 
 
+class NumpyTree(Engine):
+    """The tree of `mechlab.mechanism` itself, as one more implementation of a state. It runs nothing."""
+
+    name = "numpy"
+
+    def plant(self, mechanism: Mechanism) -> TreePlant:
+        """The numpy tree in the reference pose."""
+        return TreePlant(mechanism)
+
+
+ENGINES = {"numpy": NumpyTree()}
+
+
 def state_of(name: str, plant: StatePlant, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
     """The EngineState of a plant at coordinates q (nq,) and rates v (nv,), default 0."""
     m = plant.mechanism
@@ -250,7 +267,7 @@ def state_of(name: str, plant: StatePlant, q: ArrayLike, v: ArrayLike | None = N
 
 _PINOCCHIO = "Pinocchio is not installed; `pip install pin` (there is no wheel for Windows: use WSL)."
 _ADDRESSES: dict[str, tuple[str, str]] = {
-    "numpy": ("own.tree", ""),
+    "numpy": ("protocol", ""),
     "pinocchio": ("pinocchio.engine", _PINOCCHIO),
     "mujoco": ("mujoco.engine", "mujoco is not installed (mujoco is missing); pip install mujoco."),
     "one_freedom": ("own.one_freedom", ""),
@@ -262,6 +279,8 @@ _ADDRESSES: dict[str, tuple[str, str]] = {
 """Engine -> the module below `mechlab.engines` that lists it in ENGINES, and the sentence where its package is not installed."""
 WITNESSES = ("pinocchio", "mujoco")
 """Engines that answer questions about a mechanism by their own kinematics."""
+IMPLEMENTATIONS = ("numpy", *WITNESSES)
+"""Engines that compute the state of a mechanism, each from a model of its own."""
 
 
 def engine(name: str) -> Engine:

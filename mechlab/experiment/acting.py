@@ -1,6 +1,4 @@
-"""Laws in words, for the line that says what acts.
-
-What acts on a mechanism in a scene: gravity, springs, the laws of the scene, and the declared drives.
+"""What acts on a mechanism in a scene: gravity, springs, the laws of the scene, and the declared drives; and that in words.
 
 A drive whose joint or shaft has no law holds its target, the reference pose where none is given:
 

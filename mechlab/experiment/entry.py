@@ -1,9 +1,4 @@
-"""What a mechanism brings for its workspace: the region of poses that it can take, the grid it is counted on, maps over it.
-
-Checks and claims as data: what is measured, what is expected, what a source says, and the verdict.
-
-An entry of the catalog: a mechanism with its parameters, scenes, questions, checks and claims.
-"""
+"""An entry of the catalog: a mechanism with its parameters, scenes, questions, checks, claims and workspace, all as data."""
 
 from __future__ import annotations
 
@@ -39,7 +34,7 @@ class WorkspaceMap:
 
 @dataclass(frozen=True)
 class WorkspaceLimit:
-    """A limit that can be given beside the parameters."""
+    """A limit that can be given in addition to the parameters."""
 
     unit: str
     text: str
@@ -114,7 +109,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class ClaimResult:
-    """What testing a claim gave: numbers by witness, the verdict, and its completion in words."""
+    """The test of a claim: the number that each witness computes, the verdict, and its reason in words."""
 
     computed: dict[str, Any]
     verdict: Verdict

@@ -1,15 +1,14 @@
-"""How the error of a run falls with its timestep: the order that is observed, and the error that remains.
+"""The error of a run: the order with which it falls with the timestep, the error that remains, and the error of every channel.
 
-    p = log2(|x(h) - x(h/2)| / |x(h/2) - x(h/4)|),     error of x(h) ~ |x(h) - x(kh)| / (k^p - 1)
+    p = log2(|x(h) - x(h/2)| / |x(h/2) - x(h/4)|),     error of x(h) ~ |x(h) - x(kh)| / (k^p - 1)      (Richardson)
 
-(Richardson). A method whose order is lost is wrong in a way that neither closure nor energy shows.
+A method whose order is lost is wrong in a way that neither closure nor energy shows. The error of a channel follows from a second
+run of the same scene,
 
-The error of every channel of a run, from a second run of the same scene: the largest difference at the times of both.
+    error = factor max_t |x(t) - y(t)|,     plus a few units in the last place of the largest value,
 
-    error = factor max_t |x(t) - y(t)|,      plus a few units in the last place of the largest value
-
-with x the run that is kept and y a coarser or other one. The factor is the caller's: 1 where y is the cruder and nothing is known
-of how fast runs converge, 1 / (2^p - 1) for a step twice as large with a method of order p.
+x being the run that is kept and y a coarser or other one: factor 1 where nothing is known of how fast runs converge,
+1 / (2^p - 1) for a step twice as large with a method of order p.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""What both runners look at after a run: when to sample, did the loops stay closed, did the assembly mode stay.
+"""Findings on a run that every engine reports: closure, assembly mode, saturation, finite values, restarts, dry friction.
 
-Dry friction that an engine smooths about standstill: does it hide a stick?
+Dry friction that an engine smooths about standstill may hide a stick: below a small rate the smoothed friction is less than its
+bound. A part that friction could hold then creeps by the integral of its rate, and that distance is the finding.
 
-Below a small rate smoothed friction is less than its bound. What is there and would not be accelerated by more than its friction
-can hold stands in truth; here it creeps, by the integral of its rate.
-
-When a loop counts as torn: open by more than a thousandth of the smallest link. A run stops there.
+A loop that opens by more than a thousandth of the smallest link counts as torn open; the run stops there.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ from mechlab.mechanism.structure import independent_rows, structure
 GAP_LIMIT = 1e-4
 MODE_SAMPLES = 200
 RESTART_JUMP = 0.5
-"""Part of the way made so far: a step back of more than that may be a restart."""
+"""Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
 
 def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
@@ -97,13 +95,13 @@ def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bo
     samples, unless `strict`.
     """
     signs = mode_signs(mechanism, q if strict else q[:: max(1, len(q) // MODE_SAMPLES)], held)
-    told = signs[signs != 0]
-    if not len(told):
+    known = signs[signs != 0]
+    if not len(known):
         text = "the assembly mode cannot be told: the drives do not fix the mechanism"
         if not held:
             text = "no drives: the assembly mode was not watched"
         return Finding("assembly_mode", 0.0, 0.0, "changes", "ok", text)
-    changes = int(np.count_nonzero(np.diff(told)))
+    changes = int(np.count_nonzero(np.diff(known)))
     if changes:
         text = f"with respect to {', '.join(held)} the assembly mode changed {changes} times: a toggle was passed"
         if strict:
@@ -115,7 +113,7 @@ def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bo
 
 
 class ModeWatch:
-    """Tells along a run whether the assembly mode with respect to the held ones is still that of the first state."""
+    """Watches along a run whether the assembly mode with respect to the held joints is still that of the first state."""
 
     def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
         self.mechanism, self.held = mechanism, tuple(held)
@@ -123,7 +121,7 @@ class ModeWatch:
         self._modes = _Modes(mechanism, self.held) if self.held else None
 
     def changed(self, q: Array) -> bool:
-        """True when the mode at q (nq,) is another than at the first call; never without held ones."""
+        """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
             return False
         sign = self._modes.sign(q)
@@ -189,19 +187,19 @@ def finite_finding(q: Array, v: Array) -> Finding:
 
 def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Finding | None:
     """Finding "restart" (an error): the sample at which a run goes on from the reference pose, as an engine does that resets
-    itself after a blow-up; None when there is no such sample. Sought are steps back of more than JUMP of the way made so far,
-    to less than a tenth of that way from the reference, at twice the usual speed of the run at least, that end slower than
-    they began."""
+    itself after a blow-up; None when there is no such sample. With d the largest distance from the
+    reference so far, a step is such a jump when it is longer than RESTART_JUMP d and than twice the usual speed allows, when it
+    ends within a tenth of d from the reference, and when the speed is lower after it than before."""
     home, columns = mechanism.reference(), mechanism._q_columns
     if len(t) < 3 or not len(columns) or not np.all(np.isfinite(q)):
         return None
-    away = np.max(np.abs(q - home)[:, columns], axis=1)
+    distance = np.max(np.abs(q - home)[:, columns], axis=1)
     step = np.diff(q[:, columns], axis=0)
     size = np.max(np.abs(step), axis=1)
     speed = np.max(np.abs(v), axis=1, initial=0.0)
     usual = np.diff(t) * float(np.median(speed))
-    reach = np.maximum.accumulate(away)[:-1]
-    back = (size > RESTART_JUMP * reach) & (size > 2.0 * usual) & (away[1:] < 0.1 * reach) & (reach > 1e-9)
+    reach = np.maximum.accumulate(distance)[:-1]
+    back = (size > RESTART_JUMP * reach) & (size > 2.0 * usual) & (distance[1:] < 0.1 * reach) & (reach > 1e-9)
     back &= speed[1:] < speed[:-1]
     if not np.any(back):
         return None
@@ -244,18 +242,18 @@ def _idle_rows(mechanism: Mechanism, held: Sequence[str]) -> list[Array]:
 Flags = NDArray[np.bool_]
 
 SMOOTHING_BAND = 3.0
-"""Widths of a tanh beyond which smoothed friction has all but its bound (.5 % less)."""
+"""Width of the tanh times this: beyond such a rate smoothed friction is within 0.5 % of its bound."""
 
 
 def sticks(rates: Array, accelerations: Array, width: Array, able: Array) -> Flags:
-    """(n, k) whether friction smoothed as able tanh(rate / width) hides a stick: the rate is in the band, and the acceleration
-    without friction is less than what friction is able to (width, able: (k,))."""
+    """(n, k) whether friction smoothed as able tanh(rate / width) hides a stick: the rate is in the band, and friction could hold
+    the acceleration. able (k,): acceleration by the bound of friction; width (k,) [rad/s or m/s]."""
     free = accelerations + able * np.tanh(rates / width)
     return np.asarray((np.abs(rates) < SMOOTHING_BAND * width) & (np.abs(free) < able))
 
 
 def creep_distance(t: Array, rates: Array, standing: Flags) -> Array:
-    """(k,) ways [rad or m] made between samples at which something stands: t (n,), rates (n, k), standing (n, k)."""
+    """(k,) distances [rad or m] crept between samples at which friction sticks: t (n,), rates (n, k), standing (n, k)."""
     both = standing[1:] & standing[:-1]
     mean = 0.5 * (np.abs(rates[1:]) + np.abs(rates[:-1]))
     return np.asarray(np.sum(np.where(both, mean, 0.0) * np.diff(t)[:, None], axis=0))
@@ -264,7 +262,7 @@ def creep_distance(t: Array, rates: Array, standing: Flags) -> Array:
 def friction_finding(
     names: Sequence[str], t: Array, rates: Array, standing: Flags, tolerance: float, how: str
 ) -> Finding | None:
-    """Finding "friction": the largest way crept, an error beyond the tolerance [rad or m] of the scene; None without dry
+    """Finding "friction": the largest distance crept, an error beyond the tolerance [rad or m] of the scene; None without dry
     friction. names (k,); `how` says what the engine does to it."""
     if not names:
         return None
@@ -281,7 +279,7 @@ def friction_finding(
 
 
 OPEN_LOOP = 1e-3
-"""Share of the smallest link."""
+"""A loop is torn open beyond this share of the smallest link."""
 SAME_JOINT = 1e-6
 """Points of a body nearer than this [m] are one joint, not the ends of a link."""
 

@@ -9,10 +9,10 @@ F_x_accel, F_wx [rad/s], F_wx_rate. Keys of a question: its own `units`, complet
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from fractions import Fraction
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import Entry
@@ -21,12 +21,13 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import as_fraction
 from mechlab.values import LARGEST_NUMBER, has_unit, in_unit, parse_value
 
+T = TypeVar("T")
 KINDS: dict[object, str] = {float: "number", int: "integer", Fraction: "ratio", str: "text"}
 
 
 @dataclass(frozen=True)
 class ParameterInfo:
-    """What a user is told of one parameter. kind: "number", "integer", "ratio", "text", "numbers" or "integers" (lists)."""
+    """One parameter as it is shown to a user. kind: "number", "integer", "ratio", "text", "numbers" or "integers" (lists)."""
 
     name: str
     kind: str
@@ -49,7 +50,7 @@ class ParameterInfo:
 
 
 def parameter(
-    default: object,
+    default: T,
     unit: str,
     text: str,
     *,
@@ -57,7 +58,7 @@ def parameter(
     low: float | None = None,
     high: float | None = None,
     strict: bool = False,
-) -> Any:
+) -> T:
     """A dataclass field with unit, meaning, source and limits; `strict` excludes the value `low` itself."""
     meta = {"unit": unit, "text": text, "source": source, "low": low, "high": high, "strict": strict}
     return field(default=default, metadata=meta)
@@ -107,7 +108,7 @@ def coerce(info: ParameterInfo, value: object, owner: str = "") -> object:
     if info.optional and (value is None or value == "none"):
         return None
     if info.kind in ("numbers", "integers"):
-        items = list(value) if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+        items = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else [value]
         if info.length is not None and len(items) != info.length:
             raise MechlabError(f"{what}: expected {info.length} values, got {len(items)}.")
         return tuple(_scalar("integer" if info.kind == "integers" else "number", x, what, info) for x in items)
@@ -191,7 +192,7 @@ def question_units(question: Question) -> Units:
 
 
 def entry_units(entry: Entry, mechanisms: Iterable[Mechanism] = ()) -> Units:
-    """Units of all keys beside the parameters: those of the workspace, of `mechanisms`, and of the questions."""
+    """Units of all keys that are no parameters: those of the workspace, of `mechanisms`, and of the questions."""
     out: Units = {}
     for m in mechanisms:
         for key, units in mechanism_units(m).items():

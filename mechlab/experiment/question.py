@@ -41,7 +41,7 @@ class Open:
 
 @dataclass(frozen=True)
 class Answer:
-    """What one witness says: values by name, or modes (a list, each with a "label"), or `cannot` with a sentence.
+    """The answer of one witness: values by name, or modes (a list, each with a "label"), or `cannot` with a sentence.
 
     open: quantities that what is given does not determine; idle: those that hang on local freedoms alone (the spin of a rod
     between two ball joints); neither has a value. assumed: what was taken for a key that was not given. solved (points,): of
@@ -111,7 +111,7 @@ class Answers(Result):
     length: float = 1.0
     """Size of the mechanism [m]: what a length is large or small beside."""
 
-    def __getitem__(self, witness: str) -> dict[str, Any]:
+    def __getitem__(self, witness: str) -> dict[str, float | NDArray[np.float64]]:
         return self.answers[witness].values
 
     @property
@@ -150,7 +150,7 @@ class Answers(Result):
         return {k: x for k, x in found.items() if not x <= self.tolerance * largest[self._kind(k)]}
 
     def _kind(self, key: str) -> str:
-        """What is compared in size: values of one unit, or of one order where the unit is not told."""
+        """What is compared in size: values of one unit, or of one order of derivative where the unit is not known."""
         order = next((x for x in ORDERS if key.endswith(x)), "")
         return self.units.get(key, f"{'angle' if key in self.angles else 'value'}{order}")
 

@@ -96,6 +96,10 @@ class TreePlant:
         """(rows,) dJ/dt v."""
         return self._tools[1].bias(self.tree)
 
+    def relation_rows(self) -> Array:
+        """(relations, nv) rows of the relations, in their order."""
+        return self.jacobian()[[self._tools[1].slices[r.name].start for r in self.mechanism.relations]]
+
     def closing(self) -> tuple[Array, Array, Array]:
         """(rows,) residual, (rows, nv) its gradient, (nv,) the rates."""
         return self.residual(), self.jacobian(), self.v

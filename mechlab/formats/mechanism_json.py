@@ -31,7 +31,7 @@ _RATIO = re.compile(r"[+-]?\d{1,400}([/.]\d{1,400})?", re.ASCII)
 """Ratios as text, without an exponent: Fraction would compute 1e999999999 digit by digit."""
 
 
-def to_json(mechanism: Mechanism, extra: Mapping[str, Any] | None = None) -> str:
+def to_json(mechanism: Mechanism, extra: Mapping[str, object] | None = None) -> str:
     """The mechanism as JSON text that ends with a newline; `extra`: more top-level keys, of EXTRA_KEYS."""
     for key in extra or {}:
         if key not in EXTRA_KEYS:

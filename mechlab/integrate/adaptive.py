@@ -1,7 +1,7 @@
-"""Integration with step-size control: DOP853 (Hairer & Wanner) and Radau of scipy with dense output, and LSODA.
+"""Integration with step-size control: scipy's DOP853 (Hairer & Wanner) and Radau with dense output, and LSODA (Petzold 1983).
 
-LSODA (Petzold 1983) turns implicit by itself where the problem is stiff; its compiled loop calls the right-hand side,
-so that the steps themselves cost no Python.
+LSODA turns implicit by itself where the problem is stiff. Its compiled loop calls the right-hand side alone, so that its steps
+cost no Python.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def integrate_lsoda(
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ODEintWarning)
-        y, told = odeint(
+        y, report = odeint(
             counted,
             y0,
             times,
@@ -181,11 +181,11 @@ def integrate_lsoda(
     fine = np.all(np.isfinite(y), axis=1)
     count = len(times)
     reason = ""
-    if told["message"] != "Integration successful.":
-        count = 1 + int(np.argmin(np.diff(told["tcur"]) > 0.0)) if len(times) > 2 else 1
-        reason = f"LSODA stopped before t = {times[min(count, len(times) - 1)]:.4g} s: {told['message']}"
+    if report["message"] != "Integration successful.":
+        count = 1 + int(np.argmin(np.diff(report["tcur"]) > 0.0)) if len(times) > 2 else 1
+        reason = f"LSODA stopped before t = {times[min(count, len(times) - 1)]:.4g} s: {report['message']}"
     elif not fine.all():
         reason = "the state is not finite"
     if not fine.all():
         count = min(count, int(np.argmin(fine)))
-    return LsodaStates(np.asarray(y[:count]), int(told["nst"][-1]), int(told["nfe"][-1]), reason)
+    return LsodaStates(np.asarray(y[:count]), int(report["nst"][-1]), int(report["nfe"][-1]), reason)

@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta methods as data, and one loop that runs them at a fixed step, for one state or many at once.
+"""Explicit Runge-Kutta methods as data, and one loop that runs them all at a fixed step, for one state or many at once.
 
 A Butcher tableau is checked against its order conditions when it is made.
 """

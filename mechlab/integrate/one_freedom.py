@@ -1,7 +1,7 @@
 """A mechanism as one freedom (Eksergian): J(phi) phi'' + J'(phi) phi'^2 / 2 = force, exact and without constraints.
 
-Everything that depends on phi alone is in a `PathTable`: polynomial pieces through Chebyshev nodes, made where the
-motion passes and halved until they meet the tolerance.
+Everything that depends on phi alone stands in a `PathTable`: pieces of polynomials through Chebyshev nodes, made where
+the motion passes and halved until they meet the stated error.
 """
 
 from __future__ import annotations
@@ -63,19 +63,19 @@ class PathTable:
         self._probe = np.polynomial.chebyshev.chebvander(np.array(PROBES), ORDER)
         self._powers = np.arange(ORDER + 1)
         self._lows: list[float] = []
-        self._cells: list[PolynomialPiece] = []
+        self._pieces: list[PolynomialPiece] = []
         self._last: PolynomialPiece | None = None
         self.samples = 0
 
     @property
-    def cells(self) -> int:
-        """Number of cells made so far."""
-        return len(self._cells)
+    def pieces(self) -> int:
+        """Number of pieces made so far."""
+        return len(self._pieces)
 
     @property
     def error(self) -> float:
-        """Largest error of the cells made so far, relative to the size of each column."""
-        return max((c.error for c in self._cells), default=0.0)
+        """Largest error of the pieces made so far, relative to the size of each column."""
+        return max((c.error for c in self._pieces), default=0.0)
 
     def __call__(self, phi: float) -> Array:
         """(columns,) at phi."""
@@ -83,27 +83,27 @@ class PathTable:
         if self.period is not None:
             turns = float(np.floor((phi - self.origin) / self.period))
             phi = phi - turns * self.period
-        cell = self._last
-        if cell is None or not cell.low <= phi <= cell.high:
-            cell = self._last = self._find(phi)
-        x = (2.0 * phi - cell.low - cell.high) / (cell.high - cell.low)
+        piece = self._last
+        if piece is None or not piece.low <= phi <= piece.high:
+            piece = self._last = self._find(phi)
+        x = (2.0 * phi - piece.low - piece.high) / (piece.high - piece.low)
         basis = np.cos(self._powers * np.arccos(min(1.0, max(-1.0, x))))
-        out = basis @ cell.coefficients
+        out = basis @ piece.coefficients
         return out + turns * self.turn if turns and self.turn is not None else out
 
     def _find(self, phi: float) -> PolynomialPiece:
         k = bisect_right(self._lows, phi) - 1
-        if k >= 0 and phi <= self._cells[k].high:
-            return self._cells[k]
+        if k >= 0 and phi <= self._pieces[k].high:
+            return self._pieces[k]
         n = np.floor((phi - self.origin) / self.width)
         low, high = self.origin + n * self.width, self.origin + (n + 1) * self.width
         for _ in range(DEEPEST):
-            cell = self._try(low, high)
-            if cell is not None and cell.error <= self.tolerance:
+            piece = self._try(low, high)
+            if piece is not None and piece.error <= self.tolerance:
                 at = bisect_right(self._lows, low)
                 self._lows.insert(at, low)
-                self._cells.insert(at, cell)
-                return cell
+                self._pieces.insert(at, piece)
+                return piece
             middle = 0.5 * (low + high)
             low, high = (low, middle) if phi < middle else (middle, high)
         raise NoSolution(f"the path of the one freedom ends at {phi:.9g}: a limit position or a place where modes meet")
@@ -138,7 +138,7 @@ def acceleration(terms: Terms, rate: float) -> float:
     """phi'' = (force - J'/2 phi'^2) / J. Raises MechlabError when nothing that moves has inertia."""
     if not terms.inertia > 0.0:
         raise MechlabError("the freedom has no inertia: give the parts that move in it a mass.")
-    return (terms.force - terms.half_slope * rate**2) / terms.inertia
+    return (terms.force - terms.half_slope * rate * rate) / terms.inertia
 
 
 def right_side(terms: Callable[[float, Array], Terms]) -> Callable[[float, Array], Array]:

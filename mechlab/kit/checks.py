@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.question import Question
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import mass_check
-from mechlab.kit.witness import room
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
@@ -94,7 +94,7 @@ def end_of_run(
     def last(run: Recording) -> Any:
         return run.channel(names)[-1] if isinstance(names, str) else [run.channel(n)[-1] for n in names]
 
-    runs = {e: room(e).run(m, scene, replace(settings, engine=e), times) for e in engines}
+    runs = {e: engine(e).run(m, scene, replace(settings, engine=e), times) for e in engines}
     return CheckResult({e: last(r) for e, r in runs.items()}, tolerance, last(truth), note)
 
 

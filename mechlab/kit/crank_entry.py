@@ -30,7 +30,7 @@ Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Pose:
+class CrankPose:
     """The motion of a mechanism of one drive, for numbers or arrays.
 
     values: joint or shaft -> value, rate, acceleration. more: further answers, without rates. assembles: the loops close;
@@ -52,10 +52,10 @@ class Crank:
     and velocity as x + i y; bars(p): from a point to a point, mass [kg], radius [m]. drive: its joint, NAME_angle."""
 
     build: Callable[[Any, str], Mechanism]
-    pose: Callable[..., Pose]
+    pose: Callable[..., CrankPose]
     answers: tuple[str, ...]
     own: Callable[[Any], Callable[[float, float, float], float]]
-    ends: Callable[[Any, Pose], Mapping[str, tuple[complex, complex]]]
+    ends: Callable[[Any, CrankPose], Mapping[str, tuple[complex, complex]]]
     bars: Callable[[Any], Sequence[tuple[str, str, float, float]]]
     start: Callable[[Any], float]
     ranges: Callable[[Any], Sequence[Range]]
@@ -65,7 +65,7 @@ class Crank:
 
     def question(self, text: str, more: Sequence[str] = ()) -> Question:
         """Angles, rates and accelerations of the answers from those of the drive, by three witnesses. more: keys of
-        `Pose.more`, angles that the closed form alone answers."""
+        `CrankPose.more`, angles that the closed form alone answers."""
         short = self.drive.removesuffix("_angle")
         optional = {f"{short}_rate": 0.0, f"{short}_accel": 0.0}
         given = {self.drive: self.drive} | {k: k.replace(short, self.drive) for k in optional}

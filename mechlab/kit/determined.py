@@ -1,7 +1,7 @@
-"""Names of quantities: a joint or shaft X, X_rate, X_accel; a point FRAME_x of a frame, FRAME_x_rate, FRAME_x_accel; its
-angular velocity FRAME_wx and angular acceleration FRAME_wx_rate, world axes.
+"""What given quantities determine, at the levels of position, rate and acceleration.
 
-What given quantities determine, at the levels of position, rate and acceleration.
+Names: a joint or shaft X, X_rate, X_accel; a point FRAME_x of a frame, FRAME_x_rate, FRAME_x_accel; its angular velocity FRAME_wx
+and angular acceleration FRAME_wx_rate, world axes.
 
 At a pose that has the given values, the constraints J_c and the rows G of what is given leave the null space of [J_c; G]
 open. Each direction of it is tried: the mechanism is moved along it (poses are closed again by Newton), and a quantity that

@@ -10,7 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from mechlab.analytic.planetary_stage import conditions
+from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
@@ -19,7 +22,7 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.checks import closed_form_recording, moving_in_fidelities
 from mechlab.kit.mass_check import Particles, State, solid, spread_of
 from mechlab.kit.questions import for_engines
-from mechlab.kit.witness import engine_answer, room
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import ConstraintSet, Inertia, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space, rank
@@ -90,13 +93,13 @@ def measured_speeds(
     p: Any, questions: Sequence[Question], values: Sequence[float], tolerance: float, note: str
 ) -> CheckResult:
     """All members from each pair (or one) of speeds, from all witnesses of the questions."""
-    said: dict[str, list[float]] = {}
+    measured: dict[str, list[float]] = {}
     for question in questions:
         given = dict(zip(question.given, values, strict=True))
         for witness, ask in question.witnesses.items():
             found = ask(p, given).values
-            said.setdefault(witness, []).extend(float(found[k]) for k in question.answers)
-    return CheckResult(said, tolerance, note=note)
+            measured.setdefault(witness, []).extend(float(found[k]) for k in question.answers)
+    return CheckResult(measured, tolerance, note=note)
 
 
 def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dict[str, Array]:
@@ -115,15 +118,89 @@ def final_rates(build: Callable[[str], Mechanism], scene: Callable[[str], Scene]
     from mechlab.engines.mujoco import run as run_mujoco
     from mechlab.engines.pinocchio import run as run_pinocchio
 
-    said = {f"mujoco {f}": run_mujoco(build(f), scene(f), Settings()) for f in FIDELITIES}
-    said["pinocchio full"] = run_pinocchio(build("full"), scene("full"), Settings(engine="pinocchio"))
-    return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in said.items()}
+    measured = {f"mujoco {f}": run_mujoco(build(f), scene(f), Settings()) for f in FIDELITIES}
+    measured["pinocchio full"] = run_pinocchio(build("full"), scene("full"), Settings(engine="pinocchio"))
+    return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in measured.items()}
 
 
 def distance(mechanism: Mechanism, one: str, other: str) -> float:
     """Distance of the origins of two bodies in the reference pose [m]."""
     tree = TreeKinematics(mechanism)
     return float(np.linalg.norm(tree.pose(one)[1] - tree.pose(other)[1]))
+
+
+def inertia_check(
+    id: str,
+    text: str,
+    build: Callable[[Any, str], Mechanism],
+    members: Sequence[str],
+    expected: Callable[[Any], ArrayLike],
+    note: str,
+    change: Callable[[Any], Any] = lambda p: p,
+) -> Check:
+    """Mass matrix in the speeds of members in each fidelity, over the largest entry of the closed form [kg m2]. change: the
+    parameters that are looked at."""
+
+    def run(p: Any) -> CheckResult:
+        design = change(p)
+        truth = np.atleast_2d(np.asarray(expected(design), dtype=float))
+        masses = reduced_masses({f: build(design, f) for f in FIDELITIES}, members)
+        values = {f: np.squeeze(m / truth.max()) for f, m in masses.items()}
+        return CheckResult(values, 1e-12, np.squeeze(truth / truth.max()), note)
+
+    return Check(id, text, run, "Lagrange")
+
+
+def torque_check(
+    id: str,
+    build: Callable[[Any, str], Mechanism],
+    scene: Callable[[Any, str], Scene],
+    member: str,
+    acceleration: Callable[[Any], float],
+    relative: bool = False,
+) -> Check:
+    """Speed of a member [rad/s] after the scene of constant torques in every fidelity, against its acceleration [rad/s2]."""
+
+    def run(p: Any) -> CheckResult:
+        found = final_rates(lambda f: build(p, f), lambda f: scene(p, f), member)
+        expected = 0.5 * acceleration(p)
+        if relative:
+            # RK4 is exact for a constant acceleration; soft rows take at most one time constant (2 ms) to take up their slip.
+            note = f"{member} speed after 0.5 s, relative to {expected:.6g} rad/s"
+            return CheckResult({k: x / expected for k, x in found.items()}, 1e-5, 1.0, note)
+        # Softness of MuJoCo's gear rows: slip below 1e-6 rad, its rate well below 1e-4 rad/s; the minimal model has no rows.
+        return CheckResult(found, 1e-4, expected, f"{member} speed after 0.5 s under constant torques [rad/s]")
+
+    return Check(id, "run under constant torques against the closed form", run, "Lagrange")
+
+
+def neighbour_check(id: str, build: Callable[[Any, str], Mechanism]) -> Check:
+    """Distance of two planets as they stand, less their tip radii; the teeth begin with sun, planet, ring."""
+
+    def run(p: Any) -> CheckResult:
+        if p.planets == 1:
+            return CheckResult({"drawn": np.zeros(0)}, 1e-9, np.zeros(0), "one planet has no neighbour")
+        apart = distance(build(p, "full"), "planet_1", "planet_2")
+        sun, planet, ring = p.teeth[:3]
+        expected = conditions(sun, planet, ring, p.planets).neighbour_margin
+        return CheckResult({"drawn": apart / p.module - planet - 2}, 1e-9, expected, "room between planets [modules]")
+
+    return Check(id, "room between the planets", run, "chord of the planet axes")
+
+
+def expand_by(
+    build: Callable[[Any, str], Mechanism], values: Callable[[Any, Recording], Mapping[str, Array]]
+) -> Callable[[Any, Recording], tuple[Mechanism, Array]]:
+    """All planets along a recording of any fidelity; values(p, recording): joint of the full train -> angle (n,)."""
+
+    def expand(p: Any, recording: Recording) -> tuple[Mechanism, Array]:
+        full = build(p, "full")
+        if recording.fidelity == "full":
+            return full, recording.q
+        angles = values(p, recording)
+        return full, np.column_stack([angles[j.name] for j in full.joints])
+
+    return expand
 
 
 TURN, RATE = 0.7, 1.3
@@ -166,20 +243,14 @@ def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, w
     rows as it has meshes more than wheels: that many loads statics cannot share out."""
 
     def run(p: Any) -> CheckResult:
-        import mujoco
-
-        from mechlab.engines.mujoco.model import equality_jacobian
-
-        said: dict[str, list[int]] = {"numpy": [], "mujoco": []}
+        measured: dict[str, list[int]] = {"numpy": [], "mujoco": []}
         expected: list[int] = []
         for fidelity, rays in (("parts", 1), ("full", int(p.planets))):
             m = build(p, fidelity)
-            model, data = room("mujoco").to_mujoco(m)
-            mujoco.mj_forward(model, data)
-            rows = {"numpy": ConstraintSet(m).jacobian(TreeKinematics(m)), "mujoco": equality_jacobian(model, data)}
-            for who, jacobian in rows.items():
-                said[who] += [len(jacobian), len(jacobian) - rank(jacobian)]
+            for who, numbers in measured.items():
+                rows = engine(who).state(m, m.reference()).rows
+                numbers += [len(rows), len(rows) - rank(rows)]
             expected += [rays * meshes, (rays - 1) * (meshes - wheels)]
-        return CheckResult(said, 0.0, expected, "rows and redundant rows: parts, full")
+        return CheckResult(measured, 0.0, expected, "rows and redundant rows: parts, full")
 
     return Check(name, "rows of the meshes, and how many repeat others", run, "count of meshes and wheels on a ray")

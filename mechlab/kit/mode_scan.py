@@ -49,14 +49,14 @@ def try_modes(group: TwoLoops, modes: Modes) -> CheckResult:
     step = 1e-4
     length, det = [], []
     for k in range(int(np.max(modes.count))):
-        t, u, told = modes[k]
-        some = ~np.isnan(told)
+        t, u, given = modes[k]
+        some = ~np.isnan(given)
         length.append((np.abs(group.z(t, u)[0]) / group.l)[:, some])
         by_t, by_u = (
             (group.residual(t + a, u + b) - group.residual(t - a, u - b)) / (4.0 * step)
             for a, b in ((step, 0.0), (0.0, step))
         )
-        det.append((told / (by_t[0] * by_u[1] - by_u[0] * by_t[1]))[some])
+        det.append((given / (by_t[0] * by_u[1] - by_u[0] * by_t[1]))[some])
     ratios = np.concatenate([np.ravel(x) for x in (*length, *det)])
     # Central differences of a sine are short by step^2 / 6 = 2e-9; where modes come near det J is a difference of its parts.
     return CheckResult({"analytic": ratios}, 1e-6, np.ones(len(ratios)), f"{len(np.concatenate(det))} modes")

@@ -14,11 +14,12 @@ from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.files import unfinished, whole_folder
 from mechlab.integrate import RK4, integrate_fixed
 from mechlab.mechanism.geometry import Array
+from mechlab.results import Shown, html_of, line_of, text_of
 from mechlab.tables import html_sheet, table
 
 Slope = Callable[[float, Array], Array]
 MOST_LINES = 400
-"""More curves than this make a black figure: a figure draws every so-manyeth."""
+"""More curves than this make a black figure: a figure draws evenly chosen ones."""
 HEADERS = ("array", "unit", "least", "largest", "shape")
 
 
@@ -114,8 +115,8 @@ def draw(portrait: Portrait, path: Path) -> Path:
     return path
 
 
-@dataclass(frozen=True)
-class PortraitResult:
+@dataclass(frozen=True, repr=False)
+class PortraitResult(Shown):
     """A portrait and the files it was written to."""
 
     name: str
@@ -134,10 +135,6 @@ class PortraitResult:
             "notes": list(p.notes), "warnings": list(self.warnings), "message": p.title, "status": "answered",
         }  # fmt: skip
 
-    def text(self) -> str:
-        """Ranges, notes, files."""
-        return "\n".join([self._head(), table(HEADERS, self.rows()), *self._notes()])
-
     def rows(self) -> list[tuple[str, ...]]:
         """Range and shape of each array, under HEADERS."""
         rows: list[tuple[str, ...]] = []
@@ -147,16 +144,32 @@ class PortraitResult:
             rows.append((name, self.portrait.units.get(name, ""), f"{low:.6g}", f"{high:.6g}", size))
         return rows
 
-    def _head(self) -> str:
+    @property
+    def head(self) -> str:
+        """The mechanism, what is shown, and how much of it."""
         curves, points = self.portrait.shape
         return f"{self.name}: {self.portrait.title} ({curves} curves of {points} points)"
 
-    def _notes(self) -> list[str]:
+    @property
+    def sentences(self) -> list[str]:
+        """Notes, files, warnings."""
         files = [f"{k}: {v}" for k, v in self.files.items()]
         return [*self.portrait.notes, *files, *(f"warning: {w}" for w in self.warnings)]
 
-    def _repr_html_(self) -> str:
-        return html_sheet("", [self._head(), *self._notes()], {"": (HEADERS, self.rows())})
+
+@line_of.register
+def _(result: PortraitResult) -> str:
+    return f"Portrait of {result.head}"
+
+
+@text_of.register
+def _(result: PortraitResult) -> str:
+    return "\n".join([result.head, table(HEADERS, result.rows()), *result.sentences])
+
+
+@html_of.register
+def _(result: PortraitResult) -> str:
+    return html_sheet("", [result.head, *result.sentences], {"": (HEADERS, result.rows())})
 
 
 def _range(values: Array) -> tuple[float, float]:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.protocol import WITNESSES
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Witness
-from mechlab.kit.witness import ENGINES, engine_answer
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 from mechlab.tables import up_to
@@ -68,7 +69,7 @@ def for_engines(ask: Callable[[str, Any, Mapping[str, Any]], Answer]) -> dict[st
     def witness(engine: str) -> Witness:
         return lambda p, given: ask(engine, p, given)
 
-    return {engine: witness(engine) for engine in ENGINES}
+    return {engine: witness(engine) for engine in WITNESSES}
 
 
 def not_assembled(what: str, gap: ArrayLike, assembles: ArrayLike, modes: tuple[dict[str, Any], ...] = ()) -> Answer:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -20,14 +19,6 @@ from mechlab.kit.determined import LETTERS, determined, level, quantities, split
 from mechlab.mechanism import Mechanism, Status, singularity
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
-
-ENGINES = {"pinocchio": "mechlab.engines.pinocchio", "mujoco": "mechlab.engines.mujoco"}
-
-
-def room(name: str) -> Any:
-    """The package of an engine; raises EngineMissing when the engine is not installed."""
-    engine(name)
-    return import_module(ENGINES[name])
 
 
 def engine_answer(

@@ -14,8 +14,8 @@ from mechlab.experiment.question import Answer, Answers, Question, choose, one_s
 from mechlab.kit.determined import quantities, split
 from mechlab.kit.witness import engine_answer
 from mechlab.lab.design import Design
-from mechlab.lab.lag_question import asks_lag, lag_question
-from mechlab.lab.power_flow import asks_power_flow, power_flow_question
+from mechlab.lab.gear_trains.power_flow import asks_power_flow, power_flow_question
+from mechlab.lab.gear_trains.row_lag import asks_lag, lag_question
 from mechlab.mechanism import Mechanism, Status
 from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
@@ -118,18 +118,20 @@ def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any])
         if name == "analytic":
             return _plain(witness(design.parameters, values))
         flat = {k: np.broadcast_to(v, shape).ravel() for k, v in values.items()}
-        said = [
+        answers = [
             witness(design.parameters, {k: float(v[i]) for k, v in flat.items()}) for i in range(int(np.prod(shape)))
         ]
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
-    if any(a.cannot for a in said):
-        return next(a for a in said if a.cannot)
-    worst = max(said, key=lambda a: (a.status.exit_code, a.status is not Status.SOLVED))
-    keys = [k for k in said[0].values if all(k in a.values for a in said)]
-    arrays = {k: np.array([a.values[k] for a in said]).reshape(shape) for k in keys}
-    loosest = max(said, key=lambda a: sum(len(x.quantities) for x in a.open))
-    return Answer(arrays, worst.status, worst.notes, open=loosest.open, idle=said[0].idle, assumed=said[0].assumed)
+    if any(a.cannot for a in answers):
+        return next(a for a in answers if a.cannot)
+    worst = max(answers, key=lambda a: (a.status.exit_code, a.status is not Status.SOLVED))
+    keys = [k for k in answers[0].values if all(k in a.values for a in answers)]
+    arrays = {k: np.array([a.values[k] for a in answers]).reshape(shape) for k in keys}
+    loosest = max(answers, key=lambda a: sum(len(x.quantities) for x in a.open))
+    return Answer(
+        arrays, worst.status, worst.notes, open=loosest.open, idle=answers[0].idle, assumed=answers[0].assumed
+    )
 
 
 def _plain(answer: Answer) -> Answer:

@@ -101,8 +101,7 @@ class Design(Shown):
 
     @property
     def file_settings(self) -> Settings:
-        """What the MJCF file says of timestep and integrator: as the default scene where MuJoCo runs it, so that the file
-        does not diverge in other people's hands."""
+        """Timestep and integrator that the MJCF file asks for: those of the default scene where MuJoCo runs it."""
         settings = self.scene(fidelity=self.entry.default_fidelity).settings
         return settings if settings.engine == "mujoco" else Settings()
 
@@ -128,7 +127,7 @@ class Design(Shown):
         extra: Mapping[str, float] | None = None,
     ) -> Scene:
         """A scene with the user's changes, and what the declared drives do in it (`mechlab.experiment.acting`). `extra`
-        holds initial values X_0, X_rate_0 and constant loads X_force, which act beside everything else.
+        holds initial values X_0, X_rate_0 and constant loads X_force, which act in addition to everything else.
 
         Parameters of the scene outrank defaults, those that the user gave outrank the scene's.
         Raises MechlabError for unknown names.
@@ -196,7 +195,7 @@ def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | Non
 
 
 def initial_keys(mechanism: Mechanism) -> tuple[str, ...]:
-    """What can be given to a simulation beside parameters: X_0, X_rate_0, X_force for every joint and shaft X."""
+    """Keys of a simulation that are no parameters: X_0, X_rate_0, X_force for every joint and shaft X."""
     return tuple(f"{n}{s}" for n in mechanism.scalar_names for s in ("_0", "_rate_0", "_force"))
 
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.mujoco.file_trial import FileTrial, compiled_mass, try_file
+from mechlab.engines.mujoco.model_file.written import FileTrial, compiled_mass, try_file
+from mechlab.engines.protocol import available, engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.formats import from_json, write_files
@@ -37,7 +38,7 @@ def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | N
     """Write the files of a mechanism into `out`; nothing is left behind when one is refused.
 
     settings: timestep, integrator and hardness that the MJCF file says (default: the preset accurate). Where plain MuJoCo
-    does not come through a moment of the file with them, the file says others; see `mechlab.engines.mujoco.file_trial`.
+    does not come through a moment of the file with them, the file says others; see `mechlab.engines.mujoco.model_file.written`.
 
     Raises MechlabError naming the file and its consumer.
     """
@@ -78,27 +79,21 @@ def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:
 
 
 def _pinocchio(m: Mechanism, folder: Path, sidecar: str) -> dict[str, Any]:
-    try:
-        import pinocchio as pin
-    except ImportError:
+    if available("pinocchio"):
         return {"pinocchio": "not installed"}
-    try:
-        tree = pin.buildModelFromUrdf(str(folder / f"{m.name}.urdf"))
-    except ValueError as error:
-        raise MechlabError(f"Pinocchio refuses {m.name}.urdf: {error}") from None
-    mass = pin.computeTotalMass(tree)
+    from mechlab.engines.pinocchio.model import urdf_mass
+
+    mass, nv = urdf_mass(folder / f"{m.name}.urdf")
     moving = sum(b.inertia.mass for b in m.bodies)
     if abs(mass - moving) > 1e-12 * max(1.0, moving) and not _welded_to_ground(m):
         raise MechlabError(f"{m.name}.urdf: Pinocchio finds {mass:.9g} kg, the mechanism has {moving:.9g} kg.")
-    from mechlab.engines.pinocchio import PinKinematics
-
     again = from_json(sidecar)
-    constraints = ConstraintSet(again)
-    residual = constraints.residual(PinKinematics(again)) / row_units(again, constraints)
+    state = engine("pinocchio").state(again, again.reference())
+    residual = state.residual / row_units(again, ConstraintSet(again))
     gap = float(np.max(np.abs(residual), initial=0.0))
     if gap > 1e-12:
         raise MechlabError(f"{m.name}.json: open by {gap:.3g} of its size in Pinocchio, expected 1e-12.")
-    return {"pinocchio": {"nv": tree.nv, "gap": gap}}
+    return {"pinocchio": {"nv": nv, "gap": gap}}
 
 
 def _welded_to_ground(m: Mechanism) -> bool:

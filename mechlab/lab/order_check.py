@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -13,15 +12,13 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.errors import expected_order, observed_order, order_finding
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.nature import with_static_motors
+from mechlab.lab.problem_settings import with_static_motors
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Joint, Shaft
 
 ORDER_STEPS, ORDER_OUTPUTS = 400, 40
 """Steps of the piece of an order check, and how often its three runs are compared."""
-FILE_STEPS = 4
-"""Steps between two outputs in the coarsest run of an order check of a file."""
 _CORNERS = ("held_rates", "one_sided_stop", "constant_power", "table")
 
 
@@ -45,27 +42,6 @@ def with_order(recording: Recording, scene: Scene) -> Recording:
     order = observed_order(lambda h: _states(m, piece, replace(s, timestep=h), outputs), s.timestep, expected)
     found = order_finding(order, s.timestep, suspects(m, scene, s))
     return replace(recording, health=recording.health + Health((found,)))
-
-
-def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, between: float) -> Finding:
-    """The finding "order" of RK4 on any MuJoCo model: run(integrator, hard, steps between two outputs) gives a FileTrace."""
-    step = between / FILE_STEPS
-
-    def points(h: float) -> Array:
-        found = run("RK4", hard, round(between / h))
-        return np.asarray(found.points).reshape(len(found.points), -1)
-
-    expected = 2 if hard else 4
-    suspects = {
-        "an actuator with a state (activation), which MuJoCo integrates in first order beside RK4": model.na,
-        "dry friction": np.any(model.dof_frictionloss) or np.any(model.tendon_frictionloss),
-        "contacts": np.any(model.geom_contype) and model.ngeom > 1,
-        "limits": np.any(model.jnt_limited) or np.any(model.tendon_limited),
-        "soft constraints, which switch on and off or have a width": model.neq,
-    }
-    return order_finding(
-        observed_order(points, step, expected), step, [text for text, there in suspects.items() if there]
-    )
 
 
 def _states(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:

@@ -18,7 +18,14 @@ from mechlab.experiment.recording import Finding, Health, Recording, limit_findi
 from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
 from mechlab.lab.accuracy.control import ControlledRun, run_to_error
 from mechlab.lab.design import Design
-from mechlab.lab.nature import FASTEST, by_nature, drive_step, motor_findings, other_softness, with_static_motors
+from mechlab.lab.problem_settings import (
+    FASTEST,
+    drive_step,
+    motor_findings,
+    other_softness,
+    settings_for,
+    with_static_motors,
+)
 from mechlab.lab.step_error import with_step_error
 from mechlab.mechanism.geometry import Array
 
@@ -65,11 +72,11 @@ def run_scene(
     """
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
-    lived = design.for_scene(scene)
+    of_scene = design.for_scene(scene)
     if fidelity == "kinematic":
-        lived.mechanism(fidelity)  # raises: it has none
-    made = lived.scene(scene, fidelity, duration, extra)
-    chosen = _settings(lived, made, engine, settings, timestep)
+        of_scene.mechanism(fidelity)  # raises: it has none
+    made = of_scene.scene(scene, fidelity, duration, extra)
+    chosen = _settings(of_scene, made, engine, settings, timestep)
     _refuse_idle(design, chosen.engine, timestep, max_error, free=engine is None and settings is None)
     _refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
@@ -78,15 +85,17 @@ def run_scene(
         if not 0.0 <= t <= made.duration:
             raise MechlabError(f"{design.name}: the time {t:g} s lies outside the run (0 to {made.duration:g} s).")
     if chosen.engine == "analytic":
-        run = _analytic(lived, made, extra or {})
+        run = _analytic(of_scene, made, extra or {})
     elif max_error is not None:
-        return _to_error(lived, made, chosen, max_error, at, choose=engine is None and settings is None)
+        return _to_error(of_scene, made, chosen, max_error, at, choose=engine is None and settings is None)
     else:
-        run = _once(lived, made, chosen, at)
-    done = _complete(lived, run, made)
+        run = _once(of_scene, made, chosen, at)
+    done = _complete(of_scene, run, made)
     if not estimate or chosen.engine == "analytic":
         return done
-    return with_step_error(done, made, lambda scene, s, times: _complete(lived, _once(lived, scene, s, times), scene))
+    return with_step_error(
+        done, made, lambda scene, s, times: _complete(of_scene, _once(of_scene, scene, s, times), scene)
+    )
 
 
 def _to_error(
@@ -129,13 +138,13 @@ def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error:
 def _settings(
     design: Design, scene: Scene, engine: str | None, settings: Settings | str | None, timestep: float | None
 ) -> Settings:
-    """The settings of a run: those that were asked for, else the scene's, as its nature and the engine demand."""
+    """The settings of a run: those that were asked for, else the scene's, as the kind of problem and the engine demand."""
     if isinstance(settings, str) and settings not in PRESETS:
         raise unknown(f"{design.name}: settings", settings, PRESETS)
     chosen = PRESETS[settings] if isinstance(settings, str) else settings or scene.settings
     wanted = engine or chosen.engine
     if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):
-        chosen = by_nature(chosen, design.mechanism(scene.fidelity), scene)
+        chosen = settings_for(chosen, design.mechanism(scene.fidelity), scene)
     elif wanted == "hybrid":
         tolerance = min(chosen.tolerance, 1e-10)
         chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")

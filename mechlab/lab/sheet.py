@@ -9,7 +9,7 @@ from typing import Any
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design, initial_keys
-from mechlab.lab.lag_question import gear_rows
+from mechlab.lab.gear_trains import train_mechanism
 from mechlab.mechanism.report import Rows, body_rows, closing_rows, freedom_sentences
 from mechlab.mechanism.structure import structure
 from mechlab.results import Shown
@@ -101,7 +101,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         tuple((n + (" (default)" if n == design.default_scene else ""), r.text) for n, r in entry.scenes.items()),
     )
     headers, asked = question_rows(entry.questions)
-    if level != "kinematic" and not design.mechanism(level).loops and gear_rows(design) is not None:
+    if level != "kinematic" and not design.mechanism(level).loops and train_mechanism(design) is not None:
         asked += TRAIN_QUESTIONS
     if asked:
         tables["Questions"] = (headers, asked)

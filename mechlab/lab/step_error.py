@@ -34,8 +34,8 @@ from mechlab.experiment.errors import (
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.nature import other_softness
 from mechlab.lab.order_check import fixed_steps, suspects
+from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import nearest_to_singular
@@ -144,8 +144,8 @@ class _Estimate:
             f"near t = {r.t[some[k]]:.3g} s the run passes a singular position of the constraints: no error is told of "
             "accelerations and forces"
         )
-        told = {n: e if n in states else math.inf for n, e in errors.items()}
-        return told, Finding("singular_pass", near, PASS, "of the usual distance", "warning", text)
+        known = {n: e if n in states else math.inf for n, e in errors.items()}
+        return known, Finding("singular_pass", near, PASS, "of the usual distance", "warning", text)
 
     def by_tolerance(self) -> tuple[dict[str, float], Finding]:
         """Errors and finding of a run that controls its steps."""
@@ -225,5 +225,5 @@ def jump(values: Array) -> float:
 
 
 def _text(*runs: tuple[float, _Changes | None]) -> str:
-    told = [f"steps of {h:g} s differ by {x.largest:.2g}" for h, x in runs if x is not None]
-    return f"({', '.join(told)})"
+    parts = [f"steps of {h:g} s differ by {x.largest:.2g}" for h, x in runs if x is not None]
+    return f"({', '.join(parts)})"

@@ -61,11 +61,11 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
         outcome.append((o.check.id, o.check.text, witnesses, limit, o.verdict))
     lines += ["## Checks", "", markdown(("check", "what", "witnesses", "tolerance", "verdict"), outcome), ""]
     if claims.items:
-        said = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
+        rows = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
         lines += [
             "## Claims of the source",
             "",
-            markdown(("claim", "where", "what it says", "printed", "verdict"), said),
+            markdown(("claim", "where", "what it says", "printed", "verdict"), rows),
             "",
         ]
     return "\n".join(lines).rstrip() + "\n"

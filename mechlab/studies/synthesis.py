@@ -46,7 +46,7 @@ class SynthesisResult(Shown):
 
 def synthesize(task: str, values: Mapping[str, Any]) -> SynthesisResult:
     """Run a task. Raises MechlabError for an unknown task or key (listing those that exist) or a bad value,
-    NoSolution when no dimensions can do what is asked."""
+    NoSolution when no dimensions have the wanted properties."""
     if task not in TASKS:
         raise unknown("the task", task, TASKS)
     keys, run = TASKS[task]
@@ -57,7 +57,7 @@ def synthesize(task: str, values: Mapping[str, Any]) -> SynthesisResult:
 
 
 class _Given:
-    """The given values, converted when they are asked for."""
+    """The given values, converted at the first access."""
 
     def __init__(self, task: str, values: Mapping[str, Any]) -> None:
         self.task, self.values = task, values

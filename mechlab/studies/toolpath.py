@@ -1,6 +1,4 @@
-"""Toolpaths: curves in files, how long they are, and where to brake on them.
-
-The question `toolpath`: length of a curve, of its spans, a place on it, and where to begin to brake.
+"""The question `toolpath` on a curve in a file: its length, its spans, a place on it, and where to begin to brake.
 
 A curve has no bodies, drives or scenes, so it is no entry of the catalog: it is one Question, whose parameter is a file.
 """
@@ -41,7 +39,7 @@ PANELS = 64
 
 @dataclass(frozen=True)
 class Path:
-    """The curve that is asked about."""
+    """The curve of the question."""
 
     curve: BSpline
 

@@ -129,17 +129,18 @@ STEPS = [1.0, 2.5, 5.0, 7.0, 10.0, 20.0]
 @pytest.mark.parametrize("step", STEPS)
 def test_a_parallelogram_stops_at_its_change_point(step: float) -> None:
     with pytest.raises(assur.ChangePoint) as caught:
-        assur.march(parallelogram(0.1), np.radians(np.arange(10.0, 270.1, step)))
+        assur.follow_dyad(parallelogram(0.1), np.radians(np.arange(10.0, 270.1, step)))
     assert caught.value.at == pytest.approx(np.pi, abs=1e-6) and caught.value.exit_code == 3
 
 
 @pytest.mark.parametrize("step", STEPS)
 def test_a_near_parallelogram_stays_in_its_mode(step: float) -> None:
     phi = np.radians(np.arange(10.0, 270.1, step))
-    found = assur.march(parallelogram(0.1001), phi)
+    found = assur.follow_dyad(parallelogram(0.1001), phi)
     # Antiparallel on the far side: the rocker stands at +126.9 deg where the crank is at -90 deg.
     assert np.all(found.quality > 0.0)
-    end = assur.march(parallelogram(0.1001), np.radians([10.0, phi_end := float(np.degrees(phi[-1]))])).angles[1].x[-1]
+    phi_end = float(np.degrees(phi[-1]))
+    end = assur.follow_dyad(parallelogram(0.1001), np.radians([10.0, phi_end])).angles[1].x[-1]
     assert found.angles[1].x[-1] == pytest.approx(end, abs=1e-14)  # whatever the steps between
     assert float(np.degrees(end)) == pytest.approx(126.87, abs=0.01) or phi_end < 270.0
 
@@ -147,4 +148,4 @@ def test_a_near_parallelogram_stays_in_its_mode(step: float) -> None:
 @pytest.mark.parametrize("step", STEPS)
 def test_a_crank_that_cannot_pass_is_told_whatever_the_step(step: float) -> None:
     with pytest.raises(NoSolution, match="between 3.08995036 and 3.19323494"):
-        assur.march(parallelogram(0.0999), np.radians(np.arange(10.0, 270.1, step)))
+        assur.follow_dyad(parallelogram(0.0999), np.radians(np.arange(10.0, 270.1, step)))

@@ -5,7 +5,7 @@ import pytest
 
 from mechlab.analytic import fourbar
 from mechlab.catalog import fourbar as catalog
-from mechlab.engines.mujoco.inverse import InverseDynamics
+from mechlab.engines.mujoco.reactions import InverseDynamicsSolver
 from mechlab.engines.own.closed_path import ClosedPath
 from mechlab.engines.pinocchio import inverse_dynamics
 from mechlab.errors import NoSolution
@@ -59,7 +59,7 @@ def test_pin_forces_of_both_engines():
     # The bars of the catalog are round rods: their own moments of inertia about the normal.
     links = [fourbar.LinkMass(b.inertia.mass, b.inertia.com[0], b.inertia.matrix()[1, 1]) for b in m.bodies]
     bar = fourbar.MovingFourbar(*p.lengths, *links, mode=p.mode)
-    path, engine = ClosedPath(m, "crank_angle"), InverseDynamics(m)
+    path, engine = ClosedPath(m, "crank_angle"), InverseDynamicsSolver(m)
     for phi in np.linspace(0.1, 6.2, 8):
         pose = path.at(phi)
         v, load = 6.0 * pose.u, 2.5 * m.row("rocker_angle")

@@ -114,14 +114,14 @@ def test_guides_on_links_and_cross_slides() -> None:
     assert m.points["X"].v == pytest.approx(0.3j / np.cos(0.5) ** 2)
 
 
-def test_a_march_stops_where_modes_meet() -> None:
+def test_following_a_mode_stops_where_modes_meet() -> None:
     chain = (
         Linkage("p").pivot("O", 0.0, 0.0).pivot("D", 0.3, 0.0).crank("crank", "O", "A", 0.1)
         .rrr("B", ("coupler", "rocker"), ("A", "D"), (0.3, 0.1))
     )  # fmt: skip
     with pytest.raises(assur.ChangePoint):
-        chain.march("crank", np.radians([10.0, 270.0]))
-    motion = rocker().march("crank", np.radians(np.arange(0.0, 361.0, 5.0)))
+        chain.follow("crank", np.radians([10.0, 270.0]))
+    motion = rocker().follow("crank", np.radians(np.arange(0.0, 361.0, 5.0)))
     assert np.all(motion.dyads["B"].regular)
 
 

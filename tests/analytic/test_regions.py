@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mechlab.analytic import delta6
-from mechlab.analytic.delta6.geometry import point_segment_distance, segment_distance
+from mechlab.analytic.delta6.workspace import point_segment_distance, segment_distance
 from mechlab.analytic.regions import EXACT, SMOOTH, Both, Clause, Either, all_of, any_of, indicator, r_functions
 from mechlab.errors import MechlabError
 

@@ -29,7 +29,7 @@ def random_tree(spatial: bool, links: int = 6) -> tm.Tree:
             place = tm.placement(RNG.normal(size=2), RNG.normal())
             inertia = tm.planar_inertia(1.0 + i, RNG.normal(size=2), 0.3 + 0.1 * i)
             generator = tm.revolute() if i % 2 else tm.prismatic(RNG.normal(size=2))
-        made.append(tm.Link(parent, place, generator, inertia, 50.0 * i, 0.1 * i, 0.2 * i))
+        made.append(tm.TreeLink(parent, place, generator, inertia, 50.0 * i, 0.1 * i, 0.2 * i))
     return tm.Tree(tuple(made), (0.3, -9.0, 1.0) if spatial else (0.3, -9.0))
 
 
@@ -99,7 +99,7 @@ def test_a_spatial_tree_against_pinocchio():
         joint = revolute(f"j{i}", axis) if i % 2 else prismatic(f"j{i}", axis)
         b.body(f"b{i}", joint, parent=parent, at=at, turned=Placement.of(rotation, (0.0, 0.0, 0.0)), inertia=box)
         generator = (tm.revolute if i % 2 else tm.prismatic)(axis)
-        links.append(tm.Link((-1, 0, 1, 1, 3, 0)[i], tm.placement(at, rotation), generator,
+        links.append(tm.TreeLink((-1, 0, 1, 1, 3, 0)[i], tm.placement(at, rotation), generator,
                              tm.spatial_inertia(box.mass, box.com, box.matrix())))  # fmt: skip
     m, tree = b.build(), tm.Tree(tuple(links), (0.3, -9.0, 1.0))
     order = [int(n[1:]) for n in m.rate_names]
@@ -124,13 +124,13 @@ def test_a_locked_joint_is_a_rigid_link():
 
 
 def test_bad_input_is_named():
-    link = tm.Link(0, np.eye(3), tm.revolute(), np.eye(3))
+    link = tm.TreeLink(0, np.eye(3), tm.revolute(), np.eye(3))
     with pytest.raises(MechlabError, match="its parent is 0"):
         tm.Tree((link,), (0.0, -9.81))
     with pytest.raises(MechlabError, match="placement has shape"):
-        tm.Tree((tm.Link(-1, np.eye(3), tm.revolute(), np.eye(3)),), (0.0, 0.0, -9.81))
+        tm.Tree((tm.TreeLink(-1, np.eye(3), tm.revolute(), np.eye(3)),), (0.0, 0.0, -9.81))
     with pytest.raises(MechlabError, match="one for each link"):
         tm.mass_matrix(random_tree(False), np.zeros(5))
     with pytest.raises(MechlabError, match="singular"):
-        massless = tm.Link(-1, np.eye(3), tm.revolute(), np.zeros((3, 3)))
+        massless = tm.TreeLink(-1, np.eye(3), tm.revolute(), np.zeros((3, 3)))
         tm.accelerations(tm.Tree((massless,), (0.0, 0.0)), [0.0], [0.0])

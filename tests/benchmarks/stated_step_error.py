@@ -30,7 +30,7 @@ from mechlab.experiment.laws import ConstantPower, DcMotor, Harmonic, Law, Motor
 from mechlab.experiment.motion import Sine
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, preset
-from mechlab.lab.nature import by_nature, with_static_motors
+from mechlab.lab.problem_settings import settings_for, with_static_motors
 from mechlab.lab.step_error import with_step_error
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
 from tests.benchmarks.stated_errors import drawn
@@ -173,11 +173,11 @@ def case(seed: int) -> Outcome | None:
             scene = replace(scene, duration=min(scene.duration, 6.0 if late else 1.5))
             m = lived.mechanism(scene.fidelity)
             base = scene.settings if scene.settings.engine == engine else preset("accurate", engine=engine)
-            base = by_nature(base, m, scene) if engine == "mujoco" else base
+            base = settings_for(base, m, scene) if engine == "mujoco" else base
             settings = replace(base, timestep=base.timestep * float(rng.choice([0.5, 1.0, 2.0])))
             name += f"{entry} {given} "
         if settings.engine == "mujoco" and rng.random() < 0.5:
-            settings = replace(by_nature(settings, m, scene), timestep=settings.timestep)
+            settings = replace(settings_for(settings, m, scene), timestep=settings.timestep)
         return _measured(name, m, scene, settings)
     except MechlabError as why:
         print(f"{name} refused: {str(why)[:90]}")

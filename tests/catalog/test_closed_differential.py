@@ -203,16 +203,16 @@ def test_doubtful_and_bad_parameters() -> None:
 
 def test_teeth_stand_in_gaps() -> None:
     """Phases of every planet against its sun and ring: half a pitch apart at the pitch points, also for odd numbers."""
-    from mechlab.catalog.closed_differential import build as looks
+    from mechlab.catalog.closed_differential.build import _ring_phase, _teeth, azimuth
     from mechlab.shapes import external_phase, internal_phase
 
     for p in (Parameters(), Parameters(teeth=(30, 30, 90, 40, 60, 160))):
         for stage in (1, 2):
-            sun, planet, ring = looks._teeth(p, stage)
-            phase = looks._ring_phase(p, stage)
+            sun, planet, ring = _teeth(p, stage)
+            phase = _ring_phase(p, stage)
             for k in range(p.planets):
-                own = external_phase(sun, 0.0, planet, looks.azimuth(p, stage, k))
-                wanted = internal_phase(planet, own, ring, looks.azimuth(p, stage, k))
+                own = external_phase(sun, 0.0, planet, azimuth(p, stage, k))
+                wanted = internal_phase(planet, own, ring, azimuth(p, stage, k))
                 turns = (phase - wanted) * ring / (2 * np.pi)
                 assert abs(turns - round(turns)) < 1e-9
 

@@ -17,11 +17,11 @@ from mechlab.catalog.delta6.checks_motion import BETAS, RATES, terms_at_betas
 from mechlab.catalog.delta6.elements import cardan_chain, output_turns
 from mechlab.catalog.delta6.head import head_inertias
 from mechlab.catalog.delta6.parameters import SOURCE, Delta6Parameters
-from mechlab.catalog.delta6.poses import reach, without_stops
-from mechlab.catalog.delta6.witnesses import NumpyWitness, witnesses
+from mechlab.catalog.delta6.poses import plants, reach, without_stops
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import CheckResult
 from mechlab.experiment.scene import PRESETS
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.mechanism import Builder, Inertia
 
@@ -202,7 +202,7 @@ def no_centripetal(patch: pytest.MonkeyPatch) -> None:
 
 
 def beta_reversed(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "drives"), "_signed", lambda f: lambda g, a, b: f(g, a, -b))
+    wrap(patch, module(ANALYTIC + "rotation"), "_signed", lambda f: lambda g, a, b: f(g, a, -b))
 
 
 def tee_forgotten(patch: pytest.MonkeyPatch) -> None:
@@ -227,7 +227,7 @@ def target_late(patch: pytest.MonkeyPatch) -> None:
 
 
 def wrong_tip(patch: pytest.MonkeyPatch) -> None:
-    wrap(patch, module(ANALYTIC + "drives"), "tip_distance", lambda f: lambda *a: 1.001 * f(*a))
+    wrap(patch, module(ANALYTIC + "mesh"), "tip_distance", lambda f: lambda *a: 1.001 * f(*a))
 
 
 def wider_reach(patch: pytest.MonkeyPatch) -> None:
@@ -282,7 +282,7 @@ def test_fails_when_something_is_wrong(
 def test_planets_turn_against_the_carrier(fidelity: str, changes: dict[str, Fraction]) -> None:
     p = replace(SOURCE, **changes)
     real = head_inertias(p)
-    mass, bias = terms_at_betas(NumpyWitness(BUILD.build(p, fidelity)), p, fidelity)
+    mass, bias = terms_at_betas(TreePlant(BUILD.build(p, fidelity)), p, fidelity)
     np.testing.assert_allclose(mass, closed.mass_matrix(p.geometry, real, BETAS), atol=1e-12 * mass.max(), rtol=0)
     expected = closed.bias(real, np.array(BETAS), RATES)
     np.testing.assert_allclose(bias, expected, atol=1e-11 * np.abs(expected).max(), rtol=0)
@@ -301,7 +301,7 @@ def test_cardan_chain_follows_the_closed_form() -> None:
     inputs = np.linspace(-3.0, 7.0, 15)
     start = 0.5 * math.pi
     expected = closed.misphase_output(inputs + start, bend, -misphase) - closed.misphase_output(start, bend, -misphase)
-    for w in witnesses(cardan_chain(0.3, bend, misphase)):
+    for w in plants(cardan_chain(0.3, bend, misphase)).values():
         np.testing.assert_allclose(output_turns(w, inputs), expected, atol=1e-11)
 
 

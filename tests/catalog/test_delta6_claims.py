@@ -245,7 +245,7 @@ MUTATED: list[tuple[str, Callable[[pytest.MonkeyPatch], None], Verdict]] = [
 
 
 def replace_k(geom: Any) -> Any:
-    from mechlab.analytic.delta6.drives import drive_matrix
+    from mechlab.analytic.delta6.rotation import drive_matrix
 
     return drive_matrix(geom)
 

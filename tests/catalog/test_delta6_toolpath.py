@@ -9,7 +9,7 @@ from scipy.interpolate import make_interp_spline
 
 from mechlab import api
 from mechlab.analytic import delta6 as closed
-from mechlab.analytic.bspline import Ramp
+from mechlab.analytic.bspline import SpeedRamp
 from mechlab.catalog.delta6.toolpath import DEFAULT, curve_of, limits, toolpath
 from mechlab.errors import MechlabError, NoSolution
 
@@ -40,7 +40,7 @@ def write(folder, points, degree=3, knots=None, **more):
     ],
 )
 def test_a_ramp_keeps_its_limits_and_arrives(length, speed, acceleration, jerk):
-    ramp = Ramp(length, speed, acceleration, jerk)
+    ramp = SpeedRamp(length, speed, acceleration, jerk)
     t = np.linspace(0, ramp.duration, 20001)
     s, v, a = (ramp.at(t, k) for k in range(3))
     assert s[0] == 0.0 and s[-1] == pytest.approx(length, rel=1e-10)
@@ -57,7 +57,7 @@ def test_a_ramp_keeps_its_limits_and_arrives(length, speed, acceleration, jerk):
 
 def test_ramps_are_checked():
     with pytest.raises(MechlabError, match="jerk"):
-        Ramp(1.0, 1.0, 1.0, 0.0)
+        SpeedRamp(1.0, 1.0, 1.0, 0.0)
 
 
 @pytest.mark.parametrize("given", [{}, {"slider_jerk": 20.0}, {"shaft_speed": 2.0, "rod_length": 0.4}])

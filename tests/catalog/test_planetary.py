@@ -8,8 +8,7 @@ import pytest
 import mechlab as ml
 from mechlab import shapes
 from mechlab.analytic.planetary_synthesis import series_planets
-from mechlab.catalog import planetary as build
-from mechlab.catalog.planetary import CHECKS, Parameters, phases
+from mechlab.catalog.planetary import CHECKS, Parameters, build, phases
 from mechlab.catalog.planetary.claims import CLAIMS
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Verdict

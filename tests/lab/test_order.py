@@ -24,7 +24,7 @@ from mechlab.experiment.errors import (
 from mechlab.experiment.laws import Constant, Harmonic, Plant, register
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import PRESETS, Scene, Settings
-from mechlab.lab.order_check import file_order, with_order
+from mechlab.lab.order_check import with_order
 from mechlab.lab.step_error import with_step_error
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
 from tests.mechanism.samples import fourbar
@@ -157,7 +157,7 @@ MOTOR = """<mujoco><compiler angle="radian"/><option timestep="0.001" integrator
 @pytest.mark.parametrize(("state", "lost"), [('inductance=".1"', True), ("", False)])
 def test_a_motor_with_a_state_in_the_engine_makes_rk4_first_order(tmp_path: Path, state: str, lost: bool) -> None:
     """The current is an activation; without inductance the same motor is a straight line and RK4 keeps its order."""
-    from mechlab.engines.mujoco.trace_file import read_model, trace_file
+    from mechlab.engines.mujoco.model_file.trace import file_order, read_model, trace_file
 
     path = tmp_path / "motor.xml"
     path.write_text(MOTOR.format(state=state))

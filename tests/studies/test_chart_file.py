@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from mechlab.engines.mujoco.trace_file import FileModel, read_model, trace_file
+from mechlab.engines.mujoco.model_file.trace import FileModel, read_model, trace_file
 from mechlab.errors import MechlabError
 from mechlab.studies.chart.mjcf_file import PUSH, chart_of_mjcf_file
 from mechlab.studies.chart.run import Budget

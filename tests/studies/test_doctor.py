@@ -11,9 +11,9 @@ import pytest
 
 import mechlab as ml
 from mechlab.cli import main
+from mechlab.engines.mujoco.model_file.options import settings_to_paste
+from mechlab.engines.mujoco.model_file.softness import equality_default
 from mechlab.studies.doctor.case import Diagnosis
-from mechlab.studies.doctor.options import settings_to_paste
-from mechlab.studies.doctor.softness import equality_default
 
 HARD = 'solref="0.002 1" solimp=".9999 .9999 .001 .5 2"'
 OPTION = '<option timestep="0.001" integrator="RK4" jacobian="dense"><flag autoreset="disable"/></option>'

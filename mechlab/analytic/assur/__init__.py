@@ -4,7 +4,7 @@ Points are complex numbers x + iy with velocity and acceleration; all functions 
 """
 
 from mechlab.analytic.assur.all_modes import all_modes
-from mechlab.analytic.assur.continuation import ClosedCurve, closed_curve, march
+from mechlab.analytic.assur.continuation import ClosedCurve, closed_curve, follow_dyad
 from mechlab.analytic.assur.cycle import Branch, GroupMotion, follow, mode_rates
 from mechlab.analytic.assur.dyads import ChangePoint, Dyad, prp, rpp, rpr, rrp, rrr
 from mechlab.analytic.assur.folds import Family, Fold, empty_arcs, folds, solve_fold
@@ -14,5 +14,5 @@ from mechlab.analytic.assur.two_loops import Modes, TwoLoops, class_four, class_
 __all__ = [
     "Branch", "ChangePoint", "ClosedCurve", "Dyad", "Family", "Fold", "GroupMotion", "Guide", "Modes", "Point", "Scalar",
     "TwoLoops", "all_modes", "class_four", "class_three", "closed_curve", "driver", "empty_arcs", "fixed", "fixed_guide",
-    "folds", "follow", "march", "mode_rates", "prp", "rigid", "rpp", "rpr", "rrp", "rrr", "scalar", "solve_fold", "two_loops",
+    "folds", "follow", "follow_dyad", "mode_rates", "prp", "rigid", "rpp", "rpr", "rrp", "rrr", "scalar", "solve_fold", "two_loops",
 ]  # fmt: skip

@@ -1,7 +1,5 @@
-"""Paths of Assur groups over their drive.
-
-`closed_curve` follows all positions of a driven class III or IV group by pseudo-arclength, also through limit positions
-(Keller 1977). `march` keeps a dyad in its mode and stops where two modes meet or the dyad does not assemble.
+"""Continuation along a drive: the closed curve of all positions of a class III or IV group by pseudo-arclength, which passes
+limit positions (Keller 1977), and a dyad followed in its assembly mode over a path of its drive.
 """
 
 from __future__ import annotations
@@ -38,12 +36,12 @@ class ClosedCurve:
 
 
 def closed_curve(
-    family: Family, crank: float, theta_t: float, theta_u: float, step: float = 0.05, most: int = 20_000
+    family: Family, crank: float, theta_t: float, theta_u: float, step: float = 0.05, max_steps: int = 20_000
 ) -> ClosedCurve:
     """The curve of positions through one mode, followed until it comes back to its start.
 
     Each step goes `step` [rad] along the tangent; Newton then returns to the curve at right angles to it. The step is
-    halved where the tangent turns by more than 0.1 rad. Raises Untrustworthy when it does not close within `most`
+    halved where the tangent turns by more than 0.1 rad. Raises Untrustworthy when it does not close within `max_steps`
     steps.
     """
     size = float(family(np.array([crank])).scale.ravel()[0])
@@ -66,8 +64,8 @@ def closed_curve(
     start, along = x.copy(), tangent(x, None)
     if along[2] < 0.0:
         along = -along
-    path, turns, h, away = [x], [], step, False
-    for _ in range(most):
+    path, turns, h, left_start = [x], [], step, False
+    for _ in range(max_steps):
         new = _correct(system, x + h * along, along)
         if new is None or tangent(new, along) @ along < 0.995:
             h *= 0.5
@@ -81,8 +79,8 @@ def closed_curve(
         path.append(x)
         h = min(step, 1.3 * h)
         miss = (x - start + np.pi) % (2 * np.pi) - np.pi
-        away = away or float(np.linalg.norm(miss)) > 3.0 * step
-        if away and np.linalg.norm(miss) < 1.2 * step and miss @ along > -step * step:
+        left_start = left_start or float(np.linalg.norm(miss)) > 3.0 * step
+        if left_start and np.linalg.norm(miss) < 1.2 * step and miss @ along > -step * step:
             path[-1] = x - miss
             points = np.array(path)
             return ClosedCurve(points[:, 2], points[:, 0], points[:, 1], tuple(turns))
@@ -104,12 +102,12 @@ def _correct(system: object, x: Real, along: Real) -> Real | None:
 
 
 CHANGE = 1e-6
-"""Below this sine of the transmission angle two modes meet (a change point): rounding alone would decide the mode."""
+"""Sine of the transmission angle below which a pose is a change point: rounding alone would decide the mode."""
 _GRID = np.radians(0.5)
 
 
-def march(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHANGE) -> Dyad:
-    """The dyad at the drive positions (n,) [rad or m], provided that it stays in its mode between them.
+def follow_dyad(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHANGE) -> Dyad:
+    """The dyad at the drive positions (n,) [rad or m] in its fixed mode, checked over the whole path between them.
 
     family: gives the Dyad at drive positions. Between the samples the discriminant (quality squared) is evaluated every
     0.0087 rad or m, and each of its minima is located. Raises NoSolution, naming the arc, where it is negative: no
@@ -124,12 +122,12 @@ def march(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHAN
         np.linspace(a, b, max(2, int(np.ceil(abs(b - a) / _GRID))), endpoint=False)
         for a, b in zip(asked[:-1], asked[1:], strict=True)
     ]
-    lowest(level, np.concatenate([*pieces, asked[-1:]]), change)
+    lowest_discriminant(level, np.concatenate([*pieces, asked[-1:]]), change)
     return family(asked).require()
 
 
-def lowest(level: Callable[[Real], Real], grid: Real, change: float = CHANGE) -> float:
-    """The smallest discriminant along a fine grid, minima between samples included. Raises as `march`."""
+def lowest_discriminant(level: Callable[[Real], Real], grid: Real, change: float = CHANGE) -> float:
+    """The smallest discriminant along a fine grid, minima between samples included. Raises as `follow_dyad`."""
     values = level(grid)
     if np.min(values) < 0.0:
         _gap(level, grid, values)

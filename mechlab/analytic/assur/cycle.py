@@ -1,6 +1,5 @@
-"""Class III and IV groups over crank angles: rates and accelerations in a mode, and the mode followed continuously.
-
-Near a merge of two modes the steps shrink; a branch ends at a limit position and never jumps over a gap.
+"""An assembly mode of a class III or IV group over a cycle of the crank: its rates and accelerations, and its identity from one
+crank angle to the next. Steps are halved where modes come near each other; arcs without an assembly are never crossed.
 """
 
 from __future__ import annotations

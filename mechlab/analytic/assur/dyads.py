@@ -1,7 +1,7 @@
-"""The five dyads in closed form, with modes, rates and accelerations.
+"""The five dyads (class II groups) in closed form, with assembly mode, transmission angle and gap.
 
-RRR: two links between two moving pins. RRP: rod and slider on a moving guide. RPR: a slotted link through a moving pin.
-PRP: a pin where two moving guides cross. RPP: a cross slide carried by a pin.
+RRR: two links between two moving pins. RRP: a rod and a slider on a moving guide. RPR: a slotted link through a moving pin.
+PRP: a pin where two moving guides cross. RPP: a cross slide between a guide and a pin.
 """
 
 from __future__ import annotations
@@ -192,8 +192,8 @@ def rrp(pin: Point, guide: Guide, rod: ArrayLike, mode: ArrayLike = 1) -> Dyad:
     n = 1j * u
     foot = guide.at.p + guide.offset * n
     w = foot - pin.p
-    away = cross(w, u)
-    disc = 1.0 - (away / l) ** 2
+    distance = cross(w, u)
+    disc = 1.0 - (distance / l) ** 2
     root = sign * l * np.sqrt(np.where(disc >= 0.0, disc, np.nan))
     s = root - dot(w, u)
     b = foot + s * u
@@ -209,7 +209,7 @@ def rrp(pin: Point, guide: Guide, rod: ArrayLike, mode: ArrayLike = 1) -> Dyad:
     dds = (dot(r, pin.a - ta) - dot(rel, rel)) * by
     a = ta + dds * u
     turn = Scalar(np.angle(r), cross(r, rel) / l**2, cross(r, a - pin.a) / l**2)
-    gap = np.maximum(np.abs(away) - l, 0.0)
+    gap = np.maximum(np.abs(distance) - l, 0.0)
     return Dyad("RRP", Point(b, v, a), (turn,), (Scalar(s, ds, dds),), quality, disc, gap)
 
 

@@ -11,13 +11,13 @@ from mechlab.analytic.bspline.length import (
     simpson_spans,
     smooth_pieces,
 )
-from mechlab.analytic.bspline.travel import Braking, Ramp, Travel, braking, braking_distance
+from mechlab.analytic.bspline.travel import Braking, SpeedRamp, Travel, braking, braking_distance
 
 __all__ = [
     "BSpline",
     "Braking",
     "LengthReport",
-    "Ramp",
+    "SpeedRamp",
     "Travel",
     "arc_length",
     "braking",

@@ -121,7 +121,7 @@ def smooth_pieces(curve: BSpline) -> FloatArray:
             if 0.0 < x < h:
                 ends.append(x)
             if share > CUSP:
-                ends += _graded(x, share, h)
+                ends += _towards_minimum(x, share, h)
         ends = sorted(set(ends))
         out += [(k, float(a) + x, float(a) + y) for x, y in zip(ends[:-1], ends[1:], strict=True)]
     return np.array(out)
@@ -148,7 +148,7 @@ def _halved(pieces: FloatArray) -> FloatArray:
     return halves
 
 
-def _graded(x: float, share: float, h: float) -> list[float]:
+def _towards_minimum(x: float, share: float, h: float) -> list[float]:
     """Points on both sides of a near cusp, each half as far as the one before."""
     count = min(MOST_HALVINGS, int(np.ceil(np.log2(1.0 / share))))
     steps = h * 0.5 ** np.arange(1, count + 1)

@@ -1,5 +1,5 @@
-"""Travelling along a curve: a rest-to-rest motion with bounded speed, acceleration and jerk (seven phases of constant
-jerk), the parameter at an arc length, and where to begin to brake.
+"""Travel along a curve: the fastest time law from rest to rest with bounded speed, acceleration and jerk (seven phases of
+constant jerk), the parameter at an arc length, and where braking begins.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
-class Ramp:
+class SpeedRamp:
     """The fastest motion from rest to rest over `length` with |s'| <= speed, |s''| <= acceleration, |s'''| <= jerk.
 
     Where `length` is too short for full speed or acceleration, the motion stays below them. Raises MechlabError unless

@@ -1,19 +1,16 @@
-"""Cardan joints in closed form: all passive joints of the delta's shafts, a double joint out of phase, chain freedoms.
+"""Cardan shafts in closed form: their passive joints, Hooke joints whose forks are out of phase; and formulas that count
+freedoms.
 
-Shaft i: a stub in the slider turns by phi about Z, a cross turns by `fork` about the stub's axis a, the rod turns
-by `cross` about the common axis b: rod orientation Rz(phi) R_a(fork) R_b(cross), with w_i / L = R u0_i. Home (O = 0,
-phi = 0) has both angles zero, u0 = w0 / L, b = unit(z x u0), a = z x b. The lower end mirrors the upper one:
-the lower cross turns by -cross about b against the rod, and the lower stub by phi about Z with the lower fork at
-+fork about a against it. Both forks being in phase, the lower stub repeats phi exactly.
+Joints of shaft i: a stub in the slider turns by phi about Z, a cross turns by `fork` about the stub's axis a, the rod turns
+by `cross` about the common axis b. The rod's orientation is R = Rz(phi) R_a(fork) R_b(cross) with w_i / L = R u0_i. At home
+(O = 0, phi = 0) both angles are zero, u0 = w0 / L, b = unit(z x u0), a = z x b. The lower end mirrors the upper one: the lower
+cross turns by -cross about b against the rod, and the lower stub by phi about Z with the lower fork at +fork about a against
+it. Both forks are in phase, so the lower stub repeats phi exactly.
 
-Double cardan joint with equal bends whose two forks on the rod are out of phase by delta: theta_1 is the upper pin's
-angle from the normal to the plane of both shafts, theta_2 the rod's, theta_3 the output's:
-tan(theta_2) = c tan(theta_1), tan(theta_3) = tan(theta_2 + delta) / c, c = cos(bend). As a map of directions this is
-diag(1, 1/c) R(delta) diag(1, c): a rotation between a stretch and its inverse, which gives the amplitude in closed
-form.
-
-Freedoms of a chain: n moving links; p5, p4, p3: pairs with one, two, three freedoms. The formulas ignore dimensions:
-idle spins are counted as freedoms, redundant constraints as if they acted.
+Forks out of phase by delta, equal bends: theta_1 is the angle of the upper pin from the normal to the plane of the shafts,
+theta_2 that of the rod, theta_3 that of the output: tan(theta_2) = c tan(theta_1), tan(theta_3) = tan(theta_2 + delta) / c,
+c = cos(bend). As a map of directions this is diag(1, 1/c) R(delta) diag(1, c): a rotation, a stretch and a rotation, which
+gives the amplitude in closed form.
 """
 
 from __future__ import annotations
@@ -118,6 +115,8 @@ def _wrap(angle: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))
 
 
+# -- forks out of phase ----------------------------------------------------------------------------------------------------
+
 SMALLEST_COSINE = 1e-12
 """cos(bend) at and below which a joint counts as bent by 90 deg; the cosine of pi/2 itself is 6e-17 in floats."""
 
@@ -158,6 +157,11 @@ def _cosine(bend: ArrayLike) -> FloatArray:
     if np.any(c <= SMALLEST_COSINE):
         raise MechlabError("bend reaches 90 deg; expected |bend| < pi/2, where a cardan joint still transmits rotation")
     return c
+
+
+# -- counts of freedoms ----------------------------------------------------------------------------------------------------
+# n: moving links; p5, p4, p3: pairs with one, two, three freedoms. The formulas know nothing of dimensions: idle spins are
+# counted as freedoms, redundant constraints as if they acted.
 
 
 def somov_malyshev(n: int, p5: int, p4: int = 0, p3: int = 0, p2: int = 0, p1: int = 0) -> int:

@@ -28,7 +28,7 @@ SOURCE_POSITION_GAIN = 480.0
 
 
 @dataclass(frozen=True)
-class Targets:
+class ControlTargets:
     """Wanted alpha, beta, gamma with rates and accelerations, each (..., 3)."""
 
     angles: FloatArray
@@ -44,11 +44,11 @@ class ErrorResponse:
     error_rate: FloatArray
 
 
-def source_targets(time: ArrayLike) -> Targets:
+def source_targets(time: ArrayLike) -> ControlTargets:
     """alpha = .1 sin 10t, beta = .1 cos 10t, gamma = .2 sin 5t. time (...) -> (..., 3), s, rad."""
     t = finite("time", time)
     s10, c10, s5, c5 = np.sin(10.0 * t), np.cos(10.0 * t), np.sin(5.0 * t), np.cos(5.0 * t)
-    return Targets(
+    return ControlTargets(
         np.stack([0.1 * s10, 0.1 * c10, 0.2 * s5], axis=-1),
         np.stack([c10, -s10, c5], axis=-1),
         np.stack([-10.0 * s10, -10.0 * c10, -5.0 * s5], axis=-1),
@@ -56,7 +56,7 @@ def source_targets(time: ArrayLike) -> Targets:
 
 
 def command(
-    targets: Targets,
+    targets: ControlTargets,
     angles: ArrayLike,
     rates: ArrayLike,
     velocity_gain: float = SOURCE_VELOCITY_GAIN,

@@ -1,10 +1,9 @@
-"""Geometry of the six-drive delta: lengths, leg directions and gear ratios; input checks and segment distances.
+"""Geometry of the six-drive delta: lengths, leg directions and gear ratios; and the checks of input arrays that its closed
+forms share.
 
-Frames. Base frame: Z up, parallel to the three slider guides. The platform only translates; O is the point
-of the platform where the three head axes meet. D = O + head_offset * e1 is the centre of the output link,
-e1 and e2 its unit X' and Y' axes. Leg i has azimuth psi_i, r_i = (cos psi, sin psi), t_i = (-sin psi, cos psi).
-
-Segment distances: C. Ericson, Real-Time Collision Detection, 2005, 5.1.9.
+Frames. Base frame: Z up, parallel to the three slider guides. The platform only translates; O is the point of the platform
+where the three axes of the head meet. D = O + head_offset * e1 is the centre of the output link, e1 and e2 its unit X' and Y'
+axes. Leg i has azimuth psi_i, r_i = (cos psi, sin psi), t_i = (-sin psi, cos psi).
 """
 
 from __future__ import annotations
@@ -109,16 +108,9 @@ class Delta6:
     def __post_init__(self) -> None:
         length = number("rod_length", self.rod_length, above=0.0)
         for name in (
-            "radial_offset",
-            "tangential_offset",
-            "platform_radius",
-            "platform_height",
-            "slider_height",
-            "head_offset",
-            "k_spur",
-            "k_transfer",
-            "k_bevel",
-        ):
+            "radial_offset", "tangential_offset", "platform_radius", "platform_height", "slider_height", "head_offset",
+            "k_spur", "k_transfer", "k_bevel"
+        ):  # fmt: skip
             number(name, getattr(self, name))
         for name in ("k_spur", "k_transfer", "k_bevel"):
             if getattr(self, name) == 0.0:
@@ -184,35 +176,3 @@ class Delta6:
     def k_product(self) -> float:
         """k_transfer * k_bevel: turns of drives 1 and 2 per turn of alpha."""
         return self.k_transfer * self.k_bevel
-
-
-def point_segment_distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Distance of a point from the segment start..end; (..., n) each, broadcast -> (...)."""
-    along = end - start
-    share = _dot(point - start, along) / np.maximum(_dot(along, along), np.finfo(float).tiny)
-    nearest = start + np.clip(share, 0.0, 1.0)[..., None] * along
-    return np.asarray(np.linalg.norm(point - nearest, axis=-1))
-
-
-def segment_distance(start: FloatArray, end: FloatArray, other_start: FloatArray, other_end: FloatArray) -> FloatArray:
-    """Smallest distance of two segments; (..., n) each, broadcast -> (...).
-
-    The nearest pair is that of the two lines when it lies inside both segments; otherwise one of its points is an end.
-    """
-    ends = np.minimum.reduce([
-        point_segment_distance(start, other_start, other_end), point_segment_distance(end, other_start, other_end),
-        point_segment_distance(other_start, start, end), point_segment_distance(other_end, start, end),
-    ])  # fmt: skip
-    u, v, w = end - start, other_end - other_start, start - other_start
-    a, b, c, d, e = _dot(u, u), _dot(u, v), _dot(v, v), _dot(u, w), _dot(v, w)
-    det = a * c - b * b
-    crossing = det > 1e-14 * a * c
-    safe = np.where(crossing, det, 1.0)
-    s, t = (b * e - c * d) / safe, (a * e - b * d) / safe
-    between = crossing & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0)
-    line = np.linalg.norm(w + s[..., None] * u - t[..., None] * v, axis=-1)
-    return np.where(between, np.minimum(line, ends), ends)
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(np.sum(a * b, axis=-1))

@@ -11,8 +11,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.delta6.drives import drive_matrix
 from mechlab.analytic.delta6.geometry import Delta6, FloatArray, apply, finite, number, vectors
+from mechlab.analytic.delta6.rotation import drive_matrix
 from mechlab.errors import MechlabError
 
 

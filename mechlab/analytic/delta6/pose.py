@@ -1,10 +1,10 @@
-"""All six drives together: poses, velocities and accelerations of the output link from the drives and back.
+"""All six drives together: pose, velocity and acceleration of the output link from the drives, and back.
 
-A pose is D (..., 3) with alpha, beta, gamma. Drives are (..., 6): three sliders q, then three rotary drives phi.
-O = D - head_offset e1 depends on the orientation, so holding D and turning the head moves the sliders.
+A pose is D (..., 3) [m] with alpha, beta, gamma [rad]. Drives are (..., 6): three sliders q [m], then three rotary drives
+phi [rad]. O = D - r with r = head_offset e1 depends on the orientation: when D is held and the head turns, the sliders move.
 
-A twist is (..., 6): v_D, then omega, base axes. With G = the slider Jacobian of O, K the drive matrix, E the rate
-matrix: v_O = v_D + head_offset [e1]x omega, so the 6 x 6 Jacobian is [[G, head_offset G [e1]x], [0, K E^-1]].
+A twist is (..., 6): v_D, then omega, base axes. With G, the slider Jacobian at O, K, the drive matrix, and E, the rate matrix:
+v_O = v_D - omega x r and (qdot, phidot) = [[G, head_offset G [e1]x], [0, K E^-1]] (v_D, omega).
 """
 
 from __future__ import annotations
@@ -14,14 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.delta6.drives import angles_from_drives, drive_matrix, drives_from_angles
 from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, demand, finite, vectors
 from mechlab.analytic.delta6.rotation import (
     SINGULAR_COSINE,
     angle_accelerations,
     angle_rates,
+    angles_from_drives,
     angular_acceleration,
     angular_velocity,
+    drive_matrix,
+    drives_from_angles,
     extract_angles,
     inverse_rate_matrix,
     rotation_from_axes,
@@ -93,7 +95,7 @@ def output_axis(angles: ArrayLike) -> FloatArray:
 
 def inverse(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> PoseDrives:
     """Six drives for D and angles; tool (..., 3), angles (...), broadcast against each other."""
-    d, angles = pose_arrays(tool, alpha, beta, gamma)
+    d, angles = _pose_arrays(tool, alpha, beta, gamma)
     head_centre = d - geom.head_offset * output_axis(angles)
     translation = inverse_position(geom, head_centre)
     drives = np.concatenate([translation.drives, drives_from_angles(geom, angles)], axis=-1)
@@ -114,7 +116,7 @@ def forward(geom: Delta6, sliders: ArrayLike, rotary: ArrayLike) -> OutputPose:
     return OutputPose(tool, angles, translation, _singular(angles))
 
 
-def pose_arrays(tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def _pose_arrays(tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """D and the stacked angles, both (..., 3), broadcast against each other."""
     d = vectors("tool", tool)
     angles = np.broadcast_arrays(finite("alpha", alpha), finite("beta", beta), finite("gamma", gamma))
@@ -123,12 +125,15 @@ def pose_arrays(tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: Array
     return np.broadcast_to(d, shape), np.broadcast_to(stacked, shape)
 
 
-def require_head_centre(geom: Delta6, d: FloatArray, angles: FloatArray) -> FloatArray:
-    """O of poses that are in reach; raises NoSolution otherwise."""
-    centre = d - geom.head_offset * output_axis(angles)
-    reachable = inverse_position(geom, centre).reachable
-    demand(reachable, "out of reach", "Move D towards the centre")
-    return np.asarray(centre)
+def _reached(
+    geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Angles, r = head_offset e1 and O = D - r of a pose, each (..., 3). Raises NoSolution out of reach."""
+    d, angles = _pose_arrays(tool, alpha, beta, gamma)
+    arm = geom.head_offset * output_axis(angles)
+    centre = np.asarray(d - arm)
+    demand(inverse_position(geom, centre).reachable, "out of reach", "Move D towards the centre")
+    return angles, arm, centre
 
 
 def _singular(angles: FloatArray) -> BoolArray:
@@ -140,8 +145,8 @@ def jacobian(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, g
 
     Raises NoSolution out of reach, at h_i = 0 and at cos(beta) = 0, where no finite J exists.
     """
-    d, angles = pose_arrays(tool, alpha, beta, gamma)
-    linear = translation_jacobian(geom, require_head_centre(geom, d, angles))
+    angles, _, centre = _reached(geom, tool, alpha, beta, gamma)
+    linear = translation_jacobian(geom, centre)
     e1 = output_axis(angles)
     result = np.zeros(linear.shape[:-2] + (6, 6))
     result[..., :3, :3] = linear
@@ -154,10 +159,9 @@ def drive_rates(
     geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike, twist: ArrayLike
 ) -> FloatArray:
     """Rates of the six drives for a twist of the output link, (..., 6). Raises where `jacobian` does."""
-    d, angles = pose_arrays(tool, alpha, beta, gamma)
+    angles, arm, centre = _reached(geom, tool, alpha, beta, gamma)
     t = vectors("twist", twist, 6)
-    arm = geom.head_offset * output_axis(angles)
-    linear = slider_rates(geom, require_head_centre(geom, d, angles), t[..., :3] + np.cross(arm, t[..., 3:]))
+    linear = slider_rates(geom, centre, t[..., :3] + np.cross(arm, t[..., 3:]))
     return _join(linear, drives_from_angles(geom, angle_rates(angles, t[..., 3:])))
 
 
@@ -165,12 +169,10 @@ def output_twist(
     geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, gamma: ArrayLike, rates: ArrayLike
 ) -> FloatArray:
     """Twist of the output link for rates of the six drives, (..., 6). Valid at cos(beta) = 0 too."""
-    d, angles = pose_arrays(tool, alpha, beta, gamma)
+    angles, arm, centre = _reached(geom, tool, alpha, beta, gamma)
     r = vectors("rates", rates, 6)
-    arm = geom.head_offset * output_axis(angles)
     omega = angular_velocity(angles, angles_from_drives(geom, r[..., 3:]))
-    centre = platform_velocity(geom, require_head_centre(geom, d, angles), r[..., :3])
-    return _join(centre + np.cross(omega, arm), omega)
+    return _join(platform_velocity(geom, centre, r[..., :3]) + np.cross(omega, arm), omega)
 
 
 def drive_accelerations(
@@ -186,11 +188,9 @@ def drive_accelerations(
 
     Raises where `jacobian` does. a_O = a_D - d omega/dt x r - omega x (omega x r) with r = head_offset e1.
     """
-    d, angles = pose_arrays(tool, alpha, beta, gamma)
+    angles, arm, centre = _reached(geom, tool, alpha, beta, gamma)
     t, a = vectors("twist", twist, 6), vectors("twist_rate", twist_rate, 6)
     omega, omega_rate = t[..., 3:], a[..., 3:]
-    arm = geom.head_offset * output_axis(angles)
-    centre = require_head_centre(geom, d, angles)
     centre_velocity = t[..., :3] - np.cross(omega, arm)
     centre_acceleration = a[..., :3] - np.cross(omega_rate, arm) - np.cross(omega, np.cross(omega, arm))
     linear = slider_accelerations(geom, centre, centre_velocity, centre_acceleration)
@@ -208,15 +208,13 @@ def output_acceleration(
     accelerations: ArrayLike,
 ) -> FloatArray:
     """(a_D, d omega/dt), (..., 6), for rates and accelerations of the six drives. Valid at cos(beta) = 0 too."""
-    d, angles = pose_arrays(tool, alpha, beta, gamma)
+    angles, arm, centre = _reached(geom, tool, alpha, beta, gamma)
     r, a = vectors("rates", rates, 6), vectors("accelerations", accelerations, 6)
     angle_rate = angles_from_drives(geom, r[..., 3:])
     omega = angular_velocity(angles, angle_rate)
     omega_rate = angular_acceleration(angles, angle_rate, angles_from_drives(geom, a[..., 3:]))
-    centre = require_head_centre(geom, d, angles)
     centre_velocity = platform_velocity(geom, centre, r[..., :3])
     centre_acceleration = platform_acceleration(geom, centre, centre_velocity, a[..., :3])
-    arm = geom.head_offset * output_axis(angles)
     return _join(centre_acceleration + np.cross(omega_rate, arm) + np.cross(omega, np.cross(omega, arm)), omega_rate)
 
 

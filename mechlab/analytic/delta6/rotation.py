@@ -1,7 +1,15 @@
-"""Orientation of the output link: alpha, beta, gamma, the matrix R = Rz(gamma) Ry(beta) Rx(alpha), and angular rates.
+"""Orientation of the output link: angles alpha, beta, gamma, their rates, and the rotary drives.
 
-Sets of angles are arrays (..., 3) in the order (alpha, beta, gamma), radians. R has the columns e1, e2, e3. Angular
-velocity omega = E rates with the columns e1, n = (-sin gamma, cos gamma, 0), z, and det E = cos(beta).
+R = Rz(gamma) Ry(beta) Rx(alpha) turns body axes into base axes; its columns are e1, e2, e3. Sets of angles are arrays (..., 3)
+in the order (alpha, beta, gamma) [rad].
+
+Rates: omega = E (alpha', beta', gamma') in base axes. The columns of E are e1, n = (-sin gamma, cos gamma, 0) and z, and
+det E = cos(beta).
+
+Rotary drives: phi = K (alpha, beta, gamma) with a constant matrix,
+phi_1,2 = k_spur gamma + k_transfer (k_bevel alpha -+ beta), phi_3 = gamma. When the T-shaped carrier turns by beta and the
+output gear is locked on it, the double bevels turn by beta itself: k_bevel multiplies alpha only. Unwrap angles along a path
+first: a jump of gamma by 2 pi is a jump of 2 pi k_spur in drives 1 and 2.
 """
 
 from __future__ import annotations
@@ -11,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.delta6.geometry import BoolArray, FloatArray, apply, demand, finite, vectors
+from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, apply, demand, finite, vectors
 from mechlab.errors import MechlabError
 
 SINGULAR_COSINE = 1e-9
@@ -116,10 +124,19 @@ def _rotation(name: str, value: ArrayLike) -> FloatArray:
     return r
 
 
+# -- rates and accelerations of the angles ---------------------------------------------------------------------------------
+
+
+def _beta_gamma(angles: FloatArray) -> tuple[FloatArray, ...]:
+    """cos(beta), sin(beta), cos(gamma), sin(gamma), each (...)."""
+    beta, gamma = angles[..., 1], angles[..., 2]
+    return np.cos(beta), np.sin(beta), np.cos(gamma), np.sin(gamma)
+
+
 def rate_matrix(angles: ArrayLike) -> FloatArray:
     """E of omega = E (alpha', beta', gamma')', base axes. angles (..., 3) -> (..., 3, 3)."""
     a = vectors("angles", angles)
-    cb, sb, cg, sg = np.cos(a[..., 1]), np.sin(a[..., 1]), np.cos(a[..., 2]), np.sin(a[..., 2])
+    cb, sb, cg, sg = _beta_gamma(a)
     e = np.zeros(a.shape + (3,))
     e[..., 0, 0], e[..., 1, 0], e[..., 2, 0] = cg * cb, sg * cb, -sb
     e[..., 0, 1], e[..., 1, 1] = -sg, cg
@@ -134,7 +151,7 @@ def inverse_rate_matrix(angles: ArrayLike) -> FloatArray:
     Raises NoSolution where |cos(beta)| < SINGULAR_COSINE: the axes of alpha and gamma coincide there.
     """
     a = vectors("angles", angles)
-    cb, sb, cg, sg = np.cos(a[..., 1]), np.sin(a[..., 1]), np.cos(a[..., 2]), np.sin(a[..., 2])
+    cb, sb, cg, sg = _beta_gamma(a)
     demand(
         np.asarray(np.abs(cb) >= SINGULAR_COSINE),
         "beta = +-90 deg, one angular velocity cannot be produced",
@@ -179,9 +196,63 @@ def orientation_determinant(beta: ArrayLike) -> FloatArray:
 def _rate_terms(angles: ArrayLike, rates: ArrayLike) -> FloatArray:
     """E' rates: alpha' d(e1)/dt + beta' d(n)/dt."""
     a, r = vectors("angles", angles), vectors("rates", rates)
-    cb, sb, cg, sg = np.cos(a[..., 1]), np.sin(a[..., 1]), np.cos(a[..., 2]), np.sin(a[..., 2])
+    cb, sb, cg, sg = _beta_gamma(a)
     al, be, ga = r[..., 0], r[..., 1], r[..., 2]
     x = al * (-be * cg * sb - ga * sg * cb) - be * ga * cg
     y = al * (-be * sg * sb + ga * cg * cb) - be * ga * sg
     z = -al * be * cb
     return np.stack([x, y, z], axis=-1)
+
+
+# -- rotary drives ---------------------------------------------------------------------------------------------------------
+
+
+def drive_matrix(geom: Delta6) -> FloatArray:
+    """K of phi = K (alpha, beta, gamma)', shape (3, 3), rows times `rotary_signs`."""
+    return _signed(geom, geom.k_product, geom.k_transfer)
+
+
+def printed_drive_matrix(geom: Delta6) -> FloatArray:
+    """K as the source prints it, k_transfer * k_bevel for alpha and beta; equal to `drive_matrix` if k_bevel = 1."""
+    return _signed(geom, geom.k_product, geom.k_product)
+
+
+def drives_from_angles(geom: Delta6, angles: ArrayLike) -> FloatArray:
+    """phi = K angles; the same law holds for rates and accelerations. (..., 3) -> (..., 3)."""
+    return apply(drive_matrix(geom), vectors("angles", angles))
+
+
+def angles_from_drives(geom: Delta6, drives: ArrayLike) -> FloatArray:
+    """(alpha, beta, gamma) = K^-1 phi; the same law holds for rates and accelerations. (..., 3) -> (..., 3)."""
+    phi = vectors("drives", drives) * np.asarray(geom.rotary_signs, dtype=np.float64)
+    gamma = phi[..., 2]
+    common = 0.5 * (phi[..., 0] + phi[..., 1]) - geom.k_spur * gamma
+    beta = 0.5 * (phi[..., 1] - phi[..., 0]) / geom.k_transfer
+    return np.stack([common / geom.k_product, beta, gamma], axis=-1)
+
+
+def drive_rate_gain(geom: Delta6, beta: ArrayLike) -> FloatArray:
+    """Largest 2-norm of the three drive rates for |omega| = 1: the top singular value of K E^-1. (...) -> (...).
+
+    Independent of alpha and gamma; grows as 1 / cos(beta). Raises NoSolution at cos(beta) = 0.
+    """
+    return np.asarray(np.linalg.svd(_omega_to_drives(geom, beta), compute_uv=False)[..., 0])
+
+
+def single_drive_rate_gain(geom: Delta6, beta: ArrayLike) -> FloatArray:
+    """Largest rate of each drive for |omega| = 1, the row norms of K E^-1. (...) -> (..., 3).
+
+    Raises NoSolution at cos(beta) = 0.
+    """
+    return np.asarray(np.linalg.norm(_omega_to_drives(geom, beta), axis=-1))
+
+
+def _omega_to_drives(geom: Delta6, beta: ArrayLike) -> FloatArray:
+    be = finite("beta", beta)
+    angles = np.stack([np.zeros_like(be), be, np.zeros_like(be)], axis=-1)
+    return np.asarray(drive_matrix(geom) @ inverse_rate_matrix(angles))
+
+
+def _signed(geom: Delta6, k_alpha: float, k_beta: float) -> FloatArray:
+    rows = np.array([[k_alpha, -k_beta, geom.k_spur], [k_alpha, k_beta, geom.k_spur], [0.0, 0.0, 1.0]])
+    return np.asarray(rows * np.asarray(geom.rotary_signs, dtype=np.float64)[:, None])

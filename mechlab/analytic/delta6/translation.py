@@ -1,9 +1,12 @@
-"""Positions, velocities and accelerations of the sliders and of O: inverse and forward.
+"""Translation of the head centre O against the three sliders: positions forward and inverse, velocities, accelerations.
 
-Leg i: G_i = O_xy + g_i, h_i = sqrt(L^2 - |G_i|^2), slider q_i = O_z + platform_height + h_i + slider_height,
-qdot_i = v_z - (G_i . v_xy) / h_i and qddot_i = a_z - (|v_xy|^2 + (G_i . v_xy)^2 / h_i^2 + G_i . a_xy) / h_i.
-Rates do not exist where a rod is horizontal (h_i = 0, type I) or a pose is out of reach; every function of rates
-raises NoSolution there. Mask bulk data with `inverse_position(...).h2 > 0` first.
+Leg i: G_i = O_xy + g_i is the horizontal vector from guide to platform anchor, h_i = sqrt(L^2 - |G_i|^2) the height of the rod;
+slider q_i = O_z + platform_height + h_i + slider_height [m].
+
+Rates: qdot_i = v_z - (G_i . v_xy) / h_i and
+qddot_i = a_z - (|v_xy|^2 + (G_i . v_xy)^2 / h_i^2 + G_i . a_xy) / h_i.
+They do not exist where a rod is horizontal (h_i = 0, singularity of type I) or a pose is out of reach; the functions of rates
+raise NoSolution there. Mask bulk data with `inverse_position(...).h2 > 0` first.
 """
 
 from __future__ import annotations
@@ -84,13 +87,16 @@ def squared_heights(geom: Delta6, position: ArrayLike) -> FloatArray:
     return _squared_heights(geom, p)
 
 
-def _squared_heights(geom: Delta6, p: FloatArray) -> FloatArray:
+def squared_offsets(geom: Delta6, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
+    """|G_i|^2 of the three legs in m^2, each in the broadcast shape of x and y [m]."""
     g = geom.leg_offsets
-    x, y = p[..., 0], p[..., 1]
+    return tuple((x + g[i, 0]) ** 2 + (y + g[i, 1]) ** 2 for i in range(3))
+
+
+def _squared_heights(geom: Delta6, p: FloatArray) -> FloatArray:
     h2 = np.empty(p.shape)
-    for i in range(3):
-        gx, gy = x + g[i, 0], y + g[i, 1]
-        h2[..., i] = geom.rod_length**2 - (gx * gx + gy * gy)
+    for i, square in enumerate(squared_offsets(geom, p[..., 0], p[..., 1])):
+        h2[..., i] = geom.rod_length**2 - square
     return h2
 
 
@@ -138,6 +144,9 @@ def forward_position(geom: Delta6, sliders: ArrayLike) -> ForwardPosition:
     position[~assembles] = np.nan
     heights[~assembles] = np.nan
     return ForwardPosition(position, heights, discriminant, assembles, on_branch)
+
+
+# -- velocities and accelerations ------------------------------------------------------------------------------------------
 
 
 def leg_heights(geom: Delta6, position: ArrayLike) -> FloatArray:

@@ -1,4 +1,5 @@
-"""Workspace of O: quality of a pose, counts of reachable grid nodes, and a region with margins in metres.
+"""The workspace of the head centre O: conditioning, distance to the limit of the reach, clearance of the rods, counts of grid
+nodes, and the region that keeps every limit.
 
 Everything but the slider stops depends on (x, y) alone, because the rods keep their shape when O moves along Z.
 """
@@ -10,15 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mechlab.analytic.delta6.geometry import (
-    BoolArray,
-    Delta6,
-    FloatArray,
-    number,
-    point_segment_distance,
-    segment_distance,
-)
-from mechlab.analytic.delta6.translation import leg_vectors, squared_heights, translation_jacobian
+from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, number
+from mechlab.analytic.delta6.translation import leg_vectors, squared_heights, squared_offsets, translation_jacobian
 from mechlab.analytic.regions import Clause, Coordinates, Region, all_of
 from mechlab.errors import MechlabError
 
@@ -96,11 +90,7 @@ def workspace_counts(
     A voxel needs all h_i real, every cardan bend <= bend_limit (radians, None = no limit) and every slider in
     [slider_min, slider_max]. Raises MechlabError for limits in the wrong order or a bend limit outside (0, pi/2].
     """
-    low, high = number("slider_min", slider_min), number("slider_max", slider_max)
-    if low > high:
-        raise MechlabError(f"slider_min = {low:g} is above slider_max = {high:g}; expected slider_min <= slider_max")
-    if bend_limit is not None and not 0.0 < number("bend_limit", bend_limit) <= np.pi / 2:
-        raise MechlabError(f"bend_limit = {bend_limit!r} rad; expected a value in (0, pi/2], or None")
+    low, high = _checked_limits(slider_min, slider_max, bend_limit)
     nodes = np.arange(-100, 101) / 100.0
     plane = np.zeros((201, 201, 3))
     plane[..., 0], plane[..., 1] = nodes[:, None], nodes[None, :]
@@ -114,6 +104,18 @@ def workspace_counts(
     levels[mask] = counts
     return WorkspaceCounts(int(mask.sum()), int(counts.sum()), mask, levels)
 
+
+def _checked_limits(slider_min: float, slider_max: float, bend_limit: float | None) -> tuple[float, float]:
+    """The slider stops; raises MechlabError for stops in the wrong order or a bend limit outside (0, pi/2]."""
+    low, high = number("slider_min", slider_min), number("slider_max", slider_max)
+    if low > high:
+        raise MechlabError(f"slider_min = {low:g} is above slider_max = {high:g}; expected slider_min <= slider_max")
+    if bend_limit is not None and not 0.0 < number("bend_limit", bend_limit) <= np.pi / 2:
+        raise MechlabError(f"bend_limit = {bend_limit!r} rad; expected a value in (0, pi/2], or None")
+    return low, high
+
+
+# -- the region that keeps every limit -------------------------------------------------------------------------------------
 
 PLANE = ("x", "y")
 
@@ -132,13 +134,7 @@ class WorkspaceLimits:
     least_clearance: float | None = None
 
     def __post_init__(self) -> None:
-        low, high = number("slider_min", self.slider_min), number("slider_max", self.slider_max)
-        if low > high:
-            raise MechlabError(
-                f"slider_min = {low:g} is above slider_max = {high:g}; expected slider_min <= slider_max"
-            )
-        if self.bend_limit is not None and not 0.0 < number("bend_limit", self.bend_limit) <= np.pi / 2:
-            raise MechlabError(f"bend_limit = {self.bend_limit!r} rad; expected a value in (0, pi/2], or None")
+        _checked_limits(self.slider_min, self.slider_max, self.bend_limit)
         if self.least_condition is not None and not 0.0 <= number("least_condition", self.least_condition) <= 1.0:
             raise MechlabError(f"least_condition = {self.least_condition!r}; expected a value in [0, 1], or None")
         if self.least_clearance is not None:
@@ -157,14 +153,14 @@ def workspace_region(geom: Delta6, limits: WorkspaceLimits, rod_spacing: float =
     top = geom.platform_height + geom.slider_height
 
     def radius(p: Coordinates) -> FloatArray:
-        return np.sqrt(np.maximum.reduce(list(_squares(geom, p))))
+        return np.sqrt(np.maximum.reduce(squared_offsets(geom, p["x"], p["y"])))
 
     def lowest(p: Coordinates) -> FloatArray:
-        worst = np.maximum.reduce(list(_squares(geom, p)))
+        worst = np.maximum.reduce(squared_offsets(geom, p["x"], p["y"]))
         return p["z"] + (top - limits.slider_min + np.sqrt(np.maximum(length**2 - worst, 0.0)))
 
     def highest(p: Coordinates) -> FloatArray:
-        least = np.minimum.reduce(list(_squares(geom, p)))
+        least = np.minimum.reduce(squared_offsets(geom, p["x"], p["y"]))
         return (limits.slider_max - top - np.sqrt(np.maximum(length**2 - least, 0.0))) - p["z"]
 
     clauses = [
@@ -180,7 +176,7 @@ def workspace_region(geom: Delta6, limits: WorkspaceLimits, rod_spacing: float =
         clauses.append(
             Clause(
                 "condition", lambda p: inverse_condition(geom, _positions(p)) - least, PLANE, lever=length,
-                text="the slider Jacobian is conditioned well enough",
+                text="the slider Jacobian is conditioned well enough"
             )
         )  # fmt: skip
     if limits.least_clearance is not None:
@@ -191,6 +187,14 @@ def workspace_region(geom: Delta6, limits: WorkspaceLimits, rod_spacing: float =
     return all_of(clauses)
 
 
+def _positions(p: Coordinates) -> FloatArray:
+    x, y = np.broadcast_arrays(p["x"], p["y"])
+    return np.stack([x, y, np.zeros(x.shape)], axis=-1)
+
+
+# -- clearance of the rods -------------------------------------------------------------------------------------------------
+
+
 def clearance(geom: Delta6, position: FloatArray, rod_spacing: float = 0.04) -> FloatArray:
     """Smallest distance [m] between centre lines of rods of different legs, and of rods and the guides of other legs.
 
@@ -198,7 +202,7 @@ def clearance(geom: Delta6, position: FloatArray, rod_spacing: float = 0.04) -> 
     vertical line through the upper cross. position: O (..., 3) -> (...). Beyond the reach limit rods count as horizontal.
     """
     p = np.asarray(position, dtype=np.float64)
-    squares = np.stack([np.broadcast_to(s, p.shape[:-1]) for s in _squares(geom, {"x": p[..., 0], "y": p[..., 1]})], -1)
+    squares = np.stack(squared_offsets(geom, p[..., 0], p[..., 1]), axis=-1)
     heights = np.sqrt(np.maximum(geom.rod_length**2 - squares, 0.0))
     rods: list[list[tuple[FloatArray, FloatArray]]] = []
     for i in range(3):
@@ -220,12 +224,36 @@ def clearance(geom: Delta6, position: FloatArray, rod_spacing: float = 0.04) -> 
     return smallest
 
 
-def _squares(geom: Delta6, p: Coordinates) -> tuple[FloatArray, ...]:
-    """|G_i|^2 of the three legs, in the broadcast shape of x and y."""
-    g = geom.leg_offsets
-    return tuple((p["x"] + g[i, 0]) ** 2 + (p["y"] + g[i, 1]) ** 2 for i in range(3))
+def point_segment_distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Distance of a point from the segment start..end; (..., n) each, broadcast -> (...).
+
+    C. Ericson, Real-Time Collision Detection, 2005, 5.1.9.
+    """
+    along = end - start
+    share = _dot(point - start, along) / np.maximum(_dot(along, along), np.finfo(float).tiny)
+    nearest = start + np.clip(share, 0.0, 1.0)[..., None] * along
+    return np.asarray(np.linalg.norm(point - nearest, axis=-1))
 
 
-def _positions(p: Coordinates) -> FloatArray:
-    x, y = np.broadcast_arrays(p["x"], p["y"])
-    return np.stack([x, y, np.zeros(x.shape)], axis=-1)
+def segment_distance(start: FloatArray, end: FloatArray, other_start: FloatArray, other_end: FloatArray) -> FloatArray:
+    """Smallest distance of two segments; (..., n) each, broadcast -> (...).
+
+    The nearest pair is that of the two lines when it lies inside both segments, else one end belongs to it.
+    """
+    ends = np.minimum.reduce([
+        point_segment_distance(start, other_start, other_end), point_segment_distance(end, other_start, other_end),
+        point_segment_distance(other_start, start, end), point_segment_distance(other_end, start, end)
+    ])  # fmt: skip
+    u, v, w = end - start, other_end - other_start, start - other_start
+    a, b, c, d, e = _dot(u, u), _dot(u, v), _dot(v, v), _dot(u, w), _dot(v, w)
+    det = a * c - b * b
+    crossing = det > 1e-14 * a * c
+    safe = np.where(crossing, det, 1.0)
+    s, t = (b * e - c * d) / safe, (a * e - b * d) / safe
+    between = crossing & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0)
+    line = np.linalg.norm(w + s[..., None] * u - t[..., None] * v, axis=-1)
+    return np.where(between, np.minimum(line, ends), ends)
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(np.sum(a * b, axis=-1))

@@ -1,6 +1,6 @@
 """The closed gear differential ("gear CVT"): speeds, moments, mass matrix, steady states, exact motions."""
 
-from mechlab.analytic.differential.motion import Contact, Motion, motion, predicted_lag, reactions
+from mechlab.analytic.differential.motion import Contact, DifferentialMotion, motion, predicted_lag, reactions
 from mechlab.analytic.differential.statics import (
     Inertias,
     MeshMoments,
@@ -33,7 +33,7 @@ from mechlab.analytic.differential.train import (
 )
 
 __all__ = [
-    "Contact", "Inertias", "MeshMoments", "Motion", "Speeds", "StageConditions", "SteadyState", "Train",
+    "Contact", "Inertias", "MeshMoments", "DifferentialMotion", "Speeds", "StageConditions", "SteadyState", "Train",
     "backstop", "block_torques", "braked_ratios", "carrier_mass_matrix", "conditions", "drag_ratio", "drag_stall",
     "held_output_moment", "housing_drag", "internal_moment", "mass_matrix", "mesh_moments", "mobility", "momentum_row",
     "motion", "power_rate", "predicted_lag", "printed_speeds", "printed_z4", "reactions", "speeds",

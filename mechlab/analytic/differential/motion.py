@@ -1,10 +1,9 @@
-"""Motion of the two freedoms in closed form, piece by piece: J w' = Q - D w + contacts, with exact events.
+"""Motion of the two freedoms in closed form, piece by piece: J w' = Q - D w + contacts, with exact events; reactions, and the
+lag of MuJoCo's soft constraint rows.
 
-A contact acts on the sum row . w: it opposes w off its target with the smaller or larger of its two bounds (dry
-friction: -f, f; a one-way stop: 0, infinity; a servo or a rigid pair: -infinity, infinity), and between the bounds it
-holds the target exactly. Between events the equations are linear: matrix exponentials, no step size.
-
-`predicted_lag` gives the steady residual of a soft constraint row of MuJoCo under load without a run.
+A contact acts on the sum row . w. It opposes the departure of this sum from its target with its lower or upper bound [N m]
+(dry friction: -f, f; a one-way stop: 0, infinity; a servo or a rigid pair: -infinity, infinity); between the bounds it holds
+the target exactly. Between events the equations are linear and solved by matrix exponentials, without a step size.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Motion:
+class DifferentialMotion:
     """Angles and rates (n, 2) of blocks 14 and 36 at times t (n,); moments of the contacts; events (time, sentence)."""
 
     t: FloatArray
@@ -97,7 +96,7 @@ class _Phase:
             out[self.held] = np.linalg.lstsq(self.rows.T, needed, rcond=None)[0]
         return out
 
-    def margins(self, w: FloatArray, room: float) -> FloatArray:
+    def margins(self, w: FloatArray, allowance: float) -> FloatArray:
         """Margins, all >= 0 while the phase lasts: moment to each bound where a contact holds, else its slip."""
         load = self.moments(w)
         out = []
@@ -107,13 +106,13 @@ class _Phase:
                 out += [load[i] - c.low + slack, c.high - load[i] + slack]
             else:
                 slip = float(np.array(c.row) @ w) - c.target
-                out.append((slip if s == "low" else -slip) + room)
+                out.append((slip if s == "low" else -slip) + allowance)
         return np.array(out) if out else np.ones(1)
 
 
 def motion(
     J: ArrayLike, D: ArrayLike, Q: ArrayLike, w0: ArrayLike, contacts: tuple[Contact, ...], t: ArrayLike
-) -> Motion:
+) -> DifferentialMotion:
     """Motion from rates w0 (2,) and zero angles at t[0]; J, D (2, 2), Q (2,), increasing times t (n,).
 
     Raises MechlabError when w0 violates a contact without finite bounds, or after more than MOST_EVENTS events.
@@ -126,11 +125,11 @@ def motion(
     for start, end in zip(times[:-1], times[1:], strict=True):
         here = float(start)
         while True:
-            room = _room(state[2:])
+            allowance = _allowance(state[2:])
             after = phase.at(state, end - here)
-            if np.all(phase.margins(after[2:], room) >= 0.0):
+            if np.all(phase.margins(after[2:], allowance) >= 0.0):
                 break
-            dt = _first(phase, state, end - here, room)
+            dt = _first(phase, state, end - here, allowance)
             here, state = here + dt, phase.at(state, dt)
             following = _phase(j, d, q, contacts, state[2:])
             state[2:] = following.onto(state[2:])
@@ -143,16 +142,16 @@ def motion(
         loads.append(phase.moments(state[2:]))
     table, load = np.array(states), np.array(loads).reshape(len(states), len(contacts))
     moments = {c.name: load[:, i] for i, c in enumerate(contacts)}
-    return Motion(times, table[:, :2], table[:, 2:], moments, tuple(events))
+    return DifferentialMotion(times, table[:, :2], table[:, 2:], moments, tuple(events))
 
 
-def _room(w: FloatArray) -> float:
+def _allowance(w: FloatArray) -> float:
     return TOLERANCE * max(1.0, float(np.max(np.abs(w))))
 
 
-def _first(phase: _Phase, state: FloatArray, dt: float, room: float) -> float:
+def _first(phase: _Phase, state: FloatArray, dt: float, allowance: float) -> float:
     def worst(x: float) -> float:
-        return float(np.min(phase.margins(phase.at(state, x)[2:], room)))
+        return float(np.min(phase.margins(phase.at(state, x)[2:], allowance)))
 
     if worst(0.0) <= 0.0:
         return 0.0
@@ -160,12 +159,12 @@ def _first(phase: _Phase, state: FloatArray, dt: float, room: float) -> float:
 
 
 def _phase(j: FloatArray, d: FloatArray, q: FloatArray, contacts: tuple[Contact, ...], w: FloatArray) -> _Phase:
-    """The one consistent state of the contacts: each holds within its bounds, or slips against its bound."""
-    room = 4.0 * _room(w)
+    """The one consistent state of the contacts: each holds within its bounds, or slips in the direction that its bound opposes."""
+    allowance = 4.0 * _allowance(w)
     options: list[tuple[str, ...]] = []
     for c in contacts:
         slip = float(np.array(c.row) @ w) - c.target
-        bound = "low" if slip > room else "high" if slip < -room else ""
+        bound = "low" if slip > allowance else "high" if slip < -allowance else ""
         if not bound:
             options.append(tuple(s for s, x in (("hold", 0.0), ("low", c.low), ("high", c.high)) if np.isfinite(x)))
         elif np.isfinite(getattr(c, bound)):

@@ -1,6 +1,8 @@
-"""Statics of the closed differential: mass matrix, moments at the planets and at start, steady states.
+"""Mass matrix, moments and steady motions of the closed differential.
 
-M_H1 drives H1, M_H2 > 0 resists H2. Moments in N m. Speeds (w1, w3) are those of the blocks 14 and 36.
+The mass matrix is constant in the speeds (w1, w3) of the blocks. Moments: what the planets pass on, the source's starting rule
+and the exact moment on a held output. Steady motions: with drag to the housing, and with a backstop. M_H1 drives H1,
+M_H2 > 0 resists H2; moments in N m.
 """
 
 from __future__ import annotations
@@ -67,7 +69,7 @@ def carrier_mass_matrix(train: Train, J: FloatArray) -> FloatArray:
 
 def momentum_row(train: Train, inertias: Inertias) -> FloatArray:
     """(2,) l of the angular momentum about the axis, L = l . (w1, w3). Only torques from the housing and the outer
-    moments change L; friction inside does not."""
+    moments change L; internal friction does not."""
     i, k = inertias, inertias.planets
     (u1, u2), (s2, s5) = train.carriers, train.spins
     orbits = (i.J_H1 + k * i.m2 * i.r_H1**2) * u1 + (i.J_H2 + k * i.m5 * i.r_H2**2) * u2

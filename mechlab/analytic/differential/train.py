@@ -147,7 +147,7 @@ def conditions(train: Train, planets: int) -> tuple[StageConditions, StageCondit
     """Assembly conditions of both stages for standard gears."""
     out = []
     for sun, planet, ring in ((train.z1, train.z2, train.z3), (train.z4, train.z5, train.z6)):
-        room = np.inf if planets == 1 else (sun + planet) * np.sin(np.pi / planets) - planet - 2
+        gap = np.inf if planets == 1 else (sun + planet) * np.sin(np.pi / planets) - planet - 2
         # sin(pi / 6) is not exactly 1/2: an exact touch must not depend on its last bit.
-        out.append(StageConditions((sun + ring) % planets == 0, bool(room >= -1e-9)))
+        out.append(StageConditions((sun + ring) % planets == 0, bool(gap >= -1e-9)))
     return out[0], out[1]

@@ -11,7 +11,7 @@ from mechlab.analytic.gear_linkage.linkage import (
 )
 from mechlab.analytic.gear_linkage.regime import (
     LinkageMasses,
-    Regime,
+    OutputRegime,
     RegimeReport,
     acceleration,
     rate,
@@ -20,10 +20,10 @@ from mechlab.analytic.gear_linkage.regime import (
     slowest,
     with_play,
 )
-from mechlab.analytic.gear_linkage.synthesis import TARGETS, CrankFound, crank_for, momentary_crank
+from mechlab.analytic.gear_linkage.synthesis import TARGETS, CrankForTarget, crank_for, momentary_crank
 
 __all__ = [
-    "TARGETS", "CrankFound", "GearLinkage", "LinkageMasses", "LinkageMotion", "Regime", "RegimeReport", "acceleration",
+    "TARGETS", "CrankForTarget", "GearLinkage", "LinkageMasses", "LinkageMotion", "OutputRegime", "RegimeReport", "acceleration",
     "angles", "crank_for", "longest_crank", "momentary_crank", "motion", "rate", "reduced_inertia", "regime",
     "rolling_rates", "slowest", "transfer", "with_play",
 ]  # fmt: skip

@@ -1,8 +1,8 @@
-"""Positions, rates and accelerations of the three-gear four-bar.
+"""Positions, rates and accelerations of the three-gear four-bar, in closed form and, for the rates, by rolling alone.
 
-A = (0, 0) crank pivot, D = (frame, 0) rocker pivot, B crank pin, C joint of coupler and rocker; angles run
-counter-clockwise from A -> D. Gear a is fixed on the crank and centred at B, idler c is free at C, output gear d is free
-at D: coupler = ra + rc, rocker = rc + rd. Mode +1: C lies left of the line from B to D.
+A = (0, 0) crank pivot, D = (frame, 0) rocker pivot, B crank pin, C joint of coupler and rocker; angles run counter-clockwise
+from A -> D. Gear a is fixed on the crank and centred at B, idler c is free at C, output gear d is free at D:
+coupler = ra + rc, rocker = rc + rd. Mode +1: C lies left of the line from B to D.
 
 With i = ra / rd, j = rc / rd and w = d/d(crank angle):
 
@@ -11,8 +11,8 @@ With i = ra / rd, j = rc / rd and w = d/d(crank angle):
 
 the start being crank angle 0. Source: gear-lever mechanisms in printing machines (three-gear linkage).
 
-`rolling_rates` is an independent model to check the closed form: positions from the intersection of two circles, the
-velocity of C from the rigidity of both rods, and equal velocities of two gears along the tangent at each pitch point.
+`rolling_rates` is an independent model to check this: the positions come from an intersection of circles, the joint C
+has the velocity that keeps both rods rigid, and at each pitch point both gears have the same velocity along the common tangent.
 """
 
 from __future__ import annotations

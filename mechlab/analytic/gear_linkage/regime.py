@@ -1,6 +1,5 @@
-"""Regimes and dwell of the three-gear four-bar, its reduced inertia and its motion as one freedom.
-
-Regimes: monotone, momentary dwell, reversing; for the last, how long the output stands still.
+"""What the output of the three-gear four-bar does in a turn of the crank: regimes (monotone, momentary dwell, reversing) and
+dwell angles; the reduced inertia of the crank and its acceleration.
 """
 
 from __future__ import annotations
@@ -85,7 +84,7 @@ TURN = 2.0 * math.pi
 DWELL_TOLERANCE = 1e-9
 
 
-class Regime(Enum):
+class OutputRegime(Enum):
     """How the output moves while the crank turns uniformly; the value is a sentence."""
 
     MONOTONE = "monotone: the output never stops"
@@ -104,7 +103,7 @@ class RegimeReport:
     least_transmission_angle: smallest angle between coupler and rocker, taken acute [rad].
     """
 
-    regime: Regime
+    regime: OutputRegime
     slowest_rate: float
     slowest_angle: float
     fastest_rate: float
@@ -150,23 +149,23 @@ def slowest(g: GearLinkage, sign: float = 1.0) -> tuple[float, float]:
 def regime(g: GearLinkage) -> RegimeReport:
     """Regime of the output and its numbers, see `RegimeReport`."""
     at, least = slowest(g)
-    fastest_at, most = slowest(g, -1.0)
+    fastest_at, greatest = slowest(g, -1.0)
     mu = motion(g, [0.0, math.pi]).transmission_angle
     acute = float(np.min(np.minimum(mu, math.pi - mu)))
-    scale = max(abs(most), g.ratio)
-    kind = Regime.MONOTONE
+    scale = max(abs(greatest), g.ratio)
+    kind = OutputRegime.MONOTONE
     stop = turn = at
     back = dwell = one_sided = 0.0
     if abs(least) <= DWELL_TOLERANCE * scale:
-        kind = Regime.MOMENTARY_DWELL
+        kind = OutputRegime.MOMENTARY_DWELL
     elif least < 0.0:
-        kind = Regime.REVERSING
+        kind = OutputRegime.REVERSING
         stop, turn = _edge(g, at, -1.0), _edge(g, at, 1.0)
         back = float(_angle(g, stop) - _angle(g, turn))
         dwell = turn - stop
         regained = brentq(lambda x: float(_angle(g, x) - _angle(g, stop)), turn, stop + TURN, xtol=1e-15, rtol=1e-15)
         one_sided = float(regained) - stop
-    return RegimeReport(kind, least, at, most, fastest_at, stop, turn, back, dwell, one_sided, acute)
+    return RegimeReport(kind, least, at, greatest, fastest_at, stop, turn, back, dwell, one_sided, acute)
 
 
 def _angle(g: GearLinkage, phi: ArrayLike) -> FloatArray:

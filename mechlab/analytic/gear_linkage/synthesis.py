@@ -11,12 +11,12 @@ from mechlab.analytic.gear_linkage.regime import regime, slowest
 from mechlab.errors import MechlabError, NoSolution, unknown
 
 NEAREST = 1.0 - 1e-6
-"""Cranks are sought up to this share of the longest: beyond it the change point leaves no usable transmission."""
+"""Longest crank that is tried, as a share of the longest that turns: beyond it no usable transmission angle is left."""
 TARGETS = ("reverse_angle", "dwell_angle", "dwell_angle_one_sided")
 
 
 @dataclass(frozen=True)
-class CrankFound:
+class CrankForTarget:
     """A crank [m] for a target; `reachable`: smallest and largest value of the target with these gears [rad], from
     `momentary_crank` to `longest` [m]. crank is None when the target is out of reach."""
 
@@ -50,7 +50,7 @@ def momentary_crank(coupler: float, rocker: float, idler_radius: float, frame: f
 
 def crank_for(
     target: str, wanted: float, coupler: float, rocker: float, idler_radius: float, frame: float = 1.0, mode: int = 1
-) -> CrankFound:
+) -> CrankForTarget:
     """The crank for a reverse_angle, dwell_angle or dwell_angle_one_sided [rad]: each grows with the crank from 0 at the
     momentary dwell to its value next to the change point.
 
@@ -69,8 +69,8 @@ def crank_for(
 
     reach = value(top)
     if wanted > reach:
-        return CrankFound(target, wanted, None, (0.0, reach), low, top)
+        return CrankForTarget(target, wanted, None, (0.0, reach), low, top)
     if wanted == 0.0:
-        return CrankFound(target, wanted, low, (0.0, reach), low, top)
+        return CrankForTarget(target, wanted, low, (0.0, reach), low, top)
     crank = float(brentq(lambda x: value(x) - wanted, low, top, xtol=1e-15, rtol=1e-15))
-    return CrankFound(target, wanted, crank, (0.0, reach), low, top)
+    return CrankForTarget(target, wanted, crank, (0.0, reach), low, top)

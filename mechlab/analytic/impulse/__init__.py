@@ -20,11 +20,11 @@ from mechlab.analytic.impulse.equations import (
     resonances,
     slope,
 )
-from mechlab.analytic.impulse.limits import Limits, limits
-from mechlab.analytic.impulse.model import Impulse, Shape, first_integral, shape, slip_speed
+from mechlab.analytic.impulse.limits import OneWayLimits, limits
+from mechlab.analytic.impulse.model import Impulse, OutputConstants, first_integral, shape, slip_speed
 from mechlab.analytic.impulse.regime import (
+    OneWayRegime,
     Orbit,
-    Regime,
     frictionless_mean_speed,
     periodic_orbit,
     section_points,
@@ -32,8 +32,9 @@ from mechlab.analytic.impulse.regime import (
 )
 
 __all__ = [
-    "Impulse", "Limits", "Orbit", "Regime", "Shape", "accelerations", "angles", "coefficients", "constant_speed_acceleration",
-    "constant_speed_torque", "first_integral", "frictionless_mean_speed", "harmonic_amplitudes", "harmonic_motion",
-    "limits", "load", "motor_rate", "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "slip_speed",
-    "slope", "unidirectional",
+    "Impulse", "OneWayLimits", "OneWayRegime", "Orbit", "OutputConstants", "accelerations", "angles",
+    "coefficients", "constant_speed_acceleration", "constant_speed_torque", "first_integral",
+    "frictionless_mean_speed", "harmonic_amplitudes", "harmonic_motion", "limits", "load", "motor_rate",
+    "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "slip_speed", "slope",
+    "unidirectional",
 ]  # fmt: skip

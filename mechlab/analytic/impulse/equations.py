@@ -1,6 +1,5 @@
-"""Lagrange's equations of the transmission, with motor and at constant input speed. Arrays of any shape broadcast.
-
-For small oscillations of the output shaft on its spring at constant input speed: three harmonics.
+"""Lagrange's equations of the transmission, with a motor and at constant input speed, and the small oscillations of the output
+shaft on its spring as three harmonics. Arrays of any shape broadcast.
 """
 
 from __future__ import annotations

@@ -13,13 +13,13 @@ from mechlab.analytic.impulse.regime import frictionless_mean_speed, phases, uni
 from mechlab.errors import MechlabError
 
 EDGE = 1e-9
-"""M0 stays below M1 by this share: at M0 = M1 the shaft goes forward for no time at all."""
+"""Relative distance from M0 = M1 at which a search ends: at equality the forward half-phase has no duration."""
 SAMPLES = 101
-"""Samples of a load or friction: the shaft sticks at frictions near the load and at large ones; the last counts."""
+"""Points of the scan for the last limit: the shaft sticks under a friction near the load as well as under a large one."""
 
 
 @dataclass(frozen=True)
-class Limits:
+class OneWayLimits:
     """Limits of the regime of `unidirectional`; None where there is none.
 
     existence_speed, sticking_speed: the least input speed [rad/s] at M0 and M1 for which sin(psi_m) <= 1, and for which the
@@ -38,7 +38,7 @@ class Limits:
     frictionless_mean_speed: float
 
 
-def limits(p: Impulse, speed: float) -> Limits:
+def limits(p: Impulse, speed: float) -> OneWayLimits:
     """The limits at an input speed [rad/s]. Raises MechlabError unless speed > 0, c = 0 and 0 <= M0 < M1."""
     if not (speed > 0.0 and p.c == 0.0 and 0.0 <= p.M0 < p.M1):
         raise MechlabError(
@@ -55,13 +55,13 @@ def limits(p: Impulse, speed: float) -> Limits:
         return float(found.sticking_margin) / M1 if found.sine <= 1.0 else 1.0 - float(found.sine) - 1.0
 
     least = speed * float(np.sqrt(phases(p, speed, p.M0, p.M1).sine))  # sin(psi_m) goes with 1 / w^2
-    most = 2.0 * p.M1
+    largest = 2.0 * p.M1
 
     def of_load(f: Callable[[float, float, float], float]) -> float | None:
         return _last(lambda x: f(speed, min(x, p.M1 * (1.0 - EDGE)), p.M1), 0.0, p.M1)
 
     def of_friction(f: Callable[[float, float, float], float]) -> float | None:
-        low, high = (p.M0 * (1.0 + EDGE) if p.M0 > 0.0 else EDGE * p.M1), most
+        low, high = (p.M0 * (1.0 + EDGE) if p.M0 > 0.0 else EDGE * p.M1), largest
         while f(speed, p.M0, high) > 0.0:
             high *= 2.0
         return _last(lambda x: f(speed, p.M0, x), low, high)
@@ -73,7 +73,7 @@ def limits(p: Impulse, speed: float) -> Limits:
         return float(brentq(lambda w: slips(w, p.M0, p.M1), least, high, xtol=1e-13 * least, rtol=1e-14))
 
     sticking_load = of_load(slips)
-    return Limits(
+    return OneWayLimits(
         least, fast(), of_load(exists), sticking_load, of_friction(exists), of_friction(slips),
         _standstill(p, speed, sticking_load), frictionless_mean_speed(p, speed),
     )  # fmt: skip

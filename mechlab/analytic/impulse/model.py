@@ -1,6 +1,5 @@
-"""Parameters of an inertial-impulse transmission, the constants of its equations, and its first integral.
-
-The first integral holds at constant input speed without a spring; it gives phase portraits in closed form.
+"""Parameters of an inertial-impulse transmission, the constants of its equations, and the first integral at constant input
+speed without a spring, from which phase portraits follow.
 """
 
 from __future__ import annotations
@@ -92,7 +91,7 @@ class Impulse:
 
 
 @dataclass(frozen=True)
-class Shape:
+class OutputConstants:
     """A3 = B3 + b3 cos psi, A5 = a5 sin psi, A6 = a6 sin psi; b3 q / 2 = a5."""
 
     B3: float
@@ -101,11 +100,11 @@ class Shape:
     a6: float
 
 
-def shape(p: Impulse) -> Shape:
+def shape(p: Impulse) -> OutputConstants:
     """The constants of the equation of the output shaft."""
     g = p.b / p.k - p.q
     B3 = p.J2 + p.nm * p.b**2 + g**2 * p.nJ3
-    return Shape(B3, 2.0 * p.nm * p.b * p.h * g, p.nm * p.b * p.h * g * p.q, p.nm * p.k * p.h * p.q)
+    return OutputConstants(B3, 2.0 * p.nm * p.b * p.h * g, p.nm * p.b * p.h * g * p.q, p.nm * p.k * p.h * p.q)
 
 
 Array = NDArray[np.float64]

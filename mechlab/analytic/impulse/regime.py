@@ -1,6 +1,5 @@
-"""Constant input speed: one-way rotation under dry friction, and periodic orbits without friction.
-
-One-way rotation: exact half-phases, mean speed, existence limit. Orbits: shooting, Floquet multipliers, sections.
+"""Motions at constant input speed: one-way rotation under dry friction in closed form (half-phases, mean speed, limit of
+existence); periodic orbits without friction by shooting, with Floquet multipliers, and Poincare sections.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ STALLS = "no such regime: the output shaft would reach the input speed"
 
 
 @dataclass(frozen=True)
-class Regime:
+class OneWayRegime:
     """One-way rotation (arrays (...) of one shape): mean_speed, speeds [rad/s], half-phases psi_a to psi_b forward and
     psi_b to psi_a + 2 pi back, times [s], mean motor torque [N m]; `sine` = sin(psi_m), whose limit is 1; `reason`
     (...) of strings: "exists" or why there is none; then the numbers are NaN. `without_sticking` is the mean speed by the
@@ -48,7 +47,7 @@ class Regime:
 
 
 @dataclass(frozen=True)
-class Phases:
+class HalfPhases:
     """Half-phases (arrays (...) of one shape) whether or not the motion exists: Delta [rad], sin(psi_m), psi_a, psi_b [rad], and
     `sticking_margin` [N m]: by how much the driving torque exceeds the friction where the output shaft turns round; it sticks
     where that is negative."""
@@ -60,9 +59,9 @@ class Phases:
     sticking_margin: Array
 
 
-def phases(p: Impulse, speed: float, M0: ArrayLike, M1: ArrayLike) -> Phases:
-    """The half-phases of `unidirectional`; NaN where M0 >= M1 (unless both are 0); where sine > 1, only `delta` and
-    `sine` are numbers."""
+def phases(p: Impulse, speed: float, M0: ArrayLike, M1: ArrayLike) -> HalfPhases:
+    """The half-phases of `unidirectional`; NaN where M0 >= M1 (unless both are 0); where sine > 1, only `delta`
+    and `sine` are numbers."""
     M0, M1 = np.broadcast_arrays(np.asarray(M0, dtype=float), np.asarray(M1, dtype=float))
     s = shape(p)
     strength = (s.a6 - s.a5) * speed**2
@@ -75,10 +74,10 @@ def phases(p: Impulse, speed: float, M0: ArrayLike, M1: ArrayLike) -> Phases:
         psi_a, psi_b = middle - 0.5 * delta, middle + 0.5 * delta
         # At standstill the driving torque must overcome the friction, forwards at psi_a and backwards at psi_b.
         margin = np.minimum(strength * np.sin(psi_a) - (M0 + M1), (M0 - M1) - strength * np.sin(psi_b))
-    return Phases(np.asarray(delta), np.asarray(sine), np.asarray(psi_a), np.asarray(psi_b), np.asarray(margin))
+    return HalfPhases(np.asarray(delta), np.asarray(sine), np.asarray(psi_a), np.asarray(psi_b), np.asarray(margin))
 
 
-def unidirectional(p: Impulse, speed: float, M0: ArrayLike | None = None, M1: ArrayLike | None = None) -> Regime:
+def unidirectional(p: Impulse, speed: float, M0: ArrayLike | None = None, M1: ArrayLike | None = None) -> OneWayRegime:
     """The regime in which the output shaft goes forward once and back once per turn of the planets, without sticking.
 
     Delta = psi_b - psi_a = pi (1 - M0/M1), sin(psi_m) = (M0 + M1) Delta / (2 (a6 - a5) w^2 sin(Delta/2)), psi_m the
@@ -106,7 +105,7 @@ def unidirectional(p: Impulse, speed: float, M0: ArrayLike | None = None, M1: Ar
         return np.where(good, x, np.nan)
 
     torque = ((M0 + M1) * forward + (M0 - M1) * back) / total
-    return Regime(
+    return OneWayRegime(
         kept(speed - 2.0 * np.pi / (p.q * total)), kept(forward), kept(back), kept(torque), kept(psi_a), kept(psi_b),
         np.asarray(sine), np.asarray(reason.astype(str)), np.asarray(speed - 2.0 * np.pi / (p.q * total)),
     )  # fmt: skip

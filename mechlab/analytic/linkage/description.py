@@ -33,7 +33,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Description:
+class LinkageDescription:
     """A chain of groups; every method returns a new one with one more. Raises MechlabError for names used twice."""
 
     name: str

@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.assur.continuation import lowest
+from mechlab.analytic.assur.continuation import lowest_discriminant
 from mechlab.analytic.assur.plane import Real, scalar
-from mechlab.analytic.linkage.description import ACTIONS, Description, Motion
+from mechlab.analytic.linkage.description import ACTIONS, LinkageDescription, Motion
 from mechlab.errors import MechlabError, unknown
 
 BLOCK = 4096
@@ -21,7 +21,7 @@ Input = ArrayLike | tuple[ArrayLike, ArrayLike, ArrayLike]
 
 
 @dataclass(frozen=True)
-class Linkage(Description):
+class Linkage(LinkageDescription):
     """A chain of groups; every method that adds one returns a new Linkage. Raises MechlabError for names used twice."""
 
     def solve(self, **inputs: Input) -> Motion:
@@ -63,7 +63,7 @@ class Linkage(Description):
                 out.append((chosen, motion))
         return tuple(out)
 
-    def march(self, drive: str, values: ArrayLike, rate: float = 1.0, **others: Input) -> Motion:
+    def follow(self, drive: str, values: ArrayLike, rate: float = 1.0, **others: Input) -> Motion:
         """The motion along values (n,) of one input, in the chosen modes; the others stand still.
 
         Raises ChangePoint where two modes meet, also between the values, and NoSolution where a group does not
@@ -81,7 +81,7 @@ class Linkage(Description):
             def level(x: Real, name: str = name) -> Real:
                 return self.solve(**{drive: x}, **others).dyads[name].discriminant
 
-            lowest(level, grid)
+            lowest_discriminant(level, grid)
         return self.solve(**{drive: (asked, rate, 0.0)}, **others).require()
 
 

@@ -15,8 +15,8 @@ from mechlab.analytic.transition_matrices.lagrange import (
     mass_matrix,
 )
 from mechlab.analytic.transition_matrices.tree import (
-    Link,
     Tree,
+    TreeLink,
     first_derivative,
     joint_motion,
     placement,
@@ -29,7 +29,7 @@ from mechlab.analytic.transition_matrices.tree import (
 )
 
 __all__ = [
-    "Link",
+    "TreeLink",
     "Tree",
     "accelerations",
     "bias_force",

@@ -23,19 +23,19 @@ from mechlab.errors import MechlabError
 def mass_matrix(tree: Tree, q: ArrayLike) -> FloatArray:
     """M (..., links, links) [kg m2, kg m, kg]."""
     world, w = transitions(tree, q)
-    return _mass(tree, w, _below(tree, _carried(tree, world)))
+    return _mass(tree, w, _below(tree, _world_inertias(tree, world)))
 
 
 def bias_force(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
     """h (..., links): centrifugal and Coriolis terms; no gravity, no springs."""
     world, w = transitions(tree, q)
-    return _bias(tree, w, _carried(tree, world), _rates(tree, q, v))
+    return _bias(tree, w, _world_inertias(tree, world), _rates(tree, q, v))
 
 
 def gravity_force(tree: Tree, q: ArrayLike) -> FloatArray:
     """(..., links) generalised force of the weight: sum of m_i g . dr_i/dq_j."""
     world, w = transitions(tree, q)
-    return _gravity(tree, w, _below(tree, _carried(tree, world)))
+    return _gravity(tree, w, _below(tree, _world_inertias(tree, world)))
 
 
 def elastic_force(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
@@ -50,9 +50,9 @@ def accelerations(tree: Tree, q: ArrayLike, v: ArrayLike, force: ArrayLike = 0.0
     Raises MechlabError for a joint that moves no mass.
     """
     world, w = transitions(tree, q)
-    carried = _carried(tree, world)
-    below = _below(tree, carried)
-    right = _gravity(tree, w, below) + elastic_force(tree, q, v) - _bias(tree, w, carried, _rates(tree, q, v))
+    inertias = _world_inertias(tree, world)
+    below = _below(tree, inertias)
+    right = _gravity(tree, w, below) + elastic_force(tree, q, v) - _bias(tree, w, inertias, _rates(tree, q, v))
     right = right + np.asarray(force, dtype=float)
     try:
         return np.asarray(np.linalg.solve(_mass(tree, w, below), right[..., None])[..., 0])
@@ -63,13 +63,13 @@ def accelerations(tree: Tree, q: ArrayLike, v: ArrayLike, force: ArrayLike = 0.0
 def energy(tree: Tree, q: ArrayLike, v: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Kinetic and potential energy (...) [J]; the potential of weight and springs, zero for weights at the origin."""
     world, w = transitions(tree, q)
-    carried, rates = _carried(tree, world), _rates(tree, q, v)
+    inertias, rates = _world_inertias(tree, world), _rates(tree, q, v)
     kinetic, potential = np.zeros(rates.shape[:-1]), np.zeros(rates.shape[:-1])
     g = np.array(tree.gravity)
     for i, path in enumerate(tree.ancestors):
         spin = np.einsum("...j,...jab->...ab", rates[..., list(path)], w[..., list(path), :, :])
-        kinetic += 0.5 * np.einsum("...ab,...bc,...ac->...", spin, carried[..., i, :, :], spin)
-        potential -= carried[..., i, :-1, -1] @ g
+        kinetic += 0.5 * np.einsum("...ab,...bc,...ac->...", spin, inertias[..., i, :, :], spin)
+        potential -= inertias[..., i, :-1, -1] @ g
     for i, link in enumerate(tree.links):
         potential += 0.5 * link.stiffness * (tree.coordinates(q, "q")[..., i] - link.rest) ** 2
     return kinetic, potential
@@ -79,15 +79,15 @@ def _rates(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
     return np.broadcast_arrays(tree.coordinates(v, "v"), tree.coordinates(q, "q"))[0]
 
 
-def _carried(tree: Tree, world: FloatArray) -> FloatArray:
+def _world_inertias(tree: Tree, world: FloatArray) -> FloatArray:
     """N_i = G_i H_i G_i^T (..., links, d, d)."""
     h = np.array([x.inertia for x in tree.links])
     return np.asarray(world @ h @ np.swapaxes(world, -1, -2))
 
 
-def _below(tree: Tree, carried: FloatArray) -> FloatArray:
+def _below(tree: Tree, inertias: FloatArray) -> FloatArray:
     """C_j: the sum of N over link j and all that hangs on it."""
-    out = carried.copy()
+    out = inertias.copy()
     for i in reversed(range(len(tree.links))):
         if tree.links[i].parent >= 0:
             out[..., tree.links[i].parent, :, :] += out[..., i, :, :]
@@ -104,7 +104,7 @@ def _mass(tree: Tree, w: FloatArray, below: FloatArray) -> FloatArray:
     return out
 
 
-def _bias(tree: Tree, w: FloatArray, carried: FloatArray, v: FloatArray) -> FloatArray:
+def _bias(tree: Tree, w: FloatArray, inertias: FloatArray, v: FloatArray) -> FloatArray:
     out = np.zeros(v.shape)
     for i, path in enumerate(tree.ancestors):
         rate, second = np.zeros(w[..., 0, :, :].shape), np.zeros(w[..., 0, :, :].shape)
@@ -112,7 +112,7 @@ def _bias(tree: Tree, w: FloatArray, carried: FloatArray, v: FloatArray) -> Floa
             now = w[..., k, :, :] * v[..., k, None, None]
             second = second + 2.0 * rate @ now + now @ now
             rate = rate + now
-        load = carried[..., i, :, :] @ np.swapaxes(second, -1, -2)
+        load = inertias[..., i, :, :] @ np.swapaxes(second, -1, -2)
         on = list(path)
         out[..., on] += np.einsum("...jab,...ba->...j", w[..., on, :, :], load)
     return out

@@ -1,6 +1,7 @@
-"""A tree of links in homogeneous matrices: joints, placements, pseudo-inertias, transition matrices, derivatives.
+"""Trees of links in homogeneous matrices: generators of joints, placements, pseudo-inertias, motions of joints; transition
+matrices and their derivatives by world operators.
 
-Planar matrices are 3 x 3, spatial ones 4 x 4; the number of entries of an axis or point decides which.
+Planar matrices are 3 x 3, spatial ones 4 x 4; the number of entries of an axis or point says which.
 """
 
 from __future__ import annotations
@@ -121,7 +122,7 @@ def _finite(name: str, value: ArrayLike) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Link:
+class TreeLink:
     """One link: index of its parent (-1: the ground), constant `placement` B of its joint there, `generator` Om of the
     joint, pseudo-inertia H; all (3, 3), or all (4, 4).
 
@@ -144,7 +145,7 @@ class Tree:
     sizes.
     """
 
-    links: tuple[Link, ...]
+    links: tuple[TreeLink, ...]
     gravity: tuple[float, ...]
     ancestors: tuple[tuple[int, ...], ...] = field(init=False)
 
@@ -182,7 +183,7 @@ class Tree:
         """
         links = list(self.links)
         home: dict[int, tuple[int, FloatArray]] = {-1: (-1, np.eye(self.size))}
-        kept: list[Link] = []
+        kept: list[TreeLink] = []
         for i, link in enumerate(links):
             parent, where = home[link.parent]
             place = where @ link.placement
@@ -197,7 +198,7 @@ class Tree:
         return Tree(tuple(kept), self.gravity)
 
 
-def _with(link: Link, **changes: object) -> Link:
+def _with(link: TreeLink, **changes: object) -> TreeLink:
     from dataclasses import replace
 
     return replace(link, **changes)  # type: ignore[arg-type]

@@ -91,9 +91,14 @@ def _modes(p: Class4Parameters) -> CheckResult:
     signs = [np.take_along_axis(x, k, axis=1)[:, 0] for x in (found.k1, found.k2)]
     other = replace(PRINTED, BFE=-PRINTED.BFE)
     empty = int(np.count_nonzero(solve_all(other, DEGREES).modes.count == 0))
-    said = [int(np.min(found.modes.count)), int(np.max(found.modes.count)), *(float(np.min(s)) for s in signs), empty]
+    measured = [
+        int(np.min(found.modes.count)),
+        int(np.max(found.modes.count)),
+        *(float(np.min(s)) for s in signs),
+        empty,
+    ]
     return CheckResult(
-        {"analytic": said}, 0.0, [2, 2, 1.0, 1.0, 61],
+        {"analytic": measured}, 0.0, [2, 2, 1.0, 1.0, 61],
         "fewest and most modes at 360 integer degrees, K1, K2, and empty positions with BFE turned the other way",
     )  # fmt: skip
 

@@ -11,10 +11,10 @@ import numpy as np
 from mechlab.analytic import assur
 from mechlab.analytic.benchmarks import FourbarCrank
 from mechlab.analytic.fourbar import solve as fourbar_motion
+from mechlab.engines.protocol import WITNESSES, engine
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, revolute
 from mechlab.mechanism.geometry import Array
 
@@ -46,26 +46,19 @@ def _rates(m: Mechanism) -> Array:
 
 
 def _acceleration(p: Any) -> CheckResult:
-    import mujoco
-
     m = fourbar(0.9)
     v = _rates(m)
     closed = FourbarCrank(*LENGTHS, 1, 1.0, 0.0).acceleration(0.9, SPEED, 0.0)
-    free, _ = room("pinocchio").accelerations(m, m.reference(), v, np.zeros(m.nv))
-    model, data = room("mujoco").to_mujoco(m)
-    view = room("mujoco").MujocoMap(m, model)
-    data.qvel[:] = view.engine_rates(data.qpos, v)
-    mujoco.mj_forward(model, data)
     k = m.v_slice["crank"].start
-    said = {"analytic": closed, "pinocchio": free[k], "mujoco": data.qacc[view.dof][k]}
+    measured = {"analytic": closed} | {e: engine(e).accelerations(m, m.reference(), v)[k] for e in WITNESSES}
     # MuJoCo's impedance of .9999 leaves 1e-4 of the constraint force out: 1e-4 relative.
-    return CheckResult(said, 1e-4 * 33.2, -33.175986, "free crank at 0.9 rad and 2 pi rad/s [rad/s2]")
+    return CheckResult(measured, 1e-4 * 33.2, -33.175986, "free crank at 0.9 rad and 2 pi rad/s [rad/s2]")
 
 
 def _energy_speed(p: Any) -> CheckResult:
     m = fourbar(0.3)
     scene = Scene("free-run", "minimal", 5.0, initial_rates={"crank": SPEED})
-    run = room("mujoco").run(m, scene, Settings(timestep=1e-3))
+    run = engine("mujoco").run(m, scene, Settings(timestep=1e-3))
     bar = FourbarCrank(*LENGTHS, 1, 1.0, 0.0)
     from scipy.integrate import solve_ivp
 
@@ -74,10 +67,10 @@ def _energy_speed(p: Any) -> CheckResult:
 
     exact = solve_ivp(slope, (0.0, 5.0), [0.3, SPEED], method="DOP853", rtol=1e-11, atol=1e-11).y[1, -1]
     gap = run.health.finding("loop_gap").value
-    said = {"mujoco": [gap / 1e-7, (run.channel("crank_rate")[-1] - exact) / (5e-5 * SPEED)]}
+    measured = {"mujoco": [gap / 1e-7, (run.channel("crank_rate")[-1] - exact) / (5e-5 * SPEED)]}
     # In units of the limits: gap 1e-7 m; speed 5e-5 of 2 pi after five turns (second-order softness of the loop at 1 ms).
     return CheckResult(
-        said, 1.0, [0.0, 0.0], "free run of 5 s at 1 ms: loop gap and crank speed, in units of their limits"
+        measured, 1.0, [0.0, 0.0], "free run of 5 s at 1 ms: loop gap and crank speed, in units of their limits"
     )
 
 
@@ -96,24 +89,24 @@ def _axes(p: Any) -> CheckResult:
 
 def _parallelogram(p: Any) -> CheckResult:
     """Turned from 10 to 270 deg at five step sizes: rocker c equal to the crank, a little longer, a little shorter."""
-    said: list[list[float]] = []
+    measured: list[list[float]] = []
     for step in (1.0, 2.5, 5.0, 7.0, 10.0):
         phi = np.radians(np.arange(10.0, 270.1, step))
-        said.append([_marched(0.1, phi), _marched(0.1001, phi), _marched(0.0999, phi)])
+        measured.append([_followed(0.1, phi), _followed(0.1001, phi), _followed(0.0999, phi)])
     return CheckResult(
-        {"analytic": said},
+        {"analytic": measured},
         0.0,
         [[1.0, 0.0, 2.0]] * 5,
         "0: stays in its mode and moves as the four-bar's closed form, 1: change point told, 2: no assembly told",
     )
 
 
-def _marched(rocker: float, phi: Array) -> float:
+def _followed(rocker: float, phi: Array) -> float:
     def group(angle: Array) -> Any:
         return assur.rrr(assur.driver(assur.fixed(), 0.1, angle, 1.0), assur.fixed(0.3, 0.0), 0.3, rocker)
 
     try:
-        found = assur.march(group, phi)
+        found = assur.follow_dyad(group, phi)
     except assur.ChangePoint:
         return 1.0
     except NoSolution:
@@ -130,8 +123,8 @@ def _as_fourbar(found: assur.Dyad, rocker: float, phi: Array) -> bool:
     pairs: list[tuple[Any, Any]] = list(zip((found.joint.p, found.joint.v, found.joint.a), joint, strict=True))
     pairs += [(found.quality, sine), (found.discriminant, sine**2)]
     for link, bar in zip(found.angles, ("coupler", "rocker"), strict=True):
-        told = (getattr(own, f"{bar}_{k}") for k in ("angle", "rate", "accel"))
-        pairs += zip((link.x, link.v, link.a), told, strict=True)
+        expected = (getattr(own, f"{bar}_{k}") for k in ("angle", "rate", "accel"))
+        pairs += zip((link.x, link.v, link.a), expected, strict=True)
     # Near its change point, at quality 0.02, rounding grows 1e4-fold.
     return all(np.allclose(a, b, rtol=0.0, atol=1e-9 * max(1.0, float(np.max(np.abs(b))))) for a, b in pairs)
 

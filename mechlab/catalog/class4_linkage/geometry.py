@@ -122,7 +122,7 @@ def _in_turn(s: assur.Scalar) -> assur.Scalar:
 
 
 @dataclass(frozen=True)
-class Solution:
+class GroupSolution:
     """All modes over positions (...): theta2, theta5, det (..., 6) padded with NaN; count; K1, K2 (..., 6); `chosen` (...)
     index of the mode of the parameters, -1 where there is none."""
 
@@ -132,7 +132,7 @@ class Solution:
     chosen: np.ndarray
 
 
-def solve_all(p: Class4Parameters, angle: ArrayLike) -> Solution:
+def solve_all(p: Class4Parameters, angle: ArrayLike) -> GroupSolution:
     """All modes at crank angles (...), and which one the parameter `mode` means: K1 = K2 = mode; of several, or where there
     is none with these signs, the one whose det J has the sign of `mode`, the first by theta2."""
     angle = np.asarray(angle, dtype=float)
@@ -145,7 +145,7 @@ def solve_all(p: Class4Parameters, angle: ArrayLike) -> Solution:
     score = 4.0 * ((z.k1 == sign) & (z.k2 == sign)) + 2.0 * (np.sign(modes.det) == sign) - 0.1 * np.arange(6)
     score = np.where(present, score, -np.inf)
     chosen = np.where(modes.count > 0, np.argmax(score, axis=-1), -1)
-    return Solution(modes, z.k1, z.k2, chosen)
+    return GroupSolution(modes, z.k1, z.k2, chosen)
 
 
 def _spread(point: assur.Point) -> assur.Point:

@@ -14,17 +14,16 @@ import numpy as np
 
 from mechlab.analytic import differential as closed
 from mechlab.catalog.closed_differential import questions, scenes
-from mechlab.catalog.closed_differential import scenes as reference
 from mechlab.catalog.closed_differential.build import GAP, STATED_TEETH, USED_TEETH, WIDTH, Parameters, build
-from mechlab.catalog.closed_differential.questions import ANSWERS, ENGINES, Machine, machine, numpy_machine
+from mechlab.catalog.closed_differential.questions import ANSWERS, ENGINES, Machine, machine
 from mechlab.catalog.closed_differential.scenes import SCENES
+from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.question import Answer
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import PRESETS, Settings
 from mechlab.kit.epicyclic import TURN, mesh_check, moving_check, wheel
 from mechlab.kit.mass_check import NOTHING, State
-from mechlab.kit.witness import room
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array
 
@@ -37,14 +36,14 @@ FIDELITY = {"pinocchio": "parts", "mujoco": "minimal"}
 
 def answers(p: Parameters, **given: float) -> dict[str, dict[str, Any]]:
     """Witness -> values of the question."""
-    said: dict[str, Answer] = {"analytic": questions.analytic(p, given)}
-    said |= {engine: questions.by_engine(engine, p, given) for engine in ENGINES}
-    return {name: answer.values for name, answer in said.items() if not answer.cannot}
+    measured: dict[str, Answer] = {"analytic": questions.analytic(p, given)}
+    measured |= {engine: questions.by_engine(engine, p, given) for engine in ENGINES}
+    return {name: answer.values for name, answer in measured.items() if not answer.cannot}
 
 
 def machines(p: Parameters, fidelity: str = "parts") -> dict[str, Machine]:
     """Witness -> its mass matrix and gear rows; the numpy tree stands for the closed form."""
-    return {"numpy": numpy_machine(p, fidelity)} | {engine: machine(engine, p, fidelity) for engine in ENGINES}
+    return {"numpy": machine("numpy", p, fidelity)} | {name: machine(name, p, fidelity) for name in ENGINES}
 
 
 def run(who: str, p: Parameters, scene: str, duration: float | None = None, fidelity: str | None = None) -> Recording:
@@ -53,10 +52,9 @@ def run(who: str, p: Parameters, scene: str, duration: float | None = None, fide
     made = scenes.SCENES[scene].make(p, level)
     made = replace(made, duration=duration or made.duration)
     if who == "analytic":
-        return reference.reference(p, made)
+        return scenes.reference(p, made)
     settings = replace(made.settings, engine=who, integrator="RK4")
-    found: Recording = room(who).run(build(p, level), made, settings)
-    return found
+    return engine(who).run(build(p, level), made, settings)
 
 
 def runs(p: Parameters, scene: str, duration: float | None = None) -> dict[str, Recording]:
@@ -93,7 +91,7 @@ def predicted_lag(p: Parameters, fidelity: str, settings: Settings | None = None
     (default: the preset `accurate`) make them."""
     chosen = settings or PRESETS["accurate"]
     solref, solimp = chosen.solref or (0.02, 1.0), chosen.solimp or (0.9, 0.95, 0.001, 0.5, 2.0)
-    made = numpy_machine(p, fidelity)
+    made = machine("numpy", p, fidelity)
     force = made.applied(w_H1=p.M_H1, w_H2=-p.M_H2)
     lag = closed.predicted_lag(made.mass, made.rows, force, solref[0], solimp[1], solref[1])
     return dict(zip([r.name for r in made.mechanism.relations], lag.tolist(), strict=True))
@@ -175,22 +173,22 @@ FIDELITIES = ("minimal", "parts", "full")
 
 
 def _speeds(p: Parameters) -> CheckResult:
-    said = answers(p, w_H1=100.0, w_H2=37.0)
-    keys = [k for k in ANSWERS if k != "w_H2" and all(k in v for v in said.values())]
-    scale = np.maximum(1.0, [abs(float(said["analytic"][k])) for k in keys])
-    values = {who: np.array([float(v[k]) for k in keys]) / scale for who, v in said.items()}
+    measured = answers(p, w_H1=100.0, w_H2=37.0)
+    keys = [k for k in ANSWERS if k != "w_H2" and all(k in v for v in measured.values())]
+    scale = np.maximum(1.0, [abs(float(measured["analytic"][k])) for k in keys])
+    values = {who: np.array([float(v[k]) for k in keys]) / scale for who, v in measured.items()}
     return CheckResult(values, 1e-9, note=f"relative; {', '.join(keys)}")
 
 
 def _mass(p: Parameters) -> CheckResult:
     expected = closed.mass_matrix(p.train, p.inertias)
-    said = {}
+    measured = {}
     for fidelity in FIDELITIES:
         for who, made in machines(p, fidelity).items():
             basis = np.column_stack([made.rates({"w1": 1.0, "w3": 0.0}), made.rates({"w1": 0.0, "w3": 1.0})])
-            said[f"{who} {fidelity}"] = basis.T @ made.mass @ basis / np.abs(expected).max()
+            measured[f"{who} {fidelity}"] = basis.T @ made.mass @ basis / np.abs(expected).max()
     return CheckResult(
-        said, 1e-12, expected / np.abs(expected).max(), "mass matrix in (w1, w3), relative to its largest entry"
+        measured, 1e-12, expected / np.abs(expected).max(), "mass matrix in (w1, w3), relative to its largest entry"
     )
 
 
@@ -206,10 +204,10 @@ def _end(recording: Any) -> Array:
 
 def _constant(p: Parameters) -> CheckResult:
     expected = _end(run("analytic", p, "constant-moments"))
-    said = {f"{who} {f}": _end(run(who, p, "constant-moments", fidelity=f)) for who in ENGINES for f in FIDELITIES}
+    measured = {f"{who} {f}": _end(run(who, p, "constant-moments", fidelity=f)) for who in ENGINES for f in FIDELITIES}
     # RK4 is exact for constant accelerations; MuJoCo's soft rows start with a transient of 1e-9 of the speeds, 2e-6 rad.
     return CheckResult(
-        said, 1e-5, expected, "time, angles and speeds of H1, H2 and both blocks after 0.5 s of constant moments"
+        measured, 1e-5, expected, "time, angles and speeds of H1, H2 and both blocks after 0.5 s of constant moments"
     )
 
 
@@ -217,18 +215,18 @@ def _scenes(p: Parameters) -> CheckResult:
     from dataclasses import replace
 
     expected: list[Array] = []
-    said: dict[str, list[Array]] = {"mujoco minimal": [], "mujoco parts": []}
+    measured: dict[str, list[Array]] = {"mujoco minimal": [], "mujoco parts": []}
     for name in ("held-input-dry-load", "one-way-stop", "locked-pair", "internal-drag"):
-        lived = replace(p, **SCENES[name].overrides)
+        design = replace(p, **SCENES[name].overrides)
         if name == "locked-pair":  # the pair is closed before it is locked
             start = closed.speeds(p.train, w1=float(p.lock_ratio), w3=1.0)
             factor = p.w_H1_0 / float(start.w_H1)
-            lived = replace(lived, w_H2_0=factor * float(start.w_H2))
-        expected.append(_final(run("analytic", lived, name)))
-        for who in said:
-            said[who].append(_final(run("mujoco", lived, name, fidelity=who.split()[1])))
+            design = replace(design, w_H2_0=factor * float(start.w_H2))
+        expected.append(_final(run("analytic", design, name)))
+        for who in measured:
+            measured[who].append(_final(run("mujoco", design, name, fidelity=who.split()[1])))
     # A rate is caught within some steps of 0.5 or 1 ms, which shifts later speeds by less than 1e-4 rad/s.
-    return CheckResult({k: np.array(v) for k, v in said.items()}, 1e-3, np.array(expected), "final speeds [rad/s]")
+    return CheckResult({k: np.array(v) for k, v in measured.items()}, 1e-3, np.array(expected), "final speeds [rad/s]")
 
 
 def mesh_powers(p: Parameters, who: str) -> Array:
@@ -247,10 +245,10 @@ def mesh_powers(p: Parameters, who: str) -> Array:
 def _powers(p: Parameters) -> CheckResult:
     worst = {who: float(np.abs(mesh_powers(p, who)).max()) for who in ENGINES}
     turned = p.M_H1 * abs(p.w_H1_0) + abs(p.M_H2 * p.w_H2_0) + 1.0
-    said = {who: x / turned for who, x in worst.items()}
+    measured = {who: x / turned for who, x in worst.items()}
     # What is left of the soft rows' transient after 25 of its time constants is rounding.
     return CheckResult(
-        said, 1e-9, 0.0, "power in + out + carrier of every mesh, relative to the outer powers at the start"
+        measured, 1e-9, 0.0, "power in + out + carrier of every mesh, relative to the outer powers at the start"
     )
 
 
@@ -273,13 +271,13 @@ def angular_momentum(recording: Any) -> Array:
 def _momentum(p: Parameters) -> CheckResult:
     from dataclasses import replace
 
-    lived = replace(p, drag_internal=max(p.drag_internal, 0.5), drag_14=0.0, drag_36=0.0)
-    said = {}
+    design = replace(p, drag_internal=max(p.drag_internal, 0.5), drag_14=0.0, drag_36=0.0)
+    measured = {}
     for who in ENGINES:
-        found = run(who, lived, "internal-drag", 0.5, "full")
+        found = run(who, design, "internal-drag", 0.5, "full")
         gained = angular_momentum(found) - angular_momentum(found)[0]
-        said[f"{who} full"] = float(np.abs(gained - (lived.M_H1 - lived.M_H2) * found.t).max())
-    return CheckResult(said, 1e-8, 0.0, "largest |dL - (M_H1 - M_H2) t| with drag between the blocks [N m s]")
+        measured[f"{who} full"] = float(np.abs(gained - (design.M_H1 - design.M_H2) * found.t).max())
+    return CheckResult(measured, 1e-8, 0.0, "largest |dL - (M_H1 - M_H2) t| with drag between the blocks [N m s]")
 
 
 def _lag(p: Parameters) -> CheckResult:
@@ -287,11 +285,11 @@ def _lag(p: Parameters) -> CheckResult:
     found = run("mujoco", p, "constant-moments", 0.1, "parts")
     m = found.mechanism
     measured = np.array([abs(m.coefficient_row(r.coefficients) @ found.q[-1]) for r in m.relations])
-    told = np.array([predicted[r.name] for r in m.relations])
-    if not np.all(told > 0.0):
-        return CheckResult({"mujoco": measured}, 1e-12, told, "residual of each mesh [rad]; not all carry load")
+    expected = np.array([predicted[r.name] for r in m.relations])
+    if not np.all(expected > 0.0):
+        return CheckResult({"mujoco": measured}, 1e-12, expected, "residual of each mesh [rad]; not all carry load")
     return CheckResult(
-        {"mujoco": measured / told}, 0.01, np.ones(len(told)), "residual of each mesh over the predicted one"
+        {"mujoco": measured / expected}, 0.01, np.ones(len(expected)), "residual of each mesh over the predicted one"
     )
 
 

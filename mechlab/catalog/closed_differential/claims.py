@@ -13,9 +13,9 @@ from mechlab.catalog.closed_differential import claims_law
 from mechlab.catalog.closed_differential.build import SOURCE, STATED_TEETH, USED_TEETH, Parameters, build, planet_name
 from mechlab.catalog.closed_differential.checks import EXAMPLE, LAB, answers, machines, rounded
 from mechlab.catalog.closed_differential.questions import ENGINES, machine, mesh_sums
+from mechlab.engines.protocol import WITNESSES, engine
 from mechlab.errors import MechlabError
 from mechlab.kit.claims import Evidence, Ledger, below, evidence, factor, fails, holds, misprint, near, only_if, true
-from mechlab.kit.witness import room
 
 LEDGER = Ledger(SOURCE)
 PRINTED_SPEEDS = (50.0, 33.33, 200.0)
@@ -81,14 +81,10 @@ def carrier_radii() -> Evidence:
     p = replace(EXAMPLE["stated teeth"], module=4 * MILLI)
     m = build(p, "parts")
     names = [f"{planet_name(stage)}_1" for stage in (1, 2)]
-    pose = room("pinocchio").PinKinematics(m)
-    model, data = room("mujoco").to_mujoco(m)
-    view = room("mujoco").MujocoMap(m, model)
-    computed = {
-        "analytic: m (z1 + z2)/2, m (z4 + z5)/2 [mm]": rounded(np.array(p.radii) / MILLI),
-        "pinocchio: distance of the axes [mm]": rounded([np.hypot(*pose.pose(n)[1][:2]) / MILLI for n in names]),
-        "mujoco: distance of the axes [mm]": rounded([np.hypot(*data.xpos[view.body(n)][:2]) / MILLI for n in names]),
-    }
+    computed = {"analytic: m (z1 + z2)/2, m (z4 + z5)/2 [mm]": rounded(np.array(p.radii) / MILLI)}
+    for name in WITNESSES:
+        origins = [engine(name).plant(m).pose(n)[1] for n in names]
+        computed[f"{name}: distance of the axes [mm]"] = rounded([np.hypot(*x[:2]) / MILLI for x in origins])
     found = np.array(list(computed.values()))
     return evidence(
         computed,

@@ -14,10 +14,10 @@ import numpy as np
 
 from mechlab.analytic import differential as closed
 from mechlab.catalog.closed_differential.build import MESHES, Parameters, build
+from mechlab.engines.protocol import engine
 from mechlab.errors import EngineMissing, MechlabError, NoSolution
 from mechlab.experiment.question import Answer, Question
-from mechlab.kit.witness import room
-from mechlab.mechanism import ConstraintSet, Mechanism
+from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space
 
@@ -86,29 +86,11 @@ def mesh_sums(loads: Mapping[str, float]) -> dict[str, float]:
 
 
 @lru_cache(maxsize=64)
-def machine(engine: str, p: Parameters, fidelity: str) -> Machine:
-    """The machine of an engine; raises EngineMissing when it is not installed."""
+def machine(implementation: str, p: Parameters, fidelity: str) -> Machine:
+    """The machine of "numpy" (for checks and the predicted lag) or of an engine; raises EngineMissing when that is not installed."""
     m = build(p, fidelity)
-    if engine == "pinocchio":
-        plant = room(engine).PinPlant(m)
-        order = [plant.constraints.slices[r.name].start for r in m.relations]
-        return Machine(engine, m, plant.mass_matrix().copy(), plant.jacobian()[order].copy())
-    simulate = room(engine)
-    model, data = simulate.to_mujoco(m)
-    view = simulate.MujocoMap(m, model)
-    plant = simulate.MujocoPlant(m, model, data, view)
-    order = [view.equalities[r.name][0] for r in m.relations]
-    ranks = np.argsort(np.argsort(order)) if order else np.zeros(0, dtype=int)
-    return Machine(engine, m, plant.mass_matrix().copy(), plant.jacobian()[ranks].copy())
-
-
-def numpy_machine(p: Parameters, fidelity: str) -> Machine:
-    """The same from the numpy tree, for the checks and the predicted lag."""
-    from mechlab.mechanism import TreeKinematics
-
-    m = build(p, fidelity)
-    tree = TreeKinematics(m)
-    return Machine("numpy", m, tree.mass_matrix(), ConstraintSet(m).jacobian(tree))
+    plant = engine(implementation).plant(m)
+    return Machine(implementation, m, plant.mass_matrix().copy(), plant.relation_rows())
 
 
 MOMENTS = ("M21", "M23", "M54", "M56", "start_moment", "internal_moment", "held_output_moment")

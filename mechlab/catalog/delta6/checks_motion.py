@@ -12,14 +12,22 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.elements import cardan_chain, output_turns
 from mechlab.catalog.delta6.head import error_flow, head_inertias, head_terms, tracked_errors
 from mechlab.catalog.delta6.parameters import DRIVES, ROTARY, SLIDERS, SOURCE, Delta6Parameters
-from mechlab.catalog.delta6.poses import coordinates, forces, moving, random_poses, reach, trial_motion, without_stops
+from mechlab.catalog.delta6.poses import (
+    coordinates,
+    forces,
+    moving,
+    plants,
+    random_poses,
+    reach,
+    trial_motion,
+    without_stops,
+)
 from mechlab.catalog.delta6.scenes import head_tracking, swing
-from mechlab.catalog.delta6.witnesses import Witness, witnesses
+from mechlab.engines.protocol import StatePlant, engine
 from mechlab.errors import EngineMissing
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import preset
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank, structure
 
@@ -34,8 +42,8 @@ def a4(p: Delta6Parameters) -> CheckResult:
     centre, angles = random_poses(p, 1, seed=11)
     counts: dict[str, list[int]] = {}
     for fidelity in FREEDOMS:
-        for w in witnesses(build(p, fidelity)):
-            counts.setdefault(w.name, []).extend(_freedoms(w.at(coordinates(p, fidelity, centre, angles)[0])))
+        for name, w in plants(build(p, fidelity)).items():
+            counts.setdefault(name, []).extend(_freedoms(w.set(coordinates(p, fidelity, centre, angles)[0])))
     idle = structure(build(p, "full")).idle
     named = [float(f"spin of plain_{i}" in idle) for i in (1, 2, 3)]
     expected = sum(FREEDOMS.values(), ())
@@ -46,7 +54,7 @@ def a4(p: Delta6Parameters) -> CheckResult:
     )
 
 
-def _freedoms(w: Witness) -> list[int]:
+def _freedoms(w: StatePlant) -> list[int]:
     m, jacobian = w.mechanism, w.jacobian()
     held = np.vstack([jacobian, *(m.row(n) for n in DRIVES)])
     return [m.nv, len(jacobian), rank(jacobian), m.nv - rank(jacobian), m.nv - rank(held)]
@@ -63,11 +71,12 @@ def a5(p: Delta6Parameters) -> CheckResult:
     in_phase: dict[str, float] = {}
     out_of_phase: dict[str, Array] = {"analytic": _misphased(inputs, bend, 0.25 * math.pi)}
     swings = {"analytic": math.degrees(float(closed.misphase_amplitude(bend, 0.5 * math.pi)))}
-    chains = [witnesses(cardan_chain(p.rod_length, bend, x)) for x in (0.0, 0.25 * math.pi, 0.5 * math.pi)]
-    for good, half, worst in zip(*chains, strict=True):
-        in_phase[good.name] = float(np.degrees(np.abs(output_turns(good, inputs) - inputs).max()))
-        out_of_phase[half.name] = output_turns(half, inputs)
-        swings[worst.name] = _swing(worst, bend)
+    chains = [plants(cardan_chain(p.rod_length, bend, x)) for x in (0.0, 0.25 * math.pi, 0.5 * math.pi)]
+    for name in chains[0]:
+        good, half, worst = (chain[name] for chain in chains)
+        in_phase[name] = float(np.degrees(np.abs(output_turns(good, inputs) - inputs).max()))
+        out_of_phase[name] = output_turns(half, inputs)
+        swings[name] = _swing(worst, bend)
     expected = math.degrees(math.asin((1.0 - k) / (1.0 + k)))
     source = math.degrees(float(closed.misphase_amplitude(_bend(SOURCE), 0.5 * math.pi)))
     pins, step = inputs[:-1] + 0.1, 1e-5
@@ -89,7 +98,7 @@ def _bend(p: Delta6Parameters) -> float:
     return float(closed.cardan_bend(p.geometry, np.zeros(3))[0])
 
 
-def _swing(w: Witness, bend: float) -> float:
+def _swing(w: StatePlant, bend: float) -> float:
     """Half the swing of output - input [deg] with the forks 90 deg out of phase, from the two inputs where it is extreme.
 
     From the normal to rod and shaft, output - input is atan(cos^2(bend) tan(psi)) - psi, extreme at tan(psi) = +-1/cos(bend).
@@ -129,9 +138,9 @@ def a8(p: Delta6Parameters) -> CheckResult:
     scales = [np.abs(x).max() for x in expected]
     terms: tuple[dict[str, Array], dict[str, Array]] = {}, {}
     for fidelity in ("minimal", "parts"):
-        for w in witnesses(build(p, fidelity)):
+        for name, w in plants(build(p, fidelity)).items():
             for k, found in enumerate(terms_at_betas(w, p, fidelity)):
-                terms[k][f"{w.name} {fidelity}"] = found / scales[k]
+                terms[k][f"{name} {fidelity}"] = found / scales[k]
     return check_quantities(
         CheckedQuantity(
             "M(0.7) of the specification, every mesh +1 [kg m2]", 5.1e-10, {"analytic": mass}, PRINTED_MASS
@@ -143,7 +152,7 @@ def a8(p: Delta6Parameters) -> CheckResult:
     )
 
 
-def terms_at_betas(w: Witness, p: Delta6Parameters, fidelity: str) -> tuple[Array, Array]:
+def terms_at_betas(w: StatePlant, p: Delta6Parameters, fidelity: str) -> tuple[Array, Array]:
     """(3, 3, 3) mass matrix and (3, 3) velocity terms in alpha, beta, gamma at BETAS with O held."""
     poses = [coordinates(p, fidelity, np.zeros(3), [0.3, beta, -0.5])[0] for beta in BETAS]
     mass, bias, _ = zip(*(head_terms(w, q, RATES) for q in poses), strict=True)
@@ -183,9 +192,9 @@ def _tracked(p: Delta6Parameters) -> dict[str, Array]:
     """(3,) errors of alpha, beta, gamma at the end of a run of the scene head-tracking, by each engine."""
     scene = replace(head_tracking(p, "minimal"), duration=RUN)
     out = {}
-    for engine in ("mujoco", "pinocchio"):
+    for name in ("mujoco", "pinocchio"):
         try:
-            out[engine] = tracked_errors(engine, p, scene)[0]
+            out[name] = tracked_errors(name, p, scene)[0]
         except EngineMissing:
             continue
     return out
@@ -201,7 +210,7 @@ DRIFT = {"minimal": 5e-6, "parts": 1e-4}
 
 def a11(p: Delta6Parameters) -> CheckResult:
     """Largest distance of D from where the closed form puts it for the drives of the recording, over 1 s."""
-    run = room("mujoco").run
+    run = engine("mujoco").run
     quantities, notes = [], []
     p = without_stops(p)
     for fidelity, limit in DRIFT.items():

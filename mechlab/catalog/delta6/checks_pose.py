@@ -18,6 +18,7 @@ from mechlab.catalog.delta6.poses import (
     gear_matrix,
     moderate_poses,
     moving,
+    plants,
     random_poses,
     reach,
     refuses,
@@ -25,8 +26,9 @@ from mechlab.catalog.delta6.poses import (
     rows_of,
     trial_motion,
 )
-from mechlab.catalog.delta6.witnesses import NumpyWitness, Witness, witnesses
+from mechlab.engines.protocol import StatePlant
 from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.mechanism import integrate, newton, singularity
 from mechlab.mechanism.geometry import Array
@@ -69,7 +71,7 @@ def _round_trip(p: Delta6Parameters) -> float:
     return float(max(np.abs(back.tool - tool).max(), np.abs(back.angles - angles).max()))
 
 
-def _jacobian(w: Witness) -> Array:
+def _jacobian(w: StatePlant) -> Array:
     """(6, 6) drive rates per twist of D, the inverse of the twist per drive rates that the constraint rows give."""
     return np.asarray(np.linalg.inv(w.point_jacobian("D") @ response(w, DRIVES)))
 
@@ -124,7 +126,7 @@ def _at_tilts(p: Delta6Parameters, betas: Array, measure: Measure) -> dict[str, 
     return at_poses(p, "parts", np.zeros(angles.shape), angles, measure)
 
 
-def _turning(w: Witness) -> Array:
+def _turning(w: StatePlant) -> Array:
     """(3, 3) angular velocity of the output link per rate of alpha, beta, gamma."""
     return np.asarray(w.point_jacobian("D")[3:] @ response(w)[:, 3:])
 
@@ -143,11 +145,11 @@ def _flags(p: Delta6Parameters, found: bool) -> list[float]:
 
 def _serial(p: Delta6Parameters) -> list[float]:
     """1 where the numpy tree finds a serial singularity of the output link."""
-    w = NumpyWitness(build(p, "minimal"))
+    w = TreePlant(build(p, "minimal"))
     out = []
     for beta in (np.pi / 2, np.radians(80.0)):
         q = coordinates(p, "minimal", np.zeros(3), [0.3, beta, -0.7])[0]
-        out.append(float("serial" in singularity(w.mechanism, q, w.at(q).point_jacobian("D"))))
+        out.append(float("serial" in singularity(w.mechanism, q, w.set(q).point_jacobian("D"))))
     return out
 
 
@@ -165,8 +167,8 @@ def a13(p: Delta6Parameters) -> CheckResult:
     answered = [not refuses(closed.inverse_position(p.geometry, x).require) for x in points]
     values = {"analytic": np.isfinite(answer.drives).all(axis=1) & answer.reachable & np.array(answered)}
     start = coordinates(p, "minimal", [[*(0.95 * edge * outward), 0.0]], np.zeros(3))[0]
-    for w in witnesses(build(p, "minimal")):
-        values[w.name] = np.array([_closes(w, start, x) for x in points])
+    for name, w in plants(build(p, "minimal")).items():
+        values[name] = np.array([_closes(w, start, x) for x in points])
     apart = np.array([0.0, 0.0, 3.0 * p.rod_length])
     assembly = closed.forward_position(p.geometry, apart)
     somewhere = bool(assembly.assembles) or bool(np.isfinite(assembly.position).any()) or not refuses(assembly.require)
@@ -176,12 +178,12 @@ def a13(p: Delta6Parameters) -> CheckResult:
     )
 
 
-def _closes(w: Witness, start: Array, centre: Array) -> bool:
+def _closes(w: StatePlant, start: Array, centre: Array) -> bool:
     """True when Newton on the witness's rows brings O to `centre`."""
     m, rows = w.mechanism, rows_of(w, HEAD_POSE)
 
     def evaluate(q: Array) -> tuple[Array, Array]:
-        residual, jacobian = w.at(q).closing()
+        residual, jacobian, _ = w.set(q).closing()
         return np.concatenate([residual, rows[:3] @ q - centre, rows[3:] @ q]), np.vstack([jacobian, rows])
 
     return newton(evaluate, lambda q, dv: integrate(m, q, dv), start).closed
@@ -205,7 +207,7 @@ def a14(p: Delta6Parameters) -> CheckResult:
     )
 
 
-def _slider_rates(w: Witness) -> Array:
+def _slider_rates(w: StatePlant) -> Array:
     """(2, 3, 3) slider rates per rate of alpha, beta, gamma, with O held and with D held."""
     sliders, moves = rows_of(w, SLIDERS), response(w)
     tool = w.point_jacobian("D")[:3] @ moves
@@ -241,7 +243,7 @@ def _rods_and_shafts(p: Delta6Parameters, centre: Array, angles: Array, tool: Ar
     ])  # fmt: skip
 
 
-def _rods_and_shafts_in_place(w: Witness) -> Array:
+def _rods_and_shafts_in_place(w: StatePlant) -> Array:
     """The same from where the ends of the shafts and the platform of the full mechanism are."""
     centre = w.pose("platform")[1]
     upper, lower = (np.array([w.pose(f"{end}_{i}")[1] for i in (1, 2, 3)]) for end in ("stub", "shaft"))

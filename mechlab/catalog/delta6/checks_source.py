@@ -11,8 +11,8 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.elements import tooth_loss, tooth_sliding
 from mechlab.catalog.delta6.masses import vec
 from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, HEAD_POSE, ROTARY, SLIDERS, SOURCE, Delta6Parameters, legs
-from mechlab.catalog.delta6.poses import response
-from mechlab.catalog.delta6.witnesses import Witness, witnesses
+from mechlab.catalog.delta6.poses import plants, response
+from mechlab.engines.protocol import StatePlant
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.mechanism import TreeKinematics
@@ -27,14 +27,14 @@ def a1(p: Delta6Parameters) -> CheckResult:
     rows, _ = closed.implicit_matrices(geom, home)
     rates = closed.slider_rates(geom, home, ones), closed.platform_velocity(geom, home, ones)
     values = {"analytic": np.concatenate([*rates, rows.ravel()])}
-    values |= {w.name: _translation(w) for w in witnesses(build(SOURCE, "minimal"))}
+    values |= {name: _translation(w) for name, w in plants(build(SOURCE, "minimal")).items()}
     expected = [1.27086, 1.79385, -0.06471, 0.0, 0.0, 1.0]
     expected += [-0.39159, 0.23374, -0.58277, -0.00663, -0.456, -0.58277, 0.39822, 0.22226, -0.58277]
     # The expected numbers have five decimals: 5e-6 of rounding.
     return CheckResult(values, 1e-5, expected, "slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows of A")
 
 
-def _translation(w: Witness) -> Array:
+def _translation(w: StatePlant) -> Array:
     """Slider rates for v_O = (1, 1, 1), v_O for unit slider rates, rows 2 (G, -h): 15 numbers."""
     rotation, origin = w.pose("platform")
     rows = [2.0 * (origin + rotation @ vec(leg.lower) - w.pose(f"rod_{leg.index}")[1]) for leg in legs(SOURCE)]
@@ -42,7 +42,7 @@ def _translation(w: Witness) -> Array:
     return np.concatenate([back, forth, np.ravel(rows)])
 
 
-def _unit_rates(w: Witness, wanted: Names, given: Names, driving: Names) -> list[float]:
+def _unit_rates(w: StatePlant, wanted: Names, given: Names, driving: Names) -> list[float]:
     """Rates of some joints or shafts for unit rates of those in `driving` together, the others of `given` held."""
     rates = response(w, given)[:, [given.index(n) for n in driving]].sum(axis=1)
     return [w.mechanism.row(n) @ rates for n in wanted]
@@ -54,9 +54,9 @@ def a2(p: Delta6Parameters) -> CheckResult:
     values = {
         "analytic": np.concatenate([closed.drives_from_angles(geom, ones), closed.angles_from_drives(geom, ones)])
     }
-    for w in witnesses(build(SOURCE, "parts")):
+    for name, w in plants(build(SOURCE, "parts")).items():
         back, forth = _unit_rates(w, ROTARY, HEAD_POSE, ANGLES), _unit_rates(w, ANGLES, (*CENTRE, *ROTARY), ROTARY)
-        values[w.name] = np.array(back + forth)
+        values[name] = np.array(back + forth)
     # -0.5109 has four decimals: 5e-5 of rounding.
     note = "K (1, 1, 1) and K^-1 (1, 1, 1) through nine gear meshes; the source prints the latter as (0, -0.51, 1): alpha and beta swapped"
     return CheckResult(values, 5e-5, [1.4, 2.966, 1.0, -0.5109, 0.0, 1.0], note)

@@ -10,8 +10,9 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.elements import cardan_chain, output_turns
 from mechlab.catalog.delta6.parameters import CENTRE, DRIVES, ROTARY, SLIDERS, SOURCE, THESIS
-from mechlab.catalog.delta6.poses import at_poses, coordinates, forces, response, rows_of
-from mechlab.catalog.delta6.witnesses import NumpyWitness, Witness, witnesses
+from mechlab.catalog.delta6.poses import at_poses, coordinates, forces, plants, response, rows_of
+from mechlab.engines.protocol import StatePlant
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.kit.claims import (
     Evidence,
     Ledger,
@@ -24,6 +25,7 @@ from mechlab.kit.claims import (
     labelled,
     only_if,
 )
+from mechlab.mechanism import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space, rank
 
@@ -34,10 +36,10 @@ GENERIC_CENTRE, GENERIC_ANGLES = [[0.02, -0.03, 0.01]], [[0.3, -0.5, 0.7]]
 # -- degrees of freedom ----------------------------------------------------------------------------------------------------
 
 
-def _generic() -> NumpyWitness:
+def _generic() -> TreePlant:
     """The full mechanism at a pose without symmetry."""
-    w = NumpyWitness(build(SOURCE, "full"))
-    return w.at(coordinates(SOURCE, "full", GENERIC_CENTRE, GENERIC_ANGLES)[0])
+    w = TreePlant(build(SOURCE, "full"))
+    return w.set(coordinates(SOURCE, "full", GENERIC_CENTRE, GENERIC_ANGLES)[0])
 
 
 @LEDGER.claim(
@@ -106,11 +108,11 @@ def head_count() -> Evidence:
 def total_count() -> Evidence:
     """The whole: rank of the motions of the output link, and what the drives do not see."""
     computed: dict[str, int] = {}
-    for w in witnesses(build(SOURCE, "full")):
-        w.at(coordinates(SOURCE, "full", GENERIC_CENTRE, GENERIC_ANGLES)[0])
+    for name, w in plants(build(SOURCE, "full")).items():
+        w.set(coordinates(SOURCE, "full", GENERIC_CENTRE, GENERIC_ANGLES)[0])
         twist = w.point_jacobian("D") @ null_space(w.jacobian())
-        computed[f"{w.name}: motions of the output link"] = rank(twist)
-        computed[f"{w.name}: of them rotations"] = rank(twist[3:])
+        computed[f"{name}: motions of the output link"] = rank(twist)
+        computed[f"{name}: of them rotations"] = rank(twist[3:])
     return evidence(computed, motions=sorted(set(list(computed.values())[::2])))
 
 
@@ -124,7 +126,7 @@ def total_count() -> Evidence:
 def without_plain_rods() -> Evidence:
     """The mock-up of figure 15: the cardan rods alone, all six drives held."""
     w = _generic()
-    keep = [k for k, row in enumerate(w.constraints.rows) if not row.startswith("plain")]
+    keep = [k for k, row in enumerate(ConstraintSet(w.mechanism).rows) if not row.startswith("plain")]
     columns = [k for k, name in enumerate(w.mechanism.rate_names) if not name.startswith("ball")]
     basis = null_space(np.vstack([w.jacobian()[keep], rows_of(w, DRIVES)])[:, columns])
     free = rank(w.point_jacobian("O")[3:, columns] @ basis)
@@ -134,7 +136,7 @@ def without_plain_rods() -> Evidence:
 # -- decoupling ------------------------------------------------------------------------------------------------------------
 
 
-def _cross_rates(w: Witness) -> list[float]:
+def _cross_rates(w: StatePlant) -> list[float]:
     """Largest slider rate per angle rate and drive rate per rate of O; largest rate of D per rotary drive [m/rad]."""
     moves, driven = response(w), response(w, DRIVES)
     sliders, rotary = rows_of(w, SLIDERS), rows_of(w, ROTARY)
@@ -184,12 +186,12 @@ def decoupled_forces() -> Evidence:
     angles, rates, accel = (
         f * size * np.sin(w * t + phase + s) for f, s in ((1, 0.0), (w, 0.5 * math.pi), (w * w, math.pi))
     )
-    witness = NumpyWitness(build(SOURCE, "minimal"))
+    witness = TreePlant(build(SOURCE, "minimal"))
     found = []
     for k, q in enumerate(coordinates(SOURCE, "minimal", np.zeros((len(t), 3)), angles)):
-        v = response(witness.at(q))[:, 3:] @ rates[k]
-        found.append(forces(witness.at(q, v), [0.0, 0.0, 0.0, *accel[k]], DRIVES)[:3])
-    resting = forces(witness.at(witness.mechanism.reference()), np.zeros(6), DRIVES)[:3]
+        v = response(witness.set(q))[:, 3:] @ rates[k]
+        found.append(forces(witness.set(q, v), [0.0, 0.0, 0.0, *accel[k]], DRIVES)[:3])
+    resting = forces(witness.set(witness.mechanism.reference()), np.zeros(6), DRIVES)[:3]
     moving = np.array(found)
     computed = {
         "numpy: slider force at rest [N]": resting.tolist(),
@@ -216,7 +218,9 @@ def constant_ratio() -> Evidence:
 
     def error(misphase: float, tilt: float) -> dict[str, float]:
         chain = cardan_chain(SOURCE.rod_length, bend, misphase, tilt)
-        return {w.name: float(np.degrees(np.abs(output_turns(w, inputs) - inputs).max())) for w in witnesses(chain)}
+        return {
+            name: float(np.degrees(np.abs(output_turns(w, inputs) - inputs).max())) for name, w in plants(chain).items()
+        }
 
     cases = {
         "in phase, parallel": error(0.0, 0.0),
@@ -246,9 +250,9 @@ def rotation_singular() -> Evidence:
     gains = closed.drive_rate_gain(SOURCE.geometry, np.radians(tilts))
     computed = {f"analytic: largest drive rates at {b:g} deg": float(g) for b, g in zip(tilts, gains, strict=True)}
     ranks: dict[str, int] = {}
-    for w in witnesses(build(SOURCE, "parts")):
-        w.at(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.5 * math.pi, -0.7])[0])
-        ranks[w.name] = rank(w.point_jacobian("D")[3:] @ response(w, DRIVES))
+    for name, w in plants(build(SOURCE, "parts")).items():
+        w.set(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.5 * math.pi, -0.7])[0])
+        ranks[name] = rank(w.point_jacobian("D")[3:] @ response(w, DRIVES))
     return evidence(computed | labelled(ranks, "directions of angular velocity at 90 deg"), growth=gains[-1] / gains[0])
 
 

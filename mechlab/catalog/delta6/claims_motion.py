@@ -11,8 +11,9 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE, THESIS
-from mechlab.catalog.delta6.poses import at_home, coordinates, gear_matrix, response
-from mechlab.catalog.delta6.witnesses import NumpyWitness, Witness, witnesses
+from mechlab.catalog.delta6.poses import at_home, coordinates, gear_matrix, plants, response
+from mechlab.engines.protocol import StatePlant
+from mechlab.experiment.tree_plant import TreePlant
 from mechlab.kit.claims import (
     Evidence,
     Ledger,
@@ -65,7 +66,7 @@ def digits() -> Evidence:
     return evidence(computed, home_fits=fits[0], nearby_fits=fits[1])
 
 
-def _unit_rates(w: Witness, wanted: tuple[str, ...], driving: tuple[str, ...], decimals: int) -> list[float]:
+def _unit_rates(w: StatePlant, wanted: tuple[str, ...], driving: tuple[str, ...], decimals: int) -> list[float]:
     """Rates of three joints for unit rates of three others together, the angles held."""
     rates = response(w, (*driving, *ANGLES))[:, :3].sum(axis=1)
     return [round(float(w.mechanism.row(n) @ rates), decimals) for n in wanted]
@@ -155,9 +156,9 @@ def rotation_inverse() -> Evidence:
 # -- dynamics of the head --------------------------------------------------------------------------------------------------
 
 
-def _moves(w: Witness, angles: tuple[float, float, float]) -> Array:
+def _moves(w: StatePlant, angles: tuple[float, float, float]) -> Array:
     """(nv, 3) motions of the head with O held, the witness moved to these angles."""
-    return response(w.at(coordinates(SOURCE, "minimal", np.zeros(3), angles)[0]))[:, 3:]
+    return response(w.set(coordinates(SOURCE, "minimal", np.zeros(3), angles)[0]))[:, 3:]
 
 
 def _with_output(inertia: Inertia) -> Mechanism:
@@ -167,7 +168,7 @@ def _with_output(inertia: Inertia) -> Mechanism:
 
 def _swing_of_mass(m: Mechanism, angle: int) -> float:
     """Largest change of the head's mass matrix, relative, when one angle goes through a turn."""
-    w, found = NumpyWitness(m), []
+    w, found = TreePlant(m), []
     for x in np.linspace(0.0, 2.0 * np.pi, 9):
         angles = [0.4, 0.7, -0.3]
         angles[angle] = float(x)
@@ -213,11 +214,11 @@ def no_gravity() -> Evidence:
     """What gravity asks of alpha, beta, gamma with O held, which the printed equations leave out."""
     computed: dict[str, Any] = {}
     sizes: dict[str, float] = {}
-    for name, gravity in (("9.81 m/s2", (0.0, 0.0, -9.81)), ("none", (0.0, 0.0, 0.0))):
-        for w in witnesses(replace(build(SOURCE, "minimal"), gravity=gravity)):
+    for case, gravity in (("9.81 m/s2", (0.0, 0.0, -9.81)), ("none", (0.0, 0.0, 0.0))):
+        for name, w in plants(replace(build(SOURCE, "minimal"), gravity=gravity)).items():
             load = _moves(w, (0.3, 0.2, -0.4)).T @ w.bias()
-            computed[f"{w.name}: torques at rest, gravity {name} [N m]"] = load.round(9).tolist()
-            sizes[name] = max(sizes.get(name, 0.0), float(np.abs(load).max()))
+            computed[f"{name}: torques at rest, gravity {case} [N m]"] = load.round(9).tolist()
+            sizes[case] = max(sizes.get(case, 0.0), float(np.abs(load).max()))
     computed["analytic: m g d cos(beta) [N m]"] = float(-closed.gravity(0.2, SOURCE.output_mass, SOURCE.head_offset)[1])
     return evidence(computed, with_gravity=sizes["9.81 m/s2"], without=sizes["none"])
 
@@ -234,10 +235,10 @@ def generalised_forces() -> Evidence:
     expected = closed.generalized_forces(SOURCE.geometry, torques)
     computed = {"analytic: Q [N m]": expected.round(12).tolist()}
     differences = []
-    for w in witnesses(build(SOURCE, "parts")):
-        moves = response(w.at(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.2, -0.4])[0]))[:, 3:]
+    for name, w in plants(build(SOURCE, "parts")).items():
+        moves = response(w.set(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.2, -0.4])[0]))[:, 3:]
         work = moves.T @ sum(t * w.mechanism.row(n) for t, n in zip(torques, ROTARY, strict=True))
-        computed[f"{w.name}: Q [N m]"] = work.round(12).tolist()
+        computed[f"{name}: Q [N m]"] = work.round(12).tolist()
         differences.append(np.abs(work - expected))
     return evidence(computed, differences=differences)
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SOURCE, THESIS, legs
-from mechlab.catalog.delta6.poses import at_home, at_poses, coordinates, gear_matrix, random_poses, rows_of
-from mechlab.catalog.delta6.witnesses import Witness, witnesses
+from mechlab.catalog.delta6.poses import at_home, at_poses, coordinates, gear_matrix, plants, random_poses, rows_of
+from mechlab.engines.protocol import StatePlant
 from mechlab.kit.claims import (
     Evidence,
     Ledger,
@@ -45,7 +45,7 @@ LEDGER = Ledger(THESIS)
 def head_centre() -> Evidence:
     """O = -0.05 e1 + D, with e1 and D taken from the mechanisms."""
 
-    def gap(w: Witness) -> float:
+    def gap(w: StatePlant) -> float:
         return float(np.abs(-0.05 * w.pose("output")[0][:, 0] + w.point("D") - w.point("O")).max())
 
     gaps = at_poses(SOURCE, "full", *random_poses(SOURCE, 5), gap)
@@ -72,15 +72,15 @@ def larger_root() -> Evidence:
     off = float(np.abs(roots[:, :, 1] + SOURCE.slider_height - drives).max())
     computed = {"analytic: largest difference of the larger root [m]": off}
     poses = coordinates(SOURCE, "parts", centre, np.zeros((5, 3)))
-    for w in witnesses(build(SOURCE, "parts")):
-        for which, name in enumerate(("smaller", "larger")):
+    for name, w in plants(build(SOURCE, "parts")).items():
+        for which, root in enumerate(("smaller", "larger")):
             gap = 0.0
             for k, q in enumerate(poses):
                 for i in (1, 2, 3):
                     slider = roots[k, i - 1, which] + SOURCE.slider_height
                     q[w.mechanism.q_slice[f"q{i}"]] = slider - w.mechanism.zero(f"q{i}")
-                gap = max(gap, np.abs(w.at(q).closing()[0]).max())
-            computed[f"{w.name}: rods open by, {name} root [m]"] = float(gap)
+                gap = max(gap, np.abs(w.set(q).closing()[0]).max())
+            computed[f"{name}: rods open by, {root} root [m]"] = float(gap)
     return evidence(computed)
 
 
@@ -200,7 +200,7 @@ def drive_law() -> Evidence:
 def plus_signs() -> Evidence:
     """Sense of the drives: N and Pr mesh externally, seen about +Z."""
 
-    def about_z(w: Witness) -> list[float]:
+    def about_z(w: StatePlant) -> list[float]:
         axes = [w.mechanism.joint(n).axis[2] for n in ROTARY]
         return [round(float(a * k), 12) for a, k in zip(axes, gear_matrix(w)[:, 2], strict=True)]
 
@@ -228,7 +228,7 @@ def one_shaft() -> Evidence:
 def compensation() -> Evidence:
     """Gears Pr turned together with the central shaft."""
 
-    def rates(w: Witness) -> Any:
+    def rates(w: StatePlant) -> Any:
         jacobian = w.jacobian()
         matrix = np.vstack([jacobian, rows_of(w, (*CENTRE, "rho1", "rho2", "phi3"))])
         right = np.concatenate([np.zeros(len(jacobian) + 3), np.ones(3)])

@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.catalog.delta6.witnesses import Witness
+from mechlab.engines.protocol import StatePlant
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism import Builder, Inertia, Mechanism, newton, prismatic, revolute
 from mechlab.mechanism.geometry import Array, Vector, axis_rotation, vector
@@ -63,7 +63,7 @@ def cardan_chain(length: float, bend: float, misphase: float = 0.0, tilt: float 
     return b.build()
 
 
-def output_turns(witness: Witness, inputs: ArrayLike) -> Array:
+def output_turns(witness: StatePlant, inputs: ArrayLike) -> Array:
     """(n,) angle of the lower shaft for angles of the upper one, in this order, by Newton on the witness's own rows.
 
     Raises NoSolution when the chain does not close.
@@ -72,7 +72,7 @@ def output_turns(witness: Witness, inputs: ArrayLike) -> Array:
     row = m.row("turn_in")
 
     def evaluate(q: Array, target: float) -> tuple[Array, Array]:
-        residual, jacobian = witness.at(q).closing()
+        residual, jacobian, _ = witness.set(q).closing()
         return np.append(residual, row @ q - target), np.vstack([jacobian, row])
 
     q, now, out = m.reference(), 0.0, []

@@ -17,11 +17,10 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, ROTARY, Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates, response, rows_of, without_stops
 from mechlab.catalog.delta6.scenes import head_tracking
-from mechlab.catalog.delta6.witnesses import MujocoWitness, PinocchioWitness, Witness
+from mechlab.engines.protocol import WITNESSES, StatePlant, engine
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import ENGINES, room
 from mechlab.mechanism.geometry import Array
 
 Given = Mapping[str, Any]
@@ -49,15 +48,15 @@ def error_flow(velocity_gain: float, position_gain: float, time: float) -> Array
     return np.asarray(expm(np.array([[0.0, 1.0], [-position_gain, -velocity_gain]]) * time))
 
 
-def tracked_errors(engine: str, p: Delta6Parameters, scene: Scene) -> tuple[Array, Array]:
+def tracked_errors(name: str, p: Delta6Parameters, scene: Scene) -> tuple[Array, Array]:
     """(3,) errors of alpha, beta, gamma (actual - target) and their rates at the end of a run of head tracking by an engine.
 
     The whole mechanism runs under computed torque, O held. Raises EngineMissing.
     """
     # the fast root of the error law is near -kv: RK4 follows it up to kv h = 2.78
     step = min(0.97e-3, 0.5 / max(p.velocity_gain, 1.0))
-    settings = Settings(timestep=step) if engine == "mujoco" else Settings(engine=engine, timestep=2.0 * step)
-    recording = room(engine).run(build(p, "minimal"), scene, settings)
+    settings = Settings(timestep=step) if name == "mujoco" else Settings(engine=name, timestep=2.0 * step)
+    recording = engine(name).run(build(p, "minimal"), scene, settings)
     wanted = closed.source_targets(scene.duration)
     angles, rates = (np.array([recording.channel(n + end)[-1] for n in ANGLES]) for end in ("", "_rate"))
     return angles - wanted.angles, rates - wanted.rates
@@ -98,7 +97,7 @@ def _error_exponential(p: Delta6Parameters, given: Given) -> Answer:
     return _responses(p, time, list(errors), list(rates))
 
 
-def _error_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
+def _error_engine(name: str, p: Delta6Parameters, given: Given) -> Answer:
     """The angles of the whole mechanism minus their targets at the end of a run."""
     time = float(_times(given))
     if time > LONGEST_RUN:
@@ -112,7 +111,7 @@ def _error_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
     initial_rates = {**scene.initial_rates, **dict(zip(ANGLES, start.rates + rates, strict=True))}
     scene = replace(scene, duration=time, initial=initial, initial_rates=initial_rates)
     try:
-        e, de = tracked_errors(engine, free, scene)
+        e, de = tracked_errors(name, free, scene)
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     return _responses(p, time, list(e), list(de))
@@ -124,7 +123,7 @@ ERROR = Question(
     optional=INITIAL,
     answers=(*ERRORS, *ERROR_RATES, *COMMANDS),
     witnesses={"analytic": _error_analytic, "exponential": _error_exponential}
-    | {engine: partial(_error_engine, engine) for engine in ENGINES},
+    | {name: partial(_error_engine, name) for name in WITNESSES},
     units={"time": "s"}
     | dict.fromkeys((*ERRORS, *(f"{e}_0" for e in ERRORS)), "rad")
     | dict.fromkeys((*ERROR_RATES, *(f"{e}_0" for e in ERROR_RATES)), "rad/s")
@@ -202,13 +201,13 @@ def head_inertias(p: Delta6Parameters) -> closed.HeadInertias:
     return closed.HeadInertias(output_transverse=across, input_gear=shaft, third_shaft=shaft, planet_sense=-1)
 
 
-def head_terms(w: Witness, q: Array, rates: Array) -> tuple[Array, Array, Array]:
+def head_terms(w: StatePlant, q: Array, rates: Array) -> tuple[Array, Array, Array]:
     """(3, 3) mass matrix and (3,) velocity terms in alpha, beta, gamma at coordinates q with O held, without gravity; and
     (nv, 3) the motions of all coordinates per rate of the three angles that the witness's constraint rows allow."""
-    moves = response(w.at(q))[:, 3:]
+    moves = response(w.set(q))[:, 3:]
     resting = w.bias()
     mass = moves.T @ w.mass_matrix() @ moves
-    return mass, moves.T @ (w.at(q, moves @ rates).bias() - resting), moves
+    return mass, moves.T @ (w.set(q, moves @ rates).bias() - resting), moves
 
 
 def _terms(mass: Array, bias: Array, torques: Array) -> Answer:
@@ -232,17 +231,15 @@ def _dynamics_analytic(p: Delta6Parameters, given: Given) -> Answer:
     return _terms(closed.mass_matrix(p.geometry, parts, beta), closed.bias(parts, beta, v), torques)
 
 
-def _dynamics_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
+def _dynamics_engine(name: str, p: Delta6Parameters, given: Given) -> Answer:
     """The engine's mass matrix and velocity terms of all parts."""
     changed = [k for k in INERTIAS if k in given]
     if changed:
         return Answer(cannot=f"it knows the head as it is built, not with another {changed[0]}")
     try:
-        room(engine)
+        w = engine(name).plant(build(p, "parts"))
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
-    m = build(p, "parts")
-    w: Witness = PinocchioWitness(m) if engine == "pinocchio" else MujocoWitness(m)
     q = coordinates(p, "parts", np.zeros(3), [0.0, float(given["head_beta"]), 0.0])[0]
     mass, bias, moves = head_terms(w, q, _stacked(given, RATES))
     drives = rows_of(w, ROTARY) @ moves
@@ -254,7 +251,7 @@ DYNAMICS = Question(
     given=("head_beta",),
     optional=dict.fromkeys((*RATES, *ACCELS), 0.0) | dict.fromkeys(INERTIAS),
     answers=(*MASSES, *BIASES, *TORQUES),
-    witnesses={"analytic": _dynamics_analytic} | {engine: partial(_dynamics_engine, engine) for engine in ENGINES},
+    witnesses={"analytic": _dynamics_analytic} | {name: partial(_dynamics_engine, name) for name in WITNESSES},
     units={"head_beta": "rad", "planet_sense": ""}
     | dict.fromkeys(RATES, "rad/s")
     | dict.fromkeys(ACCELS, "rad/s2")

@@ -54,7 +54,8 @@ def rod_spin(p: Delta6Parameters) -> float:
 
 
 def shaft_spin(p: Delta6Parameters) -> float:
-    """What turns with a rotary drive besides rotor and gear: two stubs, two crosses, the cardan rod (at mean speed)."""
+    """Moment of inertia of what turns with a rotary drive besides rotor and gear: two stubs, two crosses and the cardan rod,
+    which turns at the mean speed [kg m2]."""
     return 2.0 * STUB.tensor[2] + 2.0 * cross(p).tensor[2] + rod_spin(p)
 
 
@@ -69,7 +70,7 @@ def output(p: Delta6Parameters) -> Inertia:
 
 
 def without_axial(part: Inertia, axis: int) -> Inertia:
-    """The part without its moment about one of its axes (0, 1, 2): that moment is carried by a Shaft."""
+    """The part without its moment of inertia about one of its axes (0, 1, 2), which a Shaft has instead."""
     t = list(part.tensor)
     t[axis] = 0.0
     return Inertia(part.mass, part.com, (t[0], t[1], t[2], 0.0, 0.0, 0.0))

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, HEAD_POSE, ROTARY, SLIDERS, Delta6Parameters, legs
-from mechlab.catalog.delta6.witnesses import Witness, witnesses
+from mechlab.engines.protocol import WITNESSES, StatePlant, available, engine
 from mechlab.errors import NoSolution
 from mechlab.experiment.laws import drive_forces
 from mechlab.experiment.recording import Recording
@@ -195,12 +195,18 @@ def refuses(ask: Callable[[], object]) -> bool:
 # -- what the constraint rows of an engine say at its state ----------------------------------------------------------------
 
 
-def rows_of(witness: Witness, names: Sequence[str]) -> Array:
+def plants(mechanism: Mechanism) -> dict[str, StatePlant]:
+    """The mechanism in its reference pose as each of three implementations computes it: the numpy tree and the engines that
+    are installed, each from its own kinematics and its own constraint rows."""
+    return {name: engine(name).plant(mechanism) for name in ("numpy", *WITNESSES) if not available(name)}
+
+
+def rows_of(witness: StatePlant, names: Sequence[str]) -> Array:
     """(k, nv) rates of joints or shafts by name from the rates of all coordinates."""
     return np.array([witness.mechanism.row(name) for name in names])
 
 
-def response(witness: Witness, given: Sequence[str] = HEAD_POSE) -> Array:
+def response(witness: StatePlant, given: Sequence[str] = HEAD_POSE) -> Array:
     """(nv, k) rates of everything per unit rate of each joint or shaft in `given`, by the constraint Jacobian.
 
     Where local freedoms remain (spins of the plain rods), the smallest rates.
@@ -210,17 +216,17 @@ def response(witness: Witness, given: Sequence[str] = HEAD_POSE) -> Array:
     return np.asarray(np.linalg.lstsq(np.vstack([jacobian, rows]), right, rcond=1e-11)[0])
 
 
-def rate_matrix(witness: Witness, wanted: Sequence[str], given: Sequence[str] = HEAD_POSE) -> Array:
+def rate_matrix(witness: StatePlant, wanted: Sequence[str], given: Sequence[str] = HEAD_POSE) -> Array:
     """(wanted, given) rates of joints or shafts per unit rate of others."""
     return rows_of(witness, wanted) @ response(witness, given)
 
 
-def gear_matrix(witness: Witness) -> Array:
+def gear_matrix(witness: StatePlant) -> Array:
     """(3, 3) K of phi = K (alpha, beta, gamma): rates of the rotary drives per rate of the angles, O held."""
     return rate_matrix(witness, ROTARY)[:, 3:]
 
 
-Measure: TypeAlias = Callable[[Witness], Any]
+Measure: TypeAlias = Callable[[StatePlant], Any]
 """What is computed from a witness at its state: a number or an array of fixed shape."""
 
 
@@ -229,35 +235,35 @@ def at_poses(
 ) -> dict[str, Array]:
     """Witness -> (n, ...) what is measured at rest at each of n poses of a fidelity."""
     poses = coordinates(p, fidelity, centre, angles)
-    return {w.name: np.array([measure(w.at(q)) for q in poses]) for w in witnesses(build(p, fidelity))}
+    return {name: np.array([measure(w.set(q)) for q in poses]) for name, w in plants(build(p, fidelity)).items()}
 
 
 def at_home(p: Delta6Parameters, fidelity: str, measure: Measure) -> dict[str, Any]:
     """Witness -> what is measured in the reference pose."""
-    return {w.name: measure(w) for w in witnesses(build(p, fidelity))}
+    return {name: measure(w) for name, w in plants(build(p, fidelity)).items()}
 
 
 def moving(
-    p: Delta6Parameters, fidelity: str, motion: HeadMotion, measure: Callable[[Witness, Array], Array]
+    p: Delta6Parameters, fidelity: str, motion: HeadMotion, measure: Callable[[StatePlant, Array], Array]
 ) -> dict[str, Array]:
     """Witness -> (n, ...) what is measured on a motion; `measure` gets the witness, which moves, and the six accelerations."""
     poses = coordinates(p, fidelity, motion.centre, motion.angles)
     out = {}
-    for w in witnesses(build(p, fidelity)):
+    for name, w in plants(build(p, fidelity)).items():
         found = []
         for q, rate, accel in zip(poses, motion.rate, motion.accel, strict=True):
-            found.append(measure(w.at(q, response(w.at(q)) @ rate), accel))
-        out[w.name] = np.array(found)
+            found.append(measure(w.set(q, response(w.set(q)) @ rate), accel))
+        out[name] = np.array(found)
     return out
 
 
-def accelerations(witness: Witness, values: ArrayLike) -> Array:
+def accelerations(witness: StatePlant, values: ArrayLike) -> Array:
     """(nv,) accelerations that keep the constraints and give O and alpha, beta, gamma the accelerations `values` (6,)."""
     matrix = np.vstack([witness.jacobian(), rows_of(witness, HEAD_POSE)])
     right = np.concatenate([-witness.constraint_bias(), np.asarray(values, dtype=float)])
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-11)[0])
 
 
-def forces(witness: Witness, values: ArrayLike, drives: tuple[str, ...]) -> Array:
+def forces(witness: StatePlant, values: ArrayLike, drives: tuple[str, ...]) -> Array:
     """(drives,) forces [N, N m] that give O and alpha, beta, gamma the accelerations `values` (6,) at the present state."""
     return drive_forces(witness, rows_of(witness, HEAD_POSE), np.asarray(values, dtype=float), drives)

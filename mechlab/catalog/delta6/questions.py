@@ -15,9 +15,10 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, DRIVES, ROTARY, SLIDERS, Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates
+from mechlab.engines.protocol import WITNESSES
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question, Witness
-from mechlab.kit.witness import ENGINES, engine_answer
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.tables import up_to
@@ -194,7 +195,7 @@ def _forward_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
 
 
 def _witnesses(analytic: Witness, engine: Callable[..., Answer]) -> dict[str, Witness]:
-    return {"analytic": analytic} | {name: partial(engine, name) for name in ENGINES}
+    return {"analytic": analytic} | {name: partial(engine, name) for name in WITNESSES}
 
 
 INVERSE = Question(

@@ -1,7 +1,7 @@
 """A B-spline toolpath of the output link: its time law, so that speed, acceleration and jerk of every drive stay bounded.
 
 The curve gives D (x, y, z) and, where it has six coordinates, alpha, beta, gamma. It is travelled from rest to rest by its
-length s, in which a radian counts as HEAD metres, so that a turn on the spot has a length too. With drives Q(s)
+length s, in which a radian counts as METRES_PER_RADIAN, so that a turn on the spot has a length too. With drives Q(s)
 
     Q' s',  Q' s'' + Q'' s'^2,  Q' s''' + 3 Q'' s' s'' + Q''' s'^3
 
@@ -17,19 +17,19 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from mechlab.analytic import delta6 as closed
-from mechlab.analytic.bspline import BSpline, Ramp, Travel, arc_length
+from mechlab.analytic.bspline import BSpline, SpeedRamp, Travel, arc_length
 from mechlab.catalog.delta6.parameters import DRIVES, Delta6Parameters
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.kit.curve_file import read_curve
 from mechlab.mechanism.geometry import Array
 
-HEAD = 0.05
-"""Metres that a radian of the head counts in the length of a path."""
+METRES_PER_RADIAN = 0.05
+"""Length that a turn of the head counts in the length of a path [m/rad]."""
 SAMPLES = 1601
 TABLE = 401
-TIGHT = 0.95
-"""Share of the limits that is used: the rest is for what lies between two samples."""
-SHAPES = (2.0, 4.0, 8.0, 16.0, 32.0)
+USED_SHARE = 0.95
+"""Share of the limits that is used at the samples: between them the drives may exceed it a little."""
+RAMP_RATIOS = (2.0, 4.0, 8.0, 16.0, 32.0)
 """Accelerations tried, in (top speed)^2 / length, and jerks, in (acceleration x top speed) / length."""
 _RISE = tuple(np.linspace(0.0, 1.0, 6)[1:-1].tolist())
 DEFAULT = BSpline(
@@ -53,7 +53,7 @@ class Toolpath:
     tool: Array
     angles: Array
     drives: Array
-    law: Ramp
+    law: SpeedRamp
     twin: bool
 
 
@@ -69,14 +69,14 @@ def toolpath(p: Delta6Parameters, count: int = TABLE) -> Toolpath:
     """The path at `count` times. Raises MechlabError where the curve stands still or has a corner, so that no law with bounded
     acceleration passes; NoSolution, naming the place, where it leaves the reach or a limit of the delta."""
     curve = curve_of(p)
-    travel = Travel(_measured(curve))
+    travel = Travel(_with_lengths(curve))
     _refuse_stops(p, curve)
     s = np.linspace(0.0, travel.length, SAMPLES)
     u = travel.parameter_at(s)
     pose = curve.at(u)
     angles, twin = _angle_set(p, pose[:, 3:])
     drives = _drives(p, u, pose[:, :3], angles)
-    law = _law(p, s, drives)
+    law = _quickest_ramp(p, s, drives)
     t = np.linspace(0.0, law.duration, count)
     u = travel.parameter_at(np.clip(law.at(t), 0.0, travel.length))
     pose = curve.at(u)
@@ -92,15 +92,17 @@ def limits(p: Delta6Parameters) -> Array:
     return np.array([[a] * 3 + [b] * 3 for a, b in zip(linear, rotary, strict=True)])
 
 
-def _measured(curve: BSpline) -> BSpline:
+def _with_lengths(curve: BSpline) -> BSpline:
     """The curve with angles as lengths."""
-    return BSpline(curve.degree, curve.knots, tuple((*r[:3], *(HEAD * x for x in r[3:])) for r in curve.points))
+    return BSpline(
+        curve.degree, curve.knots, tuple((*r[:3], *(METRES_PER_RADIAN * x for x in r[3:])) for r in curve.points)
+    )
 
 
 def _refuse_stops(p: Delta6Parameters, curve: BSpline) -> None:
     """A law with bounded acceleration needs a direction that does not jump."""
     name = p.curve or "the default curve"
-    stops = arc_length(_measured(curve)).cusps
+    stops = arc_length(_with_lengths(curve)).cusps
     if stops:
         raise MechlabError(
             f"curve {name}: it stands still at u = {stops[0]:.6g}; a tool that passes there at any speed would need an infinite "
@@ -116,7 +118,7 @@ def _refuse_stops(p: Delta6Parameters, curve: BSpline) -> None:
 
 
 def _other(angles: Array) -> Array:
-    """The second set, without wrapping, so that it stays continuous."""
+    """The second set of angles, (alpha + pi, pi - beta, gamma + pi), not wrapped, so that it stays continuous."""
     return np.column_stack([angles[:, 0] + np.pi, np.pi - angles[:, 1], angles[:, 2] + np.pi])
 
 
@@ -164,29 +166,29 @@ def _drives(p: Delta6Parameters, at: Array, tool: Array, angles: Array) -> Array
     return np.column_stack([found.drives, closed.drives_from_angles(p.geometry, angles)])
 
 
-def _law(p: Delta6Parameters, s: Array, drives: Array) -> Ramp:
-    """The quickest of some laws, each stretched in time until the first drive meets a limit at some place.
+def _quickest_ramp(p: Delta6Parameters, s: Array, drives: Array) -> SpeedRamp:
+    """The quickest of some S-curves, each stretched in time until one drive just reaches one of its limits.
 
     Stretching by c divides speeds by c, accelerations by c^2, jerks by c^3, all along the path, so the stretch is exact.
     """
     spline = make_interp_spline(s, drives, k=5)
     slopes = [make_interp_spline(s, spline(s, nu=k), k=3) for k in (1, 2, 3)]
     one, two, three = (np.abs(f(s)).max(axis=0) + 1e-300 for f in slopes)
-    bounds = TIGHT * limits(p)
+    bounds = USED_SHARE * limits(p)
     speed = float(
         min(np.min(bounds[0] / one), np.min(np.sqrt(bounds[1] / 2 / two)), np.min(np.cbrt(bounds[2] / 3 / three)))
     )
     laws = []
-    for push in SHAPES:
-        for bend in SHAPES:
+    for push in RAMP_RATIOS:
+        for bend in RAMP_RATIOS:
             strong = push * speed**2 / float(s[-1])
-            law = Ramp(float(s[-1]), speed, strong, bend * strong * speed / float(s[-1]))
+            law = SpeedRamp(float(s[-1]), speed, strong, bend * strong * speed / float(s[-1]))
             c = _stretch(law, slopes, bounds)
-            laws.append(Ramp(law.length, law.speed / c, law.acceleration / c**2, law.jerk / c**3))
+            laws.append(SpeedRamp(law.length, law.speed / c, law.acceleration / c**2, law.jerk / c**3))
     return min(laws, key=lambda law: law.duration)
 
 
-def _stretch(law: Ramp, slopes: list[Any], bounds: Array) -> float:
+def _stretch(law: SpeedRamp, slopes: list[Any], bounds: Array) -> float:
     """How much longer the law must take for the drives to keep their limits (less than 1: it may be quicker)."""
     t = np.linspace(0.0, law.duration, SAMPLES)
     s, v, a, j = (law.at(t, k)[:, None] for k in range(4))

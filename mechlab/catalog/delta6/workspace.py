@@ -15,9 +15,10 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, SLIDERS, Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.questions import START_OFFSET
+from mechlab.engines.protocol import WITNESSES
 from mechlab.experiment.entry import Coordinates, WorkspaceLimit, WorkspaceMap, WorkspaceRecipe
 from mechlab.experiment.question import Answer, Question
-from mechlab.kit.witness import ENGINES, engine_answer
+from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
@@ -170,7 +171,7 @@ MARGIN = Question(
     given=CENTRE,
     optional=dict.fromkeys(LIMITS) | {"r_alpha": 0.0},
     answers=(*MARGINS, *JOINED, *SLIDERS),
-    witnesses={"analytic": _margins_analytic} | {engine: partial(_margins_engine, engine) for engine in ENGINES},
+    witnesses={"analytic": _margins_analytic} | {engine: partial(_margins_engine, engine) for engine in WITNESSES},
     units=dict.fromkeys((*CENTRE, *MARGINS, *JOINED, *SLIDERS, "least_clearance"), "m")
     | dict.fromkeys(("least_condition", "r_alpha"), ""),
     text="how far the head centre is inside every limit of the workspace (negative: outside), inside all and any of them, "

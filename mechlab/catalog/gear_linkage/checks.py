@@ -136,11 +136,11 @@ def _reach(p: Parameters) -> CheckResult:
     longest = min(g.coupler + g.rocker - g.frame, g.frame - abs(g.coupler - g.rocker)) * (1.0 - 1e-6)
     stops = float(np.min(closed_form.rolling_rates(at_rest, np.linspace(0.0, 2.0 * math.pi, SAMPLES))[1]))
     most = closed_form.regime(replace(g, crank=longest)).reverse_angle
-    said = [found.wanted, found.longest, *found.reachable, stops, *closed_form.motion(g, phi).transmission_angle]
+    measured = [found.wanted, found.longest, *found.reachable, stops, *closed_form.motion(g, phi).transmission_angle]
     expected = [BACK, longest, 0.0, most, 0.0, *_transmission(g, phi)]
     # The smallest of 40001 samples lies 1e-8 of a second derivative above the minimum; arccos keeps half the digits at 0.
     return CheckResult(
-        {"closed form": said}, 1e-6, expected, "reach of the synthesis, rest of its shortest crank, angles BCD"
+        {"closed form": measured}, 1e-6, expected, "reach of the synthesis, rest of its shortest crank, angles BCD"
     )
 
 
@@ -192,12 +192,12 @@ def _accelerations(p: Parameters) -> CheckResult:
 
 
 def _mean(p: Parameters) -> CheckResult:
-    said = {
+    measured = {
         f"mode {g.mode:+d}": float(closed_form.motion(g, 2.0 * math.pi).output_angle) / (2.0 * math.pi)
         for g in _both(p)
     }
     return CheckResult(
-        said, 1e-12 * max(1.0, p.linkage.ratio), p.linkage.ratio, "mean output rate over one turn is ra / rd"
+        measured, 1e-12 * max(1.0, p.linkage.ratio), p.linkage.ratio, "mean output rate over one turn is ra / rd"
     )
 
 
@@ -218,7 +218,7 @@ def _mass(p: Parameters) -> CheckResult:
 def _driven(p: Parameters) -> CheckResult:
     from mechlab.engines.mujoco import run
 
-    said = {}
+    measured = {}
     for name, settings in (
         ("RK4, 1 ms", Settings()),
         ("implicitfast, 0.1 ms", Settings(integrator="implicitfast", timestep=1e-4)),
@@ -226,9 +226,9 @@ def _driven(p: Parameters) -> CheckResult:
         scene = replace(constant_crank(replace(p, speed=1.0), "minimal"), duration=3.7)
         recording = run(build(p, "minimal"), scene, settings)
         truth = closed_form.motion(p.linkage, recording.channel("crank_angle")).output_angle
-        said[name] = float(np.max(np.abs(recording.channel("output_angle") - truth)))
+        measured[name] = float(np.max(np.abs(recording.channel("output_angle") - truth)))
     return CheckResult(
-        said, 1e-5, 0.0, "output of a MuJoCo run against the closed form at the actual crank angle [rad]"
+        measured, 1e-5, 0.0, "output of a MuJoCo run against the closed form at the actual crank angle [rad]"
     )
 
 
@@ -240,13 +240,13 @@ def _free(p: Parameters) -> CheckResult:
     scene = free_spin(p, "minimal")
     expected = reference(p, scene).channel("output_angle")[-1]
     m = build(p, "minimal")
-    said = {
+    measured = {
         "mujoco": run_mujoco(m, scene, scene.settings).channel("output_angle")[-1],
         "pinocchio": run_pinocchio(m, scene, Settings(engine="pinocchio", timestep=4e-3)).channel("output_angle")[-1],
     }
     # Softness of MuJoCo's rows at 1 ms: phase 1.3e-5 rad after 18 rad, for the masses of the default parameters.
     return CheckResult(
-        said, 1e-4, float(expected), "output angle after one turn let go, against the reduced equation [rad]"
+        measured, 1e-4, float(expected), "output angle after one turn let go, against the reduced equation [rad]"
     )
 
 
@@ -255,15 +255,15 @@ def _mode(p: Parameters) -> CheckResult:
 
     near = Parameters(**NEAR_CHANGE_POINT, mode=p.mode)
     scene = near_change_point(near, "minimal")
-    said = []
+    measured = []
     for settings in (scene.settings, replace(scene.settings, integrator="RK4", timestep=2e-4)):
         recording = run(build(near, "minimal"), replace(scene, duration=4.0), settings)
         chi, psi = recording.channel("rocker_angle"), recording.channel("coupler_angle")
         # sin(rocker - coupler) has the sign of the mode; only the last sample may have lost it.
         wrong = np.count_nonzero(near.mode * np.sin(chi - psi)[:-1] < 0.0)
-        said += [float(recording.health.finding("assembly_mode").severity == "error"), float(wrong)]
+        measured += [float(recording.health.finding("assembly_mode").severity == "error"), float(wrong)]
     note = "stopped (1) or not (0), and samples in the wrong mode: of a coarse run near the change point, of a fine one"
-    return CheckResult({"mujoco": said}, 0.0, [1.0, 0.0, 0.0, 0.0], note)
+    return CheckResult({"mujoco": measured}, 0.0, [1.0, 0.0, 0.0, 0.0], note)
 
 
 def _synthesis(p: Parameters) -> CheckResult:
@@ -273,15 +273,15 @@ def _synthesis(p: Parameters) -> CheckResult:
         "dwell_angle": math.radians(60.0),
         "dwell_angle_one_sided": math.radians(90.0),
     }
-    said: list[float] = []
+    measured: list[float] = []
     for target, wanted in targets.items():
         found = closed_form.crank_for(target, wanted, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
         if found.crank is None:
             raise MechlabError(f"gear_linkage: {target} of {wanted:.4g} rad is out of reach with these gears.")
-        said.append(float(getattr(closed_form.regime(replace(g, crank=found.crank)), target)))
+        measured.append(float(getattr(closed_form.regime(replace(g, crank=found.crank)), target)))
     # Near the momentary dwell the dwell angle is the cube root of the reverse angle: rounding 1e-15 there, 1e-9 here.
     return CheckResult(
-        {"regime of the crank found": said}, 1e-8, list(targets.values()), "2 deg back, 60 and 90 deg dwell"
+        {"regime of the crank found": measured}, 1e-8, list(targets.values()), "2 deg back, 60 and 90 deg dwell"
     )
 
 

@@ -131,7 +131,7 @@ def grows_with_crank() -> Evidence:
 )  # fmt: skip
 def three_regimes() -> Evidence:
     """Curves I, III and II: with a longer crank the rate stays positive, touches zero once, becomes negative."""
-    kinds = closed_form.Regime
+    kinds = closed_form.OutputRegime
     wanted = [kinds.MONOTONE, kinds.MOMENTARY_DWELL, kinds.REVERSING]
     cranks, in_order = {}, []
     for name, (b, c, r) in EXAMPLES.items():

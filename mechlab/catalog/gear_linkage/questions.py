@@ -80,7 +80,7 @@ def _regime(p: Parameters, given: Mapping[str, Any]) -> Answer:
         "mean_rate": g.ratio,
     }
     notes = [report.regime.value]
-    if p.backlash and report.regime is closed_form.Regime.REVERSING:
+    if p.backlash and report.regime is closed_form.OutputRegime.REVERSING:
         stands = report.reverse_angle <= p.play
         notes.append("the play takes up the reverse motion: the output stands" if stands else
                      "the reverse motion exceeds the play: the output runs back")  # fmt: skip

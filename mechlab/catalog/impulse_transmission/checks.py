@@ -22,13 +22,13 @@ from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.impulse_transmission.build import Parameters, build, full_coordinates, minimal_coordinates
 from mechlab.catalog.impulse_transmission.checks_runs import PORTRAIT_CHECK, RUN_CHECKS, STICKING_CHECKS, TURNING
 from mechlab.catalog.impulse_transmission.questions import TURNS, closed_cycle
+from mechlab.engines.protocol import engine
 from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit import mass_check
 from mechlab.kit.benchmark_parts import in_plane
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array, axis_rotation
 
 ANGLES, RATES = (0.9, 0.35), (1.7, -0.6)
@@ -88,13 +88,12 @@ TABLE = {
 def _engine_accelerations(p: Parameters, fidelity: str, states: Array) -> Array:
     """(n, 2) alpha'' and beta'' by Pinocchio's tree, at states (alpha, beta, alpha', beta', Md), resisting torque M0."""
     m = build(p, fidelity)
-    plant = room("pinocchio").PinPlant(m)
     place = minimal_coordinates if fidelity == "minimal" else full_coordinates
     rows = np.array([m.row("alpha"), m.row("beta")])
     out = []
     for y in states:
         q, v = (place(p, y[[i]], y[[i + 1]])[0] for i in (0, 2))
-        a, _ = plant.set(q, v).accelerations(np.array([y[4], -p.M0]) @ rows)
+        a = engine("pinocchio").accelerations(m, q, v, np.array([y[4], -p.M0]) @ rows)
         out.append(rows @ a)
     return np.array(out)
 
@@ -107,8 +106,10 @@ def i1(p: Parameters) -> CheckResult:
     alpha, beta, u, v, motor = states.T
     truth = np.column_stack(accelerations(p.impulse, alpha, beta, u, v, motor, p.M0))
     scale = np.abs(truth).max(axis=0)
-    said = {f"pinocchio {f}": _engine_accelerations(p, f, states) / scale for f in ("minimal", "full")}
-    return CheckResult(said, 1e-12, truth / scale, "alpha'' and beta'' with motor torque, load and spring, relative")
+    measured = {f"pinocchio {f}": _engine_accelerations(p, f, states) / scale for f in ("minimal", "full")}
+    return CheckResult(
+        measured, 1e-12, truth / scale, "alpha'' and beta'' with motor torque, load and spring, relative"
+    )
 
 
 def i2(p: Parameters) -> CheckResult:
@@ -127,13 +128,13 @@ def i2(p: Parameters) -> CheckResult:
 
 def i3_table(p: Parameters) -> CheckResult:
     """The formula against the numbers of the specification, to their last digit."""
-    said = []
+    measured = []
     for q, M0, M1 in TABLE:
         i = replace(Impulse(), q=q)
         found = unidirectional(i, SPEED, M0, M1)
-        said.append(frictionless_mean_speed(i, SPEED) if M1 == 0.0 else float(found.without_sticking))
+        measured.append(frictionless_mean_speed(i, SPEED) if M1 == 0.0 else float(found.without_sticking))
     return CheckResult(
-        {"analytic": said}, 1e-6, list(TABLE.values()), "ten cells; two of them ignore that the output would stick"
+        {"analytic": measured}, 1e-6, list(TABLE.values()), "ten cells; two of them ignore that the output would stick"
     )
 
 
@@ -165,15 +166,15 @@ def i3_events(p: Parameters) -> CheckResult:
 
 def i3_sticking(p: Parameters) -> CheckResult:
     """Where the closed form says that the output sticks, the simulation sticks; and nowhere else."""
-    said: dict[str, list[float]] = {"analytic": [], "hybrid": []}
+    measured: dict[str, list[float]] = {"analytic": [], "hybrid": []}
     for q, M0, M1 in TABLE:
         if M1 == 0.0:
             continue
         i = replace(Impulse(), q=q, M0=M0, M1=M1)
         run = closed_cycle(i, SPEED)
-        said["analytic"].append(float(not unidirectional(i, SPEED).exists))
-        said["hybrid"].append(float("nan") if run is None else float(run.stuck_psi > 0.0))
-    return CheckResult(said, 0.0, None, "1: sticks; set-valued friction, q = 4/5 with M1 = 750 is the case")
+        measured["analytic"].append(float(not unidirectional(i, SPEED).exists))
+        measured["hybrid"].append(float("nan") if run is None else float(run.stuck_psi > 0.0))
+    return CheckResult(measured, 0.0, None, "1: sticks; set-valued friction, q = 4/5 with M1 = 750 is the case")
 
 
 def _harmonic_error(kind: str) -> tuple[float, float]:

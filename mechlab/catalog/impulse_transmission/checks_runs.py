@@ -24,17 +24,16 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.portrait import flow
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 SPEED = 150.0
 
 
 def _turning_points() -> tuple[list[float], list[float]]:
-    """(said, expected): the half-phases of one-way rotation, by following the motion from one standstill to the next."""
+    """(measured, expected): the half-phases of one-way rotation, by following the motion from one standstill to the next."""
     i = replace(Impulse(), M0=18.0, M1=750.0)
     found = unidirectional(i, SPEED)
-    psi, said = float(found.psi_a), []
+    psi, measured = float(found.psi_a), []
     for load, time in ((i.M0 + i.M1, float(found.forward_time)), (i.M0 - i.M1, float(found.return_time))):
 
         def half(_: float, y: Array, load: float = load) -> Array:
@@ -42,9 +41,9 @@ def _turning_points() -> tuple[list[float], list[float]]:
             return np.array([i.q * (SPEED - y[1]), accel])
 
         psi, rate = integrate_adaptive(half, 0.0, [psi, 0.0], time, rtol=1e-12, atol=1e-12).y[-1]
-        said += [float(psi), float(rate)]
+        measured += [float(psi), float(rate)]
     a, b = float(found.psi_a), float(found.psi_b)
-    return [*said, float(found.sine)], [b, 0.0, a + 2.0 * np.pi, 0.0, float(np.sin(0.5 * (a + b)))]
+    return [*measured, float(found.sine)], [b, 0.0, a + 2.0 * np.pi, 0.0, float(np.sin(0.5 * (a + b)))]
 
 
 def _orbit() -> tuple[list[float], list[float]]:
@@ -57,8 +56,8 @@ def _orbit() -> tuple[list[float], list[float]]:
     home = motion(i, SPEED, orbit.start, period)[:, -1]
     step, at = 1e-6 / SPEED, np.array([0.0, 0.3, 0.7]) * period
     slopes = (harmonic_motion(i, SPEED, at + step)[0] - harmonic_motion(i, SPEED, at - step)[0]) / (2.0 * step)
-    said = [orbit.period, *(1e2 * orbit.sines), *orbit.start, *harmonic_motion(i, SPEED, at)[1]]
-    return said, [period, *(1e2 * np.array(sines)), *home, *slopes]
+    measured = [orbit.period, *(1e2 * orbit.sines), *orbit.start, *harmonic_motion(i, SPEED, at)[1]]
+    return measured, [period, *(1e2 * np.array(sines)), *home, *slopes]
 
 
 def _system(p: Parameters) -> tuple[list[float], list[float]]:
@@ -74,12 +73,12 @@ def _system(p: Parameters) -> tuple[list[float], list[float]]:
 def i13(p: Parameters) -> CheckResult:
     """All of it."""
     pairs = (_turning_points(), _orbit(), _system(p))
-    said, expected = ([x for pair in pairs for x in pair[k]] for k in (0, 1))
+    measured, expected = ([x for pair in pairs for x in pair[k]] for k in (0, 1))
     # Differences over 1e-6 of a radian: 1e-10 of rates of 10 rad/s in rounding; Newton ends at gaps of 1e-9 rad/s.
     note = (
         "psi [rad] and speed at the turning points, sine; period [s], 100 x amplitudes, start; rates; system, relative"
     )
-    return CheckResult({"closed form": said}, 1e-7, expected, note)
+    return CheckResult({"closed form": measured}, 1e-7, expected, note)
 
 
 TURNING = Check(
@@ -140,12 +139,14 @@ ENDS = {
 
 def i5(p: Parameters) -> CheckResult:
     """Ends of two figures by Pinocchio with events and by the closed form with events."""
-    said: dict[str, list[Array]] = {"analytic": [], "hybrid": []}
+    measured: dict[str, list[Array]] = {"analytic": [], "hybrid": []}
     for scene, duration in ENDS:
         q = of_scene(scene)
-        said["analytic"].append(simulate(q, np.array([0.0, duration]))[0][-1][[1, 3, 2, 4]])
-        said["hybrid"].append(end(hybrid_run(q, scene, duration)))
-    return CheckResult({k: np.array(v) for k, v in said.items()}, 1e-6, list(ENDS.values()), "beta, beta', alpha', Md")
+        measured["analytic"].append(simulate(q, np.array([0.0, duration]))[0][-1][[1, 3, 2, 4]])
+        measured["hybrid"].append(end(hybrid_run(q, scene, duration)))
+    return CheckResult(
+        {k: np.array(v) for k, v in measured.items()}, 1e-6, list(ENDS.values()), "beta, beta', alpha', Md"
+    )
 
 
 def i6_minimal(p: Parameters) -> CheckResult:
@@ -181,25 +182,23 @@ def i6_full(p: Parameters) -> CheckResult:
 
 def i6_motor(p: Parameters) -> CheckResult:
     """The DC motor of the model file, evaluated by MuJoCo, against the source's motor equation at 20 states."""
-    import mujoco
-
-    model, data = room("mujoco").to_mujoco(build(p, "minimal"))
     if p.static_motor:
         raise NoSolution("tau = 0: the motor has no state.")
-    model.actuator_actearly[:] = False  # else the torque is that of the current at the end of the step
-    data.ctrl[0] = voltage(p)
+    from mechlab.engines.mujoco.drive import motor_states
+
     rng = np.random.default_rng(2)
-    said, truth = [], []
+    states = []
     for _ in range(20):
-        data.qvel[:] = rng.uniform(-200.0, 200.0, 2)
-        data.act[0] = rng.uniform(-100.0, 200.0)
-        mujoco.mj_forward(model, data)
-        torque, rate = float(data.act[0]), float(motor_rate(p.impulse, data.actuator_velocity[0], data.act[0]))
-        said.append([float(data.act_dot[0]), float(data.actuator_force[0])])
-        truth.append([rate, torque])
+        states.append([*rng.uniform(-200.0, 200.0, 2), rng.uniform(-100.0, 200.0)])
+    rows = np.array(states)
+    speed, act_dot, force = motor_states(build(p, "minimal"), voltage(p), rows[:, :2], rows[:, 2])
+    truth = np.column_stack([motor_rate(p.impulse, speed, rows[:, 2]), rows[:, 2]])
     scale = np.abs(truth).max(axis=0)
     return CheckResult(
-        {"mujoco dcmotor": np.array(said) / scale}, 1e-10, np.array(truth) / scale, "dMd/dt and torque, relative"
+        {"mujoco dcmotor": np.column_stack([act_dot, force]) / scale},
+        1e-10,
+        truth / scale,
+        "dMd/dt and torque, relative",
     )
 
 

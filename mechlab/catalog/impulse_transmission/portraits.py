@@ -80,12 +80,12 @@ def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     start = _states(p, o)
     t, y = flow(f, start, float(o["duration"]), float(o["timestep"]))
     arrays = {"t": t} | {name: y[:, :, k].T for k, name in enumerate(STATES)}
-    told = f"{len(start)} motions at once by RK4, step {float(o['timestep']):g} s, "
+    note = f"{len(start)} motions at once by RK4, step {float(o['timestep']):g} s, "
     if width:
-        told += _against_events(p, start, y[-1], t[-1])
+        note += _against_events(p, start, y[-1], t[-1])
     else:
-        told += f"estimated error {estimated_error(f, start, float(o['duration']), float(o['timestep'])):.2g}"
-    return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=(told, *notes))
+        note += f"estimated error {estimated_error(f, start, float(o['duration']), float(o['timestep'])):.2g}"
+    return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=(note, *notes))
 
 
 def _against_events(p: Parameters, start: Array, end: Array, duration: float) -> str:
@@ -148,7 +148,7 @@ def poincare(p: Parameters, given: Mapping[str, Any]) -> Portrait:
         np.where(passed, w - np.sqrt(np.maximum(y[:, :, 1], 0.0)), np.nan),
     )
     arrays = {"beta": beta.T, "beta_rate": rate.T}
-    told = f"{len(start)} motions over {turns} turns of psi, {TURN_STEPS} steps of RK4 each"
+    note = f"{len(start)} motions over {turns} turns of psi, {TURN_STEPS} steps of RK4 each"
     ended = int(np.count_nonzero(~passed[-1]))
     if ended:
         notes = (*notes, f"{ended} motions end: the output shaft reaches the input speed, psi turns back")
@@ -156,9 +156,9 @@ def poincare(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     if len(few):
         error = estimated_error(f, few, 2.0 * math.pi * min(turns, 10), 2.0 * math.pi / TURN_STEPS)
         # What is integrated is (w - beta')^2, whose error is 2 w times that of beta'.
-        told += f", estimated error of the steps after {min(turns, 10)} turns {error / (2.0 * w):.2g} rad/s in beta'"
+        note += f", estimated error of the steps after {min(turns, 10)} turns {error / (2.0 * w):.2g} rad/s in beta'"
     title = f"Poincare map at psi = 0 (mod 2 pi), {w:g} rad/s"
-    return Portrait("poincare", title, "beta", "beta_rate", arrays, UNITS, True, (told, *notes))
+    return Portrait("poincare", title, "beta", "beta_rate", arrays, UNITS, True, (note, *notes))
 
 
 def exact(p: Parameters, given: Mapping[str, Any]) -> Portrait:

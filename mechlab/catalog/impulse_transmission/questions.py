@@ -55,8 +55,8 @@ def analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
                 f"(ignoring that, the formula would give {float(found[bad].without_sticking):.9g} rad/s)"
             )
         sine = float(found[bad].sine)
-        told = f"; sin(psi_m) = {sine:.6g}, the limit is 1" if math.isfinite(sine) else ""
-        return Answer(status=Status.NO_REGIME, notes=(reasons[bad].removeprefix("no such regime: ") + told,))
+        excess = f"; sin(psi_m) = {sine:.6g}, the limit is 1" if math.isfinite(sine) else ""
+        return Answer(status=Status.NO_REGIME, notes=(reasons[bad].removeprefix("no such regime: ") + excess,))
     values = {k: np.array([float(getattr(r, k)) for r in found]).reshape(speed.shape) for k in ANSWERS}
     notes: tuple[str, ...] = ()
     if i.M1 == 0:

@@ -11,13 +11,13 @@ import numpy as np
 from mechlab.analytic.impulse import Impulse, harmonic_motion, unidirectional
 from mechlab.catalog.impulse_transmission.build import Parameters, build, minimal_coordinates, voltage, winding
 from mechlab.catalog.impulse_transmission.problems import WithMotor
+from mechlab.engines.protocol import engine
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import Constant, DcMotor, Law
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings, preset
 from mechlab.integrate import integrate_hybrid
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 SMOOTH_STEP = 2.5e-4
@@ -143,18 +143,16 @@ def hybrid_run(
     p: Parameters, scene: str, duration: float, fidelity: str = "minimal", tolerance: float = 1e-11
 ) -> Recording:
     """A scene by the engine hybrid; equations from Pinocchio."""
-    room("pinocchio")
-    from mechlab.engines.own.hybrid import run
-
     made = replace(SCENES[scene].make(p, fidelity), duration=duration)
-    return run(build(p, fidelity), made, Settings(engine="hybrid", integrator="DOP853", tolerance=tolerance))
+    return engine("hybrid").run(
+        build(p, fidelity), made, Settings(engine="hybrid", integrator="DOP853", tolerance=tolerance)
+    )
 
 
 def mujoco_run(p: Parameters, scene: str, duration: float, timestep: float, fidelity: str = "minimal") -> Recording:
     """A scene by MuJoCo with RK4."""
     made = replace(SCENES[scene].make(p, fidelity), duration=duration)
-    found: Recording = room("mujoco").run(build(p, fidelity), made, preset("accurate", timestep=timestep))
-    return found
+    return engine("mujoco").run(build(p, fidelity), made, preset("accurate", timestep=timestep))
 
 
 def end(recording: Recording) -> Array:

@@ -3,8 +3,7 @@
 from mechlab.catalog.prosthetic_leg.build import Parameters, build
 from mechlab.catalog.prosthetic_leg.checks import CHECKS
 from mechlab.catalog.prosthetic_leg.claims import CLAIMS
-from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION as FREE_MOTION
-from mechlab.catalog.prosthetic_leg.questions import SLIDES as SLIDES
+from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION, SLIDES
 from mechlab.catalog.prosthetic_leg.scenes import SCENES, expand, reference
 from mechlab.experiment.entry import Entry
 

@@ -71,7 +71,7 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class Body:
+class LegBody:
     """Segments of the leg. The foot's centre of mass stands `foot_forward` [m] in front of the
     ankle and `foot_drop` [m] below it; the ankle stands `sole` [m] above the floor."""
 
@@ -90,7 +90,7 @@ HEEL = 0.05
 """Distance of the heel behind the ankle [m]."""
 
 
-def body(p: Parameters) -> Body:
+def body(p: Parameters) -> LegBody:
     """Masses and centres by Winter's fractions: thigh .100/.433/.323, leg .0465/.433/.302, foot .0145/.500/.475, trunk
     (head, arms, trunk) .678/-/.496 with its centre .374 of its length above the hip; lengths .245, .246, .152, .288 of
     the height, the ankle .039 above the sole.
@@ -102,7 +102,7 @@ def body(p: Parameters) -> Body:
         return Segment(long, share * mass, com * long, share * mass * (gyration * long) ** 2)
 
     foot = part(0.152, 0.0145, 0.5, 0.475)
-    return Body(
+    return LegBody(
         trunk=part(0.288, 0.678, 0.374, 0.496),
         thigh=part(0.245, 0.100, 0.433, 0.323),
         shin=part(0.246, 0.0465, 0.433, 0.302),
@@ -207,12 +207,12 @@ def _bar(s: Segment) -> Inertia:
     return Inertia.axial(s.mass, 0.1 * s.inertia, s.inertia, (1.0, 0.0, 0.0), (s.com, 0.0, 0.0))
 
 
-def _foot(size: Body) -> Inertia:
+def _foot(size: LegBody) -> Inertia:
     foot, com = size.foot, (size.foot_forward, 0.0, -size.foot_drop)
     return Inertia.axial(foot.mass, 0.1 * foot.inertia, foot.inertia, (1.0, 0.0, 0.0), com)
 
 
-def _shoe(size: Body, w: float) -> Shape:
+def _shoe(size: LegBody, w: float) -> Shape:
     place = Placement.of(np.eye(3), (size.foot_forward, 0.0, -0.75 * size.sole))
     return shape("box", place, SHOE, x=size.foot.length, y=0.8 * w, z=0.5 * size.sole)
 
@@ -232,15 +232,17 @@ def tree(p: Parameters, free: tuple[str, ...] = LEG) -> tm.Tree:
     foot = tm.planar_inertia(b.foot.mass, (b.foot_forward, -b.foot_drop), b.foot.inertia)
     bars = [tm.planar_inertia(s.mass, (s.com, 0.0), s.inertia) for s in (*thigh, *shin)]
     links = (
-        tm.Link(-1, here, along, nothing),
-        tm.Link(0, here, up, nothing),
-        tm.Link(1, here, turn, trunk),
-        tm.Link(2, here, up, carriage, p.C_hitch, 0.0, damping),
-        tm.Link(3, tm.placement((0.0, 0.0), -quarter), turn, bars[0]),
-        tm.Link(4, here, along, bars[1], p.C_thigh, 0.0, damping),
-        tm.Link(5, tm.placement((b.thigh.length, 0.0)), turn, bars[2]),
-        tm.Link(6, here, along, bars[3], p.C_shin, 0.0, damping),
-        tm.Link(7, tm.placement((b.shin.length, 0.0), quarter), turn, foot, p.ankle_stiffness, 0.0, p.ankle_damping),
+        tm.TreeLink(-1, here, along, nothing),
+        tm.TreeLink(0, here, up, nothing),
+        tm.TreeLink(1, here, turn, trunk),
+        tm.TreeLink(2, here, up, carriage, p.C_hitch, 0.0, damping),
+        tm.TreeLink(3, tm.placement((0.0, 0.0), -quarter), turn, bars[0]),
+        tm.TreeLink(4, here, along, bars[1], p.C_thigh, 0.0, damping),
+        tm.TreeLink(5, tm.placement((b.thigh.length, 0.0)), turn, bars[2]),
+        tm.TreeLink(6, here, along, bars[3], p.C_shin, 0.0, damping),
+        tm.TreeLink(
+            7, tm.placement((b.shin.length, 0.0), quarter), turn, foot, p.ankle_stiffness, 0.0, p.ankle_damping
+        ),
     )
     names = (*TRUNK, *LEG)
     return tm.Tree(links, (0.0, -p.gravity)).merged([k for k, n in enumerate(names) if n not in free])

@@ -15,11 +15,11 @@ from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.prosthetic_leg.build import FREE, HEEL, LEG, Parameters, body, build, tree
 from mechlab.catalog.prosthetic_leg.questions import answers, engine_terms, own_terms, random_states
 from mechlab.catalog.prosthetic_leg.scenes import SCENES, SWING_RATES, SWING_START, SWING_TIME, swing_motion
+from mechlab.engines.protocol import WITNESSES, engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit.checks import moving_in_fidelities
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
-from mechlab.kit.witness import room
 from mechlab.mechanism.geometry import Array
 
 STATE = {
@@ -112,11 +112,11 @@ def _terms(p: Parameters, k: int, note: str) -> CheckResult:
     own = own_terms(t, q, v)[k]
     axes = tuple(range(1, own.ndim))
     scale = np.max(np.abs(own), axis=axes, keepdims=True)
-    said = {"analytic": own / scale}
-    for engine in ("pinocchio", "mujoco"):
-        said[engine] = np.array([engine_terms(engine, m, a, b)[k] for a, b in zip(q, v, strict=True)]) / scale
+    measured = {"analytic": own / scale}
+    for name in WITNESSES:
+        measured[name] = np.array([engine_terms(name, m, a, b)[k] for a, b in zip(q, v, strict=True)]) / scale
     # Rounding of a 9 x 9 system: 1e-14 for M and h, times the condition of M (about 1e2) for the accelerations.
-    return CheckResult(said, 1e-12, note=f"{note} at {STATES} random states, relative to the largest entry of each")
+    return CheckResult(measured, 1e-12, note=f"{note} at {STATES} random states, relative to the largest entry of each")
 
 
 def _mass(p: Parameters) -> CheckResult:
@@ -138,13 +138,13 @@ def _swing_start() -> tuple[Array, Array]:
 def _swing(p: Parameters) -> CheckResult:
     scene = SCENES["swing"].make(p, "parts")
     own, _ = swing_motion(p, LEG, *_swing_start(), np.array([0.0, SWING_TIME]))
-    said = {"analytic": own[-1]}
-    for engine in ("pinocchio", "mujoco"):
-        settings = Settings(engine=engine, integrator="RK4", timestep=1e-3)
-        run = room(engine).run(build(p, "parts"), scene, settings)
-        said[engine] = np.array([run.channel(n)[-1] for n in LEG])
+    measured = {"analytic": own[-1]}
+    for name in WITNESSES:
+        settings = Settings(engine=name, integrator="RK4", timestep=1e-3)
+        run = engine(name).run(build(p, "parts"), scene, settings)
+        measured[name] = np.array([run.channel(n)[-1] for n in LEG])
     # RK4 at 1 ms with modes of up to 48 Hz: 8.1e-9 measured, of order 4.
-    return CheckResult(said, 1e-7, note="joints at the end of the swing")
+    return CheckResult(measured, 1e-7, note="joints at the end of the swing")
 
 
 def _energy(p: Parameters) -> CheckResult:
@@ -159,21 +159,21 @@ def _energy(p: Parameters) -> CheckResult:
 
 
 def _sliders(p: Parameters) -> CheckResult:
-    said = {w: np.array(list(answers(p, w, SWING_TIME).values())) for w in ("pinocchio", "mujoco")}
+    measured = {w: np.array(list(answers(p, w, SWING_TIME).values())) for w in ("pinocchio", "mujoco")}
     # Travel is read at samples; differences of two runs at 1 ms, 1e-8 each, and MuJoCo's clock of whole steps.
-    return CheckResult(said, 1e-6, note="path errors of the ankle with joints locked, and travels [m]")
+    return CheckResult(measured, 1e-6, note="path errors of the ankle with joints locked, and travels [m]")
 
 
 def _drop(p: Parameters) -> CheckResult:
     scene = replace(SCENES["stance-drop"].make(p, "full"), duration=DROP_TIMES[-1])
-    said = {}
-    for engine in ("pinocchio", "mujoco"):
-        run = room(engine).run(
-            build(p, "full"), scene, Settings(engine=engine, integrator="RK4", timestep=5e-4), list(DROP_TIMES)
+    measured = {}
+    for name in WITNESSES:
+        run = engine(name).run(
+            build(p, "full"), scene, Settings(engine=name, integrator="RK4", timestep=5e-4), list(DROP_TIMES)
         )
-        said[engine] = np.array([[run.at(n, t) for t in DROP_TIMES] for n in ("hitch", "thigh", "shin")])
+        measured[name] = np.array([[run.at(n, t) for t in DROP_TIMES] for n in ("hitch", "thigh", "shin")])
     # The contact switches within a step: first order locally, h^2 x impact acceleration (1e2 m/s2) = 3e-5 m at most.
-    return CheckResult(said, 3e-5, note="slides during the drop [m]")
+    return CheckResult(measured, 3e-5, note="slides during the drop [m]")
 
 
 CHECKS = (

@@ -14,10 +14,10 @@ import numpy as np
 from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.prosthetic_leg.build import LEG, Parameters, body, build, mechanism, tree
 from mechlab.catalog.prosthetic_leg.scenes import SWING_RATES, SWING_START, swing_motion
+from mechlab.engines.protocol import engine
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.questions import for_engines
-from mechlab.kit.witness import room
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
@@ -30,29 +30,10 @@ def own_terms(t: tm.Tree, q: Array, v: Array) -> Terms:
     return tm.mass_matrix(t, q), h, tm.accelerations(t, q, v)
 
 
-def engine_terms(engine: str, m: Mechanism, q: Array, v: Array) -> Terms:
+def engine_terms(name: str, m: Mechanism, q: Array, v: Array) -> Terms:
     """The same from an engine: Pinocchio's crba, rnea and aba; MuJoCo's full M, qfrc_bias - qfrc_passive and qacc."""
-    r = room(engine)
-    if engine == "pinocchio":
-        import pinocchio as pin
-
-        plant = r.PinPlant(m, q, v)
-        force = plant.passive.force(plant.kin, v)
-        return (
-            plant.mass_matrix(),
-            plant.bias(),
-            np.array(pin.aba(plant.kin.model, plant.kin.data, plant.kin.q_pin, v, -force)),
-        )
-    import mujoco
-
-    model, data = r.to_mujoco(m)
-    view = r.MujocoMap(m, model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
-    data.qpos[:] = view.engine_coordinates(q)
-    data.qvel[:] = view.engine_rates(data.qpos, v)
-    mujoco.mj_forward(model, data)
-    plant = r.MujocoPlant(m, model, data, view)
-    return plant.mass_matrix().copy(), plant.bias(), view.rates(data.qacc).copy()
+    state = engine(name).state(m, q, v)
+    return state.mass_matrix, state.bias, engine(name).accelerations(m, q, v)
 
 
 def _values(qdd: Array) -> dict[str, float]:
@@ -156,15 +137,15 @@ def _motion(p: Parameters, witness: str, free: tuple[str, ...], times: Array, hi
         return dict(zip(free, q.T, strict=True))
     scene = Scene("swing", "parts", float(times[-1]), (), initial, rates)
     settings = Settings(engine=witness, integrator="RK4", timestep=1e-3)
-    run = room(witness).run(mechanism(p, free), scene, settings, times.tolist())
+    run = engine(witness).run(mechanism(p, free), scene, settings, times.tolist())
     return {n: np.array([run.at(n, t) for t in times]) for n in free}
 
 
 def _ask(witness: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
     duration = float(given["swing_duration"])
     found = answers(p, witness, duration)
-    told = {"hitch": "lock_hitch_error", "thigh and shin": "lock_thigh_shin_error"}
-    needed = [n for n, key in told.items() if found[key] > ALLOWED]
+    errors = {"hitch": "lock_hitch_error", "thigh and shin": "lock_thigh_shin_error"}
+    needed = [n for n, key in errors.items() if found[key] > ALLOWED]
     note = f"for {1e3 * ALLOWED:g} mm at the ankle the swing needs: {', '.join(needed) or 'no slide'}"
     return Answer(found, notes=(note,))
 

@@ -8,11 +8,9 @@ The engine's rows (efc_J) have no dJ/dt v. The rows here span the same space and
     spatial tendon   the distance of two sites is constant:    J = e (jacp_2 - jacp_1), b = |d' across e|^2/|d| + e b_12
                      with d between the sites, e = d / |d|; the engine itself leaves b out of its distance rows
 
-Connectors: the small bodies that stand for the freedoms of a closing prismatic, cylindrical or universal joint.
-
-MuJoCo closes a loop by `connect` or `weld` only. A loop of another kind becomes a body that hangs on one side of the
-loop with the joints of that kind, and is welded to the other side. Its coordinates are not of the Mechanism; in an
-assembled pose they follow in closed form from where the weld wants the body to be.
+Connectors: MuJoCo closes a loop by `connect` or `weld` only. A loop that is a prismatic, cylindrical or universal joint becomes a
+small body that hangs on one side of the loop with the joints of that kind, and is welded to the other side. Its coordinates are
+not of the Mechanism; in an assembled pose they follow in closed form from where the weld wants the body to be.
 """
 
 from __future__ import annotations

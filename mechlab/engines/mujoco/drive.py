@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.model import MujocoMap, passive
+from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.errors import MechlabError
@@ -152,3 +152,21 @@ def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:
             model.actuator_biasprm[k, :3] = law.stiffness * offset, -law.stiffness, -law.damping
         elif isinstance(law, Servo):
             model.actuator_damping[k] = law.damping
+
+
+def motor_states(mechanism: Mechanism, control: float, rates: Array, currents: Array) -> tuple[Array, Array, Array]:
+    """The first actuator of the model file at states with rates (n, engine nv) and activations (n,), under a constant control: its
+    speed, the rate of its activation, and its force, (n,) each.
+
+    The force is that of the activation at the state itself, not at the end of the step (`actearly`).
+    """
+    model, data = to_mujoco(mechanism)
+    model.actuator_actearly[:] = False
+    data.ctrl[0] = control
+    out = []
+    for v, current in zip(rates, currents, strict=True):
+        data.qvel[:], data.act[0] = v, current
+        mujoco.mj_forward(model, data)
+        out.append((data.actuator_velocity[0], data.act_dot[0], data.actuator_force[0]))
+    speed, rate, force = np.array(out).T
+    return speed, rate, force

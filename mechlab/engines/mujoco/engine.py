@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.mujoco.linearise import SmallMotions
+from mechlab.engines.mujoco.linearise import MujocoSmallMotions
 from mechlab.engines.mujoco.plant import StateOfMujoco
 from mechlab.engines.mujoco.runner import run, versions
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
@@ -75,9 +75,9 @@ class Mujoco(Engine):
         """The mechanism in its reference pose at rest; actuators are taken out."""
         return StateOfMujoco(mechanism)
 
-    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> SmallMotions:
+    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> MujocoSmallMotions:
         """See `mechlab.engines.mujoco.linearise`."""
-        return SmallMotions(mechanism, laws)
+        return MujocoSmallMotions(mechanism, laws)
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """qacc of mj_forward, with the engine's soft rows."""

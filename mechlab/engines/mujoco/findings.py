@@ -1,11 +1,8 @@
-"""The health record of a MuJoCo run.
+"""The health record of a MuJoCo run: what was seen of loops, dry friction, ends of ranges, soft rows and masses.
 
-Watches the loops of a MuJoCo run: soft constraints give way silently where nothing can close.
-
-Masses that MuJoCo cannot hold: it works with no number below mjMINVAL = 1e-15 where it divides, moments of inertia among
-them, so that a small light part becomes a heavier one without a word.
-
-The rows of dry friction of a MuJoCo run, sample by sample: which of them only creep.
+Soft constraints give way silently where nothing can close, so every sample is looked at for a loop that has opened. Rows of dry
+friction creep instead of sticking. And MuJoCo divides by no number below mjMINVAL = 1e-15, moments of inertia among them, so
+that a small light part becomes a heavier one without a word.
 """
 
 from __future__ import annotations
@@ -17,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model import MujocoMap
-from mechlab.engines.mujoco.stepping import BlowUp
+from mechlab.engines.mujoco.stepping import SteppingEnd
 from mechlab.experiment.energy import dissipation, energy_finding, work
 from mechlab.experiment.findings import (
     OPEN_LOOP,
@@ -81,7 +78,7 @@ class FrictionWatch:
 LOOKED_AT = 250
 """At most so many samples are looked at where each costs a walk through the whole tree."""
 UNEXPLAINED, SLIP_FLOOR = 3.0, 1e-6
-"""Measured over predicted slip of gear rows that is to be known, and the slip [rad or m] below which it is not."""
+"""Measured over predicted slip of gear rows above which the finding warns, and the slip [rad or m] below which it does not."""
 _HARMLESS = ("VGEOMFULL",)
 """Warnings of the engine that concern a picture; all others say that an equation was not solved as it stands."""
 
@@ -117,7 +114,7 @@ def health(
     scene: Scene,
     settings: Settings,
     data: mujoco.MjData,
-    blow_up: BlowUp | None,
+    blow_up: SteppingEnd | None,
     samples: Samples,
     states: tuple[Array, Array],
 ) -> Health:
@@ -167,7 +164,7 @@ def health(
     return Health(tuple(out))
 
 
-def _blown(mechanism: Mechanism, blow_up: BlowUp, scene: Scene, settings: Settings) -> Finding:
+def _blown(mechanism: Mechanism, blow_up: SteppingEnd, scene: Scene, settings: Settings) -> Finding:
     tips = [f"a smaller timestep (now {settings.timestep:g} s)"]
     parts: tuple[Joint | Shaft | Spring, ...] = (*mechanism.joints, *mechanism.shafts, *mechanism.springs)
     if any(x.stiffness or x.damping for x in parts) and settings.integrator != "discrete":
@@ -238,7 +235,7 @@ def _notes(mechanism: Mechanism, settings: Settings) -> list[Finding]:
 
 
 class LoopWatch:
-    """Tells after each evaluated sample whether a loop is torn: open by more than 1e-3 of the smallest link."""
+    """Tells after each evaluated sample whether a loop has opened by more than 1e-3 of the smallest link."""
 
     def __init__(self, map_: MujocoMap) -> None:
         self.map = map_
@@ -246,7 +243,7 @@ class LoopWatch:
         self.names = [x.name for x in map_.mechanism.loops if x.kind != "distance"]
         self.worst: tuple[float, float, str] | None = None
 
-    def torn(self, t: float, data: mujoco.MjData) -> bool:
+    def opened(self, t: float, data: mujoco.MjData) -> bool:
         """True when the distance between the two sides of any loop is beyond the limit; remembers which and how far."""
         if not self.names or not np.isfinite(self.limit):
             return False
@@ -257,17 +254,17 @@ class LoopWatch:
         return self.worst is not None
 
     def finding(self, duration: float) -> Finding | None:
-        """The error finding "loop_open", or None when no loop was torn."""
+        """The error finding "loop_open", or None when no loop opened."""
         if self.worst is None:
             return None
         t, gap, name = self.worst
         return open_loop_finding(t, gap, self.limit, duration, name)
 
 
-LIMIT = 1e-6
+MASS_LIMIT = 1e-6
 
 
-def floor_finding(map_: MujocoMap, q: Array) -> Finding | None:
+def masses_finding(map_: MujocoMap, q: Array) -> Finding | None:
     """Finding "engine_masses" (an error) where the engine's mass matrix at q (nq,) is not that of the mechanism; None where
     it is, within LIMIT of sqrt(M_ii M_jj), or where connectors that the mechanism lacks carry a part of the masses."""
     if len(map_.other_dof):
@@ -279,10 +276,10 @@ def floor_finding(map_: MujocoMap, q: Array) -> Finding | None:
     scale = np.sqrt(np.abs(np.diag(own)))
     off = np.abs(map_.mass_matrix(data) - own) / np.where(np.outer(scale, scale) > 0.0, np.outer(scale, scale), 1.0)
     worst = float(np.max(off, initial=0.0))
-    if worst <= LIMIT:
+    if worst <= MASS_LIMIT:
         return None
     text = (
         f"MuJoCo's mass matrix is off by {worst:.2g} of its size: a moment of inertia below {mujoco.mjMINVAL:g} kg m2 is too "
         "small for this engine; do not trust this run. Take --engine pinocchio, or other units of length and mass"
     )
-    return Finding("engine_masses", worst, LIMIT, "of its size", "error", text)
+    return Finding("engine_masses", worst, MASS_LIMIT, "of its size", "error", text)

@@ -20,7 +20,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, newton
 
 
-class SmallMotions:
+class MujocoSmallMotions:
     """A mechanism under laws, held still at time 0; implements `mechlab.studies.modes.eigen.Dynamics` on MuJoCo.
 
     A pose x is the engine's qpos; displacements and rates have the engine's nv entries.

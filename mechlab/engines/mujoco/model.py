@@ -18,6 +18,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
 Indices = np.ndarray
+Model = mujoco.MjModel
 
 
 @lru_cache(maxsize=32)

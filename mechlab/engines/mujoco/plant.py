@@ -1,13 +1,12 @@
-"""The state of a MuJoCo run as laws see it: `mechlab.experiment.laws.Plant` over an MjData, fast and by name.
+"""A mechanism at one state of a MuJoCo model, as laws and checks see it.
 
-Accelerations and reactions of hard constraints, from the engine's own terms: for models with distance loops.
+`MujocoPlant` looks at the MjData of a run; `StateOfMujoco` has a model of its own and can be put into any state.
 
-MuJoCo holds a distance by a tendon equality, whose dJ/dt v it ignores: its positions converge, its accelerations and
-forces do not. They are had from the same mass matrix, forces and Jacobians by
+`ExactDynamics`: accelerations and reactions of hard constraints from the engine's own terms. MuJoCo holds a distance loop by a
+tendon equality, whose dJ/dt v it ignores: its positions converge, its accelerations and forces do not. With the exact rows of
+`Closure` they follow from the same mass matrix, forces and Jacobians; redundant rows share their load by least squares:
 
     M a - J^T r = qfrc_smooth + forces of friction and limits,    J a = -dJ/dt v
-
-with the exact rows of `Closure`; redundant rows share their load in the least-squares sense.
 """
 
 from __future__ import annotations
@@ -165,6 +164,12 @@ class StateOfMujoco(MujocoPlant):
         with engine():
             mujoco.mj_forward(self.model, data)
         return self
+
+    def relation_rows(self) -> Array:
+        """(relations, nv) rows of the tendons that stand for the relations, in their order."""
+        equalities, closure = self.map.equalities, self._closure
+        k = [closure.slices[equalities[r.name][0]].start for r in self.mechanism.relations]
+        return closure.rows(self.data)[0][k][:, self.map.dof]
 
     def closing(self) -> tuple[Array, Array, Array]:
         """(rows,) residual and (rows, engine nv) gradient of the engine's equality rows (efc_pos, efc_J), (engine nv,) rates;

@@ -11,7 +11,7 @@ import scipy
 
 from mechlab.engines.mujoco.control import controlled, engine
 from mechlab.engines.mujoco.drive import Driver, engage
-from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch, floor_finding, health
+from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch, health, masses_finding
 from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.reactions import Reactions
@@ -64,7 +64,7 @@ def run(
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
     channels, units = samples.channels(mechanism, *states)
     findings = health(mechanism, scene, chosen, data, blow_up, samples, states)
-    ahead = [f for f in (samples.loops.finding(scene.duration), floor_finding(map_, q)) if f is not None]
+    ahead = [f for f in (samples.loops.finding(scene.duration), masses_finding(map_, q)) if f is not None]
     findings = Health(tuple(ahead)) + findings
     per_step = 4 if chosen.integrator == "RK4" else 1
     return Recording(
@@ -112,7 +112,7 @@ class _Samples:
 
     def take(self, t: float) -> bool:
         """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here,
-        a loop is torn or the assembly mode is not the one to keep."""
+        a loop has opened or the assembly mode is not the one to keep."""
         data = self.data
         self.driver.sampling = True
         mujoco.mj_forward(self.model, data)
@@ -131,7 +131,7 @@ class _Samples:
         self._work.append(self.driver.work)
         self._slip.append(self.reactions.slip(data))
         self.friction.take(data)
-        return self.loops.torn(t, data) or self.watch.changed(self.q[-1])
+        return self.loops.opened(t, data) or self.watch.changed(self.q[-1])
 
     def channels(self, mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
         """All channels of the run, with units."""

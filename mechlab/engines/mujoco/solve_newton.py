@@ -1,7 +1,7 @@
-"""What a question to MuJoCo may hold or ask: joints, shafts and frames by name, as rows over the engine's rates.
-
-MuJoCo as a witness for questions: assembly by Newton on its own kinematics and constraint rows, then rates and
+"""MuJoCo as a witness for questions: assembly by Newton's method on its own kinematics and constraint rows, then rates and
 accelerations from its own Jacobians. The numpy kinematics of the Mechanism take no part in the numbers.
+
+What is given and asked (joints, shafts, coordinates of frames) becomes rows over the engine's rates by name: `Targets`.
 """
 
 from __future__ import annotations

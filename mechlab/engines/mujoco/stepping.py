@@ -21,7 +21,7 @@ _BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujo
 
 
 @dataclass(frozen=True)
-class BlowUp:
+class SteppingEnd:
     """When and how a run failed."""
 
     t: float
@@ -70,7 +70,7 @@ def advance(
     map_: MujocoMap,
     steps: Grid,
     sample: Callable[[float], bool],
-) -> tuple[BlowUp | None, float, int]:
+) -> tuple[SteppingEnd | None, float, int]:
     """Step through the grid and call `sample(t)` at every recorded step, the first included; end there when it
     answers True.
 
@@ -93,7 +93,7 @@ def advance(
         memory = data.qacc_warmstart.copy()
         stop = sample(data.time)
         if _fault(data) is not None:
-            return BlowUp(data.time, _reason(data, map_, data.qvel)), cpu, done
+            return SteppingEnd(data.time, _reason(data, map_, data.qvel)), cpu, done
         data.qacc_warmstart[:] = memory
         if stop:
             break
@@ -124,7 +124,7 @@ def _fault(data: mujoco.MjData) -> str | None:
 
 def _locate(
     model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, steps: Grid, state: Array, start: int, end: int
-) -> BlowUp:
+) -> SteppingEnd:
     """Repeat the steps one by one from the last good state, to say when it happened."""
     mujoco.mj_setState(model, data, state, _STATE)
     for k in _BAD:
@@ -134,8 +134,8 @@ def _locate(
         before[:] = data.qvel
         _step(model, data, steps, k, k + 1)
         if _fault(data) is not None:
-            return BlowUp(steps.t(k + 1), _reason(data, map_, before))
-    return BlowUp(steps.t(end), _reason(data, map_, before))
+            return SteppingEnd(steps.t(k + 1), _reason(data, map_, before))
+    return SteppingEnd(steps.t(end), _reason(data, map_, before))
 
 
 def _reason(data: mujoco.MjData, map_: MujocoMap, before: Array) -> str:

@@ -174,12 +174,12 @@ def run(
     model = OneFreedom(mechanism, scene.laws, q0, timestep=settings.timestep)
     first = [model.path.start.phi, float(mechanism.row(model.coordinate) @ v0), 0.0]
     state = np.concatenate([first, model.memory.initial])
-    t, y, steps, end = _march(model, settings, times, state)
+    t, y, steps, end = _integrate(model, settings, times, state)
     spent = time.thread_time() - began
     return _recording(model, scene, settings, t, y, Cost(spent, steps, model.evaluations), end)
 
 
-def _march(
+def _integrate(
     model: OneFreedom, settings: Settings, times: Array, state: Array
 ) -> tuple[Array, Array, int, tuple[float, str] | None]:
     """States at the sample times, steps, and where and why it stopped early."""
@@ -242,7 +242,7 @@ def _recording(
         units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
     findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2], laws=scene.laws)]
     text = (
-        f"along {model.coordinate}, {model.table.cells} cells from {model.table.samples} closed poses; "
+        f"along {model.coordinate}, {model.table.pieces} cells from {model.table.samples} closed poses; "
         "they are off between the nodes, relative to each column, by"
     )
     findings.append(limit_finding("path_error", model.table.error, PATH_LIMIT, "", text))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechlab.engines.peers.links import PEERS, cannot_carry, installed
+from mechlab.engines.peers.links import PEERS, installed, not_expressible
 from mechlab.engines.peers.process import trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.laws import Law
@@ -32,7 +32,7 @@ class Peer(Engine):
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
     ) -> str:
         """What of the scene has no counterpart in the peer."""
-        return cannot_carry(self.name, settings.integrator, mechanism, scene)
+        return not_expressible(self.name, settings.integrator, mechanism, scene)
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
         """Nobody counts what a peer does: it is budgeted like own equations."""

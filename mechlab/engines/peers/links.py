@@ -1,9 +1,8 @@
-"""The tree of a Mechanism as a chain of one-joint links, in the form in which every peer takes it.
+"""What peers are given: the tree of a Mechanism as a chain of one-joint links, the form in which every peer takes it; and what of a
+scene no peer can express, as a sentence, before anything is built.
 
-A body with several joints becomes several links, the last of which carries its inertia; a body without joints is part of
-its parent's link. The frame of a link stands at its joint and has the joint's axis along z.
-
-What no peer is given: said in a sentence, before anything is built.
+A body with several joints becomes several links, the last of which has its inertia; a body without joints is part of its parent's
+link. The frame of a link stands at its joint and has the joint's axis along z.
 """
 
 from __future__ import annotations
@@ -142,7 +141,7 @@ def refusal(peer: str, integrator: str, mechanism: Mechanism, scene: Scene) -> s
     """
     if not installed(peer):
         return f"{peer} is not installed; pip install 'mechlab[peers]'"
-    return cannot_carry(peer, integrator, mechanism, scene)
+    return not_expressible(peer, integrator, mechanism, scene)
 
 
 def controlled(peer: str, integrator: str) -> bool:
@@ -150,7 +149,7 @@ def controlled(peer: str, integrator: str) -> bool:
     return integrator in CONTROLLED[peer]
 
 
-def cannot_carry(peer: str, integrator: str, mechanism: Mechanism, scene: Scene) -> str:
+def not_expressible(peer: str, integrator: str, mechanism: Mechanism, scene: Scene) -> str:
     """What of the scene has no counterpart in the peer; empty when all has. Looks at the data alone."""
     if integrator not in INTEGRATORS[peer]:
         raise unknown(f"integrator of {peer}", integrator, INTEGRATORS[peer])

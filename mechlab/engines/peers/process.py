@@ -1,8 +1,5 @@
-"""Messages between this process and that of a peer: 8 bytes of length and that many bytes of pickle.
-
-A peer in a process of its own: kept between runs, started again after a crash or a limit.
-
-Timed runs of a peer, in a process of its own: a crash is a reason, not an end.
+"""Timed runs of a peer in a process of its own, kept between runs and started again after a crash or a limit: a crash is a reason
+why a run ended, not the end of the program. A message between the two is 8 bytes of length and that many bytes of pickle.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Constrained dynamics on Pinocchio: mass matrix, bias, constraint rows of a state, and the accelerations that
-follow.
+"""A mechanism at one state on Pinocchio: mass matrix, bias, constraint rows, accelerations and reactions.
 
-Passive forces of a Mechanism: dampers and springs of joints and shafts, springs between points, dry friction.
+    M(q) a + h(q, v) = tau + J^T r,    J a + dJ/dt v = 0
+
+M with armatures and J c c^T of every shaft; h with Coriolis, centrifugal, weight and passive terms: dampers and springs of joints
+and shafts, springs between points. Dry friction is not in h: it has no value at rest.
 """
 
 from __future__ import annotations
@@ -187,6 +189,10 @@ class PinPlant:
         if self._row_bias is None:
             self._row_bias = self.constraints.bias()
         return self._row_bias
+
+    def relation_rows(self) -> Array:
+        """(relations, nv) rows of the relations, in their order."""
+        return self.jacobian()[[self.constraints.slices[r.name].start for r in self.mechanism.relations]]
 
     def closing(self) -> tuple[Array, Array, Array]:
         """(rows,) residual, (rows, nv) its gradient, (nv,) the rates."""

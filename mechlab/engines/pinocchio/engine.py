@@ -14,7 +14,7 @@ from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.jacobians import accelerations_of, rates
 from mechlab.engines.pinocchio.kinematics import frame_motion
-from mechlab.engines.pinocchio.linearise import SmallMotions
+from mechlab.engines.pinocchio.linearise import PinSmallMotions
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
 from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
@@ -75,9 +75,9 @@ class Pinocchio(Engine):
         """See `mechlab.engines.pinocchio.equations`."""
         return Equations(mechanism, laws, h)
 
-    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> SmallMotions:
+    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> PinSmallMotions:
         """See `mechlab.engines.pinocchio.linearise`."""
-        return SmallMotions(mechanism, laws)
+        return PinSmallMotions(mechanism, laws)
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """With loops, gears or shafts by the factored equations; of a tree by Featherstone's articulated bodies (pin.aba)."""

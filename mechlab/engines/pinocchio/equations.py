@@ -75,7 +75,7 @@ class Equations:
         """q (nq,) and v (nv,) of a state."""
         return y[: self._nq], y[self._nq : self._end]
 
-    def remembered(self, y: Array) -> Array:
+    def law_states(self, y: Array) -> Array:
         """States of the laws in a state."""
         return y[self._end : -1]
 
@@ -89,10 +89,10 @@ class Equations:
         """The plant at a state; raises BlowUp when the state is not finite or too fast."""
         q, v = self.split(y)
         if not y.dot(y) < FASTEST**2:
-            self._judge(t, y, v)
+            self._refuse_runaway(t, y, v)
         plant = self.plant
         if len(self.memory):
-            self.memory.put(plant, self.remembered(y))
+            self.memory.put(plant, self.law_states(y))
         if plant.q.tobytes() != q.tobytes():
             return plant.set(q.copy(), v.copy(), t)
         if plant.v.tobytes() != v.tobytes():
@@ -100,7 +100,7 @@ class Equations:
         plant.t = t
         return plant
 
-    def _judge(self, t: float, y: Array, v: Array) -> None:
+    def _refuse_runaway(self, t: float, y: Array, v: Array) -> None:
         """Raise BlowUp for a state that is not finite or too fast."""
         if not np.isfinite(y).all():
             raise BlowUp(t, "the state is not finite")
@@ -142,7 +142,7 @@ class Equations:
             dq[qs] = 0.5 * quaternion_product(q[qs], np.concatenate([[0.0], v[vs]]))
         out[self._nq : self._end] = now.a
         if len(self.memory):
-            out[self._end : -1] = self.memory.rate(t, self.plant, self.remembered(y))
+            out[self._end : -1] = self.memory.rate(t, self.plant, self.law_states(y))
         out[-1] = now.power
         return out
 
@@ -177,5 +177,5 @@ class Equations:
         now = self.instant(t, y)
         q, v = self.split(y)
         faster = v + h * now.a
-        kept = self.memory.after(t, self.plant, self.remembered(y), h)
+        kept = self.memory.after(t, self.plant, self.law_states(y), h)
         return np.concatenate([integrate(self.mechanism, q, h * faster), faster, kept, [y[-1] + h * now.power]])

@@ -1,6 +1,6 @@
 """Assembly and inverse kinematics on Pinocchio: closes the loops and gives joints, shafts and frames their values.
 
-Why a search for a position failed: out of reach, no assembly, or merely not converged.
+A search that fails says why: out of reach, no assembly, or merely not converged (`verdict`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,5 @@
-"""The Kinematics of a Mechanism on Pinocchio's data: poses, Jacobians, velocities, bias accelerations in world axes.
-
-Motion of a named frame by Pinocchio's kinematics.
+"""The Kinematics of a Mechanism on Pinocchio's data: poses, Jacobians, velocities, bias accelerations in world axes; and the motion
+of a named frame.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, newton
 
 
-class SmallMotions:
+class PinSmallMotions:
     """A mechanism under laws, held still at time 0; implements `mechlab.studies.modes.eigen.Dynamics` on Pinocchio.
 
     A pose x is the Mechanism's coordinates (nq,); displacements and rates have its nv entries.

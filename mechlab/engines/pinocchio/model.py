@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -158,3 +159,12 @@ def rate_columns(mechanism: Mechanism) -> NDArray[np.intp]:
         start = mechanism.q_slice[joint.name].start
         columns += [start] if joint.nv == 1 else [start + 1, start + 2, start + 3]
     return np.array(columns, dtype=np.intp)
+
+
+def urdf_mass(path: Path) -> tuple[float, int]:
+    """Mass [kg] of everything that moves in a URDF file, and the number of rates, as Pinocchio reads it. Raises MechlabError."""
+    try:
+        tree = pin.buildModelFromUrdf(str(path))
+    except ValueError as error:
+        raise MechlabError(f"Pinocchio refuses {path.name}: {error}") from None
+    return float(pin.computeTotalMass(tree)), int(tree.nv)

@@ -18,7 +18,7 @@ LINEAR, ANGULAR, ROTATION = "xyz", ("wx", "wy", "wz"), "rotation"
 
 
 @dataclass(frozen=True)
-class Quantity:
+class PoseQuantity:
     """A name resolved: a joint or shaft (`frame` None), or a coordinate of a frame. `part`: "x", "y", "z" (position),
     "wx", "wy", "wz" (rate of turning only), "rotation" (a (3, 3) matrix, frame axes to world)."""
 
@@ -32,15 +32,15 @@ class Quantity:
         return 3 if self.part == ROTATION else 1
 
 
-def resolve(mechanism: Mechanism, name: str) -> Quantity:
+def resolve(mechanism: Mechanism, name: str) -> PoseQuantity:
     """The quantity of that name: JOINT, SHAFT, FRAME_x _y _z, FRAME_wx _wy _wz or FRAME_rotation. Joints and shafts go
     first. Raises MechlabError that lists what exists."""
     if name in mechanism.scalar_names:
-        return Quantity(name)
+        return PoseQuantity(name)
     for frame in mechanism.frames:
         part = name.removeprefix(f"{frame.name}_")
         if part != name and (part in (*LINEAR, *ANGULAR, ROTATION)) and part:
-            return Quantity(name, frame, part)
+            return PoseQuantity(name, frame, part)
     frames = [f"{f.name}_{p}" for f in mechanism.frames for p in (*LINEAR, *ANGULAR, ROTATION)]
     raise unknown(f"{mechanism.name}: quantity", name, [*mechanism.scalar_names, *frames])
 
@@ -62,7 +62,7 @@ class Quantities:
         rotation, origin = self.kin.pose(frame.body)
         return rotation @ frame.placement.rotation, origin + rotation @ frame.placement.translation
 
-    def value(self, item: Quantity) -> Array | float:
+    def value(self, item: PoseQuantity) -> Array | float:
         """Physical value: zero + coordinate, a position [m], or a rotation matrix."""
         if item.frame is None:
             row = self.kin.mechanism.row(item.name)
@@ -74,7 +74,7 @@ class Quantities:
             raise MechlabError(f"{item.name} is a rate of turning and has no value; give {item.frame.name}_rotation.")
         return float(position[LINEAR.index(item.part)])
 
-    def difference(self, item: Quantity, target: ArrayLike) -> Array:
+    def difference(self, item: PoseQuantity, target: ArrayLike) -> Array:
         """(rows,) value - target; for a rotation the rotation vector in world axes of R R_target^T [rad]."""
         value = self.value(item)
         if item.part == ROTATION:
@@ -115,7 +115,7 @@ def _part_rows(part: str) -> slice:
     return slice(k, k + 1)
 
 
-def interpolate(item: Quantity, start: Array | float, end: ArrayLike, s: float) -> ArrayLike:
+def interpolate(item: PoseQuantity, start: Array | float, end: ArrayLike, s: float) -> ArrayLike:
     """The target on the way from `start` (s = 0) to `end` (s = 1): a straight line, or a turn about one axis."""
     if item.part != ROTATION:
         return float(start) + s * (float(end) - float(start))  # type: ignore[arg-type]
@@ -126,7 +126,7 @@ def interpolate(item: Quantity, start: Array | float, end: ArrayLike, s: float) 
     return np.asarray(quaternion_to_matrix(quaternion_exp(s * turn)) @ first)
 
 
-def check_target(item: Quantity, target: ArrayLike) -> None:
+def check_target(item: PoseQuantity, target: ArrayLike) -> None:
     """Raises MechlabError for a target that is not finite, not a number, or not a rotation matrix where one is
     needed."""
     try:

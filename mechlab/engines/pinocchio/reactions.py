@@ -1,6 +1,5 @@
-"""Inverse dynamics: drive forces, tooth loads, and the wrenches that loops and joints transmit.
-
-Channels of a run on Pinocchio: accelerations, forces of the laws, tooth loads, loop reactions.
+"""Reactions on Pinocchio: inverse dynamics (drive forces, tooth loads, the wrenches that loops and joints transmit), and the
+channels of a run: accelerations, forces of the laws, tooth loads, loop reactions.
 """
 
 from __future__ import annotations

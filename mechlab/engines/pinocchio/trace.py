@@ -1,14 +1,14 @@
-"""Timed runs on Pinocchio's own constrained dynamics (proximal, in C++), with Baumgarte stabilisation.
+"""Timed runs on Pinocchio for charts and error control: states at even times, and what the stepping costs.
 
-For mechanisms of one-coordinate joints, loops of kind spherical and revolute, springs, and laws of single joints; what has
-more goes through `mechlab.engines.pinocchio.runner`, which is slower and projects.
+`trace`: Pinocchio's own constrained dynamics (proximal, in C++) with Baumgarte stabilisation, for mechanisms of one-coordinate
+joints, loops of kind spherical and revolute, springs, and laws of single joints. What has more goes through
+`mechlab.engines.pinocchio.runner`, which is slower and projects.
 
-Timed runs of mechanisms with dry friction as one would write them first: a right-hand side with sign() or tanh() of
-the sliding rate. For charts, beside `mechlab.engines.own.hybrid`, which follows the friction exactly.
-
-With sign() the force jumps where a rate passes zero. Fixed steps go over the jump: the error falls with the first power
-of the step and not steadily, and what should stick trembles about standstill by limit x step / inertia. Step-size
-control searches for the jump with ever smaller steps and hardly gets on while anything sticks.
+`trace_friction`: dry friction as one would write it first, a right-hand side with sign() or tanh() of the sliding rate, to be
+compared with the engine `hybrid`, which follows the friction exactly. With sign() the force jumps where a rate passes zero. Fixed
+steps go over the jump: the error falls with the first power of the step and not steadily, and what should stick trembles about
+standstill by limit x step / inertia. Step-size control searches for the jump with ever smaller steps and hardly advances while
+anything sticks.
 """
 
 from __future__ import annotations
@@ -275,7 +275,7 @@ def _slow(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) 
 
 
 FRICTION = ("sign", "tanh")
-MOST = 400_000
+MOST_EVALUATIONS = 400_000
 """Evaluations after which a run with step-size control is given up."""
 
 
@@ -319,11 +319,15 @@ def _span(motion: Equations, settings: Settings, t0: float, t1: float, y: Array,
     """From one output time to the next: steps, the state there, and why it was not reached."""
     h = (t1 - t0) / each
     if settings.integrator == "DOP853":
-        left = MOST - motion.plant.evaluations
+        left = MOST_EVALUATIONS - motion.plant.evaluations
         found = integrate_adaptive(
             motion.slope, t0, y, t1, rtol=settings.tolerance, atol=1e-3 * settings.tolerance, most_evaluations=left
         )
-        why = f"it chatters, {MOST} evaluations" if found.outcome is IntegrationStatus.TOO_MANY else found.outcome.value
+        why = (
+            f"it chatters, {MOST_EVALUATIONS} evaluations"
+            if found.outcome is IntegrationStatus.TOO_MANY
+            else found.outcome.value
+        )
         reason = "" if found.complete else f"stopped at t = {found.t[-1]:.4g} s: {why}"
         return len(found.t) - 1, motion.project(t1, found.y[-1]), reason
     if settings.integrator == "RK4":

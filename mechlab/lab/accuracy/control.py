@@ -27,7 +27,7 @@ from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
-from mechlab.lab.nature import other_softness
+from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import passive_force

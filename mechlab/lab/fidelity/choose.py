@@ -1,6 +1,7 @@
-"""What a fidelity can answer, read from its Mechanism: a reaction can be read where there is a row or a part for it.
+"""Which fidelity answers what a scene needs, and the cheapest of them whose error is within the tolerance.
 
-The cheapest fidelity that answers what a scene needs, within its tolerance: known exact where it is, else measured.
+A reaction can be read where the Mechanism has a row or a part for it. A fidelity is exact where its accelerations are those of
+the richest one; otherwise the error is measured by running both.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import NEEDS, Scene, Settings
 from mechlab.lab.design import AUTO, Design
-from mechlab.lab.fidelity.measure import Agreement, Error, agreement, measure
+from mechlab.lab.fidelity.measure import Agreement, FidelityError, agreement, error_against
 from mechlab.lab.run import run_scene
 from mechlab.mechanism.model import Mechanism
 
@@ -119,12 +120,12 @@ def _kept(design: _Hashed, scene: str | None, needs: Any, duration: float | None
 def _choose(
     design: Design, scene: str | None, needs: Sequence[str] | None, duration: float | None, extra: dict[str, float]
 ) -> Choice:
-    lived, names = design.for_scene(scene), levels(design)
+    of_scene, names = design.for_scene(scene), levels(design)
     top = names[-1]
-    made = {top: lived.scene(scene, top, duration, extra)}
+    made = {top: of_scene.scene(scene, top, duration, extra)}
     wanted = checked_needs(made[top].needs if needs is None else needs)
     tolerance = made[top].tolerance
-    lost = missing_answers(lived.mechanism(top), lived.mechanism(top))
+    lost = missing_answers(of_scene.mechanism(top), of_scene.mechanism(top))
     nobody = [n for n in wanted if n in lost]
     if nobody:
         raise MechlabError(
@@ -132,13 +133,13 @@ def _choose(
         )
     passed: list[str] = []
     for level in names[:-1]:
-        gaps = missing_answers(lived.mechanism(level), lived.mechanism(top))
+        gaps = missing_answers(of_scene.mechanism(level), of_scene.mechanism(top))
         cannot = [n for n in wanted if n in gaps]
         if cannot:
             passed.append(f"{level} cannot give {cannot[0].replace('_', ' ')} ({gaps[cannot[0]]})")
             continue
-        made[level] = lived.scene(scene, level, duration, extra)
-        same = agreement(lived.mechanism(level), lived.mechanism(top), made[level], made[top])
+        made[level] = of_scene.scene(scene, level, duration, extra)
+        same = agreement(of_scene.mechanism(level), of_scene.mechanism(top), made[level], made[top])
         if same.exact:
             return Choice(level, sentence(level, wanted, passed, exact_words(same, top)), 0.0, tolerance)
         window, error = short_error(design, scene, level, top, made[top], extra)
@@ -153,8 +154,8 @@ def _choose(
 
 def sentence(level: str, needs: Sequence[str], passed: Sequence[str], why: str) -> str:
     """Why a fidelity was taken, in words."""
-    told = f"; {'; '.join(passed)}" if passed else ""
-    return f"fidelity {level} answers {', '.join(n.replace('_', ' ') for n in needs)}: {why}{told}"
+    refused = f"; {'; '.join(passed)}" if passed else ""
+    return f"fidelity {level} answers {', '.join(n.replace('_', ' ') for n in needs)}: {why}{refused}"
 
 
 def exact_words(same: Agreement, top: str) -> str:
@@ -162,7 +163,7 @@ def exact_words(same: Agreement, top: str) -> str:
     return f"an exact reduction of {top} (accelerations agree to {same.difference:.1g} in {same.states} states)"
 
 
-def too_far(error: Error, needs: Sequence[str], tolerance: float) -> str:
+def too_far(error: FidelityError, needs: Sequence[str], tolerance: float) -> str:
     """Why an error is not tolerated; empty when it is."""
     if not error.poses + error.slip <= tolerance:
         slip = f", its rows give way by {error.slip:.2g}" if error.slip > 0.1 * error.poses else ""
@@ -175,11 +176,11 @@ def too_far(error: Error, needs: Sequence[str], tolerance: float) -> str:
 
 def short_error(
     design: Design, scene: str | None, level: str, top: str, made: Scene, extra: Mapping[str, float]
-) -> tuple[float, Error]:
+) -> tuple[float, FidelityError]:
     """Length [s] of the comparison, and the error over it."""
     window = min(made.duration, STEPS * made.settings.timestep)
     runs = [run_level(design, scene, f, window, extra) for f in (level, top)]
-    return window, measure(*runs)
+    return window, error_against(*runs)
 
 
 def run_level(

@@ -18,12 +18,12 @@ from mechlab.lab.fidelity.choose import (
     sentence,
     too_far,
 )
-from mechlab.lab.fidelity.measure import agreement, closed, measure, thinned
+from mechlab.lab.fidelity.measure import agreement, closed, error_against, thinned
 from mechlab.lab.fidelity.result import Fidelities, Level
 from mechlab.lab.run import versions
 from mechlab.mechanism.structure import structure
 
-MOST = 10_000
+MOST_STEPS = 10_000
 """Steps of the richest fidelity; a longer scene is cut unless its duration is asked for."""
 
 
@@ -39,10 +39,14 @@ def compare(
     Without a duration a scene is cut after MOST of its timesteps. Raises MechlabError for
     unknown names; a fidelity whose run fails is shown with the reason.
     """
-    lived, names, more = design.for_scene(scene), levels(design), dict(extra or {})
+    of_scene, names, more = design.for_scene(scene), levels(design), dict(extra or {})
     top = names[-1]
-    scene_top = lived.scene(scene, top, duration, more)
-    span = scene_top.duration if duration is not None else min(scene_top.duration, MOST * scene_top.settings.timestep)
+    scene_top = of_scene.scene(scene, top, duration, more)
+    span = (
+        scene_top.duration
+        if duration is not None
+        else min(scene_top.duration, MOST_STEPS * scene_top.settings.timestep)
+    )
     wanted = checked_needs(scene_top.needs if needs is None else needs)
     runs: dict[str, Recording] = {}
     failed: dict[str, str] = {}
@@ -53,7 +57,7 @@ def compare(
             failed |= {level: bad[0]} if bad else {}
         except MechlabError as error:
             failed[level] = str(error)
-    rows = [_row(lived, scene, level, top, runs, failed, span, more) for level in names]
+    rows = [_row(of_scene, scene, level, top, runs, failed, span, more) for level in names]
     chosen, why = _chosen(rows, wanted, scene_top.tolerance)
     rows = [_with_status(r, wanted, scene_top.tolerance, chosen) for r in rows]
     if CLOSED_FORM in design.entry.fidelities:
@@ -92,7 +96,7 @@ def _row(
             exact="the richest: all others are held against it",
         )
     if top in runs:
-        found = measure(run, runs[top])
+        found = error_against(run, runs[top])
         row = row.but(
             error=found.poses,
             worst=found.worst,

@@ -1,10 +1,10 @@
-"""How far a run of one fidelity is from that of the richest: the same scene, what both name, at the same times.
+"""The error of a fidelity against the richest: the same scene, at the same times, in everything that both name.
 
-Engines hold loops and gears by soft rows, and a richer model has more of them. What the model itself gets wrong is had by
-closing every sample again first (the smallest correction in the sense of the kinetic energy). What was corrected is told:
-below it (`resolution`) an error cannot be told from the softness of the engine.
+Engines hold loops and gears by soft rows, of which a richer model has more. To leave their softness out, every sample is first
+closed again by the smallest correction in the sense of the kinetic energy. Below the size of these corrections (`resolution`)
+an error cannot be told from the softness of the engine.
 
-Is a fidelity an exact reduction of another? The accelerations of what both name, in the same states, under the same laws.
+A fidelity is an exact reduction of another where both have the same accelerations in the same states under the same laws.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, initial_state
-from mechlab.kit.witness import room
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, close, integrate, newton
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space, structure
@@ -27,7 +26,7 @@ SAMPLES = 100
 
 
 @dataclass(frozen=True)
-class Error:
+class FidelityError:
     """poses: largest difference of a joint, shaft or frame coordinate [rad or m], at `worst`; slip: what the rows of the
     engine gave way in this run [rad or m], resolution: in both together.
 
@@ -43,7 +42,7 @@ class Error:
     resolution: float = 0.0
 
 
-def measure(run: Recording, richest: Recording) -> Error:
+def error_against(run: Recording, richest: Recording) -> FidelityError:
     """The error of a run against the richest, over the time that both cover."""
     names = [n for n in run.mechanism.scalar_names if n in richest.mechanism.scalar_names]
     frames = {f.name for f in run.mechanism.frames} & {f.name for f in richest.mechanism.frames}
@@ -58,7 +57,7 @@ def measure(run: Recording, richest: Recording) -> Error:
     rows, other_rows = ({r.name for r in x.mechanism.relations} for x in (run, richest))
     loads = [f"{n}_load" for n in sorted(rows)] if rows == other_rows else []
     shares = [_share(run, richest, channels, times) for channels in (forces, loads)]
-    return Error(gaps.get(worst, 0.0), worst, shares[0], shares[1], slip, slip + other_slip)
+    return FidelityError(gaps.get(worst, 0.0), worst, shares[0], shares[1], slip, slip + other_slip)
 
 
 def thinned(run: Recording) -> Recording:
@@ -72,7 +71,9 @@ def thinned(run: Recording) -> Recording:
 def closed(run: Recording) -> tuple[Recording, float]:
     """The run with every pose closed again, its basic channels from them; and the largest correction [rad or m]."""
     m = run.mechanism
-    plant = room("pinocchio").PinPlant(m)
+    from mechlab.engines.pinocchio import PinPlant
+
+    plant = PinPlant(m)
     if not len(plant.constraints):
         return run, 0.0
     q, slip = run.q.copy(), 0.0
@@ -110,8 +111,8 @@ def _share(run: Recording, richest: Recording, names: Sequence[str], times: Arra
 EXACT = 1e-8
 """Relative difference of accelerations that is rounding: redundant rows of a full model cost some digits."""
 STATES = 4
-SPREAD = 0.05
-WIDTH = 1e-4
+POSE_SPREAD = 0.05
+FRICTION_WIDTH = 1e-4
 """Rate [rad/s or m/s] over which dry friction is smoothed, in both alike."""
 
 
@@ -166,7 +167,7 @@ def _states(m: Mechanism, scene: Scene) -> list[tuple[Array, Array]]:
     for _ in range(STATES - 1):
         free = null_space(constraints.jacobian(tree.set(q)))
         step = free @ rng.standard_normal(free.shape[1])
-        limit = SPREAD * (0.2 if slides else 1.0)
+        limit = POSE_SPREAD * (0.2 if slides else 1.0)
         step *= limit / max(float(np.max(np.abs(step), initial=0.0)), 1e-300)
         moved = newton(
             lambda x: (constraints.residual(tree.set(x)), constraints.jacobian(tree)),
@@ -194,8 +195,10 @@ def _same_state(small: Mechanism, rich: Mechanism, common: list[str], q: Array, 
 
 
 def _accelerations(m: Mechanism, scene: Scene, q: Array, v: Array) -> Array:
-    plant = room("pinocchio").PinPlant(m, q, v)
-    force = applied_force(m, scene.laws, 0.0, plant)[0] + plant.passive.friction_force(v, WIDTH)
+    from mechlab.engines.pinocchio import PinPlant
+
+    plant = PinPlant(m, q, v)
+    force = applied_force(m, scene.laws, 0.0, plant)[0] + plant.passive.friction_force(v, FRICTION_WIDTH)
     found = plant.accelerations(force)[0]
     if not np.all(np.isfinite(found)):
         raise MechlabError(f"{m.name}: accelerations at the start of {scene.name!r} are not finite.")

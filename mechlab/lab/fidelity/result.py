@@ -1,7 +1,4 @@
-"""The table of fidelities: in words, as JSON, as a picture.
-
-The picture of the fidelities: cost against error, and what each can answer.
-"""
+"""All fidelities on one scene as data, as JSON, and as a picture of cost against error."""
 
 from __future__ import annotations
 
@@ -14,17 +11,20 @@ from typing import Any
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import NEEDS
 from mechlab.files import unfinished, whole_folder, write
-from mechlab.lab.fidelity.measure import Error
-from mechlab.tables import Told, number, table
+from mechlab.lab.fidelity.measure import FidelityError
+from mechlab.results import Shown
 
 FORMATS = (".svg", ".png", ".json")
 
 
 @dataclass(frozen=True)
 class Level:
-    """One fidelity: size, what it answers and why not the rest, error against the richest [m or rad], of drive forces and tooth
-    loads (shares), what the engine's rows gave way (slip) and below
-    which the error cannot be told from it (resolution) [m or rad], cost, whether it is exact (in words), status in words."""
+    """One fidelity: its size, the needs it answers, and why it does not answer the others.
+
+    error [m or rad]: against the richest, largest at `worst`; force_error, load_error: of drive forces and tooth loads, as shares;
+    slip [m or rad]: how far the rows of the engine gave way; resolution: below it the error cannot be told from that; exact: in
+    words, where it is an exact reduction; reason: why its run failed.
+    """
 
     fidelity: str
     freedoms: int | None
@@ -47,10 +47,10 @@ class Level:
         """The same with changes."""
         return replace(self, **changes)
 
-    def as_error(self) -> Error:
+    def as_error(self) -> FidelityError:
         """Its error; infinite where it is not known."""
         poses = float("inf") if self.error is None else self.error
-        return Error(poses, self.worst, self.force_error, self.load_error, self.slip or 0.0)
+        return FidelityError(poses, self.worst, self.force_error, self.load_error, self.slip or 0.0)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
@@ -63,8 +63,8 @@ class Level:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Fidelities(Told):
+@dataclass(frozen=True, repr=False)
+class Fidelities(Shown):
     """All fidelities on one scene over `duration` [s] of its `full_duration`, and the one to take."""
 
     name: str
@@ -97,39 +97,6 @@ class Fidelities(Told):
             "status": "answered" if self.chosen else "no fidelity answers what is needed", "message": self.sentence,
         }  # fmt: skip
 
-    def text(self) -> str:
-        """The table for a person."""
-        cut = "" if self.duration >= self.full_duration else f" of {self.full_duration:g} s"
-        heads = [
-            "fidelity",
-            "freedoms",
-            "coordinates",
-            "rows",
-            "answers",
-            "error [m or rad]",
-            "told to",
-            "drive forces",
-            "CPU s per s",
-            "steps/s",
-            "status",
-        ]
-        rows = [[x.fidelity, number(x.freedoms), number(x.coordinates), number(x.rows), ", ".join(n.replace("_", " ") for n in x.answers),
-                 number(x.error), number(x.resolution), percent(x.force_error), number(x.cost.get("cpu_s_per_s")),
-                 number(x.cost.get("steps_per_s")),
-                 x.status] for x in self.levels]  # fmt: skip
-        lines = [
-            f"{self.name}, scene {self.scene}, {self.duration:.4g} s{cut}: the fidelities side by side",
-            f"needed: {', '.join(n.replace('_', ' ') for n in self.needs)}, within {self.tolerance:g} m or rad",
-            "",
-            table(heads, rows),
-            "errors against the richest fidelity: largest difference of any joint, shaft or frame that both name, samples",
-            "closed again; told to: below that it cannot be told from the softness of the engine's rows; drive forces: mean square",
-            *(f"{x.fidelity}: {x.exact}" for x in self.levels if x.exact and x.error is not None),
-            "",
-            self.sentence,
-        ]
-        return "\n".join(lines)
-
     def save(self, path: str | Path) -> dict[str, Path]:
         """Write the picture or the data, by the suffix; into a folder (a path without one) all of them."""
         path = Path(path)
@@ -152,12 +119,7 @@ class Fidelities(Told):
             draw(self, path)
 
 
-def percent(share: float | None) -> str:
-    """A share as a percentage."""
-    return "-" if share is None else f"{100 * share:.2g} %"
-
-
-FLOOR = 1e-12
+LEAST_DRAWN = 1e-12
 """Where errors that are zero are drawn [m or rad]."""
 COLORS = ("#0891b2", "#d97706", "#7c3aed", "#15803d", "#be185d")
 
@@ -173,7 +135,7 @@ def draw(table: Fidelities, path: Path) -> Path:
     axes = figure.add_axes((0.09, 0.13, 0.47, 0.66))
     shown = [x for x in table.levels if x.cost.get("cpu_s_per_s")]
     costs = [float(x.cost["cpu_s_per_s"] or 0.0) for x in shown]
-    errors = [max(x.error or 0.0, FLOOR) for x in shown]
+    errors = [max(x.error or 0.0, LEAST_DRAWN) for x in shown]
     axes.set_xscale("log")
     axes.set_yscale("log")
     for k, (x, cost, error) in enumerate(zip(shown, costs, errors, strict=True)):
@@ -197,7 +159,7 @@ def draw(table: Fidelities, path: Path) -> Path:
     if costs:
         axes.set_xlim(min(costs) / 6.0, max(costs) * 6.0)
         axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_ylim(FLOOR / 5.0, 20.0 * max([table.tolerance, *errors]))
+    axes.set_ylim(LEAST_DRAWN / 5.0, 20.0 * max([table.tolerance, *errors]))
     axes.set_xlabel("CPU seconds per simulated second", fontsize=10)
     axes.set_ylabel("error against the richest, m or rad", fontsize=10)
     axes.grid(True, which="major", color="#e3e6ea", lw=0.8)

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.kit.witness import room
-from mechlab.lab.order_check import file_order
 from mechlab.lab.run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.chart.advice import flat_defaults, recommend
@@ -25,7 +24,7 @@ from mechlab.studies.chart.run import Budget, refine
 from mechlab.studies.chart.score import THRESHOLD, Score
 
 if TYPE_CHECKING:
-    from mechlab.engines.mujoco.trace_file import FileModel, FileTrace
+    from mechlab.engines.mujoco.model_file.trace import FileModel, FileTrace
 
 
 OUTPUTS = 100
@@ -49,8 +48,8 @@ def chart_of_mjcf_file(
 
     Raises MechlabError for a file that MuJoCo refuses, NoSolution when no fine run comes through.
     """
-    room("mujoco")
-    from mechlab.engines.mujoco.trace_file import INTEGRATORS, read_model, trace_file
+    engine("mujoco")  # raises EngineMissing where it is not installed
+    from mechlab.engines.mujoco.model_file.trace import INTEGRATORS, file_order, read_model, trace_file
 
     length = DURATION if duration is None else duration
     if not 0.0 < length < 1e6 or (target is not None and not target > 0):

@@ -168,7 +168,7 @@ class _Search:
         return min(out, key=lambda p: p.cpu_s, default=None)
 
     def _sharpened(self, m: Method, good: ChartPoint, target: float) -> ChartPoint:
-        """The largest value that meets the target, looked for by single runs; the median time of several runs with it."""
+        """The largest value that meets the target, found by single runs, then the median time of several runs with it."""
         low = good.step
         high = min((p.step for p in self.points if p.method == m.name and p.step > low), default=low)
         for _ in range(BISECTIONS):

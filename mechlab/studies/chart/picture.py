@@ -280,7 +280,7 @@ def _free_end(axes: Any, shown: list[ChartPoint], target: float) -> bool:
 
 
 def _foot(chart: Chart, figure: Any, lost: list[str]) -> None:
-    """Signs, what did not come through, and what the errors are held against."""
+    """The legend of the signs, methods that are not drawn, and the reference of the errors."""
     engines = ", ".join(f"{n} {chart.versions[n]}" for n in ("mujoco", "pin") if n in chart.versions)
     signs = "Grey: nothing is better in both. × 25 ms: diverges at that step and above."
     if lost:

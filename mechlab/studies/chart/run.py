@@ -151,7 +151,7 @@ def _missing(name: str, value: float, control: str, status: str, reason: str, de
 
 
 def _median(run: Callable[[float], Trace], value: float, first: float, work: float, budget: Budget) -> float:
-    """Median CPU time of the stepping over as many runs of so much work as the budget allows (an odd number)."""
+    """Median CPU time [s] of stepping, over an odd number of runs, as many as the budget allows; work [s]: of one run."""
     times = [first]
     while len(times) < budget.repeats and (len(times) + 2) * work < budget.repeat:
         times += [run(value).cpu_s, run(value).cpu_s]

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import IMPLEMENTATIONS, EngineState, engine
 from mechlab.experiment.entry import Check, CheckResult, Entry
-from mechlab.kit.witness import room
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import in_unit_of_length
-from mechlab.mechanism.statics import passive_force
 from mechlab.mechanism.structure import null_space, rank, sample_poses
 
 
@@ -55,86 +54,43 @@ def _states(m: Mechanism) -> list[tuple[Array, Array]]:
     return [(q, rng.standard_normal(m.nv)) for q in sample_poses(m, count=3)]
 
 
-def _engines(m: Mechanism, q: Array, v: Array) -> dict[str, tuple[Array, Array, Array]]:
-    """Poses of bodies and frames, mass matrix, bias force (gravity, velocity and passive terms) by numpy, Pinocchio, MuJoCo."""
-    tree = TreeKinematics(m, q, v)
-    solve, simulate = room("pinocchio"), room("mujoco")
-    kin = solve.PinKinematics(m, q, v)
-    plant = solve.PinPlant(m, q, v)
-    from mechlab.engines.mujoco.model import passive
-
-    model, data = simulate.to_mujoco(m)
-    passive(
-        model
-    )  # a drive is no part of the tree, though MuJoCo counts the damping of its servo among the passive forces
-    view = simulate.MujocoMap(m, model)
-    data.qpos[:] = view.engine_coordinates(q)
-    data.qvel[:] = view.engine_rates(data.qpos, v)
-    import mujoco
-
-    mujoco.mj_forward(model, data)
-    engine = simulate.MujocoPlant(m, model, data, view)
-    names = [b.name for b in m.bodies]
-    turns = np.array([[*data.xmat[view.body(n)], *data.xpos[view.body(n)]] for n in names])
-    sites = np.array([data.site_xpos[view.site(f.name)] for f in m.frames])
-    return {
-        "numpy": (_places(m, tree), tree.mass_matrix(), tree.bias_force() - passive_force(tree)),
-        "pinocchio": (_places(m, kin), plant.mass_matrix(), plant.bias()),
-        "mujoco": (np.concatenate([turns.ravel(), sites.ravel()]), engine.mass_matrix(), engine.bias()),
-    }
+def _collect(m: Mechanism, number: Callable[[EngineState], Array]) -> dict[str, list[Array]]:
+    """A number of every implementation's state, at each of `_states`."""
+    states = _states(m)
+    return {name: [number(engine(name).state(m, q, v)) for q, v in states] for name in IMPLEMENTATIONS}
 
 
-def _places(m: Mechanism, kin: Any) -> Array:
-    """Rotations and origins of all bodies, then the points of all frames."""
-    poses = [kin.pose(b.name) for b in m.bodies]
-    points = [kin.pose(f.body)[1] + kin.pose(f.body)[0] @ f.placement.translation for f in m.frames]
-    return np.concatenate([np.ravel([[*r.ravel(), *p] for r, p in poses]), np.ravel(points)])
-
-
-def _collect(m: Mechanism, k: int) -> dict[str, list[Array]]:
-    out: dict[str, list[Array]] = {"numpy": [], "pinocchio": [], "mujoco": []}
-    for q, v in _states(m):
-        for name, values in _engines(m, q, v).items():
-            out[name].append(values[k])
-    return out
-
-
-def _relative(said: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> CheckResult:
-    scale = max(least, max(float(np.max(np.abs(x), initial=0.0)) for x in said["numpy"]))
+def _relative(values: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> CheckResult:
+    scale = max(least, max(float(np.max(np.abs(x), initial=0.0)) for x in values["numpy"]))
     return CheckResult(
-        {k: np.array(v) / scale for k, v in said.items()},
+        {k: np.array(v) / scale for k, v in values.items()},
         tolerance,
         note=f"{note}, relative to the largest entry {scale:.3g}",
     )
 
 
 def _poses(m: Mechanism) -> CheckResult:
-    return _relative(_collect(m, 0), 1e-12, "rotations, origins, points")
+    return _relative(_collect(m, lambda x: x.placement), 1e-12, "rotations, origins, points")
 
 
 def _mass(m: Mechanism) -> CheckResult:
-    return _relative(_collect(m, 1), 1e-12, "mass matrix with shafts")
+    return _relative(_collect(m, lambda x: x.mass_matrix), 1e-12, "mass matrix with shafts")
 
 
 def _bias(m: Mechanism) -> CheckResult:
     # A stiff spring, 1e6 N/m, turns the rounding of a length, 1e-16 m, into 1e-10 of small inertia forces.
     # Wheels on fixed axes have none: then the inertia forces at 1 rad/s2 are the measure.
-    inertia = max(float(np.max(np.abs(x), initial=0.0)) for x in _collect(m, 1)["numpy"])
-    return _relative(_collect(m, 2), 1e-9, "h(q, v) at random rates", inertia)
+    tree = engine("numpy")
+    inertia = max(float(np.max(np.abs(tree.state(m, q, v).mass_matrix), initial=0.0)) for q, v in _states(m))
+    return _relative(_collect(m, lambda x: x.bias), 1e-9, "h(q, v) at random rates", inertia)
 
 
 def _closure(m: Mechanism) -> CheckResult:
-    constraints = ConstraintSet(m)
-    said = {
-        "numpy": float(np.max(np.abs(constraints.residual(TreeKinematics(m))), initial=0.0)),
-        "pinocchio": float(np.max(np.abs(constraints.residual(room("pinocchio").PinKinematics(m))), initial=0.0)),
+    open_by = {
+        name: float(np.max(np.abs(engine(name).state(m, m.reference()).residual), initial=0.0))
+        for name in IMPLEMENTATIONS
     }
-    _, data = room("mujoco").to_mujoco(m)
-    import mujoco
-
-    rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-    said["mujoco"] = float(np.max(np.abs(data.efc_pos[rows]), initial=0.0))
-    return CheckResult(said, 1e-12, 0.0, "largest residual of loops and relations [m, rad]")
+    return CheckResult(open_by, 1e-12, 0.0, "largest residual of loops and relations [m, rad]")
 
 
 def _jacobian(m: Mechanism) -> CheckResult:
@@ -154,26 +110,15 @@ def _jacobian(m: Mechanism) -> CheckResult:
 def _allowed(m: Mechanism) -> CheckResult:
     """Freedoms by the rank of each implementation's rows, and the worst violation of the engines' rows by motions that ours
     allow: equal ranks and no violation mean that the rows span the same space."""
-    simulate = room("mujoco")
     constraints, tree = ConstraintSet(m), TreeKinematics(m)
-    said: dict[str, list[float]] = {"numpy": [], "pinocchio": [], "mujoco": []}
+    found: dict[str, list[float]] = {name: [] for name in IMPLEMENTATIONS}
     for q, v in _states(m):
-        ours = constraints.jacobian(tree.set(q))
-        basis = null_space(ours)
+        basis = null_space(constraints.jacobian(tree.set(q)))
         free = basis @ (basis.T @ v)
         free /= max(float(np.linalg.norm(free)), 1e-12)
-        theirs = constraints.jacobian(room("pinocchio").PinKinematics(m, q, v))
-        model, data = simulate.to_mujoco(m)
-        view = simulate.MujocoMap(m, model)
-        data.qpos[:] = view.engine_coordinates(q)
-        moved = view.engine_rates(data.qpos, free)
-        import mujoco
-
-        from mechlab.engines.mujoco.model import equality_jacobian
-
-        mujoco.mj_fwdPosition(model, data)
-        rows = equality_jacobian(model, data)
-        said["numpy"] += [m.nv - rank(ours), float(np.max(np.abs(ours @ free), initial=0.0))]
-        said["pinocchio"] += [m.nv - rank(theirs), float(np.max(np.abs(theirs @ free), initial=0.0))]
-        said["mujoco"] += [model.nv - rank(rows), float(np.max(np.abs(rows @ moved), initial=0.0))]
-    return CheckResult({k: np.array(x) for k, x in said.items()}, 1e-8, note="freedoms, and violation by a free motion")
+        for name, numbers in found.items():
+            x = engine(name).state(m, q, free)
+            numbers += [len(x.rates) - rank(x.rows), float(np.max(np.abs(x.rows @ x.rates), initial=0.0))]
+    return CheckResult(
+        {k: np.array(x) for k, x in found.items()}, 1e-8, note="freedoms, and violation by a free motion"
+    )

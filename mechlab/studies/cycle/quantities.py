@@ -1,10 +1,6 @@
-"""Drive force and reactions along a cycle, by Pinocchio; and the same by MuJoCo at a few positions.
+"""Quantities along a cycle: drive force and reactions, shaking force and moment, instant centres, transmission, extrema.
 
-Shaking force and moment, and instant centres, along a cycle: kinematics alone.
-
-Transmission along a cycle: the angle at which loops pass a load on, mechanical advantage, velocity ratio.
-
-Extrema of a sampled curve, found between its samples.
+Forces are computed by Pinocchio and, at a few positions, by MuJoCo for comparison; the others follow from kinematics alone.
 """
 
 from __future__ import annotations
@@ -16,8 +12,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from mechlab.engines.own.closed_path import PathPoint
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
-from mechlab.kit.witness import room
 from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array, cross
 
@@ -38,14 +34,15 @@ class ReactionTable:
 def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array) -> ReactionTable:
     """Force of the drive and the wrenches of loops (on body b) and joints (on the body from its parent, about the
     joint), world axes, of the motion q (n, nq), v (n, nv) under the constant load (nv,)."""
-    solve = room("pinocchio")
-    plant = solve.PinPlant(m)
+    from mechlab.engines.pinocchio import PinPlant, inverse_dynamics
+
+    plant = PinPlant(m)
     names = [x.name for x in m.loops] + [j.name for j in m.joints]
     forces = {n: np.zeros((len(q), 6)) for n in names}
     loads: dict[str, Array] = {r.name: np.zeros(len(q)) for r in m.relations}
     driving = np.zeros(len(q))
     for k in range(len(q)):
-        found = solve.inverse_dynamics(plant, q[k], v[k], {drive: accel}, [drive], load)
+        found = inverse_dynamics(plant, q[k], v[k], {drive: accel}, [drive], load)
         driving[k] = found.drive_forces[drive]
         for name, wrench in (found.loops | found.joints).items():
             if name in forces:
@@ -75,13 +72,13 @@ def witness_difference(
 
     Of a body with several joints the last is compared. Raises MechlabError where MuJoCo cannot say.
     """
-    room("mujoco")
-    from mechlab.engines.mujoco.inverse import InverseDynamics
+    engine("mujoco")  # raises EngineMissing where it is not installed
+    from mechlab.engines.mujoco.reactions import InverseDynamicsSolver
 
-    engine = InverseDynamics(m)
+    by_mujoco = InverseDynamicsSolver(m)
     worst = 0.0
     for k in np.unique(np.linspace(0, len(q) - 1, COMPARED).astype(int)):
-        theirs = engine.solve(q[k], v[k], drive, accel, load)
+        theirs = by_mujoco.solve(q[k], v[k], drive, accel, load)
         gaps = [abs(theirs.drive_force - found.drive[k])]
         gaps += [float(np.max(np.abs(f - found.forces[n][k, :3]))) for n, f in theirs.loops.items()]
         gaps += [float(np.max(np.abs(w - found.forces[n][k]))) for n, w in theirs.joints.items()]
@@ -143,7 +140,7 @@ POINT_LOOPS = ("spherical", "revolute")
 
 
 def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], named: str | None) -> str | None:
-    """The joint whose load is looked at: the one named for, else the last on the ground that moves and is not the
+    """The joint whose load the transmission is about: the one that is named, else the last on the ground that moves and is not the
     drive, else None. Raises MechlabError for a name that does not exist or does not move."""
     moves = {n: any(abs(m.row(n) @ p.u) > 1e-9 for p in poses) for n in m.scalar_names}
     if named is not None:
@@ -168,10 +165,11 @@ def transmission(
     passes on and the velocity of its point. In a four-bar it is the angle of coupler and rocker. Not a number where the
     loop passes no force or its point stands.
     """
-    solve = room("pinocchio")
+    engine("pinocchio")  # raises EngineMissing where it is not installed
+    from mechlab.engines.pinocchio import PinPlant
     from mechlab.engines.pinocchio.reactions import loop_wrenches
 
-    plant = solve.PinPlant(m)
+    plant = PinPlant(m)
     pins = [x for x in m.loops if x.kind in POINT_LOOPS]
     angles = {x.name: np.full(len(poses), np.nan) for x in pins}
     ratio = np.array([float(m.row(output) @ p.u) for p in poses])

@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import mujoco
-
-from mechlab.engines.mujoco.control import compiling
+from mechlab.engines.mujoco.model import Model, to_mujoco
+from mechlab.engines.mujoco.model_file.trace import compile_file, compile_text
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import parse
@@ -83,7 +82,7 @@ class ExaminedFile:
     name: str
     kind: str
     root: ET.Element | None = None
-    model: mujoco.MjModel | None = None
+    model: Model | None = None
     refused: str = ""
     mechanism: Mechanism | None = None
     unread: str = ""
@@ -101,13 +100,13 @@ def read_case(path: Path) -> ExaminedFile:
         mechanism, unread = _as_mechanism(content, kind)
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
-    model, refused = _compiled(path, root, kind)
+    whole = kind == "MJCF"
+    model, refused = compile_file(path) if whole else compile_text(ET.tostring(bare(root), encoding="unicode"))
     return ExaminedFile(path.name, kind, root, model, refused, mechanism, unread)
 
 
 def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
     """The case of a Mechanism: the MJCF that mechlab would write of it."""
-    from mechlab.engines.mujoco import to_mujoco
     from mechlab.formats.mjcf.write import to_mjcf
 
     root = ET.fromstring(to_mjcf(mechanism))
@@ -123,16 +122,6 @@ def _as_mechanism(content: str, kind: str) -> tuple[Mechanism | None, str]:
         return None, str(error)
     except (ValueError, KeyError, IndexError) as error:
         return None, f"{type(error).__name__}: {error}"
-
-
-def _compiled(path: Path, root: ET.Element, kind: str) -> tuple[mujoco.MjModel | None, str]:
-    try:
-        with compiling():
-            if kind == "MJCF":
-                return mujoco.MjModel.from_xml_path(str(path)), ""
-            return mujoco.MjModel.from_xml_string(ET.tostring(bare(root), encoding="unicode")), ""
-    except ValueError as error:
-        return None, " ".join(str(error).split())
 
 
 def bare(root: ET.Element) -> ET.Element:

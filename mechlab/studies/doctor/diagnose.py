@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.growing_step import growing_step
+from mechlab.engines.mujoco.model import Model
+from mechlab.engines.mujoco.model_file import masses, options, softness
+from mechlab.engines.mujoco.model_file.growing_step import growing_step
+from mechlab.engines.mujoco.model_file.masses import contacts
+from mechlab.engines.mujoco.model_file.options import IN_URDF, settings_to_paste
+from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure
+from mechlab.engines.mujoco.model_file.trial import TrialRun, run_trial
 from mechlab.experiment.recording import Symptom
 from mechlab.lab.run import versions
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
-from mechlab.studies.doctor import masses, options, softness
 from mechlab.studies.doctor.case import ORDER, Diagnosis, ExaminedFile
 from mechlab.studies.doctor.file_text import compiler_settings, other_readers, urdf
-from mechlab.studies.doctor.masses import contacts
-from mechlab.studies.doctor.options import IN_URDF, settings_to_paste
-from mechlab.studies.doctor.rows import EngineStructure, engine_structure
-from mechlab.studies.doctor.trial import TrialRun, run_trial
 
 OPEN, TORN = 1e-9, 1e-4
 """Gap in the reference pose, over the size of the model, to be known; and one that makes the first steps wrong."""
@@ -74,7 +74,7 @@ def _text(case: ExaminedFile) -> Iterator[Symptom]:
         yield from other_readers(case.root)
 
 
-def _engine(model: mujoco.MjModel, start: Any, trial: TrialRun | None) -> Iterator[Symptom]:
+def _engine(model: Model, start: Any, trial: TrialRun | None) -> Iterator[Symptom]:
     yield from softness.softness(model)
     yield from softness.sag(model, start)
     yield from options.options(model, start)
@@ -88,7 +88,7 @@ def _engine(model: mujoco.MjModel, start: Any, trial: TrialRun | None) -> Iterat
 
 
 def _structure(
-    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: mujoco.MjModel
+    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: Model
 ) -> Iterator[Symptom]:
     """Findings "gap", "nearly_redundant", "locked", "singular_reference", "freedoms_differ"."""
     size = max(float(model.stat.extent), 1e-9)

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mechlab.engines.mujoco.model_file.softness import listed
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import floats
-from mechlab.studies.doctor.softness import listed
 
 MOVING = ("revolute", "continuous", "prismatic", "floating", "planar")
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from mechlab.engines.own.one_freedom import OneFreedom
+from mechlab.engines.protocol import WITNESSES, engine
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, Untrustworthy
 from mechlab.experiment.acting import acting, what_acts
 from mechlab.experiment.laws import Law, applied_force
 from mechlab.experiment.scene import Scene, initial_pose
-from mechlab.kit.witness import room
 from mechlab.lab.design import Design, with_extra
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.run import versions
@@ -77,7 +76,6 @@ def _balance(path: OneFreedom, phi: float) -> _Balance:
     return _Balance(inertia, now, -(8 * (q1 - q2) - q3 + q4) / (12 * h), damping, u, q)
 
 
-ENGINES = {"pinocchio": "mechlab.engines.pinocchio.linearise", "mujoco": "mechlab.engines.mujoco.linearise"}
 REFERENCE = "the reference pose"
 
 
@@ -101,8 +99,8 @@ def find_modes(
     if rough:
         notes = (*notes, f"dry friction of {', '.join(rough)} is left out: where it sticks nothing swings at all")
     witnesses: dict[str, ModesWitness] = {}
-    for engine in ENGINES:
-        witnesses[engine] = _ask(lambda engine=engine: _engine(engine, m, laws, start))  # type: ignore[misc]
+    for witness in WITNESSES:
+        witnesses[witness] = _ask(lambda witness=witness: _engine(witness, m, laws, start))  # type: ignore[misc]
     if structure(m).freedoms == 1:
         witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
     parameters = parameter_values(chosen)
@@ -138,9 +136,8 @@ def _ask(work: Callable[[], ModesWitness]) -> ModesWitness:
         return ModesWitness(cannot=str(error))
 
 
-def _engine(engine: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
-    room(engine)
-    dynamics: Dynamics = import_module(ENGINES[engine]).SmallMotions(m, laws)
+def _engine(witness: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
+    dynamics: Dynamics = engine(witness).small_motions(m, laws)
     rest = settle(dynamics, q)
     found = linear(dynamics, rest.x)
     freedoms, here = structure(m).freedoms, found.basis.shape[1]

@@ -14,14 +14,15 @@ from mechlab.experiment.entry import WorkspaceMap, WorkspaceRecipe
 from mechlab.mechanism.geometry import Array
 
 RAYS, ROUNDS, CLOSER = 72, 3, 17
-"""Directions, and how often so many are put around the worst one: its angle is found to 2e-4 rad, the radius to 1e-9."""
+"""Number of directions; rounds of refinement around the worst one, and directions in each: its angle is found to 2e-4 rad, the
+radius to 1e-9."""
 STEPS = 64
 FULL_TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
 class Plane:
-    """The part of a region that looks at its first two axes alone, and the largest radius that is looked at."""
+    """The clauses of a region that depend on its first two axes alone, and the largest radius that is considered."""
 
     axes: tuple[str, str]
     clauses: tuple[Clause, ...]
@@ -35,7 +36,7 @@ class Plane:
 
 
 def plane_of(region: Region, recipe: WorkspaceRecipe, owner: str) -> Plane:
-    """Raises MechlabError where no clause looks at the first two axes alone."""
+    """Raises MechlabError where no clause depends on the first two axes alone."""
     u, v, *_ = recipe.grid
     clauses = tuple(c for c in region.clauses if set(c.axes) <= {u, v})
     if not clauses:

@@ -23,7 +23,7 @@ DEXTERITY = "inverse_condition"
 COUNTED = ("voxels", "volume", "columns", "margin")
 STATISTICS = ("smallest", "median", "largest")
 POLE = 1e3
-"""A column of a cycle that gets so many times larger between its positions than at any of them has a pole there."""
+"""A column of a cycle has a pole where it is larger between its positions than at any of them by this factor."""
 
 
 class QuantitySource(Protocol):

@@ -1,4 +1,4 @@
-"""The verb: from key=value to the best design, checked."""
+"""The study: from keys and values to the best design, checked."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from mechlab.studies.optimize.search import LEVELS, MEMBERS, SHARE, fewest, sear
 from mechlab.studies.optimize.search import front as front_of
 
 EACH = 250
-"""Evaluations for each variable, where nothing else is said."""
+"""Evaluations for each variable where no number is given."""
 
 
 def optimize(
@@ -151,7 +151,7 @@ def _start(problem: OptimisationProblem) -> TriedDesign:
 
 
 def _checked(problem: OptimisationProblem, best: TriedDesign) -> dict[str, dict[str, float]]:
-    """The best design computed anew: by the same way with nothing remembered, and by others."""
+    """The best design computed anew, without what is kept from the search, and in other ways."""
     made = problem.design(best.x)
     again = problem.measured.numbers(made)
     other = problem.measured.checked(made)

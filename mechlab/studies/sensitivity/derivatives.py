@@ -70,7 +70,7 @@ def corners(
 
 
 def _steepest(row: Mapping[str, Array], active: Sequence[str]) -> list[Move]:
-    """The two corners where an answer is largest and smallest to first order (of arrays: where that is most)."""
+    """The two corners where an answer is largest and smallest to first order (of an array: at its steepest entry)."""
     signs = {}
     for name in active:
         slope = np.ravel(np.asarray(row.get(name, 0.0), dtype=float))
@@ -92,7 +92,7 @@ FIRST = 0.005
 LEVELS = 6
 """Steps: each is half of the one before."""
 SHRINK = (1.0, 0.1, 0.01)
-"""Where an output is missing beside the input, both sides are tried again so much nearer."""
+"""Factors of the first step: where an output is missing next to the input, both sides are tried again nearer to it."""
 ENOUGH = 1e-9
 """Relative error at which no smaller step is tried."""
 NOISE = 1e-13
@@ -101,8 +101,8 @@ NOISE = 1e-13
 
 @dataclass(frozen=True)
 class Slope:
-    """Derivatives (n,) and their estimated errors (n,); NaN where the output is missing beside the input. sides: 2 for
-    central differences, 1 where only one side could be had, 0 where none could."""
+    """Derivatives (n,) and their estimated errors (n,); NaN where the output is missing next to the input. sides: 2 for
+    central differences, 1 where only one side has an answer, 0 where none has."""
 
     value: Array
     error: Array

@@ -1,4 +1,4 @@
-"""The study: every input is moved, every witness is asked again, derivatives follow."""
+"""Derivatives of the answers of every witness by every input, and what tolerances of the inputs make of the answers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def sensitivity(
 
     asked: what `mechlab.lab.ask.ask` takes. A given quantity that has a tolerance is an input too. Angles are compared
     modulo 2 pi. only: inputs by name, default all. progress(done, total) in inputs. Raises as `ask`; a design or an answer
-    that does not exist beside an input makes its derivative one-sided, or, on both sides, leaves it out with a note. With
+    that does not exist next to an input makes its derivative one-sided, or, on both sides, leaves it out with a note. With
     tolerances the ends and corners of their box are solved too (`mechlab.studies.sensitivity.derivatives`).
     """
     chosen = tolerance or Tolerances()

@@ -24,7 +24,7 @@ REFERENCE_TOLERANCE = 1e-9
 REFERENCE_SHARE = 0.6
 """Of the work of a map, for all its reference runs."""
 RUNAWAY = 1e2
-"""A run that is off by so many times the whole motion, or its energy by so many times what is turned over, has blown up."""
+"""A run has blown up when its error exceeds the whole motion, or its energy error the energy turned over, by this factor."""
 TRUSTED = 1e-4
 """Share of its energy that a reference run may lose."""
 EVERY = 2
@@ -45,7 +45,7 @@ class ReferenceRun:
 
 
 def sharp_method(problem: Problem) -> Method:
-    """The method that a row is held against: located friction events where there are any, else rigid dynamics at a sharp
+    """The reference method of a row: located friction events where there are any, else rigid dynamics at a sharp
     tolerance. Raises MechlabError when Pinocchio is missing."""
     named = {m.name: m for m in METHODS}
     hybrid, rigid = named["hybrid DOP853"], named["Pinocchio DOP853"]
@@ -151,7 +151,7 @@ class ReadyRow:
 
 
 def rows_of(plan: StabilityPlan, seconds: float) -> list[ReadyRow]:
-    """The rows of a plan, each with its reference run; a row that cannot be had is told of, not dropped."""
+    """The rows of a plan, each with its reference run; a row without one keeps the reason."""
     out = []
     began = work_done()
     for k, y in enumerate(plan.y.values):

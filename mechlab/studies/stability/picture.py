@@ -20,7 +20,7 @@ LOOKS: dict[RunOutcome, tuple[str, str]] = {
     RunOutcome.REFUSED: ("#d9d9d9", "-"),
     RunOutcome.NOT_RUN: ("#ffffff", ""),
 }
-"""Colour (blue to orange to dark brown: told apart without red and green, and by lightness) and mark."""
+"""Colour (blue to orange to dark brown: distinguished without red and green, and by lightness) and mark."""
 
 
 COLUMNS = 3

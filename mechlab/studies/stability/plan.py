@@ -61,7 +61,7 @@ STEERING = ("servo", "computed_torque", "held_rates")
 LONGEST = 2.0
 """Simulated time [s] of the maps that need no particular one, at most."""
 FALL = 3.0
-"""A mechanism whose servos are left out is followed for so many times sqrt(size / g)."""
+"""Simulated time of a mechanism whose servos are left out, in units of sqrt(size / g)."""
 FREE = "without the servos of the scene"
 
 
@@ -99,7 +99,7 @@ def steps_of(duration: float, divisions: tuple[int, ...] = DIVISIONS) -> tuple[f
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """A scene of a design: where the plans come from. `only`: names of methods that the user asked for."""
+    """A scene of a design: where the plans come from. `only`: names of the methods that the user chose."""
 
     design: Design
     scene: Scene
@@ -128,7 +128,7 @@ class StabilityCase:
         return replace(self, scene=replace(self.scene, laws=kept, duration=short), remark=FREE)
 
     def methods(self, *names: str) -> tuple[Method, ...]:
-        """Those that the user asked for, else those of these names."""
+        """The methods that the user chose, else those of these names."""
         return tuple(method(n) for n in self.only or names)
 
 

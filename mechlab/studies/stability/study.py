@@ -152,7 +152,7 @@ KINDS: dict[str, Callable[[StabilityCase], StabilityPlan | str]] = {
 }
 """Maps that the structure of a mechanism calls for. Adding a kind is adding a row."""
 BUDGET = 26.0
-"""Counted work of a study [s] (`mechlab.integrate.work`), unless it is asked for more."""
+"""Counted work of a study [s] (`mechlab.integrate.work`) where none is given."""
 WEIGHTS = {"stiffness": 2.0, "softness": 0.6, "redundancy": 0.6}
 """Shares of the budget, where they are not 1: stiff references are slow."""
 

@@ -34,8 +34,8 @@ from mechlab.studies.sweep.request import (
 from mechlab.studies.sweep.rollout import roll_block
 
 PARTS = 4
-"""Where one of many points has no answer, and the closed form does not say which, they are asked again in so many parts, down
-to single points."""
+"""Points of which one has no answer, and the closed form does not say which, are divided into this many parts, again and
+again, down to single points."""
 DIFFERENCE = "max_difference"
 """As a quantity: the largest difference between any two witnesses."""
 
@@ -86,7 +86,7 @@ def closed_form(
 def answers_one_by_one(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
-    """Each point is asked by itself: one witness, or all of them where their difference is wanted."""
+    """One question for each point, to one witness, or to all of them where their difference is a quantity."""
     for i, at in enumerate(where):
         given = {k: float(v[i]) if np.ndim(v) else v for k, v in rest.items()}
         spot = np.array([at])
@@ -151,7 +151,7 @@ def _take(request: SweepRequest, answer: Answer, where: np.ndarray, out: SweepBl
 
 
 STEP_ERROR = "step_error"
-"""The finding that takes more runs; it is made only where it is asked for."""
+"""The finding that takes more runs; it is made only where it is a quantity of the sweep."""
 
 
 def runs_one_by_one(
@@ -225,7 +225,7 @@ _bases: dict[str, Design] = {}
 def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
     """The numbers of a block. threads: of engines that have their own; they do not change a bit.
 
-    What goes wrong at a point is told there; raises MechlabError only for what concerns all points.
+    What goes wrong at a point is recorded in the block; raises MechlabError only for what concerns all points.
     """
 
     out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))

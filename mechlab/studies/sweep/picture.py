@@ -1,4 +1,4 @@
-"""The picture of a sweep: lines over one axis, a map over two; gaps are told apart from numbers."""
+"""The picture of a sweep: lines over one axis, a map over two; gaps are drawn differently from numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quantities of a sweep: what can be asked for, found out at a few of its points, and from the user's words to quantities."""
+"""The quantities of a sweep: which ones exist, found out at a few of its points, and which ones the user's words mean."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mechlab.studies.sweep.evaluate import STEP_ERROR, question_of
 from mechlab.studies.sweep.request import REDUCTIONS, SweepAxis, SweepQuantity, SweepRequest
 
 PROBES = 8
-"""So many points are tried, to learn what can be asked of a run."""
+"""The number of points that are tried, to learn which channels and findings a run has."""
 PROBE_STEPS = 4
 
 

@@ -18,7 +18,7 @@ from mechlab.results import Shown
 from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
 
 SMALL = 2000
-"""Up to so many points stand in the JSON document; more are only told of by their ranges."""
+"""The JSON document lists all points of a sweep of up to this many; of a larger one it gives the ranges alone."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -139,8 +139,8 @@ def dataset(result: SweepResult) -> Any:
     variables: dict[str, Any] = {}
     for q in r.quantities:
         values = result[q.label]
-        told = {"long_name": f"{q.kind} {q.name}" + (f", {q.reduce}" if q.kind == "channel" else "")}
-        variables[q.label] = (dims, values, told | ({"units": q.unit} if q.unit else {}))
+        attributes = {"long_name": f"{q.kind} {q.name}" + (f", {q.reduce}" if q.kind == "channel" else "")}
+        variables[q.label] = (dims, values, attributes | ({"units": q.unit} if q.unit else {}))
     meaning = {
         "flag_values": np.array([0, 1, 3, 4], dtype=np.int8),
         "flag_meanings": "good bad_input untrusted no_solution",
@@ -166,5 +166,5 @@ def provenance(request: SweepRequest, command: str) -> dict[str, Any]:
 
 def _attributes(axis: SweepAxis) -> dict[str, str]:
     """Attributes of an axis."""
-    told = {"long_name": axis.text or axis.key, "role": axis.role}
-    return told | ({"units": axis.unit} if axis.unit else {})
+    attributes = {"long_name": axis.text or axis.key, "role": axis.role}
+    return attributes | ({"units": axis.unit} if axis.unit else {})

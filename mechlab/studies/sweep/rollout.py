@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import ENERGY_LIMIT
 from mechlab.experiment.findings import GAP_LIMIT
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.kit.witness import room
 from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.design import AUTO, Design
-from mechlab.lab.nature import by_nature, rough
+from mechlab.lab.problem_settings import rough_names, settings_for
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest, reduced
@@ -25,7 +25,7 @@ from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, 
 FEWEST = 16
 """Fewer motions are run one by one, each with its whole health record."""
 NUMBERS = 20_000_000
-"""Samples of a group are kept for so many numbers at once, 160 MB."""
+"""Motions are rolled out together as long as their samples are no more numbers than this (160 MB)."""
 FINDINGS = ("energy_balance", "relation_residual")
 """Findings that a rollout makes; with them, whether the motion came to its end."""
 
@@ -35,7 +35,7 @@ def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, 
     in_scene = design.for_scene(request.scene)
     scene = in_scene.scene(request.scene, request.fidelity, request.duration)
     mechanism = in_scene.mechanism(scene.fidelity)
-    chosen = by_nature(scene.settings, mechanism, scene)
+    chosen = settings_for(scene.settings, mechanism, scene)
     if request.timestep is not None:
         chosen = replace(chosen, timestep=request.timestep)
     return in_scene, mechanism, scene, chosen
@@ -61,7 +61,7 @@ def why_not(request: SweepRequest, design: Design) -> str:
     reasons = {
         f"the scene has laws that Python evaluates ({', '.join(others)})": bool(others),
         "the scene keeps its assembly mode": bool(scene.keep_mode), "there are loops": bool(mechanism.loops),
-        "there is dry friction": bool(rough(mechanism)), "there are damped springs": any(s.damping for s in mechanism.springs),
+        "there is dry friction": bool(rough_names(mechanism)), "there are damped springs": any(s.damping for s in mechanism.springs),
         "there are joints of three coordinates": any(j.nv != 1 for j in mechanism.joints),
         f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
         "the timestep does not divide the duration": abs(steps - round(steps)) > 1e-9,
@@ -88,7 +88,7 @@ def _from_states(quantity: SweepQuantity, design: Design, request: SweepRequest)
 
 
 class _States(dict[str, Array]):
-    """Basic channels of states q (n, nq), v (n, nv), computed when they are asked for."""
+    """Basic channels of states q (n, nq), v (n, nv), computed at the first access."""
 
     def __init__(self, mechanism: Mechanism, q: Array, v: Array) -> None:
         super().__init__()
@@ -123,7 +123,7 @@ def roll_block(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock, threads: int
 ) -> None:
     """All motions of a group."""
-    room("mujoco")  # raises EngineMissing where it is not installed
+    engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.stepping import grid
 
     in_scene, mechanism, scene, settings = scene_of(request, design)
@@ -189,7 +189,7 @@ def _roll(
 def starts(
     mechanism: Mechanism, scene: Scene, values: Mapping[str, Array], where: np.ndarray, out: SweepBlock
 ) -> tuple[Array, Array, Array]:
-    """q (n, nq), v (n, nv) of the initial states, and which of the n points have one; the others are told in the block."""
+    """q (n, nq), v (n, nv) of the initial states, and which of the n points have one; the reasons of the others go into the block."""
     n = len(where)
     first: dict[str, Any] = dict(scene.initial)
     rates: dict[str, Any] = dict(scene.initial_rates)

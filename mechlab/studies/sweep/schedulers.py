@@ -36,7 +36,7 @@ def run_on_cores(
 ) -> Iterator[tuple[int, SweepBlock]]:
     """(block, what it gave), as they are finished. workers: processes, by default one for each core; 1: no pool.
 
-    The engine's own threads are used for rollouts, processes for what is asked or run point by point. A pool that breaks
+    The engine's own threads are used for rollouts, processes for questions and runs point by point. A pool that breaks
     (a worker was killed) costs nothing but time: its blocks are computed here.
     """
     if workers is not None and workers < 1:
@@ -127,7 +127,7 @@ def _end(process: int) -> None:
 
 
 RETRIES = 3
-"""A block that fails in a worker is given to another so many times; one whose worker dies, by Dask as often as it allows."""
+"""How often a block that fails in a worker goes to another one; of workers that die, Dask itself limits the number."""
 CONNECT = 20
 """Seconds to wait for the scheduler."""
 HOW = "pip install 'mechlab[cluster]'"

@@ -22,10 +22,11 @@ from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.values import Range
 
 BLOCK = 4096
-"""Nodes that a closed form is asked at once."""
+"""Nodes that a closed form takes in one call."""
 PARTS = 4
-"""Where one of them has no answer they are asked again in so many parts, down to single nodes."""
+"""A block in which a node has no answer is divided into this many parts, again and again, down to single nodes."""
 SLAB = 200_000
+"""Nodes of a slab where a question is asked: an engine takes them one by one."""
 WITNESSES = ("analytic", "pinocchio", "mujoco")
 SOLVED = "solved"
 
@@ -60,7 +61,7 @@ class QuestionOnGrid:
         return margin
 
     def _value(self, points: Coordinates, name: str) -> Array:
-        """SOLVED, or an answer (NaN where there is none); the last nodes asked are remembered."""
+        """SOLVED, or an answer (NaN where there is none); the answers of the last nodes are kept."""
         arrays = tuple(points.values())
         if self._last is None or any(a is not b for a, b in zip(arrays, self._last[0], strict=True)):
             self._last = (arrays, self._ask_all(points))

@@ -19,7 +19,7 @@ DEEPEST = "largest_margin"
 
 @dataclass(frozen=True, repr=False)
 class WorkspaceResult(Shown):
-    """The plan, what its survey found, and what else was asked for."""
+    """The plan of a workspace, its survey, and on request the comparison with a second design and the surface."""
 
     plan: WorkspacePlan
     survey: WorkspaceSurvey

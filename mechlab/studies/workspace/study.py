@@ -50,7 +50,7 @@ def compared(
 def with_surfaces(
     result: WorkspaceResult, stl: str | Path | None = None, glb: str | Path | None = None
 ) -> tuple[WorkspaceResult, WorkspaceSurface]:
-    """The result with its surface, written to the files asked for."""
+    """The result with its surface, written to the STL and GLB files that are given."""
     border = surface(result.plan.region, result.plan.grid, result.survey)
     wanted = {"STL": stl, "GLB": glb}
     files = {k: write_surface(border, path) for k, path in wanted.items() if path is not None}

@@ -55,7 +55,7 @@ def test_its_error_falls_with_the_first_power_of_the_step(friction) -> None:
 
 
 def test_step_size_control_chatters_at_the_naive_sign(monkeypatch) -> None:
-    monkeypatch.setattr(friction_trace, "MOST", 3000)
+    monkeypatch.setattr(friction_trace, "MOST_EVALUATIONS", 3000)
     how = Settings(engine="pinocchio", integrator="DOP853", tolerance=1e-6)
     naive = friction_trace.trace_friction(wheel(), SCENE, how, OUTPUTS, "sign")
     assert not naive.complete and naive.evaluations == 3000

@@ -11,17 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.lag import predicted_lags
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.witness import room
 from mechlab.lab.design import Design
-from mechlab.mechanism import Mechanism
+from mechlab.lab.gear_trains import train_mechanism
+from mechlab.mechanism import ConstraintSet, Mechanism
 
 FORCE = "_force"
-SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
+ROW_SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
 """Time constant [s] and impedance of the rows (MuJoCo's solref and solimp); defaults: of the preset `accurate`."""
 STEPS = 4
 """Steps in a time constant."""
@@ -31,13 +32,13 @@ ONSET = 30.0
 
 def asks_lag(keys: set[str]) -> bool:
     """True when the keys say how soft rows are."""
-    return bool(keys & set(SOFTNESS))
+    return bool(keys & set(ROW_SOFTNESS))
 
 
 def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
     """The question that X_force, row_timeconst and row_impedance make. Raises MechlabError for unknown keys, softness out of
     range, no load, and mechanisms that are not trains of gears."""
-    m = gear_rows(design)
+    m = train_mechanism(design)
     if m is None:
         raise MechlabError(
             f"{design.name}: the lag of soft rows is asked of trains of gears, and no fidelity of it "
@@ -46,9 +47,9 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
     slides = {j.name for j in m.joints if j.kind == "prismatic"}
     loads = {f"{n}{FORCE}": "N" if n in slides else "N m" for n in m.scalar_names}
     for key in values:
-        if key not in loads and key not in SOFTNESS:
-            raise unknown(f"{design.name}: lag of soft rows: quantity", key, {*loads, *SOFTNESS})
-    complete = SOFTNESS | dict(values)
+        if key not in loads and key not in ROW_SOFTNESS:
+            raise unknown(f"{design.name}: lag of soft rows: quantity", key, {*loads, *ROW_SOFTNESS})
+    complete = ROW_SOFTNESS | dict(values)
     for key, good, wanted in (
         ("row_timeconst", lambda x: x > 0.0, "more than 0 s"),
         ("row_impedance", lambda x: (x > 0.0) & (x < 1.0), "a number between 0 and 1"),
@@ -70,19 +71,9 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
             "pinocchio": lambda p, given: _rigid(m, given),
             "mujoco": lambda p, given: _measured(m, given),
         },
-        SOFTNESS, units=units, text="how far soft gear rows lag under load, and the loads of the rows",
+        ROW_SOFTNESS, units=units, text="how far soft gear rows lag under load, and the loads of the rows",
         tolerance=1e-3,  # the law is that of a row at rest; what remains of the onset in the run: 1e-4
     )  # fmt: skip
-
-
-def gear_rows(design: Design) -> Mechanism | None:
-    """The cheapest fidelity that consists of gear relations alone; None without one."""
-    for level in design.entry.fidelities:
-        if level != "kinematic":
-            m = design.mechanism(level)
-            if m.relations and not m.loops:
-                return m
-    return None
 
 
 def _loaded(m: Mechanism, given: Mapping[str, float]) -> tuple[Scene, Settings]:
@@ -115,7 +106,7 @@ def _predicted(m: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
 def _rigid(m: Mechanism, given: Mapping[str, float]) -> Answer:
     """Loads of rigid rows at rest, the least ones where rows repeat each other."""
     try:
-        plant = room("pinocchio").PinPlant(m)
+        plant = engine("pinocchio").plant(m)
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     force = -plant.bias()
@@ -125,14 +116,15 @@ def _rigid(m: Mechanism, given: Mapping[str, float]) -> Answer:
     free = np.linalg.solve(plant.mass_matrix(), np.column_stack([force, plant.jacobian().T]))
     compliance, gap = plant.jacobian() @ free[:, 1:], plant.jacobian() @ free[:, 0] + plant.constraint_bias()
     load = np.linalg.lstsq(compliance, -gap, rcond=1e-11)[0]
-    loads = {r.name: abs(float(load[plant.constraints.slices[r.name].start])) for r in m.relations}
+    slices = ConstraintSet(m).slices
+    loads = {r.name: abs(float(load[slices[r.name].start])) for r in m.relations}
     return Answer(_named({}, loads), notes=("its rows are rigid: they do not lag",))
 
 
 def _measured(m: Mechanism, given: Mapping[str, float]) -> Answer:
     """Residual and load of each row at the end of a run of MuJoCo."""
     try:
-        recording = room("mujoco").run(m, *_loaded(m, given))
+        recording = engine("mujoco").run(m, *_loaded(m, given))
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     q = recording.q[-1]

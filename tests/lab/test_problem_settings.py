@@ -10,7 +10,7 @@ import mechlab as ml
 from mechlab.engines.mujoco import run as run_mujoco
 from mechlab.experiment.laws import Constant, DcMotor
 from mechlab.experiment.scene import PRESETS, Scene, Settings
-from mechlab.lab.nature import FASTEST, FRICTION_STEP, by_nature, motor_findings, with_static_motors
+from mechlab.lab.problem_settings import FASTEST, FRICTION_STEP, motor_findings, settings_for, with_static_motors
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
 
 
@@ -30,23 +30,23 @@ def scene(*laws) -> Scene:
 
 
 def test_dry_friction_gets_stiff_in_mujoco() -> None:
-    chosen = by_nature(Settings(), wheel(0.1), scene(Constant("turn", 1.0)))
+    chosen = settings_for(Settings(), wheel(0.1), scene(Constant("turn", 1.0)))
     assert (chosen.preset, chosen.integrator, chosen.timestep) == ("stiff", "discrete", FRICTION_STEP)
-    smooth = by_nature(Settings(), wheel(), scene(Constant("turn", 1.0)))
+    smooth = settings_for(Settings(), wheel(), scene(Constant("turn", 1.0)))
     assert smooth == Settings()
 
 
 def test_a_quick_motor_gets_stiff_with_a_step_that_resolves_it() -> None:
     for lag, step in ((1e-4, 1e-4), (6e-4, 2.5e-4), (1e-9, FASTEST)):
-        chosen = by_nature(Settings(), wheel(), scene(motor(lag)))
+        chosen = settings_for(Settings(), wheel(), scene(motor(lag)))
         assert (chosen.preset, chosen.timestep) == ("stiff", step)
-    assert by_nature(Settings(), wheel(), scene(motor(0.1))) == Settings()
-    assert by_nature(Settings(), wheel(), scene(motor(0.0))) == Settings()
+    assert settings_for(Settings(), wheel(), scene(motor(0.1))) == Settings()
+    assert settings_for(Settings(), wheel(), scene(motor(0.0))) == Settings()
 
 
 @pytest.mark.parametrize("preset", ["draft", "defaults"])
 def test_a_scene_that_wants_a_quick_look_keeps_it(preset) -> None:
-    assert by_nature(PRESETS[preset], wheel(0.1), scene()) == PRESETS[preset]
+    assert settings_for(PRESETS[preset], wheel(0.1), scene()) == PRESETS[preset]
 
 
 def test_a_motor_below_the_timestep_is_a_static_line_and_it_is_said() -> None:

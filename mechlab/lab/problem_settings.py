@@ -1,4 +1,4 @@
-"""Settings by nature: dry friction, and motors and drives faster than a step, ask for other settings than smooth motion."""
+"""Settings that a problem asks for: dry friction, and motors and drives faster than a step, need others than smooth motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FINEST = 1e-4
 """Timestep [s] below which drives that hold are not resolved by RK4 but taken implicitly."""
 
 
-def by_nature(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
+def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
     """The settings of a scene for MuJoCo, where nobody chose any: `stiff` for dry friction, and for a motor whose time
     constant is shorter than the timestep, with a step that resolves it; for drives that hold a step that resolves them, or
     `stiff`, which is implicit in them, where that would be shorter than FINEST; as they are for everything else."""
@@ -36,8 +36,8 @@ def by_nature(settings: Settings, mechanism: Mechanism, scene: Scene) -> Setting
         base, wanted = settings, replace(settings, integrator="discrete", preset="stiff")
     else:
         return settings
-    resolving = max(FASTEST, min((x for x in map(lag, scene.laws) if x), default=math.inf))
-    if rough(mechanism):
+    resolving = max(FASTEST, min((x for x in map(motor_lag, scene.laws) if x), default=math.inf))
+    if rough_names(mechanism):
         return replace(wanted, timestep=min(base.timestep, FRICTION_STEP, resolving))
     if resolving < base.timestep:
         return replace(wanted, timestep=min(PRESETS["stiff"].timestep, resolving))
@@ -72,7 +72,7 @@ def drive_step(mechanism: Mechanism, scene: Scene) -> float:
     return max(m for m in (1.0, 2.0, 5.0) if m * power <= step * (1.0 + 1e-9)) * power
 
 
-def rough(mechanism: Mechanism) -> tuple[str, ...]:
+def rough_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Names of the joints and shafts with dry friction."""
     joints = [j.name for j in mechanism.joints if j.friction]
     return (*joints, *(s.name for s in mechanism.shafts if s.friction))
@@ -89,7 +89,7 @@ def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
     return replace(settings, timeconst=2.0 * settings.timeconst)
 
 
-def lag(law: Law) -> float:
+def motor_lag(law: Law) -> float:
     """Time constant [s] of a motor that a run has to follow; 0 for other laws and for a motor without."""
     return law.inductance / law.resistance if isinstance(law, DcMotor) else 0.0
 
@@ -104,7 +104,9 @@ def with_static_motors(scene: Scene, settings: Settings) -> Scene:
         return scene
     adaptive = settings.engine == "hybrid" or settings.integrator in ADAPTIVE
     step = FASTEST if adaptive else settings.timestep
-    laws = tuple(law.static() if isinstance(law, DcMotor) and 0.0 < lag(law) < step else law for law in scene.laws)
+    laws = tuple(
+        law.static() if isinstance(law, DcMotor) and 0.0 < motor_lag(law) < step else law for law in scene.laws
+    )
     return scene if laws == scene.laws else replace(scene, laws=laws)
 
 

@@ -1,9 +1,11 @@
-"""Timed runs of any MuJoCo model, whatever it holds: two points of every body at even output times."""
+"""Timed runs of any MuJoCo model, whatever it holds: two points of every body at even output times; and the order that they show."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,7 +14,9 @@ from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.engines.mujoco.model import constraint_jacobian
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.errors import MechlabError
+from mechlab.experiment.errors import observed_order, order_finding
 from mechlab.experiment.prices import MUJOCO
+from mechlab.experiment.recording import Finding
 from mechlab.mechanism.geometry import Array
 
 INTEGRATORS = {
@@ -22,6 +26,8 @@ INTEGRATORS = {
     "RK4": mujoco.mjtIntegrator.mjINT_RK4,
     "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
 }
+FILE_STEPS = 4
+"""Steps between two outputs in the coarsest run of an order check of a file."""
 HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 
@@ -126,3 +132,42 @@ def _beside(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     mass = np.maximum(model.body_mass, 1e-12)
     radius = np.sqrt(0.5 * model.body_inertia.sum(axis=1) / mass / 3.0)
     return np.asarray(data.ximat.reshape(-1, 3, 3).sum(axis=2) * radius[:, None])
+
+
+def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, between: float) -> Finding:
+    """The finding "order" of RK4 on any MuJoCo model: run(integrator, hard, steps between two outputs) gives a FileTrace."""
+    step = between / FILE_STEPS
+
+    def points(h: float) -> Array:
+        found = run("RK4", hard, round(between / h))
+        return np.asarray(found.points).reshape(len(found.points), -1)
+
+    expected = 2 if hard else 4
+    suspects = {
+        "an actuator with a state (activation), which MuJoCo integrates in first order beside RK4": model.na,
+        "dry friction": np.any(model.dof_frictionloss) or np.any(model.tendon_frictionloss),
+        "contacts": np.any(model.geom_contype) and model.ngeom > 1,
+        "limits": np.any(model.jnt_limited) or np.any(model.tendon_limited),
+        "soft constraints, which switch on and off or have a width": model.neq,
+    }
+    return order_finding(
+        observed_order(points, step, expected), step, [text for text, there in suspects.items() if there]
+    )
+
+
+def compile_file(path: Path) -> tuple[mujoco.MjModel | None, str]:
+    """The model of an MJCF or URDF file, or None and MuJoCo's words when it refuses the file."""
+    return _compiled(lambda: mujoco.MjModel.from_xml_path(str(path)))
+
+
+def compile_text(text: str) -> tuple[mujoco.MjModel | None, str]:
+    """As `compile_file`, of the text of a file."""
+    return _compiled(lambda: mujoco.MjModel.from_xml_string(text))
+
+
+def _compiled(make: Callable[[], mujoco.MjModel]) -> tuple[mujoco.MjModel | None, str]:
+    try:
+        with compiling():
+            return make(), ""
+    except ValueError as error:
+        return None, " ".join(str(error).split())

@@ -1,9 +1,7 @@
-"""A Mechanism of gears made ready for its power flow, and a case of it: speeds, torques, losses, read from the given keys.
+"""Power flow of a train of gears: `solve NAME X_rate=… X_force=… efficiency=…` on a Mechanism of gear relations.
 
-Power flow of any train of gears: `solve NAME X_rate=… X_force=… efficiency=…` on a Mechanism of gear relations.
-
-X_rate: speeds of as many joints or shafts as there are freedoms [rad/s]; X_force: external torques [N m], the others are
-found; efficiency: of every mesh; MESH_efficiency: of one. Power goes into a member where force x rate > 0.
+X_rate: speeds of as many joints or shafts as there are freedoms [rad/s]. X_force: external torques [N m]; those that are not
+given are found. efficiency: of every mesh; MESH_efficiency: of one. Power goes into a member where torque x rate > 0.
 """
 
 from __future__ import annotations
@@ -16,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic.power_flow import Flow, TrainMesh, circulating_power, efficiency, flow
+from mechlab.engines.protocol import engine
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
 from mechlab.experiment.question import Answer, Question
-from mechlab.kit.witness import room
 from mechlab.lab.design import Design
+from mechlab.lab.gear_trains import train_mechanism
 from mechlab.mechanism import GROUND, Mechanism
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
 from mechlab.mechanism.geometry import Array
@@ -29,8 +28,8 @@ FORCE, RATE, ETA = "_force", "_rate", "efficiency"
 
 
 @dataclass(frozen=True)
-class Train:
-    """A Mechanism of gears, made ready: roles of all meshes, exact null-space basis, members by number."""
+class GearTrain:
+    """A Mechanism of gears, with what its power flow needs: the roles of all meshes, and the exact basis of its rates."""
 
     mechanism: Mechanism
     roles: tuple[MeshRoles, ...]
@@ -52,27 +51,25 @@ class Train:
 
     @property
     def terminals(self) -> tuple[str, ...]:
-        """What an external torque may act on without being named: joints on the ground, and whatever is driven."""
+        """Where an external torque may act without being given: joints on the ground, and joints or shafts with a drive."""
         grounded = [j.name for b in self.mechanism.bodies if b.parent == GROUND for j in b.joints]
         return tuple(dict.fromkeys([*grounded, *(d.on for d in self.mechanism.drives)]))
 
 
 @lru_cache(maxsize=32)
-def train(m: Mechanism) -> Train:
+def gear_train(m: Mechanism) -> GearTrain:
     """The train of a Mechanism. Raises MechlabError when its constraints are not all meshes of gears."""
     if not m.relations:
         raise MechlabError(f"{m.name}: it has no gear relations, so there is no power flow to find.")
     basis = dependent_angles(m)
-    return Train(m, tuple(mesh_roles(m, r) for r in m.relations), basis)
+    return GearTrain(m, tuple(mesh_roles(m, r) for r in m.relations), basis)
 
 
-def geared(design: Design) -> Mechanism:
-    """The cheapest fidelity whose meshes are relations. Raises MechlabError when there is none."""
-    for level in design.entry.fidelities:
-        if level != "kinematic":
-            m = design.mechanism(level)
-            if m.relations and not m.loops:
-                return m
+def train_of(design: Design) -> Mechanism:
+    """The mechanism at the cheapest fidelity whose constraints are all gear relations. Raises MechlabError without one."""
+    m = train_mechanism(design)
+    if m is not None:
+        return m
     raise MechlabError(
         f"{design.name}: X_force and efficiency ask for the power flow of a train of gears, and no fidelity of it "
         f"({', '.join(design.entry.fidelities)}) consists of gear relations alone."
@@ -80,8 +77,9 @@ def geared(design: Design) -> Mechanism:
 
 
 @dataclass(frozen=True)
-class Case:
-    """Joint rates (nv,), mesh efficiencies (m,), given torques, members whose torque is open, members taken as free."""
+class LoadCase:
+    """Joint rates (nv,) [rad/s], mesh efficiencies (m,), given torques [N m]; open: members whose torque is to be found; free: members
+    on which no torque acts."""
 
     rates: Array
     eta: Array
@@ -90,8 +88,8 @@ class Case:
     free: tuple[str, ...]
 
 
-def case_of(t: Train, given: Mapping[str, float]) -> Case:
-    """The case that keys X_rate, X_force, efficiency and MESH_efficiency make. Raises MechlabError for too few of them."""
+def load_case(t: GearTrain, given: Mapping[str, float]) -> LoadCase:
+    """The load case that the keys X_rate, X_force, efficiency and MESH_efficiency describe. Raises MechlabError for too few of them."""
     m = t.mechanism
     forces = {k.removesuffix(FORCE): float(x) for k, x in given.items() if k.endswith(FORCE)}
     rates = _rates(t, {k.removesuffix(RATE): float(x) for k, x in given.items() if k.endswith(RATE)})
@@ -118,11 +116,12 @@ def case_of(t: Train, given: Mapping[str, float]) -> Case:
                 f"Give {', '.join(f'{n}{FORCE}' for n in left)} for some (0 for a member that nothing drives or loads)."
             )
         free, left = tuple(n for n in left if n not in driven), kept
-    return Case(rates, eta, forces, tuple(left), free)
+    return LoadCase(rates, eta, forces, tuple(left), free)
 
 
-def _rates(t: Train, given: Mapping[str, float]) -> Array:
-    """(nv,) joint rates from the given ones, exact basis. Raises MechlabError for too few, NoSolution for a contradiction."""
+def _rates(t: GearTrain, given: Mapping[str, float]) -> Array:
+    """(nv,) joint rates from the given ones, by the exact basis. Raises MechlabError for too few of them, NoSolution where they
+    contradict each other."""
     m, k = t.mechanism, t.basis.matrix
     rows = np.array([m.row(n) for n in given]).reshape(-1, m.nv) @ k
     count = k.shape[1]
@@ -153,7 +152,7 @@ def asks_power_flow(keys: set[str]) -> bool:
 
 def power_flow_question(design: Design, values: Mapping[str, Any]) -> Question:
     """The question that X_rate, X_force and efficiency make. Raises MechlabError for unknown keys."""
-    t = train(geared(design))
+    t = gear_train(train_of(design))
     m = t.mechanism
     names = m.scalar_names
     known = {*(f"{n}{RATE}" for n in names), *(f"{n}{FORCE}" for n in names), ETA,
@@ -177,33 +176,35 @@ def power_flow_question(design: Design, values: Mapping[str, Any]) -> Question:
 # -- the closed form -------------------------------------------------------------------------------------------------
 
 
-def _solve(t: Train, case: Case, given: Mapping[str, float], left: tuple[str, ...]) -> tuple[Flow, dict[str, float]]:
+def _flow_and_torques(
+    t: GearTrain, case: LoadCase, given: Mapping[str, float], left: tuple[str, ...]
+) -> tuple[Flow, dict[str, float]]:
     """The flow, and all external torques by name."""
     rows = [t.mechanism.row(n) for n in given]
     found = flow(t.meshes, case.rates, case.eta, rows, list(given.values()), [t.mechanism.row(n) for n in left])
     return found, dict(given) | dict(zip(left, found.torques.tolist(), strict=True))
 
 
-def _powers(t: Train, case: Case, torques: Mapping[str, float]) -> dict[str, float]:
+def _powers(t: GearTrain, case: LoadCase, torques: Mapping[str, float]) -> dict[str, float]:
     return {n: x * float(t.mechanism.row(n) @ case.rates) for n, x in torques.items()}
 
 
-def _analytic(t: Train, given: Mapping[str, Any]) -> Answer:
-    """One case, or the values (without the lists) of arrays of cases."""
+def _analytic(t: GearTrain, given: Mapping[str, Any]) -> Answer:
+    """The answer to one load case; of arrays of cases the values alone, without the lists of members and meshes."""
     shape = np.broadcast_shapes(*(np.shape(x) for x in given.values()))
     if not shape:
-        return _one(t, {k: float(x) for k, x in given.items()})
+        return _answer_case(t, {k: float(x) for k, x in given.items()})
     flat = {k: np.broadcast_to(x, shape).ravel() for k, x in given.items()}
-    said = [_one(t, {k: float(x[i]) for k, x in flat.items()}) for i in range(int(np.prod(shape)))]
-    keys = [k for k in said[0].values if all(k in a.values for a in said)]
+    answers = [_answer_case(t, {k: float(x[i]) for k, x in flat.items()}) for i in range(int(np.prod(shape)))]
+    keys = [k for k in answers[0].values if all(k in a.values for a in answers)]
     return Answer(
-        {k: np.array([a.values[k] for a in said]).reshape(shape) for k in keys}, said[0].status, said[0].notes
+        {k: np.array([a.values[k] for a in answers]).reshape(shape) for k in keys}, answers[0].status, answers[0].notes
     )
 
 
-def _one(t: Train, given: Mapping[str, float]) -> Answer:
-    m, case = t.mechanism, case_of(t, given)
-    found, torques = _solve(t, case, case.given, case.open)
+def _answer_case(t: GearTrain, given: Mapping[str, float]) -> Answer:
+    m, case = t.mechanism, load_case(t, given)
+    found, torques = _flow_and_torques(t, case, case.given, case.open)
     powers = _powers(t, case, torques)
     values: dict[str, Any] = {
         f"{n}{RATE}": float(m.row(n) @ case.rates) for n in m.scalar_names if f"{n}{RATE}" not in given
@@ -236,7 +237,7 @@ def _one(t: Train, given: Mapping[str, float]) -> Answer:
 
 
 def _backward(
-    t: Train, case: Case, torques: Mapping[str, float], powers: Mapping[str, float]
+    t: GearTrain, case: LoadCase, torques: Mapping[str, float], powers: Mapping[str, float]
 ) -> tuple[float | None, str]:
     """Efficiency when the output drives at the same speeds; not positive: it cannot, power must come from both ends."""
     active = [n for n, x in powers.items() if abs(x) > 1e-12 * max(map(abs, powers.values()))]
@@ -249,7 +250,7 @@ def _backward(
     given = {n: 0.0 for n, x in torques.items() if x == 0.0} | {output: -torques[output]}
     left = tuple(n for n in torques if n not in given)
     try:
-        _, back = _solve(t, case, given, left)
+        _, back = _flow_and_torques(t, case, given, left)
     except NoSolution as cause:
         return None, f"backwards: {cause}"
     p = _powers(t, case, back)
@@ -265,7 +266,7 @@ def _backward(
     return ratio, ""
 
 
-def _mesh_list(t: Train, found: Flow, eta: Array) -> list[dict[str, Any]]:
+def _mesh_list(t: GearTrain, found: Flow, eta: Array) -> list[dict[str, Any]]:
     f = found.meshes
     out = []
     for k, r in enumerate(t.roles):
@@ -280,8 +281,8 @@ def _mesh_list(t: Train, found: Flow, eta: Array) -> list[dict[str, Any]]:
     return out
 
 
-def _carrier_list(t: Train, found: Flow, case: Case) -> list[dict[str, Any]]:
-    """Coupling power of every carrier that moves: what its meshes give to it and take from it."""
+def _carrier_list(t: GearTrain, found: Flow, case: LoadCase) -> list[dict[str, Any]]:
+    """Coupling power of every carrier that moves: the power that its meshes give to it and take from it."""
     out = []
     for name in dict.fromkeys(r.carrier for r in t.roles if r.carrier != GROUND):
         parts = [float(found.meshes.power_carrier[k]) for k, r in enumerate(t.roles) if r.carrier == name]
@@ -297,11 +298,11 @@ def _carrier_list(t: Train, found: Flow, case: Case) -> list[dict[str, Any]]:
 # -- the engines -----------------------------------------------------------------------------------------------------
 
 
-def _engine(title: str, t: Train, given: Mapping[str, float]) -> Answer:
+def _engine(title: str, t: GearTrain, given: Mapping[str, float]) -> Answer:
     """Speeds, and without losses torques, from the engine's own constraint Jacobian in the reference pose."""
-    m, case = t.mechanism, case_of(t, given)
+    m, case = t.mechanism, load_case(t, given)
     try:
-        jacobian = _jacobian(title, m)
+        jacobian = engine(title).state(m, m.reference()).rows[:, : m.nv]
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     speeds = {k.removesuffix(RATE): float(x) for k, x in given.items() if k.endswith(RATE)}
@@ -315,14 +316,3 @@ def _engine(title: str, t: Train, given: Mapping[str, float]) -> Answer:
     load = sum((x * m.row(n) for n, x in case.given.items()), np.zeros(m.nv))
     solution = np.linalg.lstsq(columns, -load, rcond=1e-11)[0][len(jacobian) :]
     return Answer(values | {f"{n}{FORCE}": float(x) for n, x in zip(case.open, solution, strict=True)})
-
-
-def _jacobian(title: str, m: Mechanism) -> Array:
-    if title == "pinocchio":
-        from mechlab.mechanism import ConstraintSet
-
-        return ConstraintSet(m).jacobian(room("pinocchio").PinKinematics(m))
-    simulate = room("mujoco")
-    model, data = simulate.to_mujoco(m)
-    view = simulate.MujocoMap(m, model)
-    return np.asarray(view.rates(simulate.equality_jacobian(model, data)))

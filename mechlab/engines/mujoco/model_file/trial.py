@@ -14,13 +14,12 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.equality_rows import Start, free_push
+from mechlab.engines.mujoco.model_file.rows import Start, free_push
+from mechlab.engines.mujoco.model_file.softness import active
+from mechlab.engines.mujoco.model_file.trace import FILE_STEPS, HARD, INTEGRATORS, FileTrace, file_order
 from mechlab.engines.mujoco.trace import step_through
-from mechlab.engines.mujoco.trace_file import HARD, INTEGRATORS, FileTrace
 from mechlab.experiment.recording import Finding, Symptom
-from mechlab.lab.order_check import FILE_STEPS, file_order
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.doctor.softness import active
 
 DURATION, MOST_STEPS, OUTPUTS = 0.5, 500, 20
 """The run lasts DURATION [s], or MOST_STEPS of the file's steps if that is less."""

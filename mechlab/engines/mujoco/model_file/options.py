@@ -12,11 +12,11 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
+from mechlab.engines.mujoco.model_file.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
+from mechlab.engines.mujoco.model_file.softness import active, equality_default, listed
+from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.doctor.softness import active, equality_default, listed
-from mechlab.studies.doctor.trial import TrialRun
 
 IN_URDF = (
     '<mujoco><compiler discardvisual="false"/><option integrator="RK4" timestep="0.001" jacobian="dense"/></mujoco>'

@@ -10,7 +10,7 @@ import pytest
 import mechlab as ml
 from mechlab import api, catalog
 from mechlab.cli import main
-from mechlab.engines.mujoco import file_trial
+from mechlab.engines.mujoco.model_file import written as file_trial
 from mechlab.experiment.scene import Settings
 from mechlab.formats import to_json, to_mjcf
 from mechlab.mechanism import Builder, Mechanism, revolute

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.model_file.softness import active, listed
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.doctor.softness import active, listed
 
 LARGE, SMALL_G = 50.0, 100.0
 """A mechanism larger than LARGE [m] under weight is drawn in millimetres; weight beyond SMALL_G [m/s^2] is in mm/s^2."""

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.equality_rows import equality_name
+from mechlab.engines.mujoco.model_file.rows import equality_name
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 

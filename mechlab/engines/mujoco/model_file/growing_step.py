@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.equality_rows import EqualityRows
-from mechlab.engines.mujoco.trace_file import INTEGRATORS
+from mechlab.engines.mujoco.model_file.rows import EqualityRows
+from mechlab.engines.mujoco.model_file.trace import INTEGRATORS
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space

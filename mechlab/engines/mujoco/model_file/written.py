@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import compiling, engine
-from mechlab.engines.mujoco.equality_rows import PUSH, Start, free_push
-from mechlab.engines.mujoco.growing_step import growing_step
+from mechlab.engines.mujoco.model_file.growing_step import growing_step
+from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom

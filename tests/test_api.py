@@ -1,0 +1,234 @@
+"""The public API: its names, its types, the keys beside its options, and what its results print."""
+
+import ast
+import importlib
+import inspect
+import os
+import re
+import subprocess
+import sys
+import typing
+from collections.abc import Iterator
+from importlib.metadata import packages_distributions
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechlab as ml
+from mechlab import api
+from mechlab.api.arguments import Engine, as_range, key_values
+from mechlab.cli import main
+from mechlab.errors import MechlabError
+from mechlab.experiment.scene import ENGINES
+from mechlab.results import Shown
+from mechlab.values import Range
+
+ROOT = Path(__file__).resolve().parents[1]
+FUNCTIONS = {n: f for n in ml.__all__ if inspect.isfunction(f := getattr(ml, n))}
+
+
+def typed_names(path: Path) -> Iterator[tuple[str, str]]:
+    """(module, name) of what a file imports for type checkers alone."""
+    for node in ast.parse(path.read_text("utf-8")).body:
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            for line in node.body:
+                if isinstance(line, ast.ImportFrom) and line.module:
+                    yield from ((line.module, alias.name) for alias in line.names)
+
+
+# -- names ------------------------------------------------------------------------------------------------------------------
+
+
+def test_the_names_that_run_are_those_that_type_checkers_see() -> None:
+    homes = {(home, name) for home, names in ml._HOMES.items() for name in names}
+    assert homes == set(typed_names(ROOT / "mechlab" / "__init__.py"))
+    assert sorted([name for _, name in homes] + ["__version__"]) == sorted(ml.__all__) == dir(ml)
+    assert all(getattr(ml, name) is not None for name in ml.__all__) and re.match(r"\d+\.\d+", ml.__version__)
+    assert (ROOT / "mechlab" / "py.typed").is_file()
+    with pytest.raises(AttributeError, match="no_such_name"):
+        _ = ml.no_such_name  # type: ignore[attr-defined]
+
+
+def test_an_own_mechanism_scene_or_law_needs_no_other_module() -> None:
+    wanted = (
+        "Builder Inertia Placement revolute prismatic spherical universal floating shape Spring GearMesh belt screw mimic "
+        "relation LOOP_ROWS Entry Check Claim Question Scene SceneRecipe Constant Harmonic TableLaw Servo DcMotor Settings "
+        "PRESETS Recording Answers MechlabError NoSolution UsageError parameter load load_recording save_recording __version__"
+    )
+    assert set(wanted.split()) <= set(ml.__all__)
+
+
+def test_old_names_warn_and_work() -> None:
+    for old, new in (("solve_values", ml.solve), ("simulate_values", ml.simulate)):
+        with pytest.warns(DeprecationWarning, match=f"mechlab.{new.__name__}"):
+            assert getattr(api, old) is new
+    with pytest.warns(DeprecationWarning, match="scene="):
+        run = ml.simulate("fourbar", "free-run", duration=0.01)
+    assert run.scene == "free-run"
+
+
+# -- types ------------------------------------------------------------------------------------------------------------------
+
+
+def hints(function: Any) -> dict[str, Any]:
+    """The types of a function, with the names that its module imports for type checkers."""
+    module = sys.modules[function.__module__]
+    names = dict(vars(typing)) | {n: getattr(ml, n) for n in ml.__all__}
+    for home in (module, sys.modules["mechlab.api.finding"]):
+        names |= {n: getattr(importlib.import_module(m), n) for m, n in typed_names(Path(home.__file__ or ""))}
+    return typing.get_type_hints(function, localns=names | vars(module), include_extras=True)
+
+
+def has_any(hint: Any) -> bool:
+    return hint is Any or any(has_any(x) for x in typing.get_args(hint) if x is not ...)
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_no_public_function_takes_or_gives_any(name: str) -> None:
+    found = hints(FUNCTIONS[name])
+    signature = inspect.signature(FUNCTIONS[name])
+    assert found.keys() == {*signature.parameters, "return"}
+    assert not {k for k, hint in found.items() if has_any(hint)}
+
+
+def test_the_engines_of_the_type_are_those_that_run() -> None:
+    assert set(typing.get_args(Engine)) == set(ENGINES)
+
+
+@pytest.mark.slow
+def test_a_users_script_is_typed(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--config-file=", "--follow-imports=silent", "--ignore-missing-imports",
+         "--cache-dir", str(tmp_path), str(ROOT / "tests" / "typed_script.py")],
+        cwd=ROOT, env=os.environ | {"MYPYPATH": str(ROOT)}, capture_output=True, text=True, timeout=900,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    shape = "tuple[Any, ...], numpy"  # of every array of numpy
+    revealed = [r.replace(shape, "numpy") for r in re.findall(r'Revealed type is "(.*)"', done.stdout)]
+    assert len(revealed) == 9 and not [r for r in revealed if re.search(r"\bAny\b", r)], revealed
+
+
+def test_a_users_script_runs(tmp_path: Path) -> None:
+    script = ROOT / "tests" / "typed_script.py"
+    env = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, str(script)], cwd=tmp_path, env=env, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run.png").stat().st_size > 1000 and "rocker, scene driven" in done.stdout
+
+
+# -- keys -------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_key_is_given_once_and_an_option_wins() -> None:
+    with pytest.raises(MechlabError, match="crank: given in the mapping and as a keyword"):
+        ml.solve("fourbar", {"crank": 0.1}, crank=0.1, crank_angle=1.0)
+    with pytest.raises(MechlabError, match="second argument"):
+        ml.solve("fourbar", values={"crank_angle": 1.0})  # type: ignore[arg-type]
+    assert ml.simulate("pendulum", {"duration": 2.0}, duration=0.1).t[-1] == pytest.approx(0.1)
+    assert ml.simulate("pendulum", {"duration": 0.2}).t[-1] == pytest.approx(0.2)
+
+
+SAME = (
+    "0.1:0.4:4",
+    Range(0.1, 0.4, 4),
+    (0.1, 0.2, 0.3, 0.4),
+    [0.1, 0.2, 0.3, 0.4],
+    np.linspace(0.1, 0.4, 4),
+    "0.1,0.2,0.3,0.4",
+)
+
+
+@pytest.mark.parametrize("values", SAME, ids=lambda x: type(x).__name__)
+def test_a_text_a_range_a_tuple_a_list_and_an_array_mean_the_same(values: Any) -> None:
+    angles = np.linspace(0.1, 0.4, 4)
+    truth = ml.solve("fourbar", crank_angle=angles)["analytic"]["rocker_angle"]
+    np.testing.assert_allclose(ml.solve("fourbar", crank_angle=values)["analytic"]["rocker_angle"], truth, atol=1e-14)
+    np.testing.assert_allclose(
+        ml.sweep("fourbar", {"crank_angle": values}, "rocker_angle")["rocker_angle"], truth, atol=1e-9
+    )
+    read = key_values({"x": values}, {})["x"]
+    assert as_range("x", read) == Range(0.1, 0.4, 4)
+
+
+def test_whole_numbers_of_a_range_and_lists_that_are_no_range() -> None:
+    assert key_values({"teeth": range(18, 21)}, {}) == {"teeth": (18, 19, 20)}
+    assert (
+        as_range("x", (0.5, 1.0)) == Range(0.5, 1.0) and as_range("x", 1.0) is None and as_range("x", "elbow") is None
+    )
+    for wrong in ((1.0, 2.0, 4.0), (1.0,), ("a", "b")):
+        with pytest.raises(MechlabError, match="^x: expected"):
+            as_range("x", wrong)
+
+
+# -- results ----------------------------------------------------------------------------------------------------------------
+
+RESULTS: dict[str, Any] = {
+    "solve": lambda p: ml.solve("fourbar", crank_angle=1.0),
+    "sensitivity": lambda p: ml.sensitivity("fourbar", crank_angle=1.0, only=("crank",)),
+    "simulate": lambda p: ml.simulate("pendulum", duration=0.05),
+    "load": lambda p: ml.load("pendulum", length=2.0),
+    "mechanism": lambda p: ml.load("pendulum").mechanism(),
+    "list": lambda p: ml.list_entries(),
+    "show": lambda p: ml.show("pendulum"),
+    "generate": lambda p: ml.generate("pendulum", out=p),
+    "check": lambda p: ml.check("pendulum"),
+    "claims": lambda p: ml.claims("class4_linkage"),
+    "cycle": lambda p: ml.cycle("fourbar", points=4),
+    "modes": lambda p: ml.modes("pendulum"),
+    "sweep": lambda p: ml.sweep("fourbar", {"crank_angle": (0.0, 1.0)}, "rocker_angle"),
+    "workspace": lambda p: ml.workspace("fivebar", {"P_x": Range(-0.3, 0.3, 4), "P_y": Range(0.1, 0.3, 4)}),
+    "portrait": lambda p: ml.portrait(
+        "impulse_transmission", "phase", beta_0=(-0.2, 0.2), beta_rate_0=(-9.0, 9.0), duration=0.01
+    ),
+    "fidelities": lambda p: ml.fidelities("pendulum", duration=0.1),
+    "chart": lambda p: ml.chart("pendulum", duration=0.1),
+    "stability": lambda p: ml.stability(
+        "fourbar", coupler_mass=(1e-3, 1e3), budget=0.5, scene="free-run", methods=("RK4",)
+    ),
+    "run": lambda p: ml.run("pendulum", {"duration": 0.2}, p),
+    "optimize": lambda p: ml.optimize("pendulum", length=(0.5, 1.0), maximize="length", evaluations=40),
+    "synthesize": lambda p: ml.synthesize("planetary", ratio=6, planets=3),
+    "doctor": lambda p: ml.doctor("pendulum"),
+    "view": lambda p: ml.view("pendulum", png=p / "a.png"),
+}
+
+
+SLOW = ("chart", "stability", "run")
+
+
+@pytest.mark.parametrize("verb", [pytest.param(v, marks=[pytest.mark.slow] if v in SLOW else []) for v in RESULTS])
+def test_a_result_is_one_line_and_prints_its_table(verb: str, tmp_path: Path) -> None:
+    result = RESULTS[verb](tmp_path)
+    assert isinstance(result, Shown)
+    line, text = repr(result), str(result)
+    assert "\n" not in line and 10 < len(line) < 200 and not line.startswith("<")
+    assert text == result.text() and text.count("\n") >= 1 and result._repr_html_()
+
+
+def test_a_run_that_is_not_trusted_is_saved_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["simulate", "n_fourbar", "--duration", "1", "--timestep", "0.05", "-o", str(tmp_path / "run.npz")]
+    assert main(words) == 3
+    assert not ml.load_recording(tmp_path / "run.npz").health.trusted and capsys.readouterr().err
+
+
+# -- dependencies -----------------------------------------------------------------------------------------------------------
+
+OTHER_NAMES = {"pinocchio": "pin", "pydrake": "drake", "exudyn": "exudyn", "opensim": "opensim"}
+"""Packages that come under another name, or that are not always installed."""
+
+
+def test_what_is_imported_is_declared() -> None:
+    text = (ROOT / "pyproject.toml").read_text("utf-8")
+    declared = {d.lower() for d in re.findall(r'^    "([A-Za-z0-9_.-]+)(?:>=|==)', text, re.M)}
+    homes = packages_distributions()
+    for path in (ROOT / "mechlab").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
+            for name in {n.split(".")[0] for n in names} - {"mechlab", *sys.stdlib_module_names}:
+                given = {OTHER_NAMES.get(name, name), *homes.get(name, [])}
+                assert {d.lower().replace("_", "-") for d in given} & declared, f"{path}: {name}"
