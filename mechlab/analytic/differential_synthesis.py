@@ -23,8 +23,8 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class DifferentialTeeth:
-    """Solutions (n, 6): z1 .. z6, the smallest larger ring first; `a`, `b`: the sun shares that the ratios demand;
-    `stages`: how many stages (z1, z2) and (z4, z5) fit; `limits`: the sun shares that the search could reach."""
+    """`teeth` (n, 6): z1 .. z6 of each solution, sorted by the larger ring; `a`, `b`: the sun shares that the ratios
+    demand; `stages`: how many input and output stages fit; `limits`: smallest and largest sun share in the search."""
 
     teeth: IntArray
     a: Fraction
@@ -48,8 +48,9 @@ def sun_shares(ratio_36_braked: Fraction, ratio_14_braked: Fraction) -> tuple[Fr
 
 
 def stage_teeth(share: Fraction, planets: int, teeth: Sequence[int], tolerance: float = 0.0) -> IntArray:
-    """(n, 3) sun, planet, ring with sun / (sun + ring) = share (relative error at most `tolerance`), ring = sun + 2 planet,
-    all among `teeth`, evenly placed planets, (sun + planet) sin(pi / planets) >= planet + 2."""
+    """(n, 3) sun, planet, ring of every stage that fits: sun / (sun + ring) = share (relative error at most
+    `tolerance`), ring = sun + 2 planet, all among `teeth`, planets evenly placed and apart:
+    (sun + planet) sin(pi / planets) >= planet + 2."""
     sun, planet = _suns_and_planets(teeth)
     centre = sun + planet
     if tolerance == 0.0:
@@ -77,7 +78,7 @@ def closed_differential_teeth(
     tolerance: float = 0.0,
 ) -> DifferentialTeeth:
     """All pairs of stages with these two ratios, every wheel with one of the tooth counts `teeth`. Raises MechlabError for
-    equal ratios, no planet, and tooth counts below 1 or none."""
+    equal ratios, fewer than one planet, and tooth counts that are empty or below 1."""
     if planets < 1 or not len(teeth) or min(teeth) < 1:
         raise MechlabError(
             f"planets = {planets}, teeth {list(teeth)}; expected at least one planet and tooth counts of at least 1"
@@ -91,7 +92,7 @@ def closed_differential_teeth(
 
 
 def _suns_and_planets(teeth: Sequence[int]) -> tuple[IntArray, IntArray]:
-    """(n,) each: all pairs of tooth counts."""
+    """Tooth counts of sun and planet, (n,) each: all pairs."""
     counts = np.unique(np.asarray(teeth, dtype=np.int64))
     sun, planet = np.meshgrid(counts, counts, indexing="ij")
     return sun.ravel(), planet.ravel()

@@ -21,7 +21,7 @@ from mechlab.errors import NoSolution
 
 Array = NDArray[np.float64]
 SEPARATRIX = 1e-6
-"""Smallest distance of k^2 from 1: nearer to it rounding hides the difference to the motion that ends upright."""
+"""Smallest |k^2 - 1| that is solved: nearer to 1, rounding hides the difference from the motion that ends upright."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class PhysicalPendulum:
 
     @property
     def goes_over(self) -> bool:
-        """Whether it turns on and on."""
+        """True when the pendulum passes the top again and again (k > 1)."""
         return self.modulus_squared > 1.0
 
     def motion(self, t: ArrayLike) -> tuple[Array, Array]:
@@ -67,7 +67,7 @@ class PhysicalPendulum:
         """By how much theta changes with k^2: (a, b) of the bound |d theta| <= (a |theta'| t + b) |d k^2|.
 
         a = |d ln T / d k^2| of the period T, from dK/dm = (E - (1 - m) K) / (2 m (1 - m)); b bounds the change of the shape.
-        Raises NoSolution as `motion`, and where it hangs at rest.
+        Raises NoSolution where `motion` does, and at rest in the lowest position.
         """
         from scipy.special import ellipe, ellipk
 
@@ -81,7 +81,7 @@ class PhysicalPendulum:
         return slower, 1.0 / (math.sqrt(m) * abs(1.0 - m))
 
     def _apart(self) -> float:
-        """k^2, at least that distance from 1."""
+        """k^2. Raises NoSolution where it is within SEPARATRIX of 1."""
         m = self.modulus_squared
         if not abs(m - 1.0) > SEPARATRIX:
             raise NoSolution("a pendulum with the energy of its upright position: it takes for ever to get there")

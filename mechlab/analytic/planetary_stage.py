@@ -37,7 +37,7 @@ class StageTorques:
 
 @dataclass(frozen=True)
 class StageAccelerations:
-    """Absolute accelerations, rad/s^2; ring_torque: the external torque on the ring, N m (the hold when it is held)."""
+    """Absolute accelerations, rad/s^2; ring_torque: external torque on the ring, N m (it holds a held ring)."""
 
     sun: FloatArray
     ring: FloatArray
@@ -61,8 +61,9 @@ class AssemblyConditions:
 class PlanetaryStage:
     """Tooth counts, number of planets and inertias (kg m^2) of a stage.
 
-    planet_inertia: one planet about its own axis; planet_mass in kg at orbit_radius in m, already excluded from
-    carrier_inertia. Raises MechlabError for tooth counts that are not positive or values that are negative.
+    planet_inertia: one planet about its own axis; planet_mass [kg] of one planet, its centre at orbit_radius [m];
+    carrier_inertia is that of the carrier without planets. Raises MechlabError for tooth counts that are not positive
+    or values that are negative.
     """
 
     sun_teeth: int
@@ -167,7 +168,7 @@ def mass_matrix(stage: PlanetaryStage) -> FloatArray:
 
 
 def kinetic_energy(stage: PlanetaryStage, sun: ArrayLike, carrier: ArrayLike) -> FloatArray:
-    """T in J from the speeds of sun and carrier, which may broadcast."""
+    """T [J] from the speeds of sun and carrier [rad/s], which broadcast."""
     v = np.stack(np.broadcast_arrays(_finite("sun", sun), _finite("carrier", carrier)), axis=-1)
     return np.asarray(0.5 * np.sum(v * (v @ mass_matrix(stage)), axis=-1))
 
@@ -207,8 +208,8 @@ def held_ring_accelerations(
 ) -> StageAccelerations:
     """Accelerations with the ring held (one freedom): (T_c + i T_s) / J, i = 1 + z_r/z_s.
 
-    J = i^2 J_s + J_c + N m_p R^2 + N J_p (1 - z_r/z_p)^2. Torques broadcast; `ring_torque` is what
-    holds the ring. Raises MechlabError if J is zero.
+    J = i^2 J_s + J_c + N m_p R^2 + N J_p (1 - z_r/z_p)^2. Torques broadcast; `ring_torque` of the
+    result holds the ring. Raises MechlabError if J is zero.
     """
     ts, tc = np.broadcast_arrays(_finite("sun_torque", sun_torque), _finite("carrier_torque", carrier_torque))
     m = mass_matrix(stage)

@@ -30,7 +30,7 @@ STANDARD = math.radians(20.0)
 
 @dataclass(frozen=True)
 class SeriesPlanets:
-    """All solutions, arrays of one length n, the smallest first.
+    """All solutions as arrays (n,), the smallest `size` first.
 
     z1, z2, z3, z4: teeth. pressure_angle: of the mesh 3-4 [rad] (those of 1-2 and 2-3 are 20 deg). size: outer size
     (z1 + z2) + (z2 + z3) + z3 in modules. shift: sum of the profile shifts of the mesh 3-4, in modules. neighbours:
@@ -66,9 +66,9 @@ def series_planets(
     pressure_angle_max: float = math.radians(30.0),
 ) -> SeriesPlanets:
     """All tooth counts in the given ranges with exactly that ratio, meshes 1-2 and 2-3 at 20 deg, mesh 3-4 between 20 deg
-    and `pressure_angle_max` [rad], and every neighbour condition with the true centre distances (tips without shift).
-    z4 None: whatever the ratio asks for. Raises MechlabError for a ratio of at most 1, fewer than one planet, or a
-    pressure angle below 20 deg.
+    and `pressure_angle_max` [rad], and every neighbour condition with the true centre distances (tips without profile
+    shift). z4 None: any count that the ratio asks for. Raises MechlabError for a ratio of at most 1, fewer than one
+    planet, or a pressure angle below 20 deg.
     """
     exact = ratio if isinstance(ratio, Fraction) else Fraction(str(ratio))
     if exact <= 1:
@@ -100,8 +100,9 @@ def series_planets(
 
 
 def working_angle(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, z4: ArrayLike) -> FloatArray:
-    """Working pressure angle of the mesh 3-4 [rad] when 1-2 and 2-3 stand at 20 deg: cos aw34 = (z3 + z4) cos 20 deg /
-    (z1 + 2 z2 + z3). Raises MechlabError where no angle does it."""
+    """Working pressure angle of the mesh 3-4 [rad] when the meshes 1-2 and 2-3 work at 20 deg:
+    cos aw34 = (z3 + z4) cos 20 deg / (z1 + 2 z2 + z3). Raises MechlabError where no angle fits: z3 + z4 is too
+    large."""
     a, b, c, d = (np.asarray(z, dtype=float) for z in (z1, z2, z3, z4))
     cosine = (c + d) * math.cos(STANDARD) / (a + 2.0 * b + c)
     if np.any(cosine >= 1.0):
@@ -110,7 +111,7 @@ def working_angle(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, z4: ArrayLike) ->
 
 
 def neighbour_gaps(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, planets: int) -> FloatArray:
-    """(3, ...) room between the tips of neighbouring planets 2-2, 3-3 and 2-3', in half modules; at least 0 is needed.
+    """(3, ...) clearance between the tips of neighbouring planets 2-2, 3-3 and 2-3', in half modules, at least 0.
 
     Centres at D12 = z1 + z2 and D34 = z1 + 2 z2 + z3 half modules (meshes 1-2 and 2-3 at 20 deg).
     """
@@ -155,8 +156,8 @@ def exists(ratio: ArrayLike, y: ArrayLike, t1: ArrayLike, t2: ArrayLike) -> Bool
 def neighbours_direct(
     ratio: ArrayLike, y: ArrayLike, t1: ArrayLike, t2: ArrayLike, planets: ArrayLike
 ) -> tuple[BoolArray, BoolArray]:
-    """The two conditions (8) of the source in tooth counts, 2 / z1 left out as there: (z1 + z2) s >= z2 and
-    (z3 + z4) s >= z3, s = sin(pi / k)."""
+    """The two conditions (8) of the source: (z1 + z2) s >= z2 and (z3 + z4) s >= z3, s = sin(pi / k). Like the source
+    they leave out the addendum term 2 / z1."""
     s = np.sin(math.pi / np.asarray(planets, dtype=float))
     b = relative_planet(ratio, y, t1, t2)
     c = np.asarray(y, dtype=float) * b

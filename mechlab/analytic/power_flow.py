@@ -1,5 +1,5 @@
-"""Power flow of a train of gears in steady motion: torques from statics, losses in each mesh by the sense of its flow,
-and the largest power that circulates in the train instead of going from input to output.
+"""Power flow of a train of gears in steady motion: torques from statics, losses in each mesh by the direction of its
+power, and the largest power that circulates in the train instead of going from input to output.
 
 A mesh lets gears a and b roll on each other in a carrier: alpha w_a + beta w_b = 0, w the rates in the carrier. Its
 reaction f puts the torque alpha f on a and beta e f on b (and the opposite on the carrier), where for a mesh
@@ -7,8 +7,8 @@ efficiency eta
 
     e = 1 without losses,   e = eta if a drives (f alpha w_a < 0),   e = 1 / eta if b drives,
 
-so that of the rolling power P = |power into the mesh, seen in the carrier| the part (1 - eta) P is lost. Torques are
-taken as joint forces: with rows r over the joint rates, sum of reactions and external torques on every joint is zero.
+so that (1 - eta) P is lost, P = |power into the mesh, seen in the carrier| being the rolling power. Statics: each mesh
+reaction and external torque acts on a row r over the joint rates, and on every joint these forces sum to zero.
 
 Sources: Willis 1841; Mueller 1998, Die Umlaufgetriebe (rolling and coupling power); Merritt 1941 (losses by rolling
 power).
@@ -27,7 +27,7 @@ from scipy.optimize import linprog
 from mechlab.errors import MechlabError, NoSolution
 
 FloatArray = NDArray[np.float64]
-MAX_ENUMERATED = 12
+MAX_ENUMERATED = 12  # meshes for which all 2^m sets of senses are tried
 TINY = 1e-12
 
 
@@ -65,8 +65,8 @@ class MeshFlow:
 
 @dataclass(frozen=True)
 class Flow:
-    """`torques` (u,): the unknown external torques [N m]; `reactions` (m,): f of each mesh; `meshes`: what flows there.
-    `shared`: True when meshes repeat each other, so that the least reactions were taken (equal planets share equally)."""
+    """`torques` (u,): the unknown external torques [N m]; `reactions` (m,): f of each mesh; `meshes`: the power flow in
+    them. `shared`: True when meshes are redundant; then the reactions of least norm are taken: equal planets share."""
 
     torques: FloatArray
     reactions: FloatArray
@@ -82,9 +82,10 @@ def flow(
     given_torques: ArrayLike,
     unknown_rows: ArrayLike,
 ) -> Flow:
-    """The steady flow at joint rates (n,), mesh efficiencies (m,) in (0, 1].
+    """The steady flow at joint rates (n,) [rad/s], mesh efficiencies (m,) in (0, 1].
 
-    given_rows (g, n) with their torques (g,), unknown_rows (u, n): external torques act on rows of joint rates.
+    Each external torque [N m] acts on a row over the joint rates: given_rows (g, n) with given_torques (g,), and
+    unknown_rows (u, n).
     Raises MechlabError when the unknown torques do not follow from the given ones, or contradict them (no steady state);
     NoSolution when no sense of flow in the meshes is consistent (the train locks itself under this load).
     """
@@ -96,12 +97,14 @@ def flow(
     load = np.asarray(given_torques, dtype=float) @ known if len(known) else np.zeros(len(v))
     sense = np.zeros(len(meshes))
     seen: list[tuple[float, ...]] = []
+    # The senses of flow decide the losses and follow from them: repeat until a set of senses comes back.
     while tuple(sense) not in seen:
         seen.append(tuple(sense))
         found = _statics(meshes, v, sense, eta, load, unknown)
         sense = found.meshes.toward_b if np.any(eta < 1.0) else sense
     if tuple(sense) == seen[-1]:
         return found
+    # The repetition ran in a circle: try every set of senses, 2^m of them.
     for guess in product((1.0, -1.0), repeat=len(meshes)) if len(meshes) <= MAX_ENUMERATED else ():
         found = _statics(meshes, v, np.array(guess), eta, load, unknown)
         if np.array_equal(found.meshes.toward_b, guess):
@@ -171,11 +174,11 @@ def efficiency(powers: ArrayLike) -> float | None:
 
 
 def circulating_power(members: ArrayLike, powers: ArrayLike) -> float:
-    """The largest power [W] on any edge that flows round without need.
+    """The largest power [W] that circulates on any edge: it flows round without reaching the output.
 
     members (m, 3): the member numbers of gear a, gear b and carrier of each mesh; powers (m, 3) [W] that the mesh gives to
-    each. Nodes are members and meshes; an edge carries the power between them, in its sense. What comes in, goes out and is
-    lost at each node stays; the least sum of edge flows that still does it is a linear program; what it saves circulates.
+    each. Nodes are members and meshes; an edge carries the power between them, in its sense. A linear
+    program finds the least sum of edge flows with the same net flow at every node; what it saves on an edge circulates.
     """
     who, given = np.asarray(members, dtype=int), np.asarray(powers, dtype=float)
     if who.shape != given.shape or who.ndim != 2 or who.shape[1] != 3:

@@ -86,8 +86,9 @@ Coordinates = Mapping[str, FloatArray]
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What a region says of points. margin: its value [m], >= 0 inside. clause: index into `names` of the clause that
-    decides it: the most violated one outside, the tightest one inside. Both have the broadcast shape of the points."""
+    """Margins and deciding clauses of points. margin: value of the region [m], >= 0 inside. clause: index into `names`
+    of the clause that decides it: the most violated one outside, the tightest one inside. Both have the broadcast shape
+    of the points."""
 
     names: tuple[str, ...]
     margin: FloatArray
@@ -156,7 +157,7 @@ class Clause(Region):
 
     @property
     def clauses(self) -> tuple[Clause, ...]:
-        """Itself."""
+        """The clause itself."""
         return (self,)
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:
@@ -179,7 +180,7 @@ class _Combined(Region):
 
     @property
     def clauses(self) -> tuple[Clause, ...]:
-        """Those of the two, without repeating one that stands in both."""
+        """Clauses of both regions; a clause that stands in both is listed once."""
         return _merged(self.first, self.second)
 
 
@@ -188,7 +189,7 @@ class Both(_Combined):
     """Points of both regions."""
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:
-        """The algebra's meet."""
+        """The algebra's meet of the two margins [m]."""
         return algebra.meet(self.first.margin(points, algebra), self.second.margin(points, algebra))
 
     def _decide(self, points: Coordinates, names: tuple[str, ...]) -> tuple[FloatArray, NDArray[np.int16]]:
@@ -201,7 +202,7 @@ class Either(_Combined):
     """Points of at least one of the regions."""
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:
-        """The algebra's join."""
+        """The algebra's join of the two margins [m]."""
         return algebra.join(self.first.margin(points, algebra), self.second.margin(points, algebra))
 
     def _decide(self, points: Coordinates, names: tuple[str, ...]) -> tuple[FloatArray, NDArray[np.int16]]:
@@ -211,17 +212,17 @@ class Either(_Combined):
 
 @dataclass(frozen=True)
 class Outside(Region):
-    """The complement, up to the border, which belongs to both."""
+    """The complement of a region; the border f = 0 belongs to both."""
 
     of: Region
 
     @property
     def clauses(self) -> tuple[Clause, ...]:
-        """Those of the region."""
+        """Clauses of the region inside."""
         return self.of.clauses
 
     def margin(self, points: Coordinates, algebra: Algebra = EXACT) -> FloatArray:
-        """Minus the margin."""
+        """Minus the margin of the region [m]."""
         return -self.of.margin(points, algebra)
 
     def _decide(self, points: Coordinates, names: tuple[str, ...]) -> tuple[FloatArray, NDArray[np.int16]]:
@@ -230,12 +231,12 @@ class Outside(Region):
 
 
 def all_of(regions: Sequence[Region]) -> Region:
-    """The region where all hold. Raises MechlabError for none."""
+    """Intersection of the regions. Raises MechlabError when there are none."""
     return reduce(Both, _some(regions, "all_of"))
 
 
 def any_of(regions: Sequence[Region]) -> Region:
-    """The region where at least one holds. Raises MechlabError for none."""
+    """Union of the regions. Raises MechlabError when there are none."""
     return reduce(Either, _some(regions, "any_of"))
 
 

@@ -50,9 +50,9 @@ def reflected_inertia(
     planet: float,
     orbiting: float,
 ) -> float:
-    """J of T = J w_sun^2 / 2 [kg m2]: J_s + [J_c + N (m R^2 + J_p w_p^2) + J_r w_r^2] / w_s^2 per carrier rate.
+    """J of T = J w_sun^2 / 2 [kg m2]: J_s + [J_c + N (m R^2 + J_p w_p^2) + J_r w_r^2] / w_s^2, rates for w_c = 1.
 
-    planet: one about its own axis; orbiting: m R^2 of one.
+    ring: the output ring 2; planet: one about its own axis; orbiting: m R^2 of one planet. All in kg m2.
     """
     w = speeds(teeth)
     held = carrier + planets * (orbiting + planet * float(w.planet) ** 2) + ring * float(w.ring) ** 2

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError
 
-CLOSED, SPATIAL = 1, 8
+CLOSED, SPATIAL = 1, 8  # flags of a POLYLINE (group code 70)
 
 
 def dxf_polylines(curves: Mapping[str, ArrayLike]) -> str:

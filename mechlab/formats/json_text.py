@@ -1,4 +1,4 @@
-"""JSON text, the same byte for byte: short lists on one line, duplicates and NaN refused; and exact ratios of decimals."""
+"""JSON text, the same bytes for the same value; reading refuses repeated keys and NaN. Exact fractions of floats."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mechlab.errors import MechlabError
 
 
 def exact(value: float) -> Fraction:
-    """The simplest fraction whose float is exactly `value`: 0.35714285714285715 is 5/14 again."""
+    """The simplest fraction whose float is exactly `value`: 0.35714285714285715 gives 5/14."""
     whole = Fraction(value)
     bound = 1
     while bound < 10**9:
@@ -27,7 +27,8 @@ _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]|[\ud800-\udfff]")
 
 
 def dump(value: Any, indent: int = 0) -> str:
-    """JSON of dicts, lists and scalars; what fits on a line stays on one. Floats have up to 17 digits."""
+    """JSON of dicts, lists and scalars; dicts and lists without an inner dict stay on one line if they fit. Floats have
+    up to 17 digits."""
     flat = json.dumps(value, ensure_ascii=False, allow_nan=False)
     if not isinstance(value, dict | list) or not value or (indent and len(flat) + indent <= WIDTH and _plain(value)):
         return flat

@@ -1,8 +1,8 @@
-"""A Mechanism as JSON, and back: the whole of it, exactly. What is read is equal to what was written.
+"""A Mechanism as JSON and back, complete and exact: what is read equals what was written.
 
 The JSON has the shape of the dataclasses: one key for each field. Exact ratios are texts ("7/5"), sizes of shapes and
-coefficients are objects, vectors are lists, quaternions are (w, x, y, z). The reader wants every field that has no
-default, and tolerates other top-level keys only if they are listed in EXTRA_KEYS.
+coefficients are objects, vectors are lists, quaternions are (w, x, y, z). The reader needs every field that has no
+default, and accepts other top-level keys only if they are listed in EXTRA_KEYS.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ EXTRA_KEYS = ("urdf",)
 _PAIRS = ("coefficients", "size")
 _LARGEST = sys.float_info.max
 _RATIO = re.compile(r"[+-]?\d{1,400}([/.]\d{1,400})?", re.ASCII)
-"""Without an exponent: 1e999999999 would be computed exactly."""
+"""Ratios as text, without an exponent: Fraction would compute 1e999999999 digit by digit."""
 
 
 def to_json(mechanism: Mechanism, extra: Mapping[str, object] | None = None) -> str:
@@ -43,7 +43,7 @@ def from_json(text: str) -> Mechanism:
     """The Mechanism in JSON text.
 
     Raises MechlabError when it is not JSON, of another format or schema, has unknown or missing keys or values of a
-    wrong type (named by their path, as in bodies[3].joints[0].axis), or when the mechanism is not sound.
+    wrong type (named by their path, as in bodies[3].joints[0].axis), or when the mechanism is not valid.
     """
     data = parse(text, "the mechanism")
     if data.pop("format", None) != FORMAT:
@@ -153,6 +153,6 @@ def _expect(value: Any, kind: type, words: str, path: str) -> Any:
 
 
 def _short(value: Any) -> str:
-    """A value in a message, however long or deep it is."""
+    """A value as text of at most 80 characters for a message, however long or deep it is."""
     text = reprlib.repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."

@@ -35,14 +35,14 @@ KEYS = (
     "mechanism",
 )  # fmt: skip
 OPTIONAL = ("errors", *(name for name in TEXTS if name not in KEYS))
-"""What older files lack."""
+"""Keys that older files may lack."""
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a header says: the mechanism, the names of the channels, and the other fields of a Recording."""
+    """Contents of a header: the mechanism, the names of the channels, and the other fields of a Recording."""
 
     mechanism: Mechanism
     channels: tuple[str, ...]
@@ -159,17 +159,17 @@ def _field(hint: Any, value: Any, what: str) -> Any:
 
 
 def _number(value: Any) -> bool:
-    """A number that fits a double; NaN and the infinities are numbers here."""
+    """True for a number that fits a double; NaN and the infinities are numbers here."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return isinstance(value, float) or math.log2(abs(value) or 1) < 1024
 
 
 MOST_BYTES = 2**31
-"""Bytes of numbers that `load_recording` reads without being asked for more."""
-MOST_HEADER = 2**26
+"""Default limit of `load_recording` for the bytes of numbers in a file."""
+MOST_HEADER = 2**26  # bytes
 CHUNK = 2**16
-"""Times that are looked at together."""
+"""Number of times that are read and checked at once."""
 NAMES = ("header", "t", "q", "v", "channels")
 
 
@@ -207,11 +207,11 @@ def write_npz(path: Path, header: str, arrays: Mapping[str, Array]) -> None:
 
 
 def load_recording(path: str | Path, most_bytes: float = MOST_BYTES) -> Recording:
-    """Read a recording of at most so many bytes of numbers.
+    """Read a recording with at most `most_bytes` bytes of numbers.
 
     Raises MechlabError, which names the file and what is wrong with it, for anything that `save_recording` would not write:
     another schema, missing or wrong fields, times that do not increase, arrays of another shape, values of q and v that are
-    not finite though the health record knows nothing of it, a mechanism that is not sound, a damaged or oversized file.
+    not finite although the health record does not say so, a mechanism that is not valid, a damaged or oversized file.
     """
     try:
         with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
@@ -279,7 +279,7 @@ def _head(stream: IO[bytes], name: str) -> tuple[int, ...]:
 
 
 def _samples(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
-    """How many times there are, as the head of t states it and the size of its entry allows."""
+    """Number of times by the head of t. Raises MechlabError unless the size of the entry agrees."""
     with archive.open(entry) as stream:
         shape = _head(stream, "t")
         if len(shape) != 1 or shape[0] < 1:
@@ -295,7 +295,7 @@ def _check_size(entry: zipfile.ZipInfo, head: int, shape: tuple[int, ...]) -> No
 
 
 def _check_times(stream: IO[bytes], n: int) -> None:
-    """Times are finite and increase. They are read in pieces: a file of zeros ends at the first one."""
+    """Raise MechlabError unless times are finite and increase. Read in pieces: a file of zeros fails early."""
     _head(stream, "t")
     last = -np.inf
     for start in range(0, n, CHUNK):
@@ -319,7 +319,7 @@ def _numbers(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, name: str, shape:
 
 
 def _check_states(arrays: Mapping[str, Array], header: Header) -> None:
-    """q and v are finite, unless the run says itself that it blew up."""
+    """Raise MechlabError unless q and v are finite, or the health record says that the run blew up."""
     if header.blown_up:
         return
     for name in ("q", "v"):

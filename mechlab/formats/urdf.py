@@ -6,10 +6,10 @@ Loops, gears between three joints, shafts and gravity are in the JSON that is wr
 * URDF has one joint a link: further joints of a body get links BODY__JOINT before it.
 * A spherical joint becomes three revolutes NAME_x, NAME_y, NAME_z about the moved axes, R = Rx Ry Rz (singular at
   NAME_y = 90 deg); their rates are not the angular velocity. A floating body becomes three prismatics and those.
-* Moving links without mass get MASSLESS: MuJoCo refuses them otherwise, and no result can show it.
+* Moving links without mass get MASSLESS: MuJoCo refuses them otherwise. It is too small to change a result.
 * Joints without limits are `revolute` with wide limits: Pinocchio gives `continuous` two coordinates.
 * A relation between two joints becomes a <mimic>, always of an independent joint, so that no chain of mimics can
-  contradict itself. MuJoCo and yourdfpy honour it; Pinocchio does only when asked (buildModelFromUrdf(..., mimic=True)).
+  contradict itself. MuJoCo and yourdfpy apply it; Pinocchio does only on request (buildModelFromUrdf(..., mimic=True)).
 """
 
 from __future__ import annotations
@@ -72,10 +72,10 @@ def mimics(m: Mechanism) -> dict[str, Follow]:
 
 ROOT = "base"
 MASSLESS = 2e-14
-"""Mass [kg] and moment [kg m2] of a moving link that has none."""
+"""Mass [kg] and moment [kg m2] written for a moving link that has none."""
 FILLED: tuple[float, ...] = (MASSLESS, MASSLESS, MASSLESS, 0.0, 0.0, 0.0)
 WIDE = 1e9
-"""Limit of a joint, an effort or a rate that has none."""
+"""Limit written for a joint range, effort or rate that has none."""
 
 
 @dataclass
@@ -98,7 +98,7 @@ class UrdfMap:
 
 
 def urdf_map(m: Mechanism) -> UrdfMap:
-    """How the names of a mechanism map to those of its URDF."""
+    """The map from the names of a mechanism to those of its URDF."""
     out = UrdfMap({GROUND: ROOT})
     taken = {ROOT}
 

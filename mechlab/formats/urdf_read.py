@@ -1,6 +1,6 @@
-"""URDF text -> Mechanism: a tree; mimics become relations. What URDF cannot say (loops, gears) is in the JSON.
+"""URDF text -> Mechanism: a tree; mimics become relations. What URDF cannot describe (loops, gears) is in the JSON.
 
-The root link is the ground: its mass does not matter. Fixed links without mass, looks and children become frames.
+The root link is the ground: its mass does not matter. Fixed links without mass, visuals and children become frames.
 Meshes are left out: a Mechanism's shapes are made from parameters. The physical value of a joint is that in the URDF.
 """
 
@@ -23,7 +23,7 @@ from mechlab.mechanism.parts import GROUND, Body, Color, Frame, Joint, LinearRel
 from mechlab.mechanism.tree import depth_first
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
-UNLIMITED = 1e8
+UNLIMITED = 1e8  # a wider range counts as none: `to_urdf` writes 1e9 for a joint without range
 
 
 def from_urdf(content: str) -> Mechanism:

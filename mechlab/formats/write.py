@@ -1,4 +1,4 @@
-"""The files of a mechanism in a folder: NAME.xml, scene.xml, NAME.urdf, NAME.json and the meshes. All of them or none.
+"""The files of a mechanism in a folder: NAME.xml, scene.xml, NAME.urdf, NAME.json and the meshes; all of them or none.
 
 Everything is written into a temporary folder and read back there; only then it is moved into place
 (`mechlab.files.whole_folder`). Other files of the folder stay as they are.
@@ -65,8 +65,8 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
     """Write one OBJ for each different solid that is no primitive; returns shape -> file, relative to `folder`.
 
     A file is called after the kind of solid and the first body or shaft that has it. Sizes within `SAME_SIZE` of each
-    other are one solid: so neither names nor sharing hang on the last bits of computed sizes, which differ between
-    processors.
+    other are one solid, so that file names and sharing do not depend on the last bits of computed sizes, which differ
+    between processors.
     """
     from mechlab.shapes import mesh, write_obj
 
@@ -89,7 +89,7 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
 
 
 def _same_solid(a: Shape, b: Shape) -> bool:
-    """The same kind, and the same sizes but for rounding."""
+    """True for two shapes of one kind whose sizes are equal to within SAME_SIZE."""
     if a.kind != b.kind or a.parameters.keys() != b.parameters.keys():
         return False
     scale = max((abs(x) for x in a.parameters.values()), default=0.0)
@@ -97,7 +97,7 @@ def _same_solid(a: Shape, b: Shape) -> bool:
 
 
 def _free_name(stem: str, taken: Sequence[str]) -> str:
-    """stem.obj, or stem_2.obj and so on, also where small and capital letters are one; ASCII, for every file system."""
+    """stem.obj, or stem_2.obj and so on, unique without regard to case; ASCII, for every file system."""
     stem = re.sub(r"[^A-Za-z0-9_./-]", "_", stem)
     folded = {f.lower() for f in taken}
     names = (f"{stem}{end}.obj" for end in ("", *(f"_{k}" for k in range(2, len(folded) + 3))))

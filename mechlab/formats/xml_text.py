@@ -1,4 +1,4 @@
-"""XML text of the model files: elements with numbers of 17 digits, the same byte for byte, and how they are read again.
+"""XML text of the model files: elements with numbers of 17 digits, the same byte for byte, and how they are read.
 
 `primitive` says which shapes MJCF and URDF draw themselves, without a mesh.
 """
@@ -42,7 +42,7 @@ def _text(value: object) -> str:
 
 
 def pose(placement: Placement) -> dict[str, object]:
-    """MJCF attributes pos and quat (w, x, y, z) of a placement; what is zero or the identity is left out."""
+    """MJCF attributes pos and quat (w, x, y, z) of a placement; zeros and the identity are left out."""
     out: dict[str, object] = {}
     if any(placement.position):
         out["pos"] = placement.position
@@ -87,7 +87,7 @@ def floats(element: ET.Element, key: str, count: int | None = None) -> tuple[flo
 
 
 def label(element: ET.Element) -> str:
-    """How a message names an element."""
+    """The tag and name of an element, for messages."""
     name = element.get("name")
     return f"<{element.tag} name={name!r}>" if name else f"<{element.tag}>"
 
@@ -98,7 +98,7 @@ SIZES = {"box": ("x", "y", "z"), "cylinder": ("radius", "length"), "sphere": ("r
 def primitive(item: Shape) -> tuple[float, ...] | None:
     """The sizes of a box (edges), cylinder (radius, length) or sphere (radius); None for any other solid.
 
-    A cylinder with a chamfer is none. Raises MechlabError when a size is missing.
+    A cylinder with a chamfer counts as another solid. Raises MechlabError when a size is missing.
     """
     if item.kind not in SIZES or item.parameters.get("chamfer"):
         return None

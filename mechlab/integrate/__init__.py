@@ -1,4 +1,4 @@
-"""Methods as data: Butcher tableaux, one loop that runs them all; step-size control. Functions of (t, state) only."""
+"""Integrators of dy/dt = f(t, y): explicit Runge-Kutta methods as data, step-size control, dry friction with events."""
 
 from mechlab.integrate.adaptive import (
     ADAPTIVE,

@@ -49,7 +49,7 @@ class Trajectory:
 
     @property
     def last_step(self) -> float:
-        """Size of the last step before the final one, a good first step for a continuation; 0 when unknown."""
+        """Larger of the last two steps (the end time may cut the last): a first step for a continuation; 0 if none."""
         steps = np.abs(np.diff(self.t))
         return float(np.max(steps[-2:])) if len(steps) else 0.0
 
@@ -85,7 +85,7 @@ def integrate_adaptive(
     integration that cannot go on ends with an `outcome` and the steps done so far. An exception raised by f reaches
     the caller.
 
-    Raises MechlabError for an unknown method, or times that are not finite and apart.
+    Raises MechlabError for an unknown method, or times that are equal or not finite.
     """
     from scipy.integrate import DOP853, OdeSolution, Radau
 
@@ -135,12 +135,12 @@ def _constant(y: Array) -> Callable[[ArrayLike], Array]:
 
 
 MOST_STEPS = 500_000
-"""Between two times asked for."""
+"""Most steps of LSODA between two requested times."""
 
 
 @dataclass(frozen=True)
 class LsodaStates:
-    """States y (n, m) at the first n of the times asked for; steps, evaluations, and why it ended early ("": it did not)."""
+    """States y (n, m) at the first n requested times; steps, evaluations; `reason` of an early end, "" without one."""
 
     y: Array
     steps: int
@@ -155,8 +155,8 @@ def integrate_lsoda(
     tolerance: float,
     jacobian: Callable[[float, Array], Array] | None = None,
 ) -> LsodaStates:
-    """dy/dt = f(t, y) from y0 (m,) at times[0] to all of `times` (n,). `tolerance` is relative; absolute, a tenth of it.
-    jacobian: df/dy (m, m), where it costs less than m calls of f, by which it is found else."""
+    """dy/dt = f(t, y) from y0 (m,) at times[0] to all of `times` (n,). `tolerance` is relative; the
+    absolute one is a tenth of it. jacobian: df/dy (m, m); without it, it costs m calls of f."""
     import warnings
 
     from scipy.integrate import ODEintWarning, odeint

@@ -50,7 +50,7 @@ class Tableau:
 
     @property
     def c(self) -> Exact:
-        """Times of the stages, in steps."""
+        """Times of the stages as fractions of the step."""
         return tuple(sum(row, Fraction(0)) for row in self.a)
 
     def _conditions(self) -> Iterator[tuple[int, str, Fraction, Fraction]]:

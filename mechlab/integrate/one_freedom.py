@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from mechlab.errors import MechlabError, NoSolution
 
 Array = NDArray[np.float64]
-ORDER = 10
-DEEPEST = 22
+ORDER = 10  # of the polynomials
+DEEPEST = 22  # halvings of a cell before the path counts as ended
 PROBES = (-0.93, -0.41, 0.17, 0.79)
-"""Places in a piece, between its nodes, where the polynomial is compared with the exact values."""
+"""Places in a cell, away from its nodes, where the polynomial is compared with exact values."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,10 @@ class PolynomialPiece:
 class PathTable:
     """Columns as functions of one coordinate phi, from an exact `sample(phi) -> (columns,)`.
 
-    The first pieces have the given `width`; a piece is halved until its error, relative to the largest value of each
-    column in it, is below `tolerance`; at least `floor` counts as the size of a column. `period`: after it the columns
-    repeat but for the addition of `turn` (columns,). `error` is the largest error of the pieces in use. Raises
-    NoSolution where no smaller piece helps: the path ends there.
+    The first cells have the given `width`; a cell is halved until its error, relative to the largest value of each
+    column in it, is below `tolerance`; a column counts as at least `floor` large. `period`: the columns repeat
+    after it, with `turn` (columns,) added each time. `error` is the largest error of the cells in use. Raises
+    NoSolution where no smaller cell helps: the path ends there.
     """
 
     def __init__(
@@ -124,8 +124,8 @@ class PathTable:
 
 @dataclass(frozen=True)
 class Terms:
-    """What the equation of one freedom needs at an instant: inertia J, half_slope dJ/dphi / 2, force (everything but
-    the velocity term), the power of what is not conservative [W], and the rates of further states (m,)."""
+    """Terms of the equation of one freedom at an instant: inertia J, half_slope dJ/dphi / 2, force (everything but
+    the velocity term), power of the non-conservative forces [W], and rates of further states (m,)."""
 
     inertia: float
     half_slope: float
@@ -142,7 +142,7 @@ def acceleration(terms: Terms, rate: float) -> float:
 
 
 def right_side(terms: Callable[[float, Array], Terms]) -> Callable[[float, Array], Array]:
-    """f(t, y) for y = (phi, phi', work, further states): the equation as an integrator wants it, from terms(t, y)."""
+    """f(t, y) for y = (phi, phi', work, further states): the equation in first-order form, from terms(t, y)."""
 
     def f(t: float, y: Array) -> Array:
         now = terms(t, y)

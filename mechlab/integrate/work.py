@@ -1,8 +1,8 @@
-"""Counted work: what a computation costs by the evaluations that it makes, the same on every machine and under every load.
+"""Counted work: the cost of a computation by the number of its evaluations, the same on every machine under every load.
 
-The unit is the second of work: about a second of CPU of the machine on which the prices were measured. Budgets and choices are
-in this unit, so that what is run, refined or given up never hangs on how fast or busy the machine is; measured CPU time is
-for information alone.
+The unit is the second of work: about one second of CPU time of the machine on which the prices were measured. Budgets
+and choices use this unit, so that no decision depends on how fast or busy the machine is. Measured CPU time is for
+information.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 ADAPTIVE_STAGE = 1.5e-5
-"""Price of an evaluation in scipy's DOP853 or Radau without the right-hand side itself: its share of a step in Python [s]."""
+"""Price [s] of an evaluation in scipy's DOP853 or Radau: the Python part of a step, without the right-hand side."""
 FIXED_STAGE = 5e-6
-"""The same of a fixed-step Runge-Kutta method in numpy."""
+"""Price [s] of a stage of a fixed-step Runge-Kutta method in numpy, without the right-hand side."""
 LSODA_CALL = 3e-6
-"""The same of LSODA, whose steps are compiled: the call of the right-hand side."""
+"""Price [s] of a call by LSODA, whose steps are compiled, without the right-hand side."""
 
 
 class OutOfWork(Exception):
-    """A block has used up its work. No MechlabError: a run that catches those, as what ends it, must not catch this."""
+    """A block has used up its work. It is no MechlabError, because a run may catch those as its end, but not this."""
 
 
 class _Account(threading.local):
@@ -43,7 +43,7 @@ def count_work(seconds: float) -> None:
 
 
 def work_done() -> float:
-    """Work that this thread has counted since it began [s]; differences are what counts."""
+    """Work that this thread has counted since it began [s]; only differences have a meaning."""
     return _mine.spent
 
 

@@ -1,4 +1,4 @@
-"""What a mechanism is: immutable data, a small numpy kinematics, structure analysis, assembly. No engine."""
+"""Mechanisms: immutable data, a small numpy kinematics, structure analysis, assembly. No engine."""
 
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
 from mechlab.mechanism.assembly import close, mode_sign, same_mode

@@ -100,7 +100,8 @@ def eliminate(mechanism: Mechanism, order: Sequence[str]) -> dict[str, dict[str,
 
 
 def _earliest(pivots: dict[str, dict[str, Fraction]], order: Sequence[str]) -> dict[str, dict[str, Fraction]]:
-    """The same row space eliminated once more, column by column in `order`, so that pivots do not depend on the rows."""
+    """The row space eliminated column by column in `order`, so that pivots do not depend on the order of the
+    relations."""
     rows = list(pivots.values())
     out: dict[str, dict[str, Fraction]] = {}
     for name in order:

@@ -1,4 +1,4 @@
-"""Closing a mechanism, the check that the assembly mode was kept, and making a closed pose the reference pose."""
+"""Closing a mechanism, the check of its assembly mode, and making a closed pose the reference pose."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def close(
     """Coordinates that close all loops and relations and give the joints or shafts in `targets` their physical values.
 
     Newton from `q` (default: the reference pose); with `steps` > 1 the targets are approached by path continuation from
-    there, which keeps the assembly mode. A mode that changed is reported, never returned as solved.
+    there, which keeps the assembly mode. A change of mode is reported as WRONG_MODE, never as solved.
     """
     if mechanism.length_scale != 1.0:
         return _close_in_own_unit(mechanism, q, dict(targets or {}), start=start, steps=steps)
@@ -80,7 +80,7 @@ def _close_in_own_unit(
 def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
     """Sign of det of [J of the closure; rows of the `held` joints or shafts], on an independent set of rows.
 
-    It changes only where two assembly modes of the mechanism with those drives held meet. 0: the matrix is not square
+    With those joints held, it changes only where two assembly modes meet. 0: the matrix is not square
     (the held ones do not fix the mechanism, or rows are redundant in a way that changes).
     """
     tree, constraints = _tree(mechanism)
@@ -95,7 +95,7 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
 
 
 def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
-    """True when both poses lie in the same assembly mode for the `held` joints, or when the sign cannot tell."""
+    """True when both poses lie in the same assembly mode for the `held` joints, or when the sign does not decide."""
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
     return a == 0 or b == 0 or a == b
 
@@ -129,7 +129,7 @@ def assembled_pose(m: Mechanism, guess: Mapping[str, float], hold: Sequence[str]
 
 
 def rebased(body: Body, m: Mechanism, q: Array) -> Body:
-    """The same body with its coordinates q taken into the placement, so that they become zero.
+    """The body with the pose q moved into its placement, so that its coordinates there are zero.
 
     Raises MechlabError for a joint that slides after one that turns.
     """

@@ -253,7 +253,7 @@ class Builder:
         return self
 
     def build(self) -> Mechanism:
-        """The Mechanism; raises MechlabError when anything is not sound or the reference pose does not close."""
+        """The Mechanism; raises MechlabError when a part is not valid or the reference pose does not close."""
         m = self._open(self.bodies)
         return Mechanism(**self._parts(self.bodies, m.relations))  # type: ignore[arg-type]
 

@@ -1,7 +1,7 @@
-"""What each part of a train adds to the mass matrix of the independent rates, where that matrix is constant.
+"""The contribution of each part of a train to the mass matrix of the independent rates, if that matrix is constant.
 
-A part adds a spin about its own axis, an orbit with its carrier, and (rarely) a rest. Where the matrix depends on the
-pose, `shares` raises an error that names the body and the reason.
+A part adds a term for its spin about its own axis, one for its orbit with its carrier, and rarely a rest. Where the
+matrix depends on the pose, `shares` raises an error that names the body and the reason.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body
 
-POSES = 5
+POSES = 5  # compared: the reference pose and random ones
 TOLERANCE = 1e-11
-"""Of the largest entry: a pose-dependent term of the size of rounding is none."""
+"""Largest change with the pose, relative to the largest entry, that still counts as rounding."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,12 @@ class InertiaShare:
 
 
 def shares(m: Mechanism, basis: AngleBasis) -> list[InertiaShare]:
-    """The shares of all bodies (armatures and shafts are not in it). Every body has one revolute joint.
+    """The shares of all bodies (without armatures and shafts). Every body has one revolute joint.
 
     T = 1/2 sum of inertia (row . y')^2. A part on a fixed axis: J + m e^2 about it (e: offset of the centre of mass). A
-    part of revolution on a carrier: J along its axis on its absolute spin; m R^2 and, for a tilted axis, the moment
-    across it on the carrier. Raises MechlabError that names a body whose share depends on the pose, and why.
+    part of revolution on a carrier: J along its axis with its absolute spin; m R^2 and, for a tilted axis, the moment
+    across it with the spin of the carrier. Raises MechlabError that names a body whose share depends on the pose, and
+    why.
     """
     rng = np.random.default_rng(5)
     tree = TreeKinematics(m)
@@ -82,7 +83,7 @@ def _of_body(m: Mechanism, tree: TreeKinematics, body: Body) -> tuple[Array, Arr
 
 
 def _exact_spin(m: Mechanism, basis: AngleBasis, body: Body) -> Row:
-    """Spin about the own axis as a row of fractions; cosines that are whole to rounding are taken as whole."""
+    """Spin about the own axis as a row of fractions; cosines within 1e-14 of an integer become that integer."""
     tree = TreeKinematics(m)
     axis = tree.axes[m.v_slice[body.joints[0].name].start]
     row = axis @ tree.jacobian(body.name, np.zeros(3))[3:]
@@ -118,7 +119,7 @@ def _split(body: Body, block: Array, spin: Row, carrier: Row | None, scale: floa
 
 
 def _fit(block: Array, row: Array) -> float:
-    """x of x row row^T nearest to the block, not negative."""
+    """The x >= 0 for which x row row^T is nearest to the block."""
     size = float(row @ row) ** 2
     return max(0.0, float(row @ block @ row) / size) if size else 0.0
 
@@ -138,7 +139,7 @@ def _triangles(block: Array) -> list[tuple[Row, float]]:
 
 
 def _no_gravity(m: Mechanism, pulls: dict[str, list[Array]]) -> None:
-    """Gravity must not act on any freedom at any pose (in sum: balanced planets are fine)."""
+    """Raise MechlabError when gravity acts on a freedom; bodies are summed, so balanced planets pass."""
     total = np.sum([np.array(p) for p in pulls.values()], axis=0)
     weight = m.total_mass * float(np.linalg.norm(m.gravity))
     largest = float(np.max(np.abs(total), initial=0.0))
@@ -171,7 +172,7 @@ def _why_not_constant(m: Mechanism, body: Body) -> str:
 
 
 def _round(body: Body) -> bool:
-    """True when the inertia is the same about every axis across the joint's."""
+    """True when the inertia is the same about every axis across that of the joint."""
     axis = np.array(body.joints[0].axis)
     values = np.sort(
         np.linalg.eigvalsh(body.inertia.matrix() - (axis @ body.inertia.matrix() @ axis) * np.outer(axis, axis))

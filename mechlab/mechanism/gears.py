@@ -6,7 +6,7 @@ in the carrier, the body that holds both axes. The row is
     direction . (J_a(point) - J_b(point)),
 
 over every joint on the paths to the two gears, so that meshes on moving carriers come out right by construction. It
-must be the same at random poses; a mesh for which it is not constant is no linear relation and is refused.
+must be the same at random poses; a mesh whose row changes is not a linear relation and is refused.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class GearMesh:
 def relation(mesh: GearMesh, mechanism: Mechanism) -> LinearRelation:
     """The exact LinearRelation of a mesh in a mechanism (loops and relations of the mechanism do not matter).
 
-    The coefficient of joint `a` is 1: the reaction is the torque on the gear of joint `a` (a rack: the same).
+    The coefficient of joint `a` is 1: the reaction is the torque on the gear of joint `a`, also for a rack.
     Raises MechlabError when a name is unknown, the axes do not fit the kind, or the row is not constant.
     """
     if mesh.kind not in MESH_KINDS:

@@ -1,4 +1,4 @@
-"""Vectors, rotations and placements as plain numbers: what the data of a Mechanism is made of."""
+"""Vectors, rotations and placements as plain numbers, of which a Mechanism consists."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia tensor of a rigid part, with the constructors that one needs."""
+"""Mass, centre of mass and inertia tensor of a rigid part, with constructors for common parts."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ class Inertia:
         return _from_matrix(mass, com, total)
 
     def at(self, position: Vector, rotation: Array | None = None) -> Inertia:
-        """The same part, moved: seen from a frame in which its own frame stands at `position` and `rotation`."""
+        """The inertia in another frame, in which the frame of the part stands at `position` [m] with `rotation` (3,
+        3)."""
         r = np.eye(3) if rotation is None else np.asarray(rotation)
         return _from_matrix(self.mass, r @ np.array(self.com) + np.array(position), r @ self.matrix() @ r.T)
 

@@ -1,7 +1,7 @@
 """Kinematics of a tree, in world axes: poses, velocities, Jacobians, bias accelerations.
 
 `Kinematics` is the interface that every constraint is written against. `TreeKinematics` implements it with numpy;
-Pinocchio implements it in `mechlab.engines.pinocchio`. A six-vector is (linear at the point asked for, angular), both
+Pinocchio implements it in `mechlab.engines.pinocchio`. A six-vector is (linear at the given point, angular), both
 in world axes.
 """
 
@@ -26,7 +26,7 @@ from mechlab.mechanism.parts import GROUND
 
 
 class Kinematics(Protocol):
-    """What a constraint needs to know of a moving tree at one state."""
+    """Poses, velocities and Jacobians of a tree at one state, as far as constraints need them."""
 
     mechanism: Mechanism
     q: Array
@@ -49,7 +49,7 @@ class Kinematics(Protocol):
 
 
 class TreeKinematics:
-    """Kinematics of a Mechanism's tree with numpy alone. `set(q, v)` first; then ask.
+    """Kinematics of a Mechanism's tree with numpy alone, at the state of the last `set(q, v)`.
 
     q (nq,) as in `Mechanism.reference()`, v (nv,).
     """
@@ -202,7 +202,7 @@ class TreeKinematics:
     # -- dynamics, body by body --------------------------------------------------------------------------------------
 
     def mass_matrix(self) -> Array:
-        """(nv, nv): sum over bodies of J^T m J, and the inertia of armatures and shafts."""
+        """(nv, nv): sum over bodies of J^T m J, plus the inertia of armatures and shafts."""
         m = self.mechanism
         out = np.zeros((m.nv, m.nv))
         for i, body in enumerate(m.bodies):

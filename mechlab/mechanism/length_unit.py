@@ -1,7 +1,7 @@
 """A mechanism in another unit of length, and which of its values are lengths.
 
 Positions are solved in the unit `Mechanism.length_scale`, in which the mechanism has a size of order 1, so that one set
-of limits fits a mechanism of a micrometre and one of a million kilometres.
+of tolerances fits a mechanism of a micrometre and one of a million kilometres.
 """
 
 from __future__ import annotations

@@ -15,9 +15,10 @@ from mechlab.mechanism.parts import LinearRelation, Loop
 
 
 class ManyPoses:
-    """Kinematics of a Mechanism at n poses; `set(q (n, nq))` first.
+    """Kinematics of a Mechanism at the n poses of the last `set(q)`, q (n, nq).
 
-    rotations (n, nb, 3, 3), origins (n, nb, 3): body to world; axes, anchors (n, nv, 3): of the rates, world.
+    rotations (n, nb, 3, 3), origins (n, nb, 3): body to world; axes, anchors (n, nv, 3): axis and a point of it for
+    each rate, world.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -153,7 +154,7 @@ def moved(mechanism: Mechanism, q: Array, dv: Array) -> Array:
 
 
 def displacement(mechanism: Mechanism, start: Array, end: Array) -> Array:
-    """(n, nv) such that `moved(start, displacement) == end`; turns of spherical joints of less than pi."""
+    """(n, nv) such that `moved(start, displacement) == end`; spherical joints turn by at most pi."""
     if mechanism.nq == mechanism.nv:
         return end - start
     out = np.empty((len(start), mechanism.nv))

@@ -1,6 +1,6 @@
 """Which two gears a LinearRelation lets roll on each other, and in which carrier.
 
-The power flow and the losses of a train need these roles; the relation does not hold them, the tree does. Two bodies
+The power flow and the losses of a train need these roles, which follow from the tree, not from the relation. Two bodies
 and a carrier fit when each body turns relative to the carrier about one line that stands still in it, and the row of
 the relation is a combination of these two rates.
 """
@@ -95,7 +95,7 @@ def _poses(m: Mechanism) -> list[TreeKinematics]:
 
 
 def _turning(m: Mechanism, poses: list[TreeKinematics], body: str, carrier: str) -> _Turning | None:
-    """The rotation of a body in a carrier, when it is one about a line that stands still in the carrier."""
+    """The rotation of a body relative to a carrier, about a line fixed in the carrier; None for any other motion."""
     first: tuple[Array, Array, Array] | None = None
     for tree in poses:
         r, p = tree.pose(carrier)

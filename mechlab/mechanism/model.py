@@ -1,6 +1,6 @@
 """The mechanism: a tree of bodies, what closes it, what couples it, what drives it (`mechlab.mechanism.parts`).
 
-Two mechanisms are equal when their data are. A Mechanism is checked when it is made: an object that exists is sound.
+Two mechanisms are equal when their data are. A Mechanism is checked when it is made: an object that exists is valid.
 The check (`mechlab.mechanism.validate`) needs kinematics, which need this module; so it registers itself here instead
 of being imported. The package `mechlab.mechanism` imports it with Builder, hence no Mechanism is made without it.
 """
@@ -20,7 +20,7 @@ from mechlab.mechanism.tree import size, unit_of_length
 from mechlab.results import Result
 
 CHECKS: list[Callable[[Mechanism], None]] = []
-"""What every Mechanism must pass when it is made; filled by `mechlab.mechanism.validate`."""
+"""Checks that every Mechanism passes when it is made; filled by `mechlab.mechanism.validate`."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,7 +28,7 @@ class Mechanism(Result):
     """A tree of bodies, depth-first, and what closes, couples and drives it. All coordinates are 0 in the reference
     pose (spherical joints: the identity), and the reference pose is assembled.
 
-    Raises MechlabError at construction for anything that is not sound; see `mechlab.mechanism.validate`.
+    Raises MechlabError at construction for data that are not valid; see `mechlab.mechanism.validate`.
     """
 
     name: str
@@ -171,7 +171,7 @@ class Mechanism(Result):
 
     @cached_property
     def _q_columns(self) -> Array:
-        """For each rate the coordinate it changes; a spherical joint's vector part stands in (its rows are zero)."""
+        """(nv,) the coordinate that each rate changes; for spherical joints the vector part, with zero coefficients."""
         columns: list[int] = []
         for joint in self.joints:
             start = self.q_slice[joint.name].start
@@ -180,17 +180,18 @@ class Mechanism(Result):
 
     @cached_property
     def size(self) -> float:
-        """Largest distance [m] of any of its points from the origin in the reference pose; see `mechlab.mechanism.tree`."""
+        """Largest distance [m] of any point of the mechanism from the origin in the reference pose; see
+        `mechlab.mechanism.tree`."""
         return size(self.bodies, self.loops, self.springs, self.frames)
 
     @cached_property
     def length_scale(self) -> float:
-        """The unit of length [m] in which it has a size of order 1; a power of two, 1 from 1 cm to 100 m."""
+        """Unit of length [m] in which the mechanism has a size of order 1: a power of two, 1 from 1 cm to 100 m."""
         return unit_of_length(self.size)
 
     @property
     def total_mass(self) -> float:
-        """Mass of all moving parts and everything fixed that carries mass [kg]."""
+        """Mass of all bodies [kg], fixed ones included."""
         return sum(b.inertia.mass for b in self.bodies)
 
 

@@ -1,4 +1,4 @@
-"""The keys that the parts of a mechanism make, and the refusal of two parts that make the same key.
+"""The keys by which users address the parts of a mechanism, and the refusal of two parts with the same key.
 
 A joint or shaft X: X, X_rate, X_accel, X_force, X_0, X_rate_0; a spherical joint its rates X_x, X_y, X_z. A frame F:
 F_x, F_wx, their rates and accelerations, F_rotation. A loop L: L_fx .. L_mz, L_load. A relation R: R_load.
@@ -23,7 +23,7 @@ WRENCH = {f"_{k}{a}": "the reaction" for k in "fm" for a in "xyz"}
 
 
 def keys_of(m: Mechanism) -> Iterator[tuple[str, str]]:
-    """(key, what it means) of all parts."""
+    """(key, its meaning in words) for all parts."""
     for what, names, suffixes in (
         ("joint", [j.name for j in m.joints if j.nv == 1], SCALAR),
         ("shaft", [s.name for s in m.shafts], SCALAR),
@@ -38,8 +38,8 @@ def keys_of(m: Mechanism) -> Iterator[tuple[str, str]]:
 
 
 def refuse_collisions(m: Mechanism) -> None:
-    """Raise MechlabError for two parts that make one key, unless it is the same quantity: a slide that is called as the
-    coordinate of the frame that it moves (`floating("p")` and a frame "p")."""
+    """Raise MechlabError for two parts with one key, unless it is the same quantity: a slide named as the coordinate of
+    the frame that it moves (`floating("p")` and a frame "p")."""
     seen: dict[str, str] = {}
     for key, what in keys_of(m):
         if key not in seen:
@@ -49,7 +49,7 @@ def refuse_collisions(m: Mechanism) -> None:
 
 
 def refuse_parameters(m: Mechanism, parameters: Collection[str]) -> None:
-    """Raise MechlabError for a parameter of the function that makes `m` which is called as a key of the mechanism."""
+    """Raise MechlabError when a parameter of the function that makes `m` has the name of a key of the mechanism."""
     taken = set(parameters)
     for key, what in keys_of(m):
         if key in taken:
@@ -59,13 +59,13 @@ def refuse_parameters(m: Mechanism, parameters: Collection[str]) -> None:
 
 
 def colliding_frame(frame: str, scalars: Collection[str]) -> bool:
-    """True when a frame of that name would make a key of one of the joints or shafts."""
+    """True when a frame of that name would have a key in common with a joint or shaft in `scalars`."""
     keys = {f"{frame}{s}" for s in POINT | TURN}
     return any(f"{name}{s}" in keys for name in scalars if name.startswith(frame) for s in SCALAR)
 
 
 def _same(m: Mechanism, key: str) -> bool:
-    """A frame's coordinate that equals the value of the joint of the same name, at three random poses."""
+    """True when the key is a frame coordinate that equals the joint of the same name at three random poses."""
     name = key.removesuffix("_rate").removesuffix("_accel")
     frame = next((f for f in m.frames if name in {f"{f.name}_{a}" for a in "xyz"}), None)
     if frame is None or name not in m.scalar_names:

@@ -1,4 +1,4 @@
-"""Newton and path continuation for r(q) = 0, and what became of a solution.
+"""Newton and path continuation for r(q) = 0, and the status of a solution.
 
 Written over callables, so that the numpy tree, Pinocchio and MuJoCo are closed by the same code:
 `evaluate(q) -> (residual (m,), jacobian (m, nv))` and `step(q, dv) -> q`.
@@ -19,7 +19,7 @@ Step = Callable[[Array, Array], Array]
 
 
 class Status(Enum):
-    """What became of a solution, as a sentence for the user."""
+    """Status of a solution, as a sentence for the user."""
 
     SOLVED = "solved"
     BOUNDARY = "on the boundary: the position is singular"

@@ -60,7 +60,7 @@ GROUND = "ground"
 """Name of the fixed body; every Mechanism has it without listing it."""
 
 MAX_BODIES = 300
-"""Of one mechanism: its dense matrices grow with the square of the coordinates, the work with the cube."""
+"""Most bodies of one mechanism: its dense matrices grow with the square of the coordinates, the work with the cube."""
 
 JOINT_KINDS = ("revolute", "prismatic", "spherical")
 LOOP_ROWS = {"spherical": 3, "revolute": 5, "universal": 4, "cylindrical": 4, "prismatic": 5, "fixed": 6, "distance": 1}
@@ -164,7 +164,7 @@ class Shaft:
 class LinearRelation:
     """A shaft that must stand still: the sum of coefficient x joint coordinate is zero.
 
-    Made by `mechlab.mechanism.gears`. `kind` says by what ("external", "internal", "bevel", "rack", "belt", "screw",
+    Made by `mechlab.mechanism.gears`. `kind` is its origin ("external", "internal", "bevel", "rack", "belt", "screw",
     "mimic", "linear"). Its reaction is conjugate to the sum: with the first coefficient 1 it is the torque on that joint.
     """
 
@@ -202,8 +202,8 @@ class Winding:
 @dataclass(frozen=True)
 class Drive:
     """An actuator on a joint or shaft: a position servo of the given `stiffness` and `damping`, force limited by `limit`;
-    with a `winding` a DC motor whose input is the voltage. `target`: the physical value that a servo holds while nothing
-    is asked of it; None is that of the reference pose."""
+    with a `winding` a DC motor whose input is the voltage. `target`: physical value that a servo holds without another
+    command; None: that of the reference pose."""
 
     name: str
     on: str

@@ -1,7 +1,8 @@
 """The parts of a reduced train: nested bodies for the independent joints, a Shaft for every other joint and shaft.
 
-First `without_welds` takes bodies without joints into the body that carries them. Then `chains` puts those independent
-joints on one path that share inertia or damping, and says what the coordinates of the reduced tree mean.
+First `without_welds` merges bodies without joints into the body that carries them. Then `chains` puts independent
+joints that share inertia or damping on one path, and relates the coordinates of the reduced tree to the original
+joints.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def placed(shapes: tuple[Shape, ...], by: Placement) -> tuple[Shape, ...]:
 
 def without_welds(m: Mechanism) -> Mechanism:
     """The same mechanism with every jointless body merged into its parent: inertia, shapes, children, frames, ends of
-    loops and springs. Welded to the ground it leaves its shapes there; its inertia never moves."""
+    loops and springs. A body welded to the ground leaves only its shapes."""
     if all(b.joints for b in m.bodies):
         return m
     home: dict[str, tuple[str, Placement]] = {GROUND: (GROUND, IDENTITY)}
@@ -109,7 +110,7 @@ class Chain:
         return tuple(out)
 
     def coefficients(self, row: Row) -> Coefficients:
-        """The same as coefficients of joints of the reduced mechanism."""
+        """The same row as coefficients of joints of the reduced mechanism."""
         return tuple((k.joint, c) for k, c in zip(self.links, self.row(row), strict=True) if c)
 
     @property
@@ -176,7 +177,7 @@ def chains(m: Mechanism, basis: AngleBasis, coupled: Iterable[Row]) -> Chain:
 
 
 def _groups(n: int, coupled: Iterable[Row]) -> list[list[int]]:
-    """Indices of independent joints, together where a row couples them."""
+    """Indices of the n independent joints in groups; a row of `coupled` joins its joints in one group."""
     label = list(range(n))
     for row in coupled:
         inside = [i for i, c in enumerate(row) if c]
@@ -199,7 +200,7 @@ DUMMY = 1e-14
 
 
 def chain_bodies(m: Mechanism, chain: Chain, inertia: dict[Row, float]) -> list[Body]:
-    """A body for each link; takes from `inertia` what turns with it."""
+    """A body for each link; the inertia [kg m2] that turns with it is taken out of `inertia`."""
     tree = TreeKinematics(m)
     largest = max(inertia.values(), default=1.0)
     out = []
@@ -249,7 +250,7 @@ def _range(m: Mechanism, name: str) -> MechlabError:
 
 
 def part_shafts(m: Mechanism, basis: AngleBasis, chain: Chain, inertia: dict[Row, float]) -> list[Shaft]:
-    """A Shaft for every joint that is no coordinate any more and for every shaft of the original."""
+    """A Shaft for every joint that is not a coordinate of the reduced tree, and for every shaft of the original."""
     direct = {link.joint for link in chain.links if link.joint == link.original}
     bodies = {link.body.name for link in chain.links}
     out = []

@@ -1,8 +1,8 @@
-"""Exact reduction of a train of gears: as many coordinates as freedoms, no rows, the same mass matrix.
+"""Exact reduction of a train of gears: as many coordinates as freedoms, no constraint rows, equal mass matrix.
 
-Independent joints become nested bodies on one axis, every other part a Shaft with inertia; orbiting masses ride in
-the inertia of their carrier. Every joint of the original stays a joint or a shaft of its name, with the same physical
-value.
+Independent joints become nested bodies on one axis, every other part a Shaft with inertia; orbiting masses count
+in the inertia of their carrier. Every joint of the original stays a joint or a shaft of its name, with the same
+physical value.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body, Shaft
 from mechlab.mechanism.reduced_bodies import Chain, chain_bodies, chains, coaxial, part_shafts, without_welds
 
-MASS_TOLERANCE = 1e-12
+MASS_TOLERANCE = 1e-12  # relative to the largest entry
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def reduce(mechanism: Mechanism, independent: Sequence[str] | None = None, name:
     """The exact reduction of a Mechanism of revolute-jointed parts and LinearRelations.
 
     `independent`: joints to keep as coordinates (default: carriers and other parts on a common axis first). Damping, dry
-    friction, springs, armatures, drives and shafts go along. A part that turns on a Shaft's carrier has no picture in
+    friction, springs, armatures, drives and shafts are kept. A part that turns on a Shaft's carrier has no picture in
     the reduced model (`expand` gives its pose). The mass matrix is compared with K^T M K at random poses before this
     returns. Raises MechlabError that says why there is no exact reduction: loops, other joints than revolutes, point
     springs, ranges of dependent joints, an inertia that depends on the pose, gravity across the axes, parts that cannot
@@ -102,7 +102,7 @@ def _choose(m: Mechanism) -> list[str]:
 
 
 def _rows_with_inertia(m: Mechanism, basis: AngleBasis, found: list[InertiaShare]) -> dict[Row, float]:
-    """Inertia by row over the independent joints; a row and its negative are the same."""
+    """Inertia [kg m2] by row over the independent joints; a row and its negative count as one."""
     out: dict[Row, float] = {}
     for share in found:
         _add(out, share.row, share.inertia)
@@ -153,7 +153,7 @@ def _fresh(name: str, taken: set[str]) -> str:
 
 
 def _same_mass(m: Mechanism, basis: AngleBasis, chain: Chain, reduced: Mechanism) -> None:
-    """The mass matrix of the reduced model against K^T M K at random poses."""
+    """Raise MechlabError unless the reduced mass matrix equals K^T M K at random poses."""
     rng = np.random.default_rng(23)
     k = basis.matrix @ chain.to_independent
     small, large = TreeKinematics(reduced), TreeKinematics(m)

@@ -41,7 +41,7 @@ def _sum(coefficients: Sequence[tuple[str, Any]]) -> str:
 
 
 def freedom_sentences(found: Structure) -> list[str]:
-    """What is independent, and whether the reference pose is singular."""
+    """Sentences: the independent coordinates, and whether the reference pose is singular."""
     out = [f"Independent: {', '.join(found.independent) or 'none'}."]
     if found.reference_rank < found.rank:
         out.append(f"The reference pose is singular: rank {found.reference_rank} there, {found.rank} elsewhere.")

@@ -44,7 +44,7 @@ def spring_force(kin: Kinematics, spring: Spring) -> Array:
 
 
 def passive_force(tree: TreeKinematics) -> Array:
-    """(nv,) force of springs and dampers of joints, shafts and between points. Dry friction is not in it."""
+    """(nv,) generalised force of springs and dampers of joints, of shafts and between points, without dry friction."""
     m = tree.mechanism
     out = np.zeros(m.nv)
     for joint in m.joints:
@@ -64,10 +64,10 @@ def passive_force(tree: TreeKinematics) -> Array:
 
 @dataclass(frozen=True)
 class HoldingForces:
-    """Forces of drives that hold a pose at rest, and what stays unbalanced.
+    """Forces of drives that hold a pose at rest, and the unbalanced rest.
 
     forces: drive -> N or N m, within its limit. unbalanced (nv,): the generalised force that neither drives nor constraints
-    carry; load (nv,): what they have to carry.
+    carry; load (nv,): the generalised force to be carried.
     """
 
     forces: dict[str, float]

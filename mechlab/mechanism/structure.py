@@ -1,7 +1,7 @@
 """Structure analysis by rank: freedoms, idle freedoms, redundant rows by name, independent coordinates, singularities.
 
 The rank is taken at several assembled poses near the reference and the largest is used: a singular reference pose does
-not deceive. Rows and columns are scaled to unit length first, so that metres and radians compare.
+not mislead. Rows are scaled to unit length first, so that metres and radians compare.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class Redundancy:
 
 @dataclass(frozen=True)
 class Structure:
-    """What the constraints leave free. `freedoms` = nv - rank; `idle` are named local freedoms; `mobility` the rest."""
+    """Freedoms that the constraints leave. `freedoms` = nv - rank; `idle` are named local freedoms; `mobility` the
+    rest."""
 
     nv: int
     rows: int
@@ -112,9 +113,9 @@ def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed
 
 
 def step_size(mechanism: Mechanism) -> float:
-    """Size of a step in all coordinates [rad or m] that stays near.
+    """Size of a step in all coordinates [rad or m] that stays near a pose.
 
-    1 for mechanisms without slides; else a size in metres that keeps a slide's step within the mechanism."""
+    1 without slides; with slides the largest offset of a body or loop [m], at most 1."""
     if all(j.kind != "prismatic" for j in mechanism.joints):
         return 1.0
     lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
@@ -177,7 +178,7 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
 
 
 def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[int], Array]]:
-    """Bodies that may move without any loop that holds them feeling it: name, columns, null space of these columns."""
+    """Bodies that can move with all loops closed: name, columns in the Jacobian, null space over these columns."""
     out: list[tuple[str, list[int], Array]] = []
     parents = {b.parent for b in mechanism.bodies}
     used = {n for r in mechanism.relations for n, _ in r.coefficients} | {d.on for d in mechanism.drives}
@@ -198,14 +199,14 @@ def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[
 
 
 def idle_freedoms(mechanism: Mechanism) -> tuple[str, ...]:
-    """Local freedoms: motions of a single part that none of the loops that hold it feels (a rod between two ball joints
-    spins about its own length). One name "spin of BODY" for each."""
+    """Local freedoms: motions of a single part that keep all its loops closed (a rod between two ball joints spins
+    about its own length). One name "spin of BODY" for each."""
     blocks = _idle_blocks(mechanism, generic(mechanism)[1])
     return tuple(f"spin of {body}" for body, _, free in blocks for _ in range(free.shape[1]))
 
 
 def idle_directions(mechanism: Mechanism, jacobian: Array) -> Array:
-    """(nv, k) directions of the local freedoms where the constraint Jacobian (rows, nv) was taken."""
+    """(nv, k) directions of the local freedoms, at the pose of the constraint Jacobian (rows, nv)."""
     columns = [np.zeros((mechanism.nv, 0))]
     for _, where, free in _idle_blocks(mechanism, jacobian):
         block = np.zeros((mechanism.nv, free.shape[1]))
@@ -287,8 +288,9 @@ def singularity(
 
 
 def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]:
-    """Of poses q (n, nq) the one nearest to a singular position of the constraints, and how near: the smallest singular value
-    of the constraint Jacobian there (rows in their usual size, rank as usual) over the median of all poses; 1 without rows."""
+    """Index of the pose in q (n, nq) nearest to a singular position of the constraints, and its distance: the smallest
+    singular value of the Jacobian at the usual rank, over its median of all poses; 1 without rows. Rows are scaled by
+    their size at a generic pose."""
     best, constraints, tree = structure(mechanism), ConstraintSet(mechanism), TreeKinematics(mechanism)
     if not best.rank:
         return 0, 1.0
@@ -299,7 +301,7 @@ def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]
 
 
 def _scaled_values(matrix: Array, sizes: Array) -> Array:
-    """Singular values of the matrix, its rows divided by their usual sizes."""
+    """Singular values of the matrix with its rows divided by `sizes`, those at a generic pose."""
     if matrix.size == 0:
         return np.zeros(0)
     scaled = matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None]

@@ -1,7 +1,7 @@
-"""Planar loops whose axes are not quite parallel: they lock or shake, in both engines, without a warning.
+"""Planar loops whose axes are not quite parallel: both engines let them lock or shake without a warning.
 
 A tilt of 3.7e-6 rad (an angle written as 1.5708) puts 2 kN on a loop that carries 1.7 N; 1e-3 rad locks it. Such a
-loop is refused; or, if asked for, one of its binary links gets a ball joint, which takes the tilt up.
+loop is refused; or, if asked for, one of its binary links gets a ball joint, which absorbs the tilt.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from mechlab.mechanism.tree import reference_poses
 ROUNDING = 1e-9
 """Axes nearer than this [rad] are the same to within rounding of their placements."""
 INTENDED = 0.05
-"""Axes farther apart than this [rad] are meant to be so: the loop is spatial."""
+"""Axes farther apart than this [rad] are meant to be apart: the loop is spatial."""
 BALL_ARMATURE = 1e-5
 
 
 @dataclass(frozen=True)
 class Tilt:
-    """A joint of a planar loop whose axis leaves the common one by `angle` [rad]."""
+    """A joint of a planar loop whose axis stands at `angle` [rad] to the common axis."""
 
     loop: str
     joint: str
@@ -35,7 +35,7 @@ class Tilt:
 
 def tilts(bodies: Sequence[Body], loops: Sequence[Loop]) -> tuple[Tilt, ...]:
     """Tilted joints of all loops that are planar but for a tilt between 1e-9 and 0.05 rad: revolute axes parallel, slides
-    square to them, closed by a pin ("spherical" or "revolute")."""
+    perpendicular to them, closed by a pin ("spherical" or "revolute")."""
     by_name = {b.name: b for b in bodies}
     rotation = {name: r for name, (r, _) in reference_poses(bodies).items()}
     out: dict[tuple[str, str], Tilt] = {}
@@ -79,8 +79,8 @@ def with_balls(
 ) -> tuple[tuple[Body, ...], tuple[str, ...]]:
     """The bodies with a ball joint in each tilted loop, and the names of the joints that became one.
 
-    The joint taken is that of a binary link at an end of the loop, which nothing else names (`keep`: drives, shafts,
-    relations). Raises MechlabError when a loop has none.
+    The joint is that of a binary link at an end of the loop and not in `keep` (names that drives, shafts or relations
+    use). Raises MechlabError when a loop has none.
     """
     out = {b.name: b for b in bodies}
     parents = {b.parent for b in bodies if b.joints}
@@ -109,7 +109,7 @@ def with_balls(
 
 
 def _path(loop: Loop, by_name: dict[str, Body]) -> list[tuple[str, Joint]]:
-    """Joints on the way from one side of a loop to the other, with their bodies."""
+    """Joints on the path from one side of a loop to the other, with the names of their bodies."""
 
     def up(name: str) -> list[str]:
         out = []
@@ -123,6 +123,6 @@ def _path(loop: Loop, by_name: dict[str, Body]) -> list[tuple[str, Joint]]:
 
 
 def _common(axes: Sequence[Array]) -> Array:
-    """The axis that most of the given ones are parallel to; of equals the first."""
+    """The axis that most of the given ones are parallel to; the first one of several."""
     near = [sum(float(np.linalg.norm(np.cross(a, b))) <= ROUNDING for b in axes) for a in axes]
     return axes[int(np.argmax(near))]

@@ -1,4 +1,4 @@
-"""The tree of bodies before anything moves: its order, the poses as placed, its size. Needs the parts alone."""
+"""The tree of bodies in the reference pose: order, poses, size. Needs no Mechanism, only its parts."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ def reference_poses(bodies: Sequence[Body]) -> dict[str, tuple[Array, Array]]:
 
 
 def size(bodies: Sequence[Body], loops: Sequence[Loop], springs: Sequence[Spring], frames: Sequence[Frame]) -> float:
-    """Largest distance [m] along an axis of any point that counts (joints, loop ends, springs, frames, centres of mass)
-    from the origin, in the reference pose: rounding of positions goes with it. 0 where all of them lie in the origin."""
+    """Largest distance [m] along an axis of a joint, loop end, spring end, frame or centre of mass from the origin, in
+    the reference pose. The rounding of positions scales with it. 0 where all of them lie in the origin."""
     points = [(b.name, (0.0, 0.0, 0.0)) for b in bodies]
     points += [(b.name, b.inertia.com) for b in bodies if b.inertia.mass > 0.0]
     points += [end for x in loops for end in ((x.body_a, x.placement_a.position), (x.body_b, x.placement_b.position))]

@@ -27,7 +27,7 @@ SMALLEST, LARGEST = 1e-9, 1e12
 
 
 def validate(m: Mechanism, closed: bool = True) -> None:
-    """Raise MechlabError for the first thing in a Mechanism that is not sound; `closed` asks for an assembled pose too."""
+    """Raise MechlabError for the first fault of a Mechanism; `closed`: its reference pose must be assembled, too."""
     if not m.bodies:
         raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
     if len(m.bodies) > MAX_BODIES:
@@ -238,7 +238,7 @@ def _one_path(m: Mechanism, shaft: str, names: list[str]) -> None:
 
 
 def _masses(m: Mechanism) -> None:
-    """A moving body needs inertia along each of its own joints, from itself or from what it carries."""
+    """Raise MechlabError unless each moving body has the inertia that its joints need, its own or carried."""
     carried: dict[str, tuple[float, bool]] = {}
     for body in reversed(m.bodies):
         mass, turns = carried.get(body.name, (0.0, False))
@@ -266,7 +266,7 @@ def _relations_consistent(m: Mechanism) -> None:
     """Relations may repeat each other exactly, but must not lock a joint (exact fractions, reduced row echelon form).
 
     Homogeneous rows never contradict each other at rest. Meshes whose redundancy is inconsistent (one tooth count of a
-    planet mistyped) show themselves by forcing the coordinate of some joint to stay zero.
+    planet mistyped) are found because they force the coordinate of a joint to stay zero.
     """
     columns = sorted({n for r in m.relations for n, _ in r.coefficients})
     reduced: list[tuple[set[str], int, list[Fraction]]] = []

@@ -31,7 +31,7 @@ _MODULES = (simple, links, joints, gears, bevel)
 KINDS: Mapping[str, Kind] = MappingProxyType({kind.name: kind for module in _MODULES for kind in module.KINDS})
 
 MAX_COUNT = 2000
-"""Of teeth, holes, spokes and the like in one solid."""
+"""Largest number of teeth, holes, spokes and the like in one solid."""
 
 
 def mesh(kind: str, size: Mapping[str, float]) -> Mesh:
@@ -45,7 +45,7 @@ def mesh(kind: str, size: Mapping[str, float]) -> Mesh:
 
 
 def _drawable(kind: str, sizes: dict[str, float | int]) -> dict[str, float | int]:
-    """The sizes with at most MOST_COUNT of anything: more teeth are drawn as so many on the same pitch circle."""
+    """Sizes with at most MAX_COUNT teeth, on the same pitch circle. Raises MechlabError for more of anything else."""
     teeth = sizes.get("teeth", 0)
     if teeth > MAX_COUNT and "module" in sizes:
         sizes = sizes | {"teeth": MAX_COUNT, "module": sizes["module"] * (teeth / MAX_COUNT)}

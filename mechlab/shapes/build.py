@@ -112,7 +112,7 @@ class Kind:
         return {name: values[name] for name in names}
 
 
-SEGMENTS = 48  # of a circle the eye rests on
+SEGMENTS = 48  # of a large circle
 SMALL = 24  # of a bore, a bolt hole, a thin rod
 
 

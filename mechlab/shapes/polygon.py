@@ -71,7 +71,7 @@ def triangulate(points: ArrayLike, outer: ArrayLike, holes: Sequence[ArrayLike] 
     """Triangles (m, 3), counter-clockwise, of `outer` without the `holes` (index arrays into (n, 2) points).
 
     Ear clipping over one outline, into which bridges join every hole (Eberly, "Triangulation by ear clipping").
-    Every given point is used: neighbours across a border find the same edges. Raises MechlabError when outlines cross.
+    Every given point is used, so that neighbouring faces share their edges. Raises MechlabError when outlines cross.
     """
     p = np.asarray(points, dtype=float)
     ring = _oriented(p, np.asarray(outer), 1.0)

@@ -104,7 +104,7 @@ def _shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def edges(mesh: Mesh, angle: float = SHARP) -> Array:
-    """(k, 2, 3) end points of the edges whose two faces turn by more than `angle` [rad]: what draws the part."""
+    """(k, 2, 3) end points of the edges whose two faces turn by more than `angle` [rad]: the outlines of the part."""
     here, there = _shared_edges(mesh)
     sharp = _turns(mesh, here, there) > angle
     a = mesh.faces.ravel()[here[sharp]]

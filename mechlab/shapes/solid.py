@@ -1,4 +1,4 @@
-"""A triangle mesh as plain data, and the few things that can be done to every mesh."""
+"""A triangle mesh as plain data, and the operations on any mesh."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _area_vectors(mesh: Mesh) -> Array:
 
 
 def volume(mesh: Mesh) -> float:
-    """Enclosed volume [m^3], sum of a . (b x c) / 6 over the faces; where solids overlap it counts them twice."""
+    """Enclosed volume [m^3], sum of a . (b x c) / 6 over the faces; a volume where solids overlap counts twice."""
     c = mesh.corners
     return float(np.einsum("ij,ij->", c[:, 0], np.cross(c[:, 1], c[:, 2])) / 6.0)
 
@@ -157,5 +157,5 @@ class Shell:
         self._faces.append(np.asarray(triangles, dtype=np.int64))
 
     def mesh(self) -> Mesh:
-        """What has been gathered."""
+        """The mesh of all vertices and faces gathered so far."""
         return Mesh(np.concatenate(self._points), np.concatenate(self._faces).astype(np.int32))

@@ -1,4 +1,4 @@
-"""What is drawn with the parts: forces and torques, joint axes, names; and how well the page can show the motion."""
+"""What is drawn besides the parts: forces and torques, joint axes, names; and how well the page can show the motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
 
 def arrows(recording: Recording, keep: Array) -> tuple[Arrow, ...]:
     """Forces and torques of a recording at its samples `keep` (k,): drives along their axes, reactions of loops on
-    their body b, world axes. Those that stay zero are left out, the largest of each unit come first."""
+    their body b, world axes. Those that stay zero are left out; the MOST_ARROWS largest remain, in falling order."""
     m = recording.mechanism
     tree = TreeKinematics(m)
     readers: list[tuple[str, str, tuple[str, ...]]] = []
@@ -103,7 +103,7 @@ def turn_per_step(mechanism: Mechanism, q: Array) -> float:
 
 
 def turning_rates(poses: Array, t: Array) -> Array:
-    """(nb,) largest angular velocity [rad/s] of each body along poses (n, nb, 4, 4); turns of less than pi a frame."""
+    """(nb,) largest angular velocity [rad/s] of each body along poses (n, nb, 4, 4); less than pi a frame."""
     if len(t) < 2:
         return np.zeros(poses.shape[1])
     step = np.einsum("nbji,nbjk->nbik", poses[:-1, :, :3, :3], poses[1:, :, :3, :3])
@@ -112,7 +112,7 @@ def turning_rates(poses: Array, t: Array) -> Array:
 
 
 def tooth_rate(owners: Sequence[tuple[str, Sequence[Shape]]], names: Sequence[str], rates: Array) -> float:
-    """Teeth that pass a fixed point in a second [1/s], at most, of all gears that are drawn."""
+    """Largest rate [1/s] at which teeth of a drawn gear pass a fixed point; rates (bodies,) [rad/s] as `names`."""
     found = [0.0]
     for owner, shapes in owners:
         teeth = max((s.parameters.get("teeth", 0.0) for s in shapes if s.kind != "rack"), default=0.0)
@@ -121,10 +121,10 @@ def tooth_rate(owners: Sequence[tuple[str, Sequence[Shape]]], names: Sequence[st
 
 
 def playback_error(poses: Array, names: Sequence[str], parts: Sequence[Part]) -> float:
-    """How far a point of a part is off, at most [m], in the middle between two frames of poses (n, nb, 4, 4).
+    """Largest error [m] of a point of a part in the middle between two frames of poses (n, nb, 4, 4).
 
-    The page moves positions linearly and turns along the shortest arc. The error of that over two frames is measured at
-    the frame between them; over one frame it is a quarter of it (second order).
+    The page moves positions linearly and turns along the shortest arc. The error of this over two frames is known at
+    the frame between them; over one frame it is a quarter of that (second order).
     """
     worst = 0.0
     for k, name in enumerate(names):

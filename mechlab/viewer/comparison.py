@@ -1,4 +1,5 @@
-"""Two runs in one Story: the second as ghost with its own parts and paths, its curves, its health, and what differs."""
+"""Two runs in one Story: the second as ghost with its own parts and paths, its curves, its health, and the
+differences."""
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ def against(story: Story, other: Story, name: str, differences: tuple[Difference
 
 
 def _ghost_parts(story: Story, other: Story, common: list[str]) -> tuple[Part, ...]:
-    """The parts of the other run. What stands still in both and looks the same would only double the original."""
+    """The parts of the other run, without those that stand still in both runs and look the same."""
     drawn = {_key(part) for part in story.parts}
     moving = {b for b in common if any(np.ptp(s.poses[:, s.bodies.index(b)], axis=0).max() > 0 for s in (story, other))}
     return tuple(p for p in other.parts if p.body in moving or (p.body in common and _key(p) not in drawn))
@@ -75,7 +76,7 @@ def poses_at(story: Story, body: str, times: Array) -> Array:
 def differences(
     first: Recording, second: Recording, words: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {})
 ) -> tuple[Difference, ...]:
-    """(what, here, there) of everything that two runs were computed from and in which they differ: mechanism, scene,
+    """(what, here, there) of every input in which two runs differ: mechanism, scene,
     parameters, initial values, duration, settings, versions. words: values of parameters as text with their units."""
     return tuple(
         (what, *_texts(a, b, words[0].get(what, ""), words[1].get(what, "")))
@@ -115,7 +116,7 @@ def _start(recording: Recording) -> dict[str, object]:
 
 
 def _texts(a: object, b: object, here: str, there: str) -> tuple[str, str]:
-    """Two values in words that differ as the values do."""
+    """Two different values as two different texts."""
     if here and there and here != there:
         return here, there
     shown = [f"{x:.6g}" if isinstance(x, float) else "none" if x is None else str(x) for x in (a, b)]

@@ -22,10 +22,10 @@ from mechlab.viewer.picture import Drawing
 from mechlab.viewer.story import Array, Story
 
 FPS = 30
-SAMPLES = 2
+SAMPLES = 2  # pictures averaged in a frame
 MOST_EDGES = 1500
 MOST_FRAMES = 3600
-SLOW_MOTION_SECONDS = 15.0
+SLOW_MOTION_SECONDS = 15.0  # length of a film in slow motion
 
 Progress = Callable[[int, int], None]
 
@@ -39,10 +39,10 @@ def write_mp4(
     toward: tuple[float, float, float] | None = None,
     progress: Progress = lambda done, total: None,
 ) -> Path:
-    """Writes a film of the whole story and returns the path, whole or not at all.
+    """Writes a film of the story, whole or not at all, and returns the path.
 
-    size: width, height [pixels], even; speed: seconds of the story in a second of the film (default: `film_span`,
-    which slows down what the eye could not follow, and then shows the beginning);
+    size: width, height [pixels], even; speed: seconds of the story in a second of the film (default: by `film_span`,
+    slow motion of the beginning where the motion is too fast to see);
     toward: as of `write_png`; progress(done, total) is called after every frame.
     Raises EngineMissing where ffmpeg, MuJoCo or its system library is missing; MechlabError for a story that does not
     move, odd sizes, or a film of more than 3600 frames.
@@ -82,7 +82,7 @@ def film_span(story: Story, fps: int = FPS) -> tuple[float, float]:
 
 
 def film_sentence(story: Story, fps: int = FPS) -> str:
-    """What a film without a given speed shows, in words; "" when it shows the whole story at its own pace."""
+    """Sentence on speed and length of a film without a given speed; "" for the whole story at its own pace."""
     pace, end = film_span(story, fps)
     if end < story.t[-1]:
         return f"The film shows the first {end - story.t[0]:.3g} s at {pace:g}\u00d7. {tempo(story, fps).sentence}"
@@ -117,7 +117,7 @@ def _encode(encoder: str, frames: Iterable[NDArray[np.uint8]], path: Path, size:
                     process.stdin.write(frame.tobytes())
                 process.stdin.close()
             except BrokenPipeError:
-                pass  # ffmpeg has ended; its own words follow
+                pass  # ffmpeg has ended; its error message is read below
             except BaseException:
                 process.kill()
                 raise
@@ -151,7 +151,7 @@ STYLE: Any = {
 def motion_svg(story: Story) -> str:
     """Up to three plots over time, and next to them the paths of named points in the plane in which they move most.
 
-    The same for one story every time. Raises MechlabError for a story without motion or without anything to plot.
+    The text is the same for the same story. Raises MechlabError for a story without motion or without anything to plot.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -206,7 +206,7 @@ def _paths(axes: Any, traces: dict[str, Array]) -> None:
     axes.set_title("paths of points", fontsize=10.5, loc="left")
     axes.set_xlabel(f"{'xyz'[across]} [m]")
     axes.set_ylabel(f"{'xyz'[up]} [m]")
-    if float(extent[up]) < 0.35 * float(extent[across]):  # a flat path in a flat box shows nothing but its box
+    if float(extent[up]) < 0.35 * float(extent[across]):  # a flat box would leave no room for the curve
         middle, half = sum(axes.get_ylim()) / 2.0, 0.175 * float(extent[across])
         axes.set_ylim(middle - half, middle + half)
     axes.legend(

@@ -1,4 +1,4 @@
-"""What a picture or film must show: the space that a mechanism sweeps, a floor, a fitted camera, and the speed.
+"""Framing of a picture or film: the space that a mechanism sweeps, a floor, a fitted camera, and the speed.
 
 The speed is slow enough to see the motion, and slow enough that teeth do not seem to run backwards.
 """
@@ -29,7 +29,7 @@ MARGIN = 1.08
 class Framing:
     """points: (k, 3) outermost points [m] that parts and traces ever reach; low, high: (3,) their box; floor:
     height [m] of the floor, just below all of them; step: grid step [m], 1, 2 or 5 times a power of ten;
-    radius: of the box [m]."""
+    radius: half the diagonal of the box [m]."""
 
     points: Array
     low: Array
@@ -40,7 +40,7 @@ class Framing:
 
 
 def nice_step(length: float, count: int = 12) -> float:
-    """The number 1, 2 or 5 times a power of ten that divides `length` into at most `count` steps."""
+    """The smallest number 1, 2 or 5 times a power of ten that divides `length` into at most `count` steps."""
     raw = length / count
     power = 10.0 ** math.floor(math.log10(raw))
     return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= raw * (1.0 - 1e-9))
@@ -118,8 +118,8 @@ STEP_LIMIT = 0.3
 
 @dataclass(frozen=True)
 class Tempo:
-    """speed: seconds of the story in a second of the player. limit: the largest speed at which teeth are still seen to
-    run the right way (infinite: no teeth). sentence: why it is not 1, or "" when it is."""
+    """speed: seconds of the story in a second of the player. limit: the largest speed at which teeth do not seem to run
+    backwards (infinite: no teeth). sentence: why it is not 1, or "" when it is."""
 
     speed: float
     limit: float

@@ -49,8 +49,8 @@ def write_csv(recording: Recording, path: str | os.PathLike[str]) -> Path:
 
 
 MAX_FRAMES = 501
-MAX_TURN = 1.0
-MAX_SERIES = 6
+MAX_TURN = 1.0  # [rad]
+MAX_SERIES = 6  # curves of a plot
 WORDS: dict[str, Severity] = {"ok": "ok", "warning": "warning", "error": "error"}
 
 
@@ -131,7 +131,7 @@ def exploration_story(
 
 
 def _playback(error: float, shown: int, recorded: int) -> str:
-    """How true the picture is between two frames, in words."""
+    """Sentence on how many times are shown, and on the error [m] of the picture between them."""
     if shown < 3:
         return ""
     of = "" if shown == recorded else f" of the {recorded}"
@@ -142,7 +142,7 @@ def _playback(error: float, shown: int, recorded: int) -> str:
 
 
 def _frames(t: Array, mechanism: Mechanism, q: Array) -> Array:
-    """Every k-th index and the last one, at most MAX_FRAMES and one; a smaller k where a part would turn more than
+    """Indices to show: every k-th and the last, at most MAX_FRAMES + 1; a smaller k where a part would turn more than
     MAX_TURN [rad] from one to the next, because the page turns along the shortest arc."""
     stride = -(-(len(t) - 1) // (MAX_FRAMES - 1)) if len(t) > 1 else 1
     turn = annotate.turn_per_step(mechanism, q[::stride])

@@ -31,8 +31,8 @@ class Exhibit:
 
 
 def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
-    """Writes index.html, gallery.png (all pictures in one), and for each exhibit FOLDER/NAME/sheet.html and picture.png;
-    the pages are there already.
+    """Writes index.html, gallery.png (all pictures in one), and for each exhibit FOLDER/NAME/sheet.html and
+    picture.png. The pages run.html and explore.html that it links to are made elsewhere.
 
     Returns the path of index.html. Raises CannotWrite.
     """

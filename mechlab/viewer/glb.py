@@ -35,7 +35,7 @@ def story_to_glb(story: Story) -> bytes:
     """The story as the bytes of a GLB file.
 
     One node turns z up into y up; below it stands one node for each body, with its parts. Colours become linear,
-    quaternions keep their sign from frame to frame, times start at 0 and are 32-bit, as glTF wants them.
+    quaternions keep their sign from frame to frame, times start at 0 and are 32-bit, as glTF requires.
     """
     return _Writer(story).finish()
 
@@ -46,7 +46,7 @@ def linear(srgb: float) -> float:
 
 
 def continuous(rotation: Array) -> Array:
-    """Quaternions (n, 4) of rotations (n, 3, 3), unit in 32 bits, none on the far side of the one before it."""
+    """Quaternions (n, 4) of rotations (n, 3, 3), each in the hemisphere of the one before it."""
     q = quaternions(rotation)
     flips = np.sign(np.einsum("ij,ij->i", q[1:], q[:-1]))
     q[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
@@ -198,7 +198,7 @@ class _Writer:
 
 
 def _transform(pose: Array) -> dict[str, Any]:
-    """Translation and rotation of a node, left out where they are nothing."""
+    """Translation and rotation of a node, left out where they are the identity."""
     out: dict[str, Any] = {}
     if np.any(pose[:3, 3] != 0.0):
         out["translation"] = pose[:3, 3].tolist()

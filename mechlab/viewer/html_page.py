@@ -35,7 +35,7 @@ SPREAD = 0.2
 def variations(
     d: Design, vary: Mapping[str, Range | Sequence[float] | None], story: Story, tell: Callable[[Design], Story]
 ) -> tuple[Variation, ...]:
-    """Variants of a design whose own exploration is `story`: key -> range, values, or None for SPREAD about its value.
+    """Variants of a design whose own exploration is `story`. vary: key -> range, values, or None (+-SPREAD).
 
     tell(design) -> the Story of a variant. A value without a mechanism becomes the sentence that says why. Raises
     MechlabError for a parameter that is not a number, and for more than two.
@@ -93,14 +93,14 @@ SCRIPTS = (
     "util.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js", "explore.js",
     "camera.js", "player.js", "plots.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip
-"""In the order in which they stand in the page."""
+"""Scripts of the page, in their order there."""
 
 
 def story_to_html(
     story: Story, *, live: bool = False, connect: str = "data:", controls: Sequence[Mapping[str, str]] = ()
 ) -> str:
-    """The page as text. `live` makes it listen to the server that serves it; `connect` is what its policy
-    lets it connect to; `controls` are the parameters that a live page can change.
+    """The page as text. `live` makes it listen to the server that serves it; `connect`: addresses that its
+    security policy allows; `controls` are the parameters that a live page can change.
 
     Raises EngineMissing where meshcat, whose viewer the page contains, is not installed.
     """
@@ -158,7 +158,7 @@ def viewer_script() -> str:
 
 @cache
 def viewer_licences() -> str:
-    """The licence texts that must travel with the viewer's code."""
+    """The licence texts that the page must contain along with the viewer's code."""
     folder = _viewer_folder()
     names = (
         folder / "LICENSE",

@@ -31,12 +31,12 @@ from mechlab.viewer.pack import quaternions
 from mechlab.viewer.story import Story
 
 _STARTUP_SECONDS = 10.0
-_LARGEST_MESSAGE = 65536
+_LARGEST_MESSAGE = 65536  # bytes that a browser may send at once
 
 
 @dataclass(frozen=True)
 class Control:
-    """A parameter in the form of a live page: its name, value as text, unit, and what it is."""
+    """A parameter in the form of a live page: its name, value as text, unit, and description."""
 
     key: str
     value: str
@@ -72,7 +72,7 @@ class Server:
         self.loopback = _is_loopback(host)
         self.controls: tuple[Control, ...] = ()
         self.on_values: Callable[[Mapping[str, str], Callable[[str], None]], None] | None = None
-        """Called with the parameters that a browser sends, and how to tell that browser why they are refused."""
+        """Called with the parameters that a browser sends, and a function that tells it why they are refused."""
         self._last: str | None = None
         self._clients: set[_Live] = set()
         self._closed = False
@@ -153,8 +153,8 @@ class Server:
         self.close()
 
     def accepts(self, host_header: str) -> bool:
-        """Is this the name of our own server? A page elsewhere whose name was pointed at this computer must
-        not read ours."""
+        """True when a Host header names this server: a foreign page whose name points to this computer must not
+        read ours."""
         name = _host_name(host_header)
         if name in ("localhost", self.host):
             return True
@@ -246,7 +246,7 @@ class _Live(websocket.WebSocketHandler):
             self.server._clients.discard(self)
 
     def on_message(self, message: str | bytes) -> None:
-        """Parameters {"type": "values", "values": {key: text}} are handed on; whatever else a browser sends is ignored."""
+        """Parameters {"type": "values", "values": {key: text}} are passed to `on_values`; anything else is ignored."""
         try:
             sent = json.loads(message)
             values = sent["values"] if sent["type"] == "values" else None

@@ -15,7 +15,7 @@ LIMIT = 6_000_000
 def framed(page: str, title: str, height: int = HEIGHT, limit: int = LIMIT) -> str:
     """An iframe with the page as its source document.
 
-    Sandboxed: the page may run its scripts and hand a picture to the user; it reaches neither the notebook nor
+    Sandboxed: the page may run its scripts and offer downloads; it reaches neither the notebook nor
     its origin. Raises MechlabError for a page larger than `limit` bytes.
     """
     size = len(page.encode("utf-8"))

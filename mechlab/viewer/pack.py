@@ -1,4 +1,4 @@
-"""A Story as one JSON document and one block of bytes: what the page in the browser reads."""
+"""A Story as one JSON document and one block of bytes, which the page in the browser reads."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from mechlab.viewer.story import Part, Story
 Array = NDArray[np.float64]
 
 ARROW_LENGTH = 0.7
-"""Length of the longest arrow, at most, in radii of the mechanism."""
+"""Largest length of an arrow, in radii of the mechanism."""
 FEW_ARROWS = 3
-"""Up to so many arrows are shown at once; the page knows the same number."""
+"""A story with at most this many arrows shows all of them; the page has the same constant."""
 
 
 class ByteBlock:
@@ -40,8 +40,8 @@ class ByteBlock:
         self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
 
     def add(self, array: NDArray[Any], kind: str) -> dict[str, Any]:
-        """Appends `array` as `kind` (f8, f4, i2, u2, u4), aligned to 8 bytes, unless the same stands there already; the
-        reference is {at, kind, count}."""
+        """Appends `array` as `kind` (f8, f4, i2, u2, u4), aligned to 8 bytes, unless the same bytes are there already;
+        the reference is {at, kind, count}."""
         data = np.ascontiguousarray(array, dtype="<" + kind).tobytes()
         key = (kind, hashlib.sha256(data).digest())
         if key in self._known:
@@ -162,7 +162,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
 
 
 def pack_motion(poses: Array, block: ByteBlock, kind: str = "f8") -> list[dict[str, Any]]:
-    """References of positions, of that kind, and quaternions of poses (n, nb, 4, 4), body by body."""
+    """References of positions (as `kind`) and quaternions (f4) of poses (n, nb, 4, 4), one dict for each body."""
     rotation = quaternions(poses[:, :, :3, :3])
     motion = []
     for k in range(poses.shape[1]):
@@ -192,7 +192,7 @@ def _pack_traces(traces: Mapping[str, Array], block: ByteBlock) -> list[dict[str
 
 
 def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
-    """What differs from one variant of a mechanism to the next."""
+    """The parts of a story in which the variants of a mechanism differ."""
     geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
     explore = None if story.explore is None else story.explore.packed(block, pack_motion)
     return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "explore": explore}
@@ -210,7 +210,7 @@ def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
 
 
 def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[float]]:
-    """Where arrows that are shown at once reach farthest, so that the camera takes them in."""
+    """Outermost tips (k, 3) [m] of the arrows that are shown from the start, so that the camera includes them."""
     if not 0 < len(story.arrows) <= FEW_ARROWS:
         return []
     tips = [a.points + a.vectors * (step / scales[a.unit]) for a in story.arrows if a.unit in scales]
@@ -218,7 +218,7 @@ def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[floa
 
 
 def geometry_key(part: Part) -> str:
-    """Equal for parts that look the same before they are placed and coloured."""
+    """A key that is equal for parts with the same vertices and faces."""
     digest = hashlib.sha256(part.vertices.astype("<f4").tobytes())
     digest.update(b"faces" + part.faces.astype("<i8").tobytes())
     return digest.hexdigest()

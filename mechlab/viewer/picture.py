@@ -98,7 +98,7 @@ class Drawing:
     def draw(
         self, frame: int, samples: int = SAMPLES, upto: int | None = None, sun: float = _SUN_RADIUS
     ) -> NDArray[np.uint8]:
-        """The picture (height, width, 3) at a recorded frame; traces up to frame `upto` (default: the whole of them).
+        """The picture (height, width, 3) at a recorded frame; traces up to frame `upto` (default: all).
         `sun`: radius of the sun, which softens the shadows, at distance 1."""
         for index, part, offset in self._movers:
             pose = self.story.poses[frame, part] @ offset

@@ -1,4 +1,4 @@
-"""The scene of a still picture: parts, floor, light, camera and lines, as MuJoCo wants them."""
+"""The scene of a still picture: parts, floor, light, camera and lines in MuJoCo."""
 
 from __future__ import annotations
 
@@ -142,9 +142,9 @@ Line = tuple[NDArray[np.float64], NDArray[np.float64], float, Color]
 
 
 class Lines:
-    """What MuJoCo has no geometry for: the feature edges of the parts, and the traces.
+    """Lines that are no geometry of the MuJoCo model: the feature edges of the parts, and the traces.
 
-    most_edges: only so many of the longest edges are drawn (default: all of them). `most`: upper limit of the lines.
+    most_edges: number of edges to draw, the longest ones (default: all). `most`: upper limit of the lines.
     """
 
     def __init__(self, story: Story, framing: Framing, most_edges: int | None = None) -> None:
@@ -180,7 +180,7 @@ class Lines:
 
 
 def draw_lines(mujoco: Any, scene: Any, lines: list[Line]) -> None:
-    """Adds the lines to a scene that already has its cameras and room for them."""
+    """Adds the lines to a scene that already has its cameras and space for the lines."""
     eye = np.mean([camera.pos for camera in scene.camera], axis=0)
     for start, end, radius, color in lines:
         geom = scene.geoms[scene.ngeom]

@@ -1,4 +1,4 @@
-"""A Story: what a page, a picture or a film needs to know. Solids, poses over time, plots and sentences; no engine.
+"""A Story: the data of a page, a picture or a film. Solids, poses over time, plots and sentences; no engine.
 
 Its arrays are checked (shape, finite, rigid where they must be) and read-only.
 """
@@ -110,7 +110,7 @@ class Part:
 class Plot:
     """Curves over the story's time that share one axis: series name -> (n,) values in `unit` ("" has none).
 
-    A value that is not finite is drawn as a gap. against: series of the same names, of the run compared with.
+    A value that is not finite is drawn as a gap. against: series with the same names of the compared run.
     """
 
     title: str
@@ -133,7 +133,7 @@ class Arrow:
 
 @dataclass(frozen=True)
 class Mark:
-    """Something named that is fixed in a body: `point` (3,) in the body [m]; with a `direction` (3,) it is a joint axis,
+    """A named point or axis fixed in a body: `point` (3,) in the body [m]; with a `direction` (3,) it is a joint axis,
     without one a label."""
 
     body: str
@@ -160,13 +160,13 @@ class Story:
     """Everything that a page needs, already computed; the writers in this package only draw it.
 
     title, summary: plain text; t: (n,) [s], strictly increasing; bodies: unique names; poses: (n,
-    len(bodies), 4, 4), body to world, z up; parts, plots: see there; facts: (label, text) pairs such as
+    len(bodies), 4, 4), body to world, z up; parts, plots: see `Part`, `Plot`; facts: (label, text) pairs such as
     parameters and settings; health: (severity, sentence) pairs, severity one of ok, warning, error; traces:
     name -> (n, 3) points [m]; reconstructed: bodies whose poses were not computed by the solver but rebuilt
-    from its result. arrows, marks: see there. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, called
-    `ghost_name`; shown at once with `ghost_shown`; ghost_parts: what it is drawn with (default: parts); ghost_traces:
-    its paths, (n, 3) each. differences: (what, here, in the run compared with). tooth_rate: teeth that pass in a second,
-    at most [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
+    from its result. arrows, marks: see `Arrow`, `Mark`. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, named
+    `ghost_name`; visible at the start if `ghost_shown`; ghost_parts: its parts (default: parts); ghost_traces:
+    its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
+    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
     drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """

@@ -33,12 +33,12 @@ from mechlab.viewer.live import Control, Server
 from mechlab.viewer.story import Story
 
 PICTURES = 25.0
-"""Pictures a second that are sent, at most [1/s]."""
+"""Largest number of pictures sent in a second [1/s]."""
 
 
 @dataclass
 class Pace:
-    """When the last picture was sent, and when the run began [s, of the wall clock]; times are those of the run."""
+    """began: wall-clock time [s] of the start; shown, latest: time of the run [s] at the last picture and call."""
 
     began: float = field(default_factory=time.monotonic)
     shown: float = -1.0
@@ -107,7 +107,7 @@ def watched(entry: Entry, watch: Watch) -> Entry:
 
 
 class NobodyWatches(Exception):
-    """Nobody watches any more."""
+    """Raised to end a run that nobody watches any more."""
 
 
 def stream(
@@ -118,8 +118,8 @@ def stream(
     speed: float = 1.0,
     stop: Callable[[], bool] = lambda: False,
 ) -> threading.Thread:
-    """Runs a scene of the design in a thread, not faster than `speed` times its own time, and shows every browser where
-    it is; when it has ended, the page of the recording replaces it. An error is shown on the page. `stop()` true: the
+    """Runs a scene of the design in a thread, not faster than `speed` times its own time, and shows its state in every
+    browser; when it has ended, the page of the recording replaces it. An error is shown on the page. `stop()` true: the
     run is no longer wanted and ends."""
     played = design.for_scene(scene)
     chosen = scene or design.default_scene
@@ -209,7 +209,7 @@ class Rebuilder:
 
 
 def controls(d: Design) -> tuple[Control, ...]:
-    """The parameters of a design as the page's form shows them; those without a value are left out."""
+    """The parameters of a design as they appear in the form of the page; those without a value are left out."""
     found = []
     for item in describe(d.entry.parameters):
         value = getattr(d.parameters, item.name)
@@ -219,7 +219,7 @@ def controls(d: Design) -> tuple[Control, ...]:
 
 
 def _text(value: Any) -> str:
-    """A value as it can be typed again."""
+    """A value as text that `parse_value` reads back."""
     if isinstance(value, tuple):
         return ",".join(_text(x) for x in value) + ("," if len(value) == 1 else "")
     return str(value) if isinstance(value, Fraction | str | int) else f"{value:.12g}"

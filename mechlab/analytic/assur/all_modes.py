@@ -7,7 +7,7 @@ import numpy as np
 from mechlab.analytic.assur.plane import Complex, Real, unit
 from mechlab.analytic.assur.two_loops import CIRCLE, MERGED, MODES, Modes, TwoLoops, determinant, polish
 
-BLOCK = 4096
+BLOCK = 4096  # positions solved at a time
 _DEGENERATE = 1e-9
 
 
@@ -137,5 +137,5 @@ def _distinct(n: int, row: np.ndarray, t: Real, u: Real, det: Real) -> tuple[Rea
 
 
 def _wrapped(angle: Real) -> Real:
-    """The same angle in (-pi, pi]."""
+    """The angle modulo full turns, in (-pi, pi]."""
     return -((-np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi)

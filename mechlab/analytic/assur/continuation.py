@@ -19,9 +19,9 @@ from mechlab.errors import NoSolution, Untrustworthy
 
 @dataclass(frozen=True)
 class ClosedCurve:
-    """Positions along the curve: crank, theta_t, theta_u (n,) continuous, the last one equal to the first modulo full turns.
+    """Positions along the curve: crank, theta_t, theta_u (n,) [rad], continuous; the ends agree modulo full turns.
 
-    turning_points: crank angles at which the crank reversed (limit positions between samples). net_turns of the crank.
+    turning_points: crank angles at which the crank reverses [rad]: limit positions, interpolated between samples.
     """
 
     crank: Real
@@ -40,8 +40,9 @@ def closed_curve(
 ) -> ClosedCurve:
     """The curve of positions through one mode, followed until it comes back to its start.
 
-    Each step goes along the tangent by `step` [rad] and returns by Newton square to it; it is halved where the tangent
-    turns by more than 0.1. Raises Untrustworthy when it does not close within `max_steps` steps.
+    Each step goes `step` [rad] along the tangent; Newton then returns to the curve at right angles to it. The step is
+    halved where the tangent turns by more than 0.1 rad. Raises Untrustworthy when it does not close within `max_steps`
+    steps.
     """
     size = float(family(np.array([crank])).scale.ravel()[0])
 
@@ -108,9 +109,9 @@ _GRID = np.radians(0.5)
 def follow_dyad(family: Callable[[Real], Dyad], drive: ArrayLike, change: float = CHANGE) -> Dyad:
     """The dyad at the drive positions (n,) [rad or m] in its fixed mode, checked over the whole path between them.
 
-    family: drive positions -> the Dyad there. Between the samples the discriminant (quality squared) is evaluated every half
-    degree and each of its minima is located, whatever the step. Below 0 there is a gap: raises NoSolution, which names the
-    arc. Below `change` squared two modes meet: raises ChangePoint, because there are two continuations.
+    family: gives the Dyad at drive positions. Between the samples the discriminant (quality squared) is evaluated every
+    0.0087 rad or m, and each of its minima is located. Raises NoSolution, naming the arc, where it is negative: no
+    assembly; ChangePoint where it is below `change` squared: two modes meet and either may follow.
     """
     asked = np.atleast_1d(np.asarray(drive, dtype=float))
 

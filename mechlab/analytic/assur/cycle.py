@@ -14,7 +14,7 @@ from mechlab.analytic.assur.plane import Complex, Flags, Real, Scalar, cross, do
 from mechlab.analytic.assur.two_loops import Modes, TwoLoops, closure_jacobian
 from mechlab.errors import MechlabError
 
-SINGULAR = 1e-12
+SINGULAR = 1e-12  # |det J| over the fourth power of the size of the group
 
 
 @dataclass(frozen=True)
@@ -52,16 +52,16 @@ def mode_rates(group: TwoLoops, theta_t: Real, theta_u: Real) -> GroupMotion:
     return GroupMotion(Scalar(t, wt, et), Scalar(u, wu, eu), det, z, (turn[0], turn[1]), np.asarray(regular))
 
 
-_DEEPEST = 40
-_CLEAR = 0.2
-_LARGEST = 0.3
+_DEEPEST = 40  # halvings of a step before the branch counts as ended
+_CLEAR = 0.2  # a mode is taken within this share of the distance to the nearest other mode
+_LARGEST = 0.3  # [rad] largest predicted change of an angle in one step
 
 
 @dataclass(frozen=True)
 class Branch:
     """One mode over crank angles: crank (n,), theta_t, theta_u (n,) continuous, det (n,) of one sign.
 
-    fold: the limit position where it ended; None when it reached the last angle.
+    fold: the limit position where the mode ended; None when it reached the last crank angle.
     """
 
     crank: Real
@@ -72,7 +72,7 @@ class Branch:
 
     @property
     def complete(self) -> bool:
-        """True when it reached the last crank angle."""
+        """True when the branch reached the last crank angle."""
         return self.fold is None
 
 

@@ -17,7 +17,7 @@ from mechlab.errors import MechlabError, NoSolution
 
 
 class ChangePoint(MechlabError):
-    """Two assembly modes meet on the way: there are two continuations, and none is chosen silently (exit code 3)."""
+    """Two assembly modes meet at the drive position `at`: either may follow; none is chosen silently (exit code 3)."""
 
     exit_code = 3
 
@@ -32,7 +32,7 @@ class Dyad:
 
     joint: the inner joint (of RPR: the pin of the slider). angles: of its turning links; slides: along its guides.
     quality: sine of the transmission angle, signed; 0 at a dead centre, where rates do not exist and are NaN.
-    discriminant: quality squared, negative where the group does not assemble; there everything but it is NaN.
+    discriminant: quality squared, negative where the group does not assemble; there its motion is NaN.
     gap [m]: how far the lengths are from meeting, 0 where they meet.
     """
 
@@ -46,16 +46,16 @@ class Dyad:
 
     @property
     def assembles(self) -> Flags:
-        """Where it closes."""
+        """True where the dyad assembles."""
         return np.asarray(self.discriminant >= 0.0)
 
     @property
     def regular(self) -> Flags:
-        """Where it closes and is not at a dead centre, so that rates exist."""
+        """True where the dyad assembles away from a dead centre, so that rates exist."""
         return np.asarray(np.abs(self.quality) > DEAD)
 
     def require(self) -> Dyad:
-        """Itself; raises NoSolution where it does not assemble or rates do not exist, with the largest gap."""
+        """The dyad itself; raises NoSolution where it does not assemble or rates do not exist, with the largest gap."""
         if not np.all(self.assembles):
             raise NoSolution(
                 f"dyad {self.kind}: no assembly exists at {np.count_nonzero(~self.assembles)} of {self.assembles.size} "
@@ -145,9 +145,9 @@ def _disc(quality: Real) -> Real:
 def rrr(first: Point, second: Point, l1: ArrayLike, l2: ArrayLike, mode: ArrayLike = 1) -> Dyad:
     """Inner joint B of links l1 = |B - first| and l2 = |B - second|; angles run first -> B and second -> B.
 
-    d = C - A, x = (d^2 + l1^2 - l2^2)/(2 d^2), B = A + (x + i K y) d, y^2 = l1^2/d^2 - x^2. mode K = +1: B lies left of
-    the way from first to second, which is the triangle A, B, C passed clockwise. Rates from r_A.(v_B - v_A) = 0 and
-    r_C.(v_B - v_C) = 0. quality = K |r_A x r_C|/(l1 l2), the sine of the angle at B.
+    A = first, C = second, d = C - A, x = (d^2 + l1^2 - l2^2)/(2 d^2), B = A + (x + i K y) d, y^2 = l1^2/d^2 - x^2.
+    mode K = +1: B lies left of the line from A to C, so that the triangle A, B, C runs clockwise. Rates from
+    r_A.(v_B - v_A) = 0 and r_C.(v_B - v_C) = 0. quality = K |r_A x r_C|/(l1 l2), the sine of the angle at B.
     """
     a, c = length(l1, "RRR: l1"), length(l2, "RRR: l2")
     sign = mode_sign(mode, "RRR")

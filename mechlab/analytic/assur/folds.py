@@ -13,16 +13,16 @@ from mechlab.analytic.assur.two_loops import TwoLoops, determinant
 from mechlab.errors import MechlabError
 
 Family = Callable[[Real], TwoLoops]
-"""A group driven by a crank: crank angles (n,) [rad] to the group there, with w rates per unit crank rate."""
+"""Gives a group at angles (n,) [rad] of its crank, with wd and wdd for a crank rate of 1 rad/s."""
 
-SCAN = 720
-_STEP = 1e-6
-_LEVELS = 14
+SCAN = 720  # samples of a turn of the crank
+_STEP = 1e-6  # [rad] of the central differences
+_LEVELS = 14  # zooms by four
 
 
 @dataclass(frozen=True)
 class Fold:
-    """A limit position: crank angle and both turns [rad]. opens = +1: two modes appear as the crank angle grows; -1: they
+    """A limit position: crank, theta_t, theta_u [rad]. opens = +1: two modes appear as the crank angle grows; -1: they
     merge and vanish there."""
 
     crank: float
@@ -32,7 +32,7 @@ class Fold:
 
 
 def solve_fold(family: Family, crank: float, theta_t: float, theta_u: float, opens: int = 0) -> Fold:
-    """Newton on both closures and det J = 0 in (theta_t, theta_u, crank), from near.
+    """Newton on both closures and det J = 0 in (theta_t, theta_u, crank), from a start nearby.
 
     The gradient is a central difference; the solution is as exact as the residual, about 1e-15. Raises MechlabError when
     it does not converge or leaves the neighbourhood.
@@ -64,8 +64,8 @@ def solve_fold(family: Family, crank: float, theta_t: float, theta_u: float, ope
 def folds(family: Family, start: float = -np.pi, stop: float = np.pi, scan: int = SCAN) -> tuple[Fold, ...]:
     """All limit positions between two crank angles, in order.
 
-    Between samples of the scan where the number of modes changes the change is bisected and solved exactly; where it does
-    not, minima of |det J| are located, so that an arc narrower than the distance of two samples is found as well.
+    Where the number of modes changes between two samples of the scan, the change is bisected and solved exactly.
+    Elsewhere the minima of |det J| are located, so that an arc narrower than a sample is found as well.
     """
     grid = np.linspace(start, stop, scan + 1)
     modes = all_modes(family(grid))
@@ -135,7 +135,7 @@ def _suspects(grid: Real, count: np.ndarray, det: Real) -> list[tuple[float, flo
 
 
 def _hidden(family: Family, low: float, high: float) -> list[Fold]:
-    """Zoom in on the smallest |det J| between low and high until modes are seen to vanish, or it is seen not to fall."""
+    """Folds near the smallest |det J| between low and high: zoom in until modes vanish, or |det J| no longer falls."""
     first = int(all_modes(family(np.array([low]))).count[0])
     last = np.inf
     for _ in range(_LEVELS):

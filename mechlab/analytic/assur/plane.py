@@ -1,6 +1,6 @@
-"""Motions in the plane as complex numbers: a point x + iy with velocity and acceleration, an angle or slide with its own.
+"""Motions in the plane as complex numbers: a point x + iy, or an angle or slide, each with rate and acceleration.
 
-Angles are counted from +x, counter-clockwise. A quarter turn is i, so J a = i a; |a + ib| makes lengths. Everything
+Angles are counted from +x, counter-clockwise. A quarter turn is a factor i; lengths are |a + ib|. Everything
 broadcasts: one number, a cycle, a family of designs.
 """
 

@@ -23,8 +23,8 @@ from mechlab.errors import MechlabError
 MODES = 6
 CIRCLE = 2e-2
 """A root this far from the unit circle is still tried: near a merge of two modes rounding moves it by the square root."""
-MERGED = 1e-7
-CLOSED = 1e-12
+MERGED = 1e-7  # [rad] nearer modes are one
+CLOSED = 1e-12  # residual over the square of the size of the group
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ class TwoLoops:
 
     @property
     def scale(self) -> Real:
-        """(...) square of the size of the group [m2], to judge residuals by."""
+        """(...) square of the size of the group [m2], the measure for residuals."""
         return np.asarray(np.sum(np.abs(self.w) ** 2 + np.abs(self.p) ** 2 + np.abs(self.q) ** 2 + self.l**2, axis=0))
 
     def flat(self) -> TwoLoops:
-        """The same with positions as one axis: arrays (2, n)."""
+        """The group with all positions on one axis: arrays (2, n)."""
         shape = (2, *self.shape)
         return self._each(lambda x: np.broadcast_to(x, shape).reshape(2, -1))
 
@@ -74,7 +74,7 @@ class TwoLoops:
 def two_loops(
     w: ArrayLike, p: ArrayLike, q: ArrayLike, l: ArrayLike, wd: ArrayLike = 0.0, wdd: ArrayLike = 0.0
 ) -> TwoLoops:
-    """A TwoLoops; each argument (2, ...) or a scalar of both loops. Raises MechlabError for what is not finite or l <= 0."""
+    """A TwoLoops; each argument (2, ...) or one number for both loops. Raises MechlabError unless finite and l > 0."""
     arrays = [np.asarray(x, dtype=complex) for x in (w, p, q, wd, wdd)]
     lengths = np.asarray(l, dtype=float)
     if not all(np.all(np.isfinite(x)) for x in (*arrays, lengths)) or np.any(lengths <= 0.0):
@@ -123,7 +123,8 @@ def class_four(
 class Modes:
     """All modes: theta_t, theta_u, det (..., 6), padded with NaN after `count` (...), in the order of theta_t.
 
-    det: determinant of J (see `closure_jacobian`) [m4]; it vanishes where two modes merge, and they have opposite signs.
+    det: determinant of J (see `closure_jacobian`) [m4]; it vanishes where two modes merge; before that they have
+    opposite signs.
     """
 
     theta_t: Real
@@ -149,7 +150,7 @@ def determinant(group: TwoLoops, theta_t: Real, theta_u: Real) -> Real:
 
 
 def polish(group: TwoLoops, theta_t: Real, theta_u: Real, steps: int = 40) -> tuple[Real, Real, Flags]:
-    """Newton on both closures from every start (n,), steps of at most 0.2 rad; and where it closed."""
+    """theta_t, theta_u and whether they close, (n,) each: Newton on both closures in steps of at most 0.2 rad."""
     t, u = np.array(theta_t, dtype=float), np.array(theta_u, dtype=float)
     scale = np.broadcast_to(group.scale, t.shape)
     busy = np.arange(t.size)

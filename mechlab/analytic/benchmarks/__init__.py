@@ -1,5 +1,5 @@
-"""Own equations of the benchmark problems of multibody dynamics: plain functions (t, state) -> rate, independent of any
-engine and of joint-coordinate trees. Problems: A01 to A05 of the IFToMM library (Gonzalez et al.), and a slider-crank."""
+"""Equations of motion of multibody benchmark problems: plain functions (t, state) -> rate, independent of the engine
+and its joint-coordinate trees. Problems: A01 to A05 of the IFToMM library (Gonzalez et al.), and a slider-crank."""
 
 from mechlab.analytic.benchmarks.andrews import Squeezer
 from mechlab.analytic.benchmarks.bricard import Bricard

@@ -66,7 +66,7 @@ class Squeezer:
         return _side(f, b, meeting), _side(a, meeting, g), _side(a, meeting, h)
 
     def pose(self, angle: float) -> tuple[dict[str, Jet], dict[str, Jet]]:
-        """Absolute angles of K1 to K7 (of the bar directions, see below) and points F, E, G, H, with derivatives.
+        """Absolute angles of the directions below and points F, E, G, H, with derivatives.
 
         Directions: K1 O->F, K2 F->E, K3 B->E, K4 G->E, K5 A->G, K6 H->E, K7 A->H.
         """
@@ -77,7 +77,7 @@ class Squeezer:
         meeting = f + arm(k2, self.d)
         k5, k4 = dyad(a, meeting, self.zt, self.e, second, "andrews: K5 and K4")
         k7, k6 = dyad(a, meeting, self.u, self.zf, third, "andrews: K7 and K6")
-        # the dyad gives the second bar's direction from its own end; K4 and K6 are told from the pin towards E
+        # the dyad gives the second bar's direction from its own end; K4 and K6 are measured from G and H towards E
         turn = Jet(math.pi)
         angles = {"K1": one, "K2": k2, "K3": k3, "K4": k4 + turn, "K5": k5, "K6": k6 + turn, "K7": k7}
         return angles, {"F": f, "E": meeting, "G": a + arm(k5, self.zt), "H": a + arm(k7, self.u)}

@@ -1,5 +1,5 @@
 """A04: Bricard's overconstrained loop of six hinges on the edges of a cube, by screws in world axes and the null vector
-of the loop equation. Joint rates of all six hinges are state; the motion stays on the curve of closed poses.
+of the loop equation. The state holds angles and rates of all six hinges; the motion stays on the curve of closed poses.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Bricard:
 
     @cached_property
     def _bars(self) -> list[tuple[float, Array, Array]]:
-        """Mass, centre in the first pose, tensor in the first pose."""
+        """Mass [kg], and in the first pose centre (3,) [m] and inertia tensor (3, 3) about it [kg m2], of each bar."""
         out = []
         for k, mass in enumerate(self.masses):
             axis = CORNERS[k + 1] - CORNERS[k]
@@ -59,8 +59,8 @@ class Bricard:
         return out
 
     def poses(self, q: Array) -> list[tuple[Array, Array]]:
-        """Rotation and displacement of every bar from the first pose, x -> R x + d: bars 0 to 4, then what hinge 5 makes of
-        the last (the identity when the loop is closed)."""
+        """Rotation and displacement of every bar from the first pose, x -> R x + d: bars 0 to 4, then the body
+        behind hinge 5, whose pose is the identity when the loop is closed."""
         rotation, shift, out = np.eye(3), np.zeros(3), []
         for k in range(6):
             turn = _STILL + np.sin(q[k]) * _TURNS[k] + (1.0 - np.cos(q[k])) * _SQUARES[k]

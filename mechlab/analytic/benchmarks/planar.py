@@ -1,17 +1,10 @@
-"""Planar linkages of one freedom in complex numbers: positions with first and second derivatives by the drive angle.
+"""Planar benchmark problems of one freedom in complex numbers: A01, A02, a four-bar and a slider-crank.
 
 A `Jet` is a value with its first two derivatives by the drive angle; a point of the plane is x + i y. The equation of the
 one freedom (Eksergian 1930): J w' + J'/2 w^2 = Q, J = sum m |z'|^2 + I theta'^2, J'/2 = sum m Re(conj z' z'') + I theta' theta''.
 
-The crank of a four-bar of uniform slender bars as a scalar equation, for integration at sharp tolerances.
-
-`mechlab.analytic.fourbar` gives the same for arrays; this evaluates one state in plain floats, thirty times faster.
-
-A02: a chain of N parallelograms, N + 1 equal rockers and N couplers, in a vertical plane. One freedom.
-
-A01: a point mass on a massless rod, in a vertical plane.
-
-A centric slider-crank of slender bars, one freedom: the equation of its crank.
+`FourbarCrank` evaluates one state in plain floats, thirty times faster than the arrays of `mechlab.analytic.fourbar`,
+for integration at tight tolerances.
 """
 
 from __future__ import annotations
@@ -104,7 +97,9 @@ class Balance:
 
 @dataclass(frozen=True)
 class FourbarCrank:
-    """Lengths [m]; mode +1: the joint lies left of the vector from crank pin to rocker pivot; gravity [m/s2] along -y.
+    """A four-bar of uniform bars.
+
+    Lengths [m]; mode +1: the joint lies left of the vector from crank pin to rocker pivot; gravity [m/s2] along -y.
 
     moments: of crank, coupler, rocker about their centres [kg m2]; None: slender rods, m L^2 / 12.
     """
@@ -138,8 +133,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ParallelogramChain:
-    """The couplers translate, so that every one of them moves like a point mass at a rocker's tip. With theta clockwise
-    from upright (uniform slender rockers):
+    """A02: N parallelograms in a chain, N + 1 equal uniform slender rockers and N couplers, in a vertical plane. The
+    couplers translate, so each moves like a point mass at a rocker's tip. With theta clockwise from upright:
 
         theta'' = (g / L) sin(theta) [(N + 1) m_r / 2 + N m_c] / [(N + 1) m_r / 3 + N m_c]
 
@@ -165,7 +160,10 @@ class ParallelogramChain:
 
 @dataclass(frozen=True)
 class Pendulum:
-    """phi'' = -(g / L) cos phi, phi from the horizontal +x; the mass stands at L (cos phi, sin phi). SI units."""
+    """A01: a point mass on a massless rod, in a vertical plane.
+
+    phi'' = -(g / L) cos phi, phi from the horizontal +x; the mass stands at L (cos phi, sin phi). SI units.
+    """
 
     length: float
     gravity: float
@@ -177,7 +175,8 @@ class Pendulum:
     def in_closed_form(self, start: float, rate: float, t: Array) -> Array:
         """(n,) phi at times t [s] from `start` [rad] at `rate` [rad/s], by elliptic functions (exact to rounding).
 
-        Raises NoSolution as `PhysicalPendulum.motion`, of which this is the angle and that of the lowest position.
+        It is the angle of `PhysicalPendulum.motion` plus that of the lowest position. Raises NoSolution where `motion`
+        does.
         """
         if self.gravity == 0.0:
             return start + rate * np.asarray(t)

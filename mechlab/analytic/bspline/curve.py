@@ -72,7 +72,7 @@ class BSpline:
         return ScipySpline(np.array(self.knots), np.array(self.points), self.degree)
 
     def at(self, u: ArrayLike, order: int = 0) -> FloatArray:
-        """C(u), or its derivative of an order, (..., n). u outside the curve raises MechlabError."""
+        """C(u), or its derivative of order `order`, (..., n). Raises MechlabError for u outside the curve."""
         v = np.asarray(u, dtype=np.float64)
         slack = 1e-12 * (self.end - self.start)
         if np.any(v < self.start - slack) or np.any(v > self.end + slack):
@@ -82,7 +82,7 @@ class BSpline:
         return np.asarray(self._spline(np.clip(v, self.start, self.end), nu=order))
 
     def part(self, columns: slice) -> BSpline:
-        """The curve of some coordinates alone."""
+        """The curve of the coordinates in `columns`."""
         return BSpline(self.degree, self.knots, tuple(row[columns] for row in self.points))
 
     @cached_property

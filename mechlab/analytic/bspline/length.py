@@ -1,7 +1,7 @@
-"""Arc length of a B-spline, span by span: Simpson as the source has it, and Gauss between the points where it is slow.
+"""Arc length of a B-spline, span by span: Simpson as in the source, and Gauss between minima of |C'|.
 
-|C'(u)| has no root of its own polynomial where the curve stands still (a cusp) or nearly so; there every rule loses its
-order. |C'|^2 is a polynomial, whose interior minima are found exactly: a span is split at the slow ones.
+Where the curve stands still (a cusp) or nearly so, |C'(u)| is not smooth and every rule loses its order. |C'|^2 is a
+polynomial, whose interior minima are found exactly: a span is split at the slow ones.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from mechlab.errors import MechlabError
 SLOW = 0.05
 """A minimum of the speed below this share of the largest speed of its span splits the span."""
 CUSP = 1e-6
-"""Speed, as a share of the largest of the span, below which the curve stands still."""
+"""Speed, as a share of the largest of the span, below which the curve counts as standing still."""
 NODES = 24
 MOST_HALVINGS = 40
 ROUNDS = 12
@@ -71,10 +71,10 @@ def gauss_spans(curve: BSpline, nodes: int = NODES, split: bool = True) -> Float
 
 
 def arc_length(curve: BSpline) -> LengthReport:
-    """Lengths to rounding: Gauss-Legendre between slow minima, on pieces that get shorter towards minima that are no cusps.
+    """Lengths exact to rounding: Gauss-Legendre between slow minima, pieces graded towards minima that are no cusps.
 
-    The error is the sum of |one piece - its two halves| over all pieces, an estimate on the safe side: the halves are what
-    is reported.
+    The error is the sum of |one piece - its two halves| over all pieces, an estimate on the safe side, because
+    the reported lengths are those of the halves.
     """
     pieces = fine_pieces(curve)
     halves = _halved(pieces)
@@ -88,13 +88,13 @@ def arc_length(curve: BSpline) -> LengthReport:
 
 
 def control_polygon_length(curve: BSpline) -> float:
-    """Sum of the chords between control points: an upper bound of the length, no estimate of it."""
+    """Sum of the chords between control points: an upper bound of the length, not an estimate."""
     return float(np.linalg.norm(np.diff(np.array(curve.points), axis=0), axis=1).sum())
 
 
 def quadrature_spans(curve: BSpline) -> FloatArray:
-    """(spans,) lengths by adaptive Gauss-Kronrod (scipy quad) of |C'(u)| through scipy's own spline evaluation,
-    which knows nothing of cusps."""
+    """(spans,) lengths by adaptive Gauss-Kronrod (scipy quad) of |C'(u)| through scipy's own spline evaluation; it is
+    not told where cusps are."""
     from warnings import catch_warnings, simplefilter
 
     from scipy.integrate import IntegrationWarning, quad
@@ -128,7 +128,7 @@ def smooth_pieces(curve: BSpline) -> FloatArray:
 
 
 def fine_pieces(curve: BSpline) -> FloatArray:
-    """As `smooth_pieces`, halved further where Gauss does not yet agree with itself: curves that are slow, not very slow."""
+    """`smooth_pieces`, halved further until Gauss on a piece agrees with its halves: for minima just above SLOW."""
     pieces = smooth_pieces(curve)
     for _ in range(ROUNDS):
         halves = _halved(pieces)

@@ -23,8 +23,8 @@ SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 class SpeedRamp:
     """The fastest motion from rest to rest over `length` with |s'| <= speed, |s''| <= acceleration, |s'''| <= jerk.
 
-    On a length too short for the full speed or acceleration, less of them is reached. Raises MechlabError unless all four are
-    positive and finite.
+    Where `length` is too short for full speed or acceleration, the motion stays below them. Raises MechlabError unless
+    all four are positive and finite.
     """
 
     length: float
@@ -45,7 +45,7 @@ class SpeedRamp:
         return self.acceleration / self.jerk, speed / self.acceleration - self.acceleration / self.jerk
 
     def _way(self, speed: float) -> float:
-        """Length of speeding up and slowing down, which are mirror images."""
+        """Length of speeding up to `speed` and slowing down again, which are mirror images."""
         bend, steady = self._rise(speed)
         return speed * (2.0 * bend + steady)
 
@@ -181,7 +181,7 @@ def braking(
 ) -> Braking:
     """Where to begin to brake from `speed` to reach the end with `exit_speed`: s = L - (v^2 - ve^2) / (2 a).
 
-    Raises NoSolution when the curve is shorter than that, MechlabError unless speed >= exit_speed >= 0.
+    Raises NoSolution when the curve is shorter than that, MechlabError as `braking_distance`.
     """
     run = travel or Travel(curve)
     distance = braking_distance(speed, exit_speed, deceleration)

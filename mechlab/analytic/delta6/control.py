@@ -1,4 +1,4 @@
-"""Error law of the computed-torque control and the motion that the source asks for.
+"""Error law of the computed-torque control, and the target motion of the source.
 
 Command: a_T + kv (v_T - v) + kp (x_T - x). With an exact model the error e = x - x_T obeys e'' + kv e' + kp e = 0.
 """

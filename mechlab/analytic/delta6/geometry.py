@@ -57,7 +57,7 @@ def number(name: str, value: float, *, above: float = -math.inf) -> float:
 
 
 def demand(good: BoolArray, sentence: str, advice: str) -> None:
-    """Raise NoSolution unless every element is good; name how many are not and the first of them."""
+    """Raise NoSolution unless every element is good; the message has their number and the index of the first."""
     if np.all(good):
         return
     bad = np.argwhere(~good)
@@ -71,7 +71,7 @@ def apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
 
 
 def freeze(rows: ArrayLike) -> FloatArray:
-    """Read-only float array, for constants that are handed out."""
+    """Read-only float array, so that no caller can change a shared constant."""
     array = np.array(rows, dtype=np.float64)
     array.flags.writeable = False
     return array
@@ -79,14 +79,14 @@ def freeze(rows: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class Delta6:
-    """Parameters of the mechanism (metres, radians, ratios) and what follows from them.
+    """Parameters of the mechanism (metres, radians, ratios) and quantities derived from them.
 
     rod_length L; radial_offset rho and tangential_offset tau of a platform anchor from its guide;
     platform_radius and platform_height of the lower cross centres above O; slider_height of the slider above
     its upper cross centre; leg_azimuths psi; head_offset d from O to D. k_spur: drive 1 and 2 turns per turn of
     gamma; k_transfer: their turns per turn of beta; k_bevel: output gear to double bevel, so that
-    k_transfer * k_bevel belongs to alpha. rotary_signs: +1 or -1 per rotary drive, -1 where the motor's positive
-    sense is opposite to the one for which the drive law has the signs of `drive_matrix`.
+    k_transfer * k_bevel belongs to alpha. rotary_signs: +1 or -1 per rotary drive, -1 where the positive
+    sense of the motor is opposite to that of `drive_matrix`.
 
     Raises MechlabError for values that are not finite, a rod that does not reach its home position
     (hypot(rho, tau) >= L), anchors on one line, a zero ratio, a sign other than +-1.
@@ -148,7 +148,7 @@ class Delta6:
 
     @cached_property
     def leg_offsets(self) -> FloatArray:
-        """g_i = -rho r_i + tau t_i: horizontal way from guide to platform anchor at O = 0, shape (3, 2)."""
+        """g_i = -rho r_i + tau t_i: horizontal vector from guide to platform anchor at O = 0, shape (3, 2)."""
         return freeze(
             -self.radial_offset * self.radial_directions + self.tangential_offset * self.tangential_directions
         )

@@ -18,7 +18,7 @@ from mechlab.errors import MechlabError
 
 @dataclass(frozen=True)
 class HeadInertias:
-    """Inertias (kg m^2), masses (kg) and axis offsets (m) of the head. All defaults are assumed, the source has none.
+    """Inertias (kg m^2), masses (kg) and axis offsets (m) of the head. All defaults are assumed; the source gives none.
 
     output_axial Ja and output_transverse Jt: output link about X' and across it at O, including mass * offset^2.
     tee_x, tee_y, tee_z: T-shaped carrier in its own axes at O. carrier_z: head carrier about Z. bevel_axial,
@@ -150,7 +150,7 @@ def _about_x(j: HeadInertias) -> float:
 
 
 def _about_z(j: HeadInertias) -> float:
-    """The same about its z axis, where they see cos(beta) gamma'."""
+    """Parts turning with T about its z axis, for a rate gamma' only: they see cos(beta) gamma'."""
     return j.output_transverse + j.tee_z + 2.0 * j.bevel_about_tee
 
 

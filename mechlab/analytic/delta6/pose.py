@@ -47,7 +47,7 @@ class PoseDrives:
 
     drives: (..., 6), sliders NaN exactly where `reachable` is False. head_centre: O (..., 3). angles: (..., 3).
     translation: the `InversePosition` with radicands and mask. singular: (...) cos(beta) below SINGULAR_COSINE,
-    where the drives are right but one angular velocity is lost.
+    where the drives are valid but one angular velocity cannot be produced.
     """
 
     drives: FloatArray

@@ -1,6 +1,6 @@
 """Translation of the head centre O against the three sliders: positions forward and inverse, velocities, accelerations.
 
-Leg i: G_i = O_xy + g_i is the horizontal way from guide to platform anchor, h_i = sqrt(L^2 - |G_i|^2) the height of the rod;
+Leg i: G_i = O_xy + g_i is the horizontal vector from guide to platform anchor, h_i = sqrt(L^2 - |G_i|^2) the height of the rod;
 slider q_i = O_z + platform_height + h_i + slider_height [m].
 
 Rates: qdot_i = v_z - (G_i . v_xy) / h_i and
@@ -76,7 +76,7 @@ class ForwardPosition:
 
 
 def leg_vectors(geom: Delta6, position: ArrayLike) -> FloatArray:
-    """G_i = O_xy + g_i, horizontal way from upper to lower cross centre. position (..., 3) -> (..., 3, 2)."""
+    """G_i = O_xy + g_i, horizontal vector from upper to lower cross centre. position (..., 3) -> (..., 3, 2)."""
     xy = vectors("position", position)[..., None, :2]
     return np.asarray(xy + geom.leg_offsets)
 
@@ -103,7 +103,7 @@ def _squared_heights(geom: Delta6, p: FloatArray) -> FloatArray:
 def inverse_position(geom: Delta6, position: ArrayLike) -> InversePosition:
     """Slider positions q_i = O_z + platform_height + h_i + slider_height, the higher of the two roots.
 
-    position: O, shape (..., 3). Out of reach is a flag and a negative radicand; `.require()` raises.
+    position: O, shape (..., 3). A pose out of reach has `reachable` False and a negative radicand; `.require()` raises.
     """
     p = vectors("position", position)
     h2 = _squared_heights(geom, p)

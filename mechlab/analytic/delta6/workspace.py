@@ -38,7 +38,7 @@ class PoseMargins:
 class WorkspaceCounts:
     """Nodes of the 0.01 m grid on [-1, 1] m in each axis. Nodes are positions of O.
 
-    xy_nodes: nodes (x, y) with all h_i real and the bend limit kept, sliders not asked. voxels: nodes (x, y, z) that
+    xy_nodes: nodes (x, y) with all h_i real and the bend limit kept, sliders not limited. voxels: nodes (x, y, z) that
     also keep the slider limits. xy_mask: (201, 201) bool over x, y. levels: (201, 201) voxels above each xy node.
     """
 
@@ -73,7 +73,7 @@ def inverse_condition(geom: Delta6, position: ArrayLike) -> FloatArray:
 
 
 def pose_margins(geom: Delta6, position: ArrayLike) -> PoseMargins:
-    """All margins of O (..., 3) in one go; never raises for a pose that is out of reach, its mask says so."""
+    """All margins of O (..., 3) at once; a pose out of reach has `reachable` False and never raises."""
     p = np.asarray(position, dtype=np.float64)
     smallest = squared_heights(geom, p).min(axis=-1)
     reachable = np.asarray(smallest >= 0.0)
@@ -124,8 +124,8 @@ PLANE = ("x", "y")
 class WorkspaceLimits:
     """Limits of the workspace. slider_min, slider_max [m]; bend_limit [rad]: largest bend of the cardans; least_condition:
     smallest singular value of the slider Jacobian over its largest; least_clearance [m]: between the centre lines of rods
-    of different legs, and of rods and the guides of other legs. None: not limited. Raises MechlabError for limits that
-    nothing can keep."""
+    of different legs, and of rods and the guides of other legs. None: not limited. Raises MechlabError for limits
+    in the wrong order or out of range."""
 
     slider_min: float = 0.25
     slider_max: float = 0.65
@@ -147,7 +147,7 @@ def workspace_region(geom: Delta6, limits: WorkspaceLimits, rod_spacing: float =
     reach: min_i(L - |G_i|), exact horizontal distance. bend: min_i(L sin(bend_limit) - |G_i|), exact horizontal distance.
     slider_min, slider_max: distance of the nearest slider from its stop, exact along Z; beyond the reach limit a rod counts
     as horizontal. condition: rod_length x (inverse condition - least_condition), the rod being the lever. clearance:
-    distance of centre lines minus least_clearance. rod_spacing [m]: plain rod beside the cardan rod.
+    distance of centre lines minus least_clearance. rod_spacing [m]: distance of the plain rod from the cardan rod.
     """
     length = geom.rod_length
     top = geom.platform_height + geom.slider_height
@@ -198,7 +198,7 @@ def _positions(p: Coordinates) -> FloatArray:
 def clearance(geom: Delta6, position: FloatArray, rod_spacing: float = 0.04) -> FloatArray:
     """Smallest distance [m] between centre lines of rods of different legs, and of rods and the guides of other legs.
 
-    Each leg has two parallel rods, the plain one beside the cardan one by rod_spacing along the tangent; a guide is the
+    Each leg has two parallel rods, the plain one rod_spacing from the cardan one along the tangent; a guide is the
     vertical line through the upper cross. position: O (..., 3) -> (...). Beyond the reach limit rods count as horizontal.
     """
     p = np.asarray(position, dtype=np.float64)

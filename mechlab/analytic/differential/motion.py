@@ -25,7 +25,7 @@ MOST_EVENTS = 100
 
 @dataclass(frozen=True)
 class Contact:
-    """What holds row . w (row (2,), speeds (w1, w3)) at `target` with a moment between `low` and `high` [N m]."""
+    """Holds row . w (row (2,), speeds (w1, w3)) at `target` [rad/s] by a moment between `low` and `high` [N m]."""
 
     name: str
     row: tuple[float, float]
@@ -77,7 +77,7 @@ class _Phase:
         return np.asarray((expm(dt * self.system) @ np.append(start, 1.0))[:4])
 
     def onto(self, w: FloatArray) -> FloatArray:
-        """(2,) the rates w, moved exactly onto the targets that contacts hold."""
+        """(2,) rates w without the rounding error by which holding contacts miss their targets."""
         if not self.held:
             return w
         gap = self.rows @ w - [self.contacts[i].target for i in self.held]
@@ -97,7 +97,7 @@ class _Phase:
         return out
 
     def margins(self, w: FloatArray, allowance: float) -> FloatArray:
-        """Numbers that stay >= 0 while the phase lasts: distances of holding moments from their bounds, slip in its direction."""
+        """Margins, all >= 0 while the phase lasts: moment to each bound where a contact holds, else its slip."""
         load = self.moments(w)
         out = []
         for i, (c, s) in enumerate(zip(self.contacts, self.state, strict=True)):
@@ -115,7 +115,7 @@ def motion(
 ) -> DifferentialMotion:
     """Motion from rates w0 (2,) and zero angles at t[0]; J, D (2, 2), Q (2,), increasing times t (n,).
 
-    Raises MechlabError when w0 contradicts a contact that cannot slip, or when events follow each other without end.
+    Raises MechlabError when w0 violates a contact without finite bounds, or after more than MOST_EVENTS events.
     """
     j, d, q = (np.asarray(x, dtype=float) for x in (J, D, Q))
     times = np.asarray(t, dtype=float)
@@ -198,7 +198,7 @@ def _change(old: _Phase, new: _Phase) -> str:
 
 
 def reactions(mass: ArrayLike, rows: ArrayLike, force: ArrayLike) -> FloatArray:
-    """(rows,) multipliers f of M a = force + J^T f, J a = 0; the smallest where rows repeat others. mass (n, n), rows
+    """(rows,) multipliers f of M a = force + J^T f, J a = 0; least norm where rows are redundant. mass (n, n), rows
     (m, n), force (n,)."""
     m, j, q = (np.asarray(x, dtype=float) for x in (mass, rows, force))
     free = np.linalg.solve(m, np.column_stack([q, j.T]))
@@ -212,7 +212,7 @@ def predicted_lag(
     mass: ArrayLike, rows: ArrayLike, force: ArrayLike, timeconst: float, impedance: float, damping_ratio: float = 1.0
 ) -> FloatArray:
     """(rows,) residual |r| = (1-d) tc^2 zeta^2 A |f| of soft rows in quasi-steady motion, A = J M^-1 J^T of the row, f its
-    multiplier, tc the time constant [s] (at least two timesteps), d the impedance. The largest lag is that of light parts under a load."""
+    multiplier, tc the time constant [s] (at least two timesteps), d the impedance. Light parts under load lag most."""
     m, j = np.asarray(mass, dtype=float), np.asarray(rows, dtype=float)
     compliance = np.einsum("ij,ji->i", j, np.linalg.solve(m, j.T))
     return np.asarray(

@@ -18,8 +18,9 @@ from mechlab.errors import MechlabError
 
 @dataclass(frozen=True)
 class Inertias:
-    """Moments of inertia [kg m2] and masses [kg]; J2, m2, J5, m5 are of one planet, `planets` stand on each carrier,
-    whose axes lie at r_H1, r_H2 [m]. Carriers are bare. Raises MechlabError for negative or non-finite values."""
+    """Moments of inertia [kg m2] and masses [kg]; J2, m2, J5, m5 are of one planet; each carrier has `planets` of
+    them, axes at r_H1, r_H2 [m]. J_H1, J_H2: carriers without planets. Raises MechlabError for negative or non-finite
+    values."""
 
     J_H1: float
     J14: float
@@ -99,14 +100,14 @@ def block_torques(train: Train, M_H1: ArrayLike, M_H2: ArrayLike) -> FloatArray:
 
 
 def start_moment(train: Train, M_H1: ArrayLike) -> FloatArray:
-    """Moment on the held output by the source: M_H1 r_H2/(2 r_H1) (r1/r4 + r3/r6)."""
+    """Moment on the held output by the rule of the source: M_H1 r_H2/(2 r_H1) (r1/r4 + r3/r6)."""
     r_H1, r_H2 = 0.5 * (train.z1 + train.z3), 0.5 * (train.z4 + train.z6)
     lever = train.z1 / train.z4 + train.z3 / train.z6
     return np.asarray(np.asarray(M_H1, dtype=float) * r_H2 / (2.0 * r_H1) * lever)
 
 
 def internal_moment(train: Train, M_H1: ArrayLike) -> FloatArray:
-    """Moment M5 on planet 5 with the output held, by the source: 1/2 M_H1 (r5/r_H1) (r1/r4 - r3/r6)."""
+    """Moment M5 on planet 5 with the output held, by the rule of the source: 1/2 M_H1 (r5/r_H1) (r1/r4 - r3/r6)."""
     r_H1 = 0.5 * (train.z1 + train.z3)
     lever = train.z1 / train.z4 - train.z3 / train.z6
     return np.asarray(0.5 * np.asarray(M_H1, dtype=float) * train.z5 / r_H1 * lever)
@@ -119,15 +120,15 @@ def start_ratio(train: Train) -> float:
 
 
 def held_output_moment(train: Train, J: FloatArray, M_H1: ArrayLike) -> FloatArray:
-    """Moment on the held output: the reaction to the accelerating train, -Jh12/Jh11 M_H1. Its share of M_H1 depends on the
-    inertias alone, and it vanishes when the input no longer accelerates."""
+    """Exact moment on the held output: the reaction to the accelerating train, -Jh12/Jh11 M_H1. It comes from the
+    inertias alone and vanishes once the input no longer accelerates."""
     jh = carrier_mass_matrix(train, J)
     return np.asarray(-jh[0, 1] / jh[0, 0] * np.asarray(M_H1, dtype=float))
 
 
 def printed_z4(z1: float, z2: float, z5: float, force_ratio: float) -> float:
     """z4 by the source's synthesis (12) with (13): z4 = (z1 + z2) F/R - z5, F/R the ratio of the forces on the planet
-    axes. It follows from (11) under the unstated assumption w1 = w3; it can be negative."""
+    axes. It follows from (11) with the unstated assumption w1 = w3; it can be negative."""
     return (z1 + z2) * force_ratio - z5
 
 
@@ -156,7 +157,7 @@ def mobility(train: Train, drag_14: float, drag_36: float) -> FloatArray:
 
 
 def housing_drag(train: Train, drag_14: float, drag_36: float, M_H1: ArrayLike, M_H2: ArrayLike) -> SteadyState:
-    """Constant moments and drag to the housing: unique and asymptotically stable."""
+    """Steady state under constant moments and viscous drag on the housing; it is unique and asymptotically stable."""
     y = mobility(train, drag_14, drag_36)
     one, two = np.broadcast_arrays(np.asarray(M_H1, dtype=float), np.asarray(M_H2, dtype=float))
     h1, h2 = y[0, 0] * one - y[0, 1] * two, y[0, 1] * one - y[1, 1] * two
@@ -164,8 +165,8 @@ def housing_drag(train: Train, drag_14: float, drag_36: float, M_H1: ArrayLike, 
 
 
 def drag_ratio(train: Train, drag_ratio_36_to_14: float, load: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """(ratio w_H1/w_H2, efficiency) of `housing_drag` against load = M_H2/M_H1. Only c3/c1 matters, so that the
-    efficiency does not tend to 1 as friction vanishes."""
+    """(ratio w_H1/w_H2, efficiency) of `housing_drag` against load = M_H2/M_H1. Only the ratio of the drags matters, so
+    the efficiency does not tend to 1 as friction vanishes."""
     y = mobility(train, 1.0, drag_ratio_36_to_14)
     mu = np.asarray(load, dtype=float)
     ratio = (y[0, 0] - y[0, 1] * mu) / (y[0, 1] - y[1, 1] * mu)
@@ -179,10 +180,10 @@ def drag_stall(train: Train, drag_ratio_36_to_14: float) -> float:
 
 
 def backstop(train: Train, internal_drag: float, w_H1: ArrayLike, M_H2: ArrayLike) -> SteadyState:
-    """Held input, one-way stop w3 >= 0, viscous drag between the blocks; for a > b, w_H1 > 0, M_H2 >= 0.
+    """Input speed held at w_H1, one-way stop w3 >= 0, viscous drag between the blocks; for a > b, w_H1 > 0, M_H2 >= 0.
 
-    Below M_H2 = ci w_H1/(a (a-b)) a slipping clutch: M_H1 = M_H2, w_H2 = w_H1 - (a-b)^2 M_H2/ci. Above it block 36
-    stands: w_H2 = (b/a) w_H1, M_H1 = (b M_H2 + ci w_H1/a)/a.
+    Below M_H2 = ci w_H1/(a (a-b)) the train is a slipping clutch: M_H1 = M_H2, w_H2 = w_H1 - (a-b)^2 M_H2/ci. Above it
+    block 36 stands: w_H2 = (b/a) w_H1, M_H1 = (b M_H2 + ci w_H1/a)/a.
     """
     a, b = train.a, train.b
     if not (a > b and internal_drag > 0):

@@ -14,7 +14,7 @@ from mechlab.errors import MechlabError, NoSolution
 NO_GRAVITY = (0.0, 0.0)
 
 WAY_STEP = math.radians(0.5)
-"""Spacing at which `energy_speed` looks for a barrier between the start and the angles asked for, rad."""
+"""Spacing at which `energy_speed` looks for a barrier between the start and the requested angles, rad."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def energy_speed(
     """Crank rate at crank_angle from the energy at the start, with the sign of start_rate, rad/s. (...) -> (...).
 
     J w^2 / 2 = J_0 w_0^2 / 2 + torque (phi - phi_0) - (V - V_0), exact for a constant torque; angles are not wrapped.
-    Raises NoSolution if the energy does not carry it there, the way between sampled every WAY_STEP.
+    Raises NoSolution if the energy does not suffice; the angles between are checked every WAY_STEP.
     """
     phi = _finite("crank_angle", crank_angle)
     first = generalised_inertia(bar, start_angle).inertia

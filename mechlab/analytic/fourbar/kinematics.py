@@ -1,7 +1,7 @@
 """Positions, rates and accelerations of the planar four-bar.
 
 A = (0, 0) crank pivot, D = (ground, 0) rocker pivot, B crank pin, C coupler-rocker joint. Angles run from the ground
-line A -> D, counter-clockwise: crank A -> B, coupler B -> C, rocker D -> C. mode +1: C lies left of the way B -> D.
+line A -> D, counter-clockwise: crank A -> B, coupler B -> C, rocker D -> C. mode +1: C lies left of the line B -> D.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class FourbarMotion:
 
     coupler_angle, rocker_angle: radians in (-pi, pi], NaN exactly where `assembles` is False; np.unwrap along a path
     makes them continuous. coupler_rate, rocker_rate, coupler_accel, rocker_accel: NaN exactly where `regular` is False.
-    transmission_angle: angle BCD in [0, pi], NaN where it does not assemble. gap: how many metres the lengths are short
-    of closing (0 where they close). assembles: the loop closes in one point C. regular: it does and coupler and rocker
-    are not in line, so that rates exist. Where B falls on D, C is undetermined: assembles is False and gap is
+    transmission_angle: angle BCD in [0, pi], NaN where it does not assemble. gap [m]: how far the lengths are from
+    closing (0 where they close). assembles: the loop closes in one point C. regular: it closes and coupler and
+    rocker are not in line, so that rates exist. Where B falls on D, C is undetermined: assembles is False and gap is
     |coupler - rocker|.
     """
 
@@ -41,7 +41,7 @@ class FourbarMotion:
     regular: BoolArray
 
     def require(self) -> FourbarMotion:
-        """Itself, or NoSolution if the loop does not close or rates do not exist somewhere."""
+        """The motion itself; raises NoSolution where the loop does not close or rates do not exist."""
         if not self.assembles.all():
             raise NoSolution(
                 f"the four-bar does not assemble at {np.count_nonzero(~self.assembles)} of "

@@ -1,7 +1,7 @@
 """Forces in the pins of a moving four-bar, dyad by dyad: coupler and rocker first, the crank last.
 
-The dyad B-C-D in dynamic equilibrium: moments about C of the coupler alone give the part of the force in B across the
-coupler, of the rocker alone that in D across the rocker; the sum of forces on both gives the parts along the bars.
+The dyad B-C-D is in dynamic equilibrium: the moments on the coupler about C give the component of the force in B across
+the coupler, those on the rocker that in D across the rocker; the forces on both give the components along the bars.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class FourbarForces:
     """Pin forces (..., 2) [N] on the link named second, from the one named first: force_a ground on crank, force_b crank
     on coupler, force_c coupler on rocker, force_d ground on rocker.
 
-    crank_torque (...) [N m]: what the drive must give, counter-clockwise. shaking_force (..., 2), shaking_moment (...)
-    about A: resultant of the inertia forces, what the motion adds to the weight on the ground.
+    crank_torque (...) [N m]: torque of the drive on the crank, counter-clockwise. shaking_force (..., 2),
+    shaking_moment (...) about A: resultant of the inertia forces, which act on the ground in addition to the weight.
     """
 
     force_a: FloatArray
@@ -76,7 +76,7 @@ def pin_forces(
 
 @dataclass(frozen=True)
 class _Needs:
-    """What a link needs from its pins: force m (a - g), moment I alpha about its centre of mass `com`."""
+    """Force m (a - g) [N] and moment I alpha about its centre of mass `com` [N m] that the pins give a link."""
 
     force: FloatArray
     moment: FloatArray

@@ -2,7 +2,7 @@
 
 A = (0, 0) crank pivot, D = (frame, 0) rocker pivot, B crank pin, C joint of coupler and rocker; angles run counter-clockwise
 from A -> D. Gear a is fixed on the crank and centred at B, idler c is free at C, output gear d is free at D:
-coupler = ra + rc, rocker = rc + rd. Mode +1: C lies left of the way from B to D.
+coupler = ra + rc, rocker = rc + rd. Mode +1: C lies left of the line from B to D.
 
 With i = ra / rd, j = rc / rd and w = d/d(crank angle):
 
@@ -11,7 +11,7 @@ With i = ra / rd, j = rc / rd and w = d/d(crank angle):
 
 the start being crank angle 0. Source: gear-lever mechanisms in printing machines (three-gear linkage).
 
-`rolling_rates` is an independent model to hold this against: the positions come from an intersection of circles, the joint C
+`rolling_rates` is an independent model to check this: the positions come from an intersection of circles, the joint C
 has the velocity that keeps both rods rigid, and at each pitch point both gears have the same velocity along the common tangent.
 """
 
@@ -33,8 +33,8 @@ TURN_TOLERANCE = 1e-12
 class GearLinkage:
     """Lengths [m] and assembly mode of a three-gear four-bar whose crank turns fully.
 
-    Raises MechlabError for lengths that make no gears, NoSolution when the crank cannot turn fully: it is at most
-    min(coupler + rocker - frame, frame - |coupler - rocker|). At that length itself there is a change point.
+    Raises MechlabError for lengths that leave a gear without radius, NoSolution when the crank cannot turn fully: it is
+    at most min(coupler + rocker - frame, frame - |coupler - rocker|). At that length itself there is a change point.
     """
 
     crank: float
@@ -207,7 +207,7 @@ def rolling_rates(g: GearLinkage, crank_angle: ArrayLike) -> tuple[FloatArray, F
 
 
 def _joint(g: GearLinkage, b: FloatArray, d: FloatArray) -> FloatArray:
-    """C on both circles, on the side of the mode."""
+    """C (..., 2) where the circles about B and D meet, on the side of the mode."""
     way = d - b
     square = _dot(way, way)
     along = 0.5 * (1.0 + (g.coupler**2 - g.rocker**2) / square)

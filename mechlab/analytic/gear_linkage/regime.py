@@ -94,13 +94,13 @@ class OutputRegime(Enum):
 
 @dataclass(frozen=True)
 class RegimeReport:
-    """What the output does in one turn of the crank.
+    """Motion of the output in one turn of the crank.
 
     slowest_rate, fastest_rate: smallest and largest output rate for a crank rate of 1; slowest_angle, fastest_angle:
-    where. reverse_angle: how far the output runs back [rad] (0 unless reversing); dwell_angle: crank angle over which
-    it does, from stop_angle to turn_angle; dwell_angle_one_sided: crank angle from stop_angle until the output has its
-    former position again: the dwell of an output that the gears push in one direction only, held by friction, with enough play.
-    least_transmission_angle: smallest acute angle between coupler and rocker [rad].
+    at which crank angle. reverse_angle: how far the output runs back [rad] (0 unless reversing), while the crank turns
+    by dwell_angle from stop_angle to turn_angle; dwell_angle_one_sided: crank angle from stop_angle until the output is
+    back where it stopped: over it an output with enough play stands still, if friction holds it.
+    least_transmission_angle: smallest angle between coupler and rocker, taken acute [rad].
     """
 
     regime: OutputRegime
@@ -147,7 +147,7 @@ def slowest(g: GearLinkage, sign: float = 1.0) -> tuple[float, float]:
 
 
 def regime(g: GearLinkage) -> RegimeReport:
-    """The regime and all its numbers."""
+    """Regime of the output and its numbers, see `RegimeReport`."""
     at, least = slowest(g)
     fastest_at, greatest = slowest(g, -1.0)
     mu = motion(g, [0.0, math.pi]).transmission_angle
@@ -173,7 +173,7 @@ def _angle(g: GearLinkage, phi: ArrayLike) -> FloatArray:
 
 
 def _edge(g: GearLinkage, at: float, side: float) -> float:
-    """The nearest zero of the output rate from its minimum, on one side."""
+    """Crank angle of the zero of the output rate nearest to its minimum `at`; side +1: after it, -1: before."""
     ways = side * (grid(g) - at) % TURN
     ways = np.sort(ways[ways > 0.0])
     w = rate(g, at + side * ways)
@@ -184,10 +184,10 @@ def _edge(g: GearLinkage, at: float, side: float) -> float:
 
 
 def with_play(angle: ArrayLike, backlash: float, start: float | None = None) -> FloatArray:
-    """Angle of an output with play `backlash` [rad] that the gears only push; friction holds it while nothing pushes.
+    """Angle of an output that the gears only push, with play `backlash` [rad]; friction holds it where nothing pushes.
 
-    angle (n,): where the output would be without play, along the motion; start: the first value of the answer (default:
-    pushed forward). y_k = min(max(y_(k-1), x_k), x_k + backlash). (n,) -> (n,).
+    angle (n,) [rad]: that of the output without play, along the motion; start: the first value of the answer (default:
+    angle[0]). y_k = min(max(y_(k-1), x_k), x_k + backlash). (n,) -> (n,).
     """
     x = np.asarray(angle, dtype=float)
     out = np.empty_like(x)

@@ -31,10 +31,10 @@ class CrankForTarget:
 def momentary_crank(coupler: float, rocker: float, idler_radius: float, frame: float = 1.0, mode: int = 1) -> float:
     """Crank [m] at which the smallest output rate is zero: longer ones make the output run back.
 
-    Raises NoSolution when no crank turns fully, or none of those that do stops the output.
+    Raises NoSolution when no crank turns fully, or none that turns fully stops the output.
     """
     top = longest_crank(coupler, rocker, frame) * NEAREST
-    # With no crank at all the linkage refuses whatever else is wrong, the lack of a turning crank included.
+    # A crank of length 0 makes GearLinkage raise for every other fault, also when no crank can turn fully.
     g = GearLinkage(0.0, coupler, rocker, idler_radius, frame, mode)
 
     def least(crank: float) -> float:

@@ -40,7 +40,7 @@ def coefficients(p: Impulse, psi: ArrayLike) -> tuple[Any, Any, Any, Any, Any, A
 
 
 def load(p: Impulse, rate: ArrayLike) -> Array:
-    """Mc = M0 + M1 sign(beta') [N m]; at standstill the middle of the set it may take."""
+    """Mc = M0 + M1 sign(beta') [N m]; at standstill M0, the middle of its interval."""
     return np.asarray(p.M0 + p.M1 * np.sign(rate))
 
 
@@ -112,7 +112,7 @@ def constant_speed_torque(p: Impulse, speed: float, psi: ArrayLike, beta_rate: A
 
 
 def _plain(x: ArrayLike) -> Any:
-    """A float as it is, an array of everything else."""
+    """`x` itself if it is a float, else an array."""
     return x if isinstance(x, float) else np.asarray(x, dtype=float)
 
 
@@ -123,7 +123,7 @@ def harmonic_amplitudes(p: Impulse, speed: float, kind: str = "consistent") -> t
     """Amplitudes [rad] of sin qwt, sin 2qwt, sin 3qwt of beta for M0 = M1 = 0, c > 0.
 
     "consistent" keeps every term of the third order; "printed" is the source's D1 and D3, which keep A5 beta'^2 only.
-    Raises MechlabError for another kind. Fails where b3 and a5 are comparable to B3, and near `resonances`.
+    Raises MechlabError for another kind. Not valid where b3 and a5 are comparable to B3, and near `resonances`.
     """
     if kind not in KINDS:
         raise unknown("kind of harmonics", kind, KINDS)

@@ -1,4 +1,4 @@
-"""Limits of one-way rotation at constant input speed: where it begins, where it sticks, where the output stands on average."""
+"""Limits of one-way rotation at constant input speed: existence, sticking, and zero mean speed of the output."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def limits(p: Impulse, speed: float) -> OneWayLimits:
         return 1.0 - float(phases(p, w, M0, M1).sine)
 
     def slips(w: float, M0: float, M1: float) -> float:
-        """Of the sign of the margin; where sin(psi_m) > 1 there is none, and it sticks."""
+        """A number with the sign of the sticking margin; negative where sin(psi_m) > 1 and no motion exists."""
         found = phases(p, w, M0, M1)
         return float(found.sticking_margin) / M1 if found.sine <= 1.0 else 1.0 - float(found.sine) - 1.0
 
@@ -80,7 +80,7 @@ def limits(p: Impulse, speed: float) -> OneWayLimits:
 
 
 def _last(f: Callable[[float], float], low: float, high: float) -> float | None:
-    """Where f falls through 0 for the last time; None where f is negative throughout, `high` where f is not negative there."""
+    """The last x at which f falls through 0; None where f < 0 at all samples, `high` where f(high) >= 0."""
     x = np.linspace(low, high, SAMPLES)
     above = np.flatnonzero([f(float(y)) >= 0.0 for y in x])
     if not len(above):

@@ -22,7 +22,7 @@ class Impulse:
     mass centre; q ratio, a planet turns by psi = q (alpha - beta) on the carrier; load M0 + M1 sign(beta') [N m]; motor
     tau Md' = Mn - Md - (alpha' - nominal_speed) / (slip_per_torque no_load_speed), slip_per_torque [1/(N m)], None: the
     value for which the torque vanishes at the no-load speed; c [N m/rad] spring from the output shaft to the frame.
-    Raises MechlabError for what no mechanism can have.
+    Raises MechlabError for values that no mechanism can have.
     """
 
     J1: float = 14.0
@@ -123,7 +123,7 @@ def first_integral(p: Impulse, speed: float, psi: ArrayLike, slip: ArrayLike, re
 
 
 def slip_speed(p: Impulse, speed: float, psi: ArrayLike, energy: ArrayLike, resisting: ArrayLike) -> Array:
-    """s = w - beta' >= 0 [rad/s] at psi on the curve of a value of the first integral; NaN where it does not reach."""
+    """s = w - beta' >= 0 [rad/s] at psi where the first integral is `energy` [N m]; NaN if no such motion is there."""
     _no_spring(p)
     s = shape(p)
     psi = np.asarray(psi, dtype=float)

@@ -15,7 +15,7 @@ from mechlab.errors import NoSolution
 
 Array = NDArray[np.float64]
 NODES = 128
-"""Gauss-Legendre nodes of a half-phase; its integrand is smooth, so that they exhaust double precision."""
+"""Gauss-Legendre nodes of a half-phase; its integrand is smooth, so that this number reaches double precision."""
 EXISTS = "exists"
 NO_BALANCE = "no such regime: the constant load M0 is not smaller than the friction M1"
 TOO_WEAK = "no such regime: sin(psi_m) would exceed 1, the impulses are too weak for this load"
@@ -28,7 +28,7 @@ class OneWayRegime:
     """One-way rotation (arrays (...) of one shape): mean_speed, speeds [rad/s], half-phases psi_a to psi_b forward and
     psi_b to psi_a + 2 pi back, times [s], mean motor torque [N m]; `sine` = sin(psi_m), whose limit is 1; `reason`
     (...) of strings: "exists" or why there is none; then the numbers are NaN. `without_sticking` is the mean speed by the
-    formula also where the output shaft would stick, which the formula does not know: there it is no motion."""
+    formula, which ignores sticking: where the output shaft would stick, no motion has it."""
 
     mean_speed: Array
     forward_time: Array
@@ -60,7 +60,8 @@ class HalfPhases:
 
 
 def phases(p: Impulse, speed: float, M0: ArrayLike, M1: ArrayLike) -> HalfPhases:
-    """The half-phases of `unidirectional`; NaN where M0 >= M1 (unless both are 0) or, beside `delta` and `sine`, sine > 1."""
+    """The half-phases of `unidirectional`; NaN where M0 >= M1 (unless both are 0); where sine > 1, only `delta`
+    and `sine` are numbers."""
     M0, M1 = np.broadcast_arrays(np.asarray(M0, dtype=float), np.asarray(M1, dtype=float))
     s = shape(p)
     strength = (s.a6 - s.a5) * speed**2
@@ -164,8 +165,8 @@ def motion(p: Impulse, speed: float, start: ArrayLike, duration: float, times: A
 def periodic_orbit(p: Impulse, speed: float) -> Orbit:
     """The orbit of period 2 pi / (q w) for c > 0, M1 = 0 by Newton's method from the harmonics.
 
-    The Jacobian of the map is by central differences. Raises NoSolution when Newton does not converge, or leaves the
-    motions in which the output shaft stays slower than the input shaft (resonance).
+    The Jacobian of the map is by central differences. Raises NoSolution when Newton does not converge, or when the
+    output shaft would become as fast as the input shaft (resonance).
     """
     period = 2.0 * np.pi / (abs(p.q) * speed)
     beta, rate = harmonic_motion(p, speed, 0.0)

@@ -1,8 +1,7 @@
-"""What a linkage is made of: elements with names, sizes and modes, each built on those before it.
+"""Planar linkages as data: elements with names, sizes and modes, each built on those before it, and their motion.
 
-What a linkage does: points, turns, slides and the results of its groups, by name.
-
-What each kind of element adds to the motion: its points, turns, slides and the result of its group.
+`Description` holds the elements, `Motion` their points, turns, slides and group results by name; `ACTIONS` has the
+function of each kind of element that adds its part to the Motion.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from mechlab.errors import MechlabError, NoSolution, unknown
 
 @dataclass(frozen=True)
 class Step:
-    """One element of a linkage: kind, the names it uses and makes, its numbers, its mode (0: it has none)."""
+    """One element: kind, names that it uses and makes, sizes [m, rad], mode (0: it has none)."""
 
     kind: str
     name: str
@@ -63,7 +62,8 @@ class LinkageDescription:
     def rrr(
         self, joint: str, links: tuple[str, str], pins: tuple[str, str], lengths: tuple[float, float], mode: int = 1
     ) -> Self:
-        """Dyad RRR: links[k] from pins[k] to the new `joint`; mode +1: the joint lies left of the way pins[0] -> pins[1]."""
+        """Dyad RRR: links[k] from pins[k] to the new `joint`; mode +1: the joint lies left of the line pins[0] ->
+        pins[1]."""
         return self._with(Step("RRR", joint, pins, (*links, joint), lengths, mode))
 
     def rrp(self, joint: str, link: str, pin: str, guide: str, length: float, mode: int = 1) -> Self:
@@ -88,7 +88,7 @@ class LinkageDescription:
     ) -> Self:  # fmt: skip
         """A platform (links[3]) on three legs from `pins`; `platform`: its 2nd and 3rd corner seen from the 1st, in its axes.
         joints: names of the corners (default NAME_1 to NAME_3).
-        mode +n or -n: the n-th mode, in the order of the first leg's angle, of those with det J of that sign."""
+        mode +n or -n: of the modes with that sign of det J, the n-th in the order of the first leg's angle."""
         corners = joints or tuple(f"{name}_{k}" for k in (1, 2, 3))
         return self._with(Step("III", name, pins, (*links, *corners), (legs, platform), mode))
 
@@ -121,7 +121,7 @@ class LinkageDescription:
         return tuple(s.name for s in self.steps if s.kind == "crank")
 
     def with_modes(self, modes: Mapping[str, int]) -> Self:
-        """The same linkage with other modes, by name of the group; raises MechlabError that lists the groups."""
+        """The same linkage with other modes, by name of the group; raises MechlabError for an unknown group."""
         names = {s.name for s in self.steps if s.mode}
         for name in modes:
             if name not in names:
@@ -144,7 +144,7 @@ class Motion:
     groups: dict[str, GroupMotion] = field(default_factory=dict)
 
     def require(self) -> Motion:
-        """Itself; raises NoSolution that names the first group which does not assemble or stands at a dead centre."""
+        """The motion itself; raises NoSolution that names a group without assembly or at a dead centre."""
         for name, dyad in self.dyads.items():
             try:
                 dyad.require()
@@ -272,4 +272,4 @@ ACTIONS: dict[str, Action] = {
     "pivot": _pivot, "crank": _crank, "point": _point, "guide": _guide, "guide_on": _guide_on, "RRR": _rrr, "RRP": _rrp,
     "RPR": _rpr, "PRP": _prp, "RPP": _rpp, "III": _three, "IV": _four,
 }  # fmt: skip
-"""Kind of a Step -> what it does."""
+"""Kind of a Step -> the function that adds it to the Motion."""

@@ -66,7 +66,7 @@ class Linkage(LinkageDescription):
     def follow(self, drive: str, values: ArrayLike, rate: float = 1.0, **others: Input) -> Motion:
         """The motion along values (n,) of one input, in the chosen modes; the others stand still.
 
-        Raises ChangePoint where two modes meet on the way, also between values, and NoSolution where a group does not
+        Raises ChangePoint where two modes meet, also between the values, and NoSolution where a group does not
         assemble. Linkages of dyads only.
         """
         asked = np.atleast_1d(np.asarray(values, dtype=float))

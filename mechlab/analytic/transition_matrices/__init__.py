@@ -2,8 +2,8 @@
 
     T = 1/2 sum of tr(dG_i/dt H_i dG_i^T/dt),   dG_i/dq_j = W_j G_i,   M(q) a + h(q, v) = Q(q, v)
 
-One text for planar (3 x 3) and spatial (4 x 4) homogeneous matrices. A reference to hold engines against: it forms the
-equations from matrix products alone, without recursions over velocities, and costs a thousand times more than they do.
+One formulation for planar (3 x 3) and spatial (4 x 4) homogeneous matrices. A reference to check engines against: it
+forms the equations from matrix products, without recursions over velocities, and costs a thousand times more.
 """
 
 from mechlab.analytic.transition_matrices.lagrange import (

@@ -2,9 +2,9 @@
 
 With the world pseudo-inertia N_i = G_i H_i G_i^T and its sum C_j over all links that hang on joint j:
 
-    M_jk = tr(W_j C_k W_k^T)            j on the way from the root to k (or k itself)
+    M_jk = tr(W_j C_k W_k^T)            j on the path from the root to k (or k itself)
     h_j  = sum over i of tr(W_j N_i S_i^T),  d2G_i/dt2 = S_i G_i at zero joint accelerations,
-           S_i = sum of (2 R W_k v_k + W_k^2 v_k^2) down the way to i, R the sum of the W v before k
+           S_i = sum of (2 R W_k v_k + W_k^2 v_k^2) along the path to i, R the sum of the W v before k
     Q_j  = g . (W_j C_j e) - stiffness (q_j - rest_j) - damping v_j + f_j,   e = (0, .., 0, 1)
 
 M qdd + h = Q (Vukobratovic, Legged locomotion robots, 1976; Korenev 1977). The elastic line of Q is equation (40) of the
@@ -47,7 +47,7 @@ def elastic_force(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
 def accelerations(tree: Tree, q: ArrayLike, v: ArrayLike, force: ArrayLike = 0.0) -> FloatArray:
     """(..., links) qdd of M qdd + h = gravity + springs + `force`, which broadcasts against q.
 
-    Raises MechlabError for a tree with a motion that moves no mass.
+    Raises MechlabError for a joint that moves no mass.
     """
     world, w = transitions(tree, q)
     inertias = _world_inertias(tree, world)

@@ -62,7 +62,7 @@ def planar_inertia(mass: float, com: ArrayLike, inertia: float) -> FloatArray:
     """(3, 3) pseudo-inertia H = integral of r r^T dm, r = (x, y, 1), from the mass [kg], the centre of mass (2,) [m]
     and the moment of inertia [kg m2] about it.
 
-    H11 and H22 share the central moment in halves: in the plane only their sum has a meaning.
+    H11 and H22 share the central moment in halves: in the plane only their sum matters.
     """
     _masses(mass, inertia)
     half = 0.5 * inertia * np.eye(2)
@@ -140,8 +140,9 @@ class TreeLink:
 
 @dataclass(frozen=True)
 class Tree:
-    """Links, each after its parent, and gravity (2,) or (3,) [m/s2]. `ancestors[i]`: link i and those it hangs on, the
-    root first. Raises MechlabError for a parent that comes later, or matrices of different sizes.
+    """Links, each after its parent, and gravity (2,) or (3,) [m/s2]. `ancestors[i]`: the links from
+    the root to link i, both included. Raises MechlabError for a parent that comes later, or matrices of different
+    sizes.
     """
 
     links: tuple[TreeLink, ...]
@@ -169,7 +170,7 @@ class Tree:
         return len(self.gravity) + 1
 
     def coordinates(self, values: ArrayLike, what: str) -> FloatArray:
-        """(..., links) finite floats; raises MechlabError that says the number of links."""
+        """`values` as finite floats (..., links). Raises MechlabError for another shape."""
         array = _finite(what, values)
         if array.ndim == 0 or array.shape[-1] != len(self.links):
             raise MechlabError(f"{what} has shape {array.shape}; expected (..., {len(self.links)}), one for each link")

@@ -1,4 +1,4 @@
-"""MJCF text -> Mechanism: the files that mechlab writes, and the part of MJCF that a Mechanism has a place for.
+"""MJCF text -> Mechanism: the files that mechlab writes, and the part of MJCF that a Mechanism can represent.
 
 Read: bodies, hinge, slide, ball and free joints, inertias (of <inertial> or of primitive geoms), default classes,
 connect, weld, joint and tendon equalities, fixed tendons, two-site spatial tendons, motors and servos, sites.
@@ -118,7 +118,7 @@ def _equalities(
 
 
 def _plain(body: Body) -> Body:
-    """The body with a mass, so that the tree alone is sound for reading poses."""
+    """The body with a mass, so that the tree without loops is a valid Mechanism for reading poses."""
     from mechlab.mechanism.inertia import Inertia
 
     return Body(body.name, body.parent, body.placement, body.joints, Inertia(1.0, (0.0, 0.0, 0.0), (1, 1, 1, 0, 0, 0)))
@@ -181,7 +181,7 @@ def _distance(reference: TreeKinematics, name: str, a: tuple[str, Placement], b:
 
 
 def _no_offset(e: ET.Element) -> tuple[float, ...]:
-    """polycoef; raises when it is not linear or has an offset in the reference pose."""
+    """polycoef of an equality. Raises MechlabError when it is not linear or has an offset in the reference pose."""
     poly = floats(e, "polycoef") or (0.0, 1.0)
     if any(poly[2:]):
         raise fail(e, "a nonlinear polycoef is not read.")

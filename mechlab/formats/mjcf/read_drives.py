@@ -20,7 +20,7 @@ Terms = tuple[tuple[str, float], ...]
 
 @dataclass
 class Tendons:
-    """What the tendons of a text mean. Keys are MJCF names."""
+    """The tendons of a text as parts of a Mechanism, by their MJCF names."""
 
     fixed: dict[str, Terms] = field(default_factory=dict)
     shafts: dict[str, Shaft] = field(default_factory=dict)
@@ -28,7 +28,7 @@ class Tendons:
     distances: dict[str, tuple[str, str]] = field(default_factory=dict)
 
     def terms(self, name: str | None, element: ET.Element) -> Terms:
-        """(joint, coefficient) of a fixed tendon that `element` refers to."""
+        """((joint, coefficient), ...) of a fixed tendon that `element` refers to."""
         if name not in self.fixed:
             raise unknown(f"{label(element)}: fixed tendon", name, self.fixed)
         return self.fixed[name]
@@ -97,7 +97,8 @@ def _spatial(tree: BodyTree, e: ET.Element, child: ET.Element, name: str, out: T
 def read_drives(source: MjcfText, tree: BodyTree, tendons: Tendons) -> tuple[Drive, ...]:
     """Motors, position and velocity servos, and general actuators that are one of them, on joints and fixed tendons.
 
-    A servo holds what it holds in MuJoCo at the control 0. Raises MechlabError for what a Drive has no place for.
+    The target of a servo is what it holds in MuJoCo at the control 0. Raises MechlabError for what a Drive cannot
+    represent.
     """
     clamped = not any(f.get("clampctrl") == "disable" for o in source.section("option") for f in o.findall("flag"))
     names = Names("actuator")
@@ -156,7 +157,7 @@ def _line(e: ET.Element, control: float) -> tuple[float, float, float]:
 
 
 def _control(source: MjcfText, tree: BodyTree, e: ET.Element, clamped: bool) -> float:
-    """The control 0 as MuJoCo takes it: the nearest end of a ctrlrange (of its own, or that of the joint) without it."""
+    """The control that MuJoCo uses for 0: 0, or the nearest end of a ctrlrange (own or inherited) without 0."""
     bounds: Sequence[float] | None = floats(e, "ctrlrange", 2)
     limited, share = e.get("ctrllimited", "auto"), one(e, "inheritrange")
     if share and e.tag == "position" and e.get("joint") is not None:

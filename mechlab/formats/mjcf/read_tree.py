@@ -37,7 +37,7 @@ def solid(source: MjcfText, geom: ET.Element) -> tuple[str, tuple[float, ...], P
 
 
 def geom_shape(source: MjcfText, geom: ET.Element) -> Shape | None:
-    """The shape of a geom, or None for what a Mechanism has no shape for (mesh, plane, ellipsoid)."""
+    """The shape of a geom, or None if a Mechanism has no such shape (mesh, plane, ellipsoid)."""
     if geom.get("type", "sphere") not in SIZES:
         return None
     kind, s, placement = solid(source, geom)
@@ -100,7 +100,7 @@ SKIPPED = ("light", "camera", "geom", "site", "inertial", "joint", "freejoint", 
 
 @dataclass
 class BodyTree:
-    """What was read of the tree: bodies depth-first, sites, connector bodies, the reference angle of each joint."""
+    """The tree as read: bodies depth-first, sites, connector bodies, the reference angle of each joint."""
 
     bodies: list[Body] = field(default_factory=list)
     ground_shapes: list[Shape] = field(default_factory=list)
@@ -116,7 +116,7 @@ class BodyTree:
     """MJCF body frame in the frame of the body of the Mechanism, which stands at its joints."""
 
     def restore(self, body: str, connectors: int) -> None:
-        """Give a body back the shares of its connectors."""
+        """Give a body back the inertia that its connector bodies took; `connectors`: their number."""
         k = next(i for i, b in enumerate(self.bodies) if b.name == body)
         self.bodies[k] = replace(self.bodies[k], inertia=scaled(self.bodies[k].inertia, 1.0 + connectors))
 
@@ -209,8 +209,8 @@ def _body(
 def _anchored(
     tree: BodyTree, name: str, parent: str, placement: Placement, joints: tuple[_PlacedJoint, ...]
 ) -> tuple[str, Placement, Placement, tuple[Joint, ...]]:
-    """Joints that act at another point than the body origin: the body frame moves there; joints at different points get
-    bodies in between."""
+    """Parent, placement, MJCF frame and joints of a body whose joints act off its origin: the body frame moves to the
+    joints; joints at different points get bodies in between."""
     groups: list[tuple[Vector, list[Joint]]] = []
     for item in joints:
         slides = all(j.kind == "prismatic" for j in item.joint)

@@ -1,4 +1,4 @@
-"""An MJCF text as its reader sees it: compiler options, default classes, orientations, names for a Mechanism."""
+"""A parsed MJCF text: compiler options, default classes, orientations, names for a Mechanism."""
 
 from __future__ import annotations
 
@@ -125,13 +125,13 @@ def _shortest_turn(z: Array) -> Array:
 
 
 def along(start: Array, end: Array) -> Placement:
-    """Placement in the middle between two points, z along them (about which the solids asked for are round)."""
+    """Placement in the middle between two points, z from the first to the second."""
     z = (end - start) / np.linalg.norm(end - start)
     return Placement.of(frame_along(z), (start + end) / 2.0)
 
 
 def clean(name: str) -> str:
-    """A name that a Mechanism may have: other characters than letters, digits, '_', '-', '.' become '_'."""
+    """The name as a Mechanism may have it: other characters than letters, digits, '_', '-', '.' become '_'."""
     return "".join(c if c.isalnum() or c in "_-." else "_" for c in name)
 
 
@@ -162,7 +162,7 @@ class Names:
 
 
 def one(element: ET.Element, key: str, default: float = 0.0) -> float:
-    """A number; of a polynomial (damping="1 0 0") the first one, if the others vanish."""
+    """The number of an attribute; of a polynomial (damping="1 0 0") the first, if the others are 0."""
     values = floats(element, key)
     if not values:
         return default
@@ -172,7 +172,7 @@ def one(element: ET.Element, key: str, default: float = 0.0) -> float:
 
 
 def refuse(element: ET.Element, *keys: str) -> None:
-    """Raise for attributes that mean physics which a Mechanism has no place for, unless they are zero or off."""
+    """Raise MechlabError for attributes whose physics a Mechanism cannot represent, unless they are zero or off."""
     for key in keys:
         value = element.get(key)
         if value is not None and value not in ("false", "auto") and any(x not in ("0", "0.0") for x in value.split()):

@@ -1,7 +1,7 @@
 """A Mechanism as MJCF for MuJoCo, and the scene file that shows it in MuJoCo's viewer with light, floor and a camera.
 
-Our own writer: 17 significant digits, the same byte for byte every time. qpos of every joint is the coordinate of the
-Mechanism: 0 in the reference pose; the physical value is user[0] + qpos. Parts of the file: `write_tree` bodies,
+Numbers have 17 significant digits; the text is the same byte for byte every time. qpos of every joint is the coordinate
+of the Mechanism: 0 in the reference pose; the physical value is user[0] + qpos. Parts of the file: `write_tree` bodies,
 `write_loops` equalities and connector bodies, `write_drives` tendons, actuators, sensors and the keyframe.
 """
 
@@ -26,8 +26,8 @@ from mechlab.mechanism.model import Mechanism
 def scene_mjcf(m: Mechanism) -> str:
     """MJCF text of scene.xml, which includes NAME.xml from the same folder.
 
-    The floor lies below the mechanism; where gravity does not act along -z, a planar mechanism is seen from above and
-    the floor is its drawing board.
+    The floor lies below the mechanism; where gravity does not act along -z, the camera looks from above and the floor
+    serves as a drawing board.
     """
     size = spread(m)
     low, centre = _extent(m)
@@ -120,7 +120,8 @@ def to_mjcf(
 
 
 def _option(root: ET.Element, m: Mechanism, s: Settings) -> None:
-    """jacobian="dense": the sparse factorisation of MuJoCo 4.0.0 returns wrong accelerations (its issue 3767)."""
+    """The <option> element. jacobian="dense", because the sparse factorisation of MuJoCo 4.0.0 returns wrong
+    accelerations (its issue 3767)."""
     integrator = s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
     option = add(root, "option", timestep=s.timestep, gravity=m.gravity, integrator=integrator, jacobian="dense")
     add(option, "flag", clampctrl="disable", autoreset="disable")

@@ -1,4 +1,4 @@
-"""Loops in MJCF: which equality stands for which kind, where a loop needs a connector body, and the names of all this.
+"""Loops in MJCF: which equality stands for which kind, where a loop needs a connector body, and the names.
 
 What mechlab adds to a file has a ':' in its name, which no name of a Mechanism may have: nothing collides.
 
@@ -12,7 +12,7 @@ What mechlab adds to a file has a ':' in its name, which no name of a Mechanism 
 Reactions of a revolute loop: force = f_point + f_axis, moment = d z x f_axis, with d = `spread(m)`.
 
 MuJoCo's tendon equality ignores the term of the acceleration that is quadratic in the rates, so that a distance loop is
-right in positions only.
+correct in positions only.
 
 **Connector bodies.** MuJoCo has no equality for some joints. Such a loop is cut one body further: the body at one end is
 split in equal shares, its own and one for each connector; a connector hangs on the other end by the joint and is welded to
@@ -75,7 +75,7 @@ def connector_joint(loop: str, number: int) -> str:
 
 
 def tendon_name(mechanism: Mechanism, name: str) -> str:
-    """Tendon of a relation, spring or distance loop: its name, with a suffix when a shaft is called the same."""
+    """Tendon of a relation, spring or distance loop: its name, with a suffix when a shaft has that name."""
     return f"{name}:tendon" if any(s.name == name for s in mechanism.shafts) else name
 
 
@@ -149,13 +149,13 @@ def _connector(m: Mechanism, tree: TreeKinematics, loop: Loop, guest: str, share
 
 
 def scaled(inertia: Inertia, share: float) -> Inertia:
-    """The same part with a share of its mass."""
+    """The inertia times `share`, with the same centre of mass."""
     t = tuple(share * x for x in inertia.tensor)
     return replace(inertia, mass=share * inertia.mass, tensor=t)  # type: ignore[arg-type]
 
 
 def own_share(m: Mechanism, plan: tuple[ConnectorBody, ...], body: str) -> Inertia:
-    """Inertia that is left in a body after its connectors took their shares."""
+    """Inertia of a body without the shares of its connectors."""
     whole = m.body(body).inertia
     count = sum(1 for c in plan if c.guest == body)
     return scaled(whole, 1.0 / (1 + count)) if count else whole

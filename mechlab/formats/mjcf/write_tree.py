@@ -1,4 +1,4 @@
-"""The tree of bodies in MJCF: joints, inertias, geoms for the eye, sites."""
+"""The tree of bodies in MJCF: joints, inertias, visual geoms, sites."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def write_tree(
 
 
 def joint_stages(joints: tuple[Joint, ...]) -> list[tuple[Joint, ...]]:
-    """The joints of one body as MuJoCo allows them in one: no turn after a ball joint, at most 6 rates.
+    """The joints of one body in groups that MuJoCo allows in one body: no turn after a ball joint, at most 6 rates.
 
     All but the last group go to bodies of their own, which have a mass of FLOOR.
     """
@@ -113,7 +113,7 @@ def _joint(element: ET.Element, joint: Joint, s: Settings) -> None:
 
 
 def _inertial(element: ET.Element, inertia: Inertia, moves: bool) -> None:
-    """MuJoCo's order of fullinertia is xx yy zz xy xz yz, as ours."""
+    """The <inertial> of a body; fullinertia has the order of `Inertia.tensor`: xx yy zz xy xz yz."""
     if inertia.mass == 0.0 and not moves:
         return
     if inertia.mass < FLOOR:

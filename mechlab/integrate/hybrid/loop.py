@@ -1,4 +1,4 @@
-"""The loop: smooth integration in constant modes to the next event, the change of modes there, and on."""
+"""The loop of a hybrid integration: integrate in constant modes to the next event, change the modes there, repeat."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def integrate_hybrid(
     """Integrate from y0 (n,) at times[0] through the increasing sample times (m,).
 
     modes: those at the start; default: by the signs of the rates, and by the force balance where a rate is zero. Raises
-    MechlabError for times that do not increase or shapes that do not fit; what the problem raises reaches the caller.
+    MechlabError for times that do not increase or shapes that do not fit; exceptions of the problem reach the caller.
     """
     t = np.asarray(times, dtype=float)
     y = np.array(y0, dtype=float)
@@ -102,7 +102,7 @@ class _Run:
             if self.evaluations > self.most:
                 raise _Stop(Ending.TOO_MANY)
             dy = np.asarray(self.problem.slope(t, y, modes), dtype=float)
-            # A trial stage may leave what the equations can bear: the step is rejected and a smaller one is tried.
+            # At a trial stage the equations may not be finite: the step is rejected and a smaller one is tried.
             self.lost = self.lost or not np.isfinite(dy).all()
             return dy
 

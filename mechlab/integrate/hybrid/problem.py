@@ -1,10 +1,6 @@
-"""What is integrated: equations with dry friction, as functions of time, state and the modes of the friction elements.
+"""Equations with dry friction: the problem, its modes (sticking or sliding, Coulomb's law), events, and the result.
 
-Sticking or sliding: the modes in which a state goes on (Coulomb's law, set-valued at standstill).
-
-Event location on the dense output of a step: a sliding element comes to rest, a stuck one breaks loose.
-
-What a hybrid integration returns: samples, events, time stuck, cost, and how it ended.
+Events are found on the dense output of a step: a sliding element comes to rest, or a stuck one breaks loose.
 """
 
 from __future__ import annotations
@@ -35,7 +31,7 @@ class RoughProblem(Protocol):
         ...
 
     def holding(self, t: float, y: Array, modes: Modes) -> Array:
-        """(k,) friction forces: of stuck elements what keeps them still, of the others -mode limit."""
+        """(k,) friction forces: of stuck elements those that keep them at rest, of the others -mode limit."""
         ...
 
     def settle(self, t: float, y: Array, modes: Modes) -> Array:
@@ -44,13 +40,13 @@ class RoughProblem(Protocol):
 
 
 FLOOR = 1e-12
-"""Rates below this share of the terms that they are summed from, or of 1, are standstill."""
+"""A rate is standstill below this share of 1 + the sum of the absolute terms that it consists of."""
 GRAZING = 1e-9
 """A holding force is beyond its limit when it exceeds it by this share: rounding must not break an element loose."""
 
 
 def floor(problem: RoughProblem, y: Array) -> Array:
-    """(k,) rates that rounding cannot tell from zero."""
+    """(k,) largest rates that count as standstill, because rounding cannot tell them from zero."""
     return np.asarray(FLOOR * (1.0 + np.abs(problem.rates) @ np.abs(y)))
 
 
@@ -81,12 +77,12 @@ def against(holding: float) -> int:
 
 
 LOOKS = 8
-"""Points of a step at which the sign of a rate is looked at."""
+"""Intervals of a step; the sign of a rate is checked at their ends."""
 Dense = Callable[[ArrayLike], Array]
 
 
 class EventFinder:
-    """Looks for the events of one segment: an integration in constant modes. `evaluations` counts holding forces.
+    """Finds the events of one segment, an integration in constant modes. `evaluations` counts holding forces.
 
     risen: elements whose rate has had the sign of their mode since the segment began; only those can come to rest.
     """

@@ -1,7 +1,7 @@
-"""Following the closed poses of a mechanism along their own arc, through which folds are ordinary points.
+"""Following the closed poses of a mechanism along their arc, on which folds are regular points.
 
 Pseudo-arclength continuation (Keller 1977): instead of the drive, the distance along the curve is the parameter. The
-drive that moves leaves its row to the tangent of the curve, so that the equations stay regular where the drive
+tangent of the curve replaces the row of the moving drive, so that the equations stay regular where the drive
 reaches a limit position. Many curves, and many points of one, are followed at once: `Closing` holds the equations of
 a mechanism with its drives held, at many poses.
 """
@@ -20,14 +20,14 @@ from mechlab.mechanism.many_poses import ManyPoses, displacement, moved, rotatio
 from mechlab.mechanism.structure import generic, independent_rows, rank
 
 CLOSED = 1e-11
-"""Residual [m, rad] below which a pose counts as closed, when it no longer falls."""
+"""Residual [m, rad] below which a pose counts as closed after Newton's method."""
 
 
 class Closing:
-    """Independent closure rows, rows of the drives, and rows that hold at home what the drives leave free: as many as
-    there are rates. The rows of `drives` are the last but `len(held)` ones.
+    """Square equations of a mechanism with its drives held: independent closure rows, then the rows of `drives`, then
+    `held` rows that keep at home what these leave free; as many as there are rates.
 
-    With N (nv, k) the motions that are left and d(q) (nv,) the displacement from home, the held rows are N^T d = 0.
+    With N (nv, k) the motions left free and d(q) (nv,) the displacement from home, the held rows are N^T d = 0.
     Raises MechlabError where the drives are not independent of the constraints.
     """
 
@@ -63,8 +63,8 @@ class Closing:
         return np.column_stack([self.mechanism.value(n, q) for n in self.drives])
 
     def equations(self, q: Array) -> tuple[Array, Array, Array]:
-        """Residuals (n, nv), the drives against home; Jacobian (n, nv, nv); largest residual (n,) of all closure rows,
-        redundant ones included."""
+        """Residuals (n, nv), those of the drives from their home values; Jacobian (n, nv, nv); largest residual (n,) of
+        all closure rows, redundant ones included."""
         m, n = self.mechanism, len(q)
         residual, jacobian = self.many.set(q).residual_and_jacobian()
         worst = np.abs(residual).max(axis=1, initial=0.0)
@@ -91,7 +91,7 @@ class Closing:
         return offset @ self.held.T, jacobian
 
     def distances(self, q: Array) -> Array:
-        """(n,) smallest singular value of the rows, each measured by its largest size at q: 0 where assembly modes meet."""
+        """(n,) smallest singular value of the rows, each divided by its largest size over q: 0 where modes meet."""
         jacobian = self.equations(q)[1]
         return smallest_values(jacobian, row_sizes(jacobian))
 
@@ -117,17 +117,22 @@ def right_jacobian_inverses(vectors: Array) -> Array:
     return np.asarray(np.eye(3) + 0.5 * hat + np.where(angle < 1e-4, 1.0 / 12.0, factor)[:, None, None] * (hat @ hat))
 
 
-LONGEST, SHORTEST = 1.0, 1e-6
+LONGEST, SHORTEST = 1.0, 1e-6  # steps along a curve, in rad or sizes of the mechanism
 BEND = 0.25
 """Largest turn of the tangent in one step [rad]."""
 MOST_STEPS = 4000
 
+# How a lane ends: its drive is at `last`, its drive turns back, assembly modes meet.
 END, FOLD, MEET = "end", "fold", "meet"
 
 
 @dataclass
 class Lane:
-    """One drive moved one way: points so far, where the arc stands, and how it ended (END, FOLD or MEET)."""
+    """One drive moved in one sense, `way` = +1 or -1, until it has the value `last` [rad or m].
+
+    q, tangent: poses and tangents of the curve so far; step: length of the next step; turning: change of the tangent
+    per length; ended: END, FOLD or MEET, "" while it goes on.
+    """
 
     drive: int
     way: float
@@ -147,7 +152,7 @@ def norms(closing: Closing, dv: Array) -> Array:
 def correct(
     closing: Closing, q: Array, drives: Array, border: Array, target: Array | None = None
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Closed coordinates near q (n, nq), across the rows `border` (n, nv), or with the drives at `target` (n,).
+    """Closed coordinates near q (n, nq): at right angles to the rows `border` (n, nv), or drives at `target` (n,).
 
     drives: (n,) which drive moves. Returns q, its Jacobian (n, nv, nv) with the border in place, how far each moved (n,)
     and whether it closed (n,).
@@ -171,7 +176,7 @@ def correct(
 
 
 def solve(matrices: Array, right: Array) -> Array:
-    """(n, k) solutions; of a singular matrix the shortest one."""
+    """(n, k) solutions; for a singular matrix the one of least norm."""
     try:
         return np.asarray(np.linalg.solve(matrices, right[..., None])[..., 0])
     except np.linalg.LinAlgError:
@@ -249,7 +254,7 @@ def _step(closing: Closing, going: list[Lane], signs: dict[int, float]) -> None:
 
 
 def _finish(closing: Closing, lane: Lane, q: Array, tangent: Array) -> None:
-    """The point where the drive is at `last`, between the latest point and q."""
+    """End the lane at the point between its latest point and q where the drive has the value `last`."""
     start, drive = lane.q[-1], np.array([lane.drive])
     values = closing.values(np.array([start, q]))[:, lane.drive]
     share = (lane.last - values[0]) / (values[1] - values[0])
@@ -266,7 +271,7 @@ def _finish(closing: Closing, lane: Lane, q: Array, tangent: Array) -> None:
 
 
 def _fold(closing: Closing, lane: Lane) -> None:
-    """The point where the drive stands still on the curve, by the rule of false position (Illinois)."""
+    """End the lane at the fold, where the drive is stationary along the curve (Illinois rule of false position)."""
     drive, border = np.array([lane.drive]), (lane.tangent[-1] * closing.scale**2)[None]
     row = closing.drive_rows[lane.drive] * lane.way
 

@@ -11,7 +11,7 @@ from mechlab.mechanism.many_poses import displacement, moved
 from mechlab.viewer.explore.continuation import Closing, Lane, correct, norms, row_sizes, smallest_values, tangents
 
 GAUSS = np.polynomial.legendre.leggauss(4)
-SCAN, ROOM = 151, 2e-3
+SCAN, ROOM = 151, 2e-3  # samples of a curve; share of its length that is kept free before a crossing
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Curve:
     arc: Array
 
     def sample(self, at: Array) -> Curve:
-        """Closed poses at arcs (k,), which those of the result meet to the accuracy of the curve."""
+        """Closed poses at arcs (k,), to the accuracy of the cubic interpolation; without those that do not close."""
         m, drives = self.closing.mechanism, np.full(len(at), self.drive)
         i = np.clip(np.searchsorted(self.arc, at, side="right") - 1, 0, len(self.arc) - 2)
         length = self.arc[i + 1] - self.arc[i]
@@ -38,14 +38,14 @@ class Curve:
         return Curve(self.closing, self.drive, q[closed], tangents(self.closing, jacobian, drives)[closed], at[closed])
 
     def rows(self, points: Curve) -> Array:
-        """(k, nv, nv) the rows at points of the curve, the drive's replaced by the tangent."""
+        """(k, nv, nv) the rows at points of the curve, with the tangent in place of the row of the drive."""
         jacobian = self.closing.equations(points.q)[1]
         jacobian[:, self.closing.first_drive + self.drive] = points.tangent * self.closing.scale**2
         return jacobian
 
 
 def curve(closing: Closing, back: Lane, forth: Lane) -> Curve:
-    """One curve through home, of a lane each way, in the direction in which the drive grows."""
+    """One curve through home from a lane in each sense, in the order in which the drive grows."""
     q = np.array([*back.q[:0:-1], *forth.q])
     tangent = np.array([*(-t for t in back.tangent[:0:-1]), *forth.tangent])
     return Curve(closing, forth.drive, q, tangent, arcs(closing, q, tangent))
@@ -100,10 +100,10 @@ def uncrossed(path: Curve) -> tuple[Curve, bool, bool]:
 
 
 def _crossing(path: Curve, low: float, high: float, slope: float, sizes: Array) -> float | None:
-    """Where on the way from low to high the rows become dependent, falling with `slope` to nothing; None: they do not.
+    """The arc between low and high at which the rows become dependent, or None.
 
-    Two zooms by ten: rows that keep apart by less than `slope` times 1e-4 of the curve count as dependent, because the
-    tangent is not defined there.
+    There their smallest singular value falls to 0 at the rate `slope`. Two zooms by ten: rows that stay apart by less
+    than `slope` times 1e-4 of the curve count as dependent, because the tangent is not defined there.
     """
     for _ in range(2):
         seen = path.sample(np.linspace(low, high, 21))

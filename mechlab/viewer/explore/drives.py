@@ -17,15 +17,15 @@ from mechlab.viewer.explore.sweep import Exploration, Load, Sweep, blend_error
 
 FASTEST = 40.0
 """Rates of a joint per rate of the drive beyond which no forces are drawn: at a fold they have no bound."""
-NOTHING = 1e-9
+NOTHING = 1e-9  # [N, N m] a load that never exceeds this is left out
 NEAREST = 0.01
 """Closeness to a singularity below which no forces are drawn."""
 
 
 def cycle_loads(mechanism: Mechanism, sweep: Sweep, rate: float) -> tuple[Load, ...]:
     """Reactions of joints and loops, weights and the drive along a sweep at the constant `rate` [rad/s or m/s] of its
-    drive, by Pinocchio; those that stay zero are left out. Empty where the mechanism has not one freedom, or Pinocchio is
-    missing."""
+    drive, by Pinocchio; those that stay zero are left out. Empty unless the mechanism has exactly one freedom, a mass,
+    and Pinocchio is installed."""
     m = mechanism
     if structure(m).freedoms != 1 or m.total_mass <= 0.0:
         return ()
@@ -85,8 +85,8 @@ def cycle_loads(mechanism: Mechanism, sweep: Sweep, rate: float) -> tuple[Load, 
 MOST_SWEEPS = 8
 TOLERANCE = 1e-7
 """Largest error of the blend, in sizes of the mechanism (and in radians)."""
-FEWEST, MOST = 17, 2049
-MARGIN = 0.06
+FEWEST, MOST = 17, 2049  # samples of a sweep
+MARGIN = 0.06  # share of the range by which a slider goes on beyond a fold or a crossing
 
 Poses = Callable[[Array], Array]
 
@@ -115,7 +115,7 @@ def explore(
 
 
 def _joint_range(closing: Closing, drive: int) -> tuple[bool, tuple[float, float] | None]:
-    """Is it a slide, and its limits."""
+    """Whether the drive is a slide, and its limits [rad or m] or None."""
     name = closing.drives[drive]
     joint = next((j for j in closing.mechanism.joints if j.name == name), None)
     return joint is not None and joint.kind == "prismatic", None if joint is None else joint.range
@@ -157,7 +157,7 @@ def _sweep(closing: Closing, back: Lane, forth: Lane, poses_of: Poses, size: flo
 
 
 def _refined(path: Curve, poses_of: Poses, size: float) -> tuple[Curve, float]:
-    """Samples of a curve, doubled until the blend meets the poses between them; and the error that is left."""
+    """Samples of a curve, doubled until the blend agrees with the poses between them; and the remaining error."""
     closing, count = path.closing, FEWEST
     total = float(path.arc[-1])
     coarse = path.sample(np.linspace(0.0, total, count))

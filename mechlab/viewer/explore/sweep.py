@@ -1,4 +1,4 @@
-"""Sweeps: closed poses of one drive through its reach, as the page reads them; and how the page blends them.
+"""Sweeps: closed poses of one drive over its range, as the page reads them; and how the page blends them.
 
 `border` makes the surface of a region {margin >= 0} that a point can reach: naive surface nets (Gibson 1998), one
 vertex for each cell of the grid that the border passes.
@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from mechlab.mechanism import Loop
 from mechlab.mechanism.geometry import Array
 
-COARSE, FINE = 41, 39
+COARSE, FINE = 41, 39  # points of the grid along each axis
 
 
 @dataclass(frozen=True, eq=False)
 class BorderSurface:
-    """name, in words; vertices (n, 3) [m]; faces (m, 3), counter-clockwise seen from outside."""
+    """Triangles of a border: name, in words; vertices (n, 3) [m]; faces (m, 3), counter-clockwise seen from outside."""
 
     name: str
     vertices: Array
@@ -111,7 +111,7 @@ class Load:
     vectors: Array
 
     def packed(self, block: Any, bodies: tuple[str, ...]) -> dict[str, Any]:
-        """What the page reads."""
+        """The load as JSON values and references of arrays in `block`."""
         return {
             "name": self.name, "kind": self.kind, "unit": self.unit,
             "on": bodies.index(self.on), "by": bodies.index(self.by) if self.by in bodies else -1,
@@ -121,10 +121,10 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """One drive moved through its reach, the others at home.
+    """One drive moved over its range, the others at home.
 
     name, unit: of the joint or shaft; q: (k, nq) closed coordinates at `values` (k,), which grow along `arc` (k,), the
-    length of the curve. poses: (k, nb, 4, 4); rates: (k, nv) per rate of the drive, infinite at a fold. closeness: (k,) 0
+    length of the curve. poses: (k, nb, 4, 4); rates: (k, nv) per rate of the drive, NaN at a fold. closeness: (k,) 0
     at a singularity, 1 at the farthest from it. low, high: ends of the slider; beyond `values` no pose exists, and
     `low_reason`, `high_reason` say why. home: value at home. error: of the blend, in sizes and radians. loads: forces at the
     constant rate `rate` of the drive.
@@ -148,7 +148,7 @@ class Sweep:
     rate: float = 1.0
 
     def place(self, value: float) -> float:
-        """The arc at a value of the drive, by bisection of the blend; outside of the reach, the end."""
+        """The arc at a value of the drive, by bisection of the blend; outside of the range, its end."""
         if value <= self.values[0]:
             return float(self.arc[0])
         if value >= self.values[-1]:
@@ -164,8 +164,8 @@ class Sweep:
 
 @dataclass(frozen=True, eq=False)
 class Exploration:
-    """Sweeps of all drives of a mechanism. size [m]: what gaps are measured by; mode: the assembly mode in words;
-    loops: what the page checks; reach: a region that a point can be in."""
+    """Sweeps of all drives of a mechanism. size [m]: the unit of gaps; mode: the assembly mode in words; loops:
+    those whose closure the page checks; reach: surface of the region that a point can reach."""
 
     sweeps: tuple[Sweep, ...]
     size: float
@@ -175,7 +175,7 @@ class Exploration:
     reach: BorderSurface | None = None
 
     def packed(self, block: Any, pack_motion: Callable[[Array, Any, str], Any]) -> dict[str, Any]:
-        """What the page reads."""
+        """The exploration as JSON values and references of arrays in `block`."""
         return {
             "size": self.size, "mode": self.mode,
             "loops": [_packed_loop(x, self.bodies) for x in self.loops],
@@ -197,7 +197,7 @@ class Exploration:
 
 
 def _near_origin(poses: Array, size: float) -> bool:
-    """Do 32 bits hold the positions to 1e-7 sizes?"""
+    """True when 32 bits hold the positions to 1e-7 of `size`."""
     return float(np.abs(poses[..., :3, 3]).max(initial=0.0)) < size
 
 
