@@ -25,11 +25,11 @@ from mechlab.results import Shown
 HOLD, FREE = "hold", "free-motion"
 """The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
 AUTO = "auto"
-"""As the fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
+"""Fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
 
 
 LONGEST = 1e6
-"""Simulated time [s] of a run."""
+"""Longest simulated time [s] of a run."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -113,7 +113,8 @@ class Design(Shown):
 
     @cached_property
     def default_scene(self) -> str:
-        """The scene that is run when none is named: that of the entry; `free-motion` for `hold` of nothing."""
+        """The scene that is run when none is named: that of the entry, but `free-motion` for `hold` where no drive
+        holds."""
         chosen = self.entry.default_scene
         if chosen == HOLD and FREE in self.entry.scenes and not holding(self.mechanism(self.entry.default_fidelity)):
             return FREE
@@ -177,7 +178,7 @@ class AtFidelity(Shown):
 
 
 def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | None = None) -> tuple[str, ...]:
-    """Those of the changed parameters that make no difference to the mechanism: scenes alone look at them."""
+    """Those of the changed parameters that do not change the mechanism, because only scenes use them."""
     made = design(base.entry, dict(base.given) | dict(changes))
     moved = [k for k in changes if getattr(made.parameters, k) != getattr(base.parameters, k)]
     if not moved:
@@ -189,7 +190,7 @@ def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | Non
         try:
             if design(base.entry, dict(base.given) | less).mechanism(fidelity) == whole:
                 out.append(key)
-        except MechlabError:  # the other changes cannot be without this one
+        except MechlabError:  # the other changes are not valid without this one
             continue
     return tuple(out)
 

@@ -122,7 +122,7 @@ class ErrorMeasure:
 
 
 def largest(difference: Array) -> float:
-    """Largest absolute value; 0 of nothing."""
+    """Largest absolute value; 0 for an empty array."""
     return float(np.abs(difference).max(initial=0.0))
 
 

@@ -1,4 +1,5 @@
-"""Where a motion of one freedom at constant energy goes: it swings between two turning points, turns on and on, or runs."""
+"""The orbit of one freedom at constant energy: a swing between two turning points, full turns, or a run that ends
+before either is known."""
 
 from __future__ import annotations
 
@@ -234,7 +235,8 @@ class OrbitSearch:
             room = abs(bad - good)
             if not min(good, bad) - room <= new <= max(good, bad) + room:
                 new = 0.5 * (good + bad)
-            # Newton squares its step, so that nothing is left of one below the root of the rounding unit
+            # Newton's error is of the order of its last step squared: below the root of the rounding unit it is
+            # rounding
             if abs(new - phi) <= 1e-9 * max(1.0, abs(phi)):
                 return new
             phi = new

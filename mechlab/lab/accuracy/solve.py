@@ -190,7 +190,7 @@ def solve_by_energy(asked: SolveTask, tree: BatchTree, rows: BatchRows, energies
 
 
 def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: PlacedStates) -> float:
-    """Change of the tracked quantities when the energy changes by a few units in the last place."""
+    """Largest change of the tracked quantities when the energy changes by a few units in the last place."""
     assert motion.samples is not None
     scale = float(np.max(np.abs(motion.samples.height)))
     shift = RULES.rounding * 2.2e-16 * max(scale, abs(motion.energy))

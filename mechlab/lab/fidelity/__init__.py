@@ -1,1 +1,2 @@
-"""No more model than the scene needs: what each fidelity answers, how wrong it is, what it costs, and which one to take."""
+"""The choice of the fidelity: what each one answers, how large its error is, what it costs, and which one a scene
+needs."""
