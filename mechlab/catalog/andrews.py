@@ -125,8 +125,7 @@ def _turn(b: Builder, angle: float) -> None:
 
 
 def moving(p: Parameters, angle: float, speed: float) -> mass_check.State:
-    """The state at a crank angle [rad] and rate [rad/s], masses as particles; spring power = pull . velocity of its
-    end."""
+    """The state at a crank angle [rad] and rate [rad/s] in particles; spring power = pull . velocity of its end."""
     jets, pins = own(p).pose(angle)
     turn = {n: j.value.real for n, j in jets.items()}
     rate = {n: j.first.real * speed for n, j in jets.items()}

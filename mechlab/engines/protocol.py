@@ -178,8 +178,7 @@ class Engine:
         return Trace(made.q, made.v, made.cost.cpu_s, made.cost.steps, ends[0] if ends else "", made.cost.evaluations)
 
     def stepper(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> Any:
-        """A trace that goes on from where it stands (`advance(outputs)`), outputs `between` [s] apart; None: it
-        cannot."""
+        """A trace that can be continued (`advance(outputs)`), outputs `between` [s] apart; None where it cannot."""
         return None
 
     def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:

@@ -1,5 +1,4 @@
-"""Asking a design: the given keys select a question, which every witness answers; and the generic question of a
-Mechanism."""
+"""Asking a design: the given keys select a question, which every witness answers; generic question of a Mechanism."""
 
 from __future__ import annotations
 

@@ -113,8 +113,7 @@ class Design(Shown):
 
     @cached_property
     def default_scene(self) -> str:
-        """The scene that is run when none is named: that of the entry, but `free-motion` for `hold` where no drive
-        holds."""
+        """The scene run when none is named: that of the entry, but `free-motion` for `hold` where no drive holds."""
         chosen = self.entry.default_scene
         if chosen == HOLD and FREE in self.entry.scenes and not holding(self.mechanism(self.entry.default_fidelity)):
             return FREE

@@ -18,8 +18,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Joint, Shaft
 
 ORDER_STEPS, ORDER_OUTPUTS = 400, 40
-"""Number of steps of an order check at the scene's timestep, and of output intervals at which its three runs are
-compared."""
+"""Number of steps of an order check at the scene's timestep, and of times at which its three runs are compared."""
 _CORNERS = ("held_rates", "one_sided_stop", "constant_power", "table")
 
 

@@ -122,8 +122,7 @@ def _refuse_too_long(name: str, scene: Scene, settings: Settings) -> None:
 
 
 def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error: float | None, free: bool) -> None:
-    """Raise MechlabError for a timestep or an error that a run would ignore. free: engine and settings are not
-    given."""
+    """Raise MechlabError for a timestep or an error that a run would ignore. free: no engine, no settings given."""
     if engine == "analytic" and (timestep is not None or max_error is not None):
         what = "timestep" if timestep is not None else "max_error"
         raise MechlabError(
@@ -174,8 +173,7 @@ def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recor
 def _controlled(
     design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]
 ) -> ControlledRun:
-    """A run for which only the error is given; the default run, marked as not to be trusted, where no method gets to
-    the end."""
+    """A run for which only the error is given; where no method gets to the end, the default run, marked untrusted."""
     try:
         return run_to_error(design, scene, max_error, at)
     except NoSolution as cause:
@@ -201,8 +199,7 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
 
 
 def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> ControlledRun:
-    """A run with step control at a tolerance well below `max_error`, compared with one at LOOSER times that
-    tolerance."""
+    """A run with step control at a tolerance well below `max_error`, compared with one at LOOSER times it."""
     tolerance = min(1e-6, 1e-2 * max_error)
     run, looser = (once(replace(settings, tolerance=x)) for x in (tolerance, LOOSER * tolerance))
     found = differences(run, looser, 1.0)

@@ -45,16 +45,13 @@ Again = Callable[[Scene, Settings, Array], Recording]
 FEWEST = 8
 """A run of fewer steps is compared with half the timestep: there are no four of 4 h to compare with."""
 ACCIDENT = 8.0
-"""With kinks, where the change against 2 h is more than this times that against h / 2, the latter may be luck: a third
-run."""
+"""With kinks, a change against 2 h of more than this times that against h / 2 may be luck: a third run is made."""
 JUMP = 4.0
 """A step between samples that is more than this times both its neighbours is a jump."""
 PASS, LOOKED_AT = 0.05, 250
-"""A run passes a singular position when it comes nearer than PASS times its usual distance; at most LOOKED_AT samples
-count."""
+"""A run within PASS times its usual distance of a singular position passes it; LOOKED_AT samples are examined."""
 LOOSER = 10.0
-"""Factor on the tolerance. The error is nearly proportional to it, so that the change is close to ten times the
-error."""
+"""Factor on the tolerance. The error is nearly proportional to it: the change is close to ten times the error."""
 
 
 def with_step_error(recording: Recording, scene: Scene, again: Again | None = None) -> Recording:

@@ -88,8 +88,7 @@ def _axes(p: Any) -> CheckResult:
 
 
 def _parallelogram(p: Any) -> CheckResult:
-    """The crank turned from 10 to 270 deg in five step sizes, with a rocker equal to it, 0.1 mm longer, 0.1 mm
-    shorter."""
+    """The crank turned from 10 to 270 deg in five step sizes; rocker as long as it, 0.1 mm longer, 0.1 mm shorter."""
     measured: list[list[float]] = []
     for step in (1.0, 2.5, 5.0, 7.0, 10.0):
         phi = np.radians(np.arange(10.0, 270.1, step))

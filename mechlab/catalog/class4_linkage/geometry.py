@@ -71,8 +71,7 @@ def family(p: Class4Parameters) -> assur.Family:
 
 
 def linkage(p: Class4Parameters, mode: int) -> Linkage:
-    """The linkage as a chain: crank, then one class IV group. mode: sign of det J x rank among the modes of that
-    sign."""
+    """The linkage as a chain: crank and one class IV group. mode: sign of det J x rank among modes of that sign."""
     first, second = ternaries(p)
     return (
         Linkage("class4_linkage").pivot("O", 0.0, 0.0).pivot("F", *p.F).crank("crank", "O", "A", p.OA)
@@ -101,8 +100,7 @@ def describe_mode(
 ) -> Mode:
     """A mode from its two angles. theta2 is from A to C, theta3 C to B, theta4 D to E, theta5 F to B, in [0, 2 pi).
 
-    K1 = +1 where the points C, B, F of dyad 3-5 run clockwise, (B - C) x (F - C) < 0; K2 = +1 where A, C, B of dyad 2-3
-    do.
+    K1 = +1 where C, B, F of dyad 3-5 run clockwise, (B - C) x (F - C) < 0; K2 = +1 where A, C, B of dyad 2-3 do.
     """
     found = assur.mode_rates(g, np.asarray(theta2, dtype=float), np.asarray(theta5, dtype=float))
     first, second = ternaries(p)
@@ -196,8 +194,7 @@ def start_angle(p: Class4Parameters) -> float:
 
 
 def motion_at(p: Class4Parameters, angle: float) -> tuple[Linkage, Motion]:
-    """The linkage in the mode chosen at this crank angle [rad], and its motion there. Raises NoSolution where none
-    exists."""
+    """The linkage in the mode chosen at this crank angle [rad], and its motion. Raises NoSolution: none exists."""
     found = solve_all(p, angle)
     k = int(found.chosen)
     if k < 0:

@@ -236,8 +236,7 @@ def start_ratio() -> Evidence:
 
 
 def only(part: str, p: Parameters = LAB) -> Parameters:
-    """The lab train with every inertia but that of `part` times 1e-9. part: J5, J36, J14, J2 or "" (the train as it
-    is)."""
+    """The lab train with every inertia but that of `part` times 1e-9. part: J5, J36, J14, J2 or "" (unchanged)."""
     light = {k: getattr(p, k) * 1e-9 for k in ("J_H1", "J14", "J36", "J_H2", "J2", "m2", "J5", "m5") if k != part}
     return replace(p, **light) if part else p
 

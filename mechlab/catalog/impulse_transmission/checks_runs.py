@@ -30,8 +30,7 @@ SPEED = 150.0
 
 
 def _turning_points() -> tuple[list[float], list[float]]:
-    """(measured, expected): half-phases of one-way rotation; measured by integrating from one standstill to the
-    next."""
+    """(measured, expected): half-phases of one-way rotation, integrated from one standstill to the next."""
     i = replace(Impulse(), M0=18.0, M1=750.0)
     found = unidirectional(i, SPEED)
     psi, measured = float(found.psi_a), []
@@ -63,8 +62,7 @@ def _orbit() -> tuple[list[float], list[float]]:
 
 
 def _system(p: Parameters) -> tuple[list[float], list[float]]:
-    """(measured, expected): the first-order system against the accelerations under load and friction, and the motor
-    lag."""
+    """(measured, expected): the first-order system against accelerations under load and friction, and motor lag."""
     i = replace(p.impulse, tau=p.tau or 0.01)  # a static motor has no rate
     alpha, beta, u, v, motor = y = [0.4, -0.2, 210.0, -3.0, 120.0]
     first, second = (float(x) for x in accelerations(i, alpha, beta, u, v, motor, i.M0 - i.M1))

@@ -99,8 +99,7 @@ class ConstantSpeed:
 
 @dataclass(frozen=True)
 class Cycle:
-    """`turns` cycles of the planets: output speed before and after, times and angle over all of them, and the
-    events."""
+    """`turns` cycles of the planets: output speed before and after, times, angle and events over all of them."""
 
     start: float
     end: float

@@ -142,8 +142,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
 
 @lru_cache(maxsize=64)
 def mechanism(p: Parameters, free: tuple[str, ...]) -> Mechanism:
-    """The leg with the joints in `free`; the others are held at zero. The world's origin is the hip in the reference
-    pose."""
+    """The leg with the joints in `free`; the others are held at zero. World origin: the hip in the reference pose."""
     b = _Leg(p, free)
     size, w = body(p), 0.06 * p.body_height
     slide = {"damping": p.slider_damping}

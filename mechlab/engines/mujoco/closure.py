@@ -10,8 +10,7 @@ The engine's rows (efc_J) have no dJ/dt v. The rows here span the same space and
 
 Connectors: MuJoCo closes a loop by `connect` or `weld` only. A loop that is a prismatic, cylindrical or universal joint becomes a
 small body that hangs on one side of the loop with the joints of that kind, and is welded to the other side. Its
-coordinates do not belong to the Mechanism; in an assembled pose they follow in closed form from the pose that the weld
-prescribes.
+coordinates do not belong to the Mechanism; in an assembled pose they follow in closed form from the pose of the weld.
 """
 
 from __future__ import annotations

@@ -80,8 +80,7 @@ class Pinocchio(Engine):
         return SmallMotions(mechanism, laws)
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
-        """(nv,) by the factored equations with loops, gears or shafts; of a tree by the articulated-body algorithm
-        (pin.aba)."""
+        """(nv,) by the factored equations; of a tree without shafts by the articulated-body algorithm (pin.aba)."""
         plant = PinPlant(mechanism, q, v)
         applied = np.zeros(mechanism.nv) if force is None else np.asarray(force, dtype=float)
         if len(plant.constraints) or plant.passive.has_shaft_inertia:

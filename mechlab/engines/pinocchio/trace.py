@@ -316,8 +316,7 @@ def trace_friction(mechanism: Mechanism, scene: Scene, settings: Settings, outpu
 
 
 def _span(motion: Equations, settings: Settings, t0: float, t1: float, y: Array, each: int) -> tuple[int, Array, str]:
-    """From one output time to the next: number of steps, the state there, and why it was not reached ("" when it
-    was)."""
+    """From one output time to the next: number of steps, the state there, why it was not reached ("" when it was)."""
     h = (t1 - t0) / each
     if settings.integrator == "DOP853":
         left = MOST_EVALUATIONS - motion.plant.evaluations

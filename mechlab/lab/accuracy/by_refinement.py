@@ -1,5 +1,4 @@
-"""Solution by steps: the method whose next run costs least is refined, again and again, until one method meets the
-error."""
+"""Solution by steps: always the method whose next run costs least is refined, until one of them meets the error."""
 
 from __future__ import annotations
 
@@ -114,8 +113,7 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
 
 
 def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, problem: Problem) -> MethodCheck | None:
-    """The check by another method that has at least two runs: the one with the smallest last change; None without
-    one."""
+    """The check by another method with at least two runs: that of the smallest last change; None without one."""
     others_run = [x for x in others if len(x.tracked) >= 2]
     if not others_run:
         return None

@@ -30,8 +30,7 @@ FIRST_INTERVAL = 20.0
 
 @dataclass(frozen=True)
 class MethodCheck:
-    """Up to the time `until` [s] the check method differs by `difference`; its own error is `own` (both in m or
-    rad)."""
+    """Up to time `until` [s] the check method differs by `difference`; its own error is `own` (both in m or rad)."""
 
     method: str
     difference: float
@@ -46,8 +45,7 @@ class MethodCheck:
 
 
 class CheckRunner:
-    """Runs the cheapest engine other than `used` that can follow the scene, at two steps or tolerances; none for dry
-    friction.
+    """Runs the cheapest engine other than `used` that can follow the scene, twice. Dry friction is not checked.
 
     fastest: rate of the mechanism [1/s]. sharp: False where a low accuracy is enough: then a tree, which has no soft
     rows, may take a quarter of the steps, and a tolerance is ten times as large. The constructor builds models.

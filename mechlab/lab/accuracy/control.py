@@ -206,8 +206,7 @@ def _acceleration(m: Mechanism, scene: Scene, t: float, q: Array, v: Array) -> A
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:
-    """The Recording of an engine with the accepted settings; its `difference` from the estimated run is added to the
-    error."""
+    """The Recording of an engine with the accepted settings; `difference` from the estimated run adds to the error."""
     total = result.estimate + difference
     own = solution_findings(result)
     text = f"{result.sentence}; the recorded run differs from the estimated one by {difference:.2g} {result.unit}"

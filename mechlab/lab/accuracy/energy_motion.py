@@ -53,8 +53,7 @@ class PlacedStates(States):
 
 @dataclass(frozen=True)
 class _CellPlace:
-    """Place on an orbit of cells: number of completed passages, cell, Chebyshev basis there, pose without full
-    turns."""
+    """Place on an orbit of cells: completed passages, cell, Chebyshev basis there, pose without full turns."""
 
     lap: Array
     cell: NDArray[np.intp]

@@ -1,5 +1,5 @@
-"""The orbit of one freedom at constant energy: a swing between two turning points, full turns, or a run that ends
-before either is known."""
+"""The orbit of one freedom at constant energy: a swing between two turning points, full turns, or a run through a
+part of either that fills the duration."""
 
 from __future__ import annotations
 
@@ -235,8 +235,7 @@ class OrbitSearch:
             room = abs(bad - good)
             if not min(good, bad) - room <= new <= max(good, bad) + room:
                 new = 0.5 * (good + bad)
-            # Newton's error is of the order of its last step squared: below the root of the rounding unit it is
-            # rounding
+            # Newton's error is of the order of its last step squared, which is rounding below the root of its unit
             if abs(new - phi) <= 1e-9 * max(1.0, abs(phi)):
                 return new
             phi = new

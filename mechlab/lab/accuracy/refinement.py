@@ -25,8 +25,7 @@ from mechlab.mechanism.geometry import Array
 
 EPSILON = 2.2e-16
 TOO_FAST = 2.0
-"""A change that falls this many times faster than in theory does so by chance: then the change itself is the
-estimate."""
+"""A change that falls this many times faster than in theory does so by chance: then it is the estimate itself."""
 CAPTURE_SHARE = 0.5
 """Share of their capture time with which held rates are run again, to see what that time does."""
 KINK_RATIO = 16.0

@@ -1,5 +1,4 @@
-"""What error control returns: a motion with its error, and the sentence that says how it was found and whether to trust
-it."""
+"""The result of error control: a motion, its error, and the sentence that says how it was found and if to trust it."""
 
 from __future__ import annotations
 
@@ -17,8 +16,7 @@ class NeighbourMotion:
     the error of every channel.
 
     q (n, nq), v (n, nv): at the output times; motion: at any time, where it is known; settings: with which an engine
-    makes
-    it; captured: held rates are captured in this multiple of their `time`.
+    makes it; captured: held rates are captured in this multiple of their `time`.
     """
 
     factor: float

@@ -29,8 +29,7 @@ class ControlRules:
     rounding: units in the last place by which energy or start are moved to see what double precision allows.
     check_share: share of the work so far that the check may add; check_steps: its fewest and most steps in an output
     interval; check_tolerances: those of a check method without steps; check_own: the check ends where its own error
-    exceeds this share of the size of the motion; contradiction: largest difference of two methods over the sum of their
-    errors.
+    exceeds this share of the size of the motion; contradiction: largest difference of two methods over their errors.
     """
 
     safety: float = 2.0
@@ -58,8 +57,7 @@ class MethodRule:
 
     control: what is refined, "step" or "tolerance". order: power of the step with which the error falls. stable: largest step
     times the fastest rate of the mechanism (0: no limit). extrapolated: whether the runs are combined (Richardson).
-    error_left: (c, p) of the usual error c tolerance^p of a run, from which the first tolerance follows (c = 0: the
-    coarsest).
+    error_left: (c, p) of the usual error c tolerance^p of a run, which sets the first tolerance (c = 0: the coarsest).
     evaluations: expected number in an output interval under a tolerance, before the first run.
     """
 

@@ -1,2 +1,1 @@
-"""The choice of the fidelity: what each one answers, how large its error is, what it costs, and which one a scene
-needs."""
+"""The choice of the fidelity: what each one answers, its error, its cost, and which one a scene needs."""

@@ -120,8 +120,7 @@ FRICTION_WIDTH = 1e-4
 @dataclass(frozen=True)
 class Agreement:
     """difference: largest relative difference of the accelerations, infinite where a state of one is not possible in
-    the other;
-    states: how many were compared."""
+    the other; states: how many were compared."""
 
     difference: float
     states: int

@@ -1,8 +1,7 @@
 """Springs, dampers and servos that the integrator of the file cannot follow at its timestep.
 
 Linearised at rest on the motions z that the equality rows allow, M z'' + D z' + K z = 0 (springs, tendons, position and
-velocity servos; no weight). A step of the integrator is a matrix; no motion may grow by it that the equations do not
-let grow.
+velocity servos; no weight). A step of the integrator is a matrix; by it no motion may grow that the equations damp.
 """
 
 from __future__ import annotations

@@ -42,8 +42,7 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
 
 
 WRONG = 1e-6
-"""Relative difference of accelerations between sparse and dense Jacobian that is more than rounding (1e-12 was
-measured)."""
+"""Relative difference of accelerations by sparse and dense Jacobian beyond rounding (1e-12 was measured)."""
 IMPLICIT = ("implicitfast", "implicit")
 
 

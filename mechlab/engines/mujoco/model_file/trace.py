@@ -1,5 +1,4 @@
-"""Timed runs of any MuJoCo model: two points of every body at even output times; and the observed order of these
-runs."""
+"""Timed runs of any MuJoCo model: two points of every body at even output times; and the observed order of the runs."""
 
 from __future__ import annotations
 

@@ -34,8 +34,7 @@ FALL times those of the push count: FALL corresponds to the kinetic energy of a 
 SMALLER = (2, 4, 8, 16)
 """Divisors of the timestep that are tried with the integrator asked for."""
 IMPLICIT = (4, 16, 64)
-"""Divisors of the timestep that are tried next, with `discrete`; it is of first order, so the full timestep is left
-out."""
+"""Divisors of the timestep tried next with `discrete`, which is of first order: hence not at the full timestep."""
 
 
 @dataclass(frozen=True)
