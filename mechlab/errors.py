@@ -48,7 +48,7 @@ def unknown(what: str, name: object, existing: Iterable[str], error: type[Mechla
 
 
 def user_fault(error: BaseException) -> str | None:
-    """ "FILE, line N: ..." where a user's file raised `error` or its cause; None where no user's file is involved."""
+    """ "FILE, line N: ..." of the last line of a user's file in the traceback of `error`; None where there is none."""
     frames = [
         f for f in traceback.walk_tb(error.__traceback__) if f[0].f_globals.get("__name__", "").startswith(USER_MODULE)
     ]

@@ -26,7 +26,7 @@ from mechlab.errors import MechlabError
 _LEFTOVER = re.compile(r"\.mechlab-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.part(\..*)?")
 _DESCRIPTOR = re.compile(r"/(?:dev|proc/self)/(?:fd/(\d+)|std(out)|std(err))")
 DAY = 86400.0
-"""A file of another machine that is untouched for this long [s] counts as a leftover."""
+"""A temporary file that is untouched for this long [s] counts as a leftover, whichever machine wrote it."""
 
 
 class CannotWrite(MechlabError):
@@ -117,8 +117,8 @@ def whole_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def tidy(folder: Path) -> None:
-    """Remove the leftovers of killed processes from a folder: of this machine those whose process has ended, of other
-    machines those untouched for a day."""
+    """Remove the leftovers of killed processes from a folder: of this machine those whose process has ended, of any
+    machine those untouched for a day."""
     with suppress(OSError):
         for name in os.listdir(folder):
             found = _LEFTOVER.fullmatch(name)

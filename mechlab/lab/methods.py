@@ -113,7 +113,7 @@ class Method:
 
 
 class Stepper(Protocol):
-    """A run that goes on from where it stands."""
+    """A run that can be continued."""
 
     def advance(self, outputs: int) -> Trace:
         """The present state and the states after each of `outputs` further output intervals."""

@@ -28,9 +28,8 @@ FINEST = 1e-4
 
 def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
     """The settings of a scene for MuJoCo, where the user chose none. Dry friction, or a motor whose time constant is
-    below
-    the timestep: `stiff`, with a step that resolves it. Drives that hold: a step that resolves them, or `stiff`, which
-    is implicit in them, where that step would be below FINEST. Everything else: unchanged."""
+    below the timestep: `stiff`, with a step that resolves it. Drives that hold: a step that resolves them, or `stiff`,
+    which is implicit in them, where that step would be below FINEST. Everything else: unchanged."""
     if settings.engine != "mujoco":
         base, wanted = PRESETS["accurate"], PRESETS["stiff"]
     elif settings.preset == "accurate":

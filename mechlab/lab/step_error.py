@@ -164,7 +164,7 @@ class _Estimate:
         return dict(found.channels), Finding("step_error", found.largest, tolerance, "rad or m", severity, text)
 
     def at(self, factor: float) -> _Changes | None:
-        """The changes against `factor` times the timestep; None when that run does not come through."""
+        """The changes against `factor` times the timestep; None when that run fails."""
         r, h = self.recording, self.settings.timestep
         every = h * max(1.0, 3.0 * factor if factor == 2.0 / 3.0 else factor)
         whole = np.abs(r.t / every - np.round(r.t / every)) * every < 1e-6 * h

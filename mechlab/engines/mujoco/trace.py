@@ -67,7 +67,7 @@ class Steps:
             mujoco.mj_resetData(self.model, self.data)
         else:
             self.model, self.data, self.map = _undriven(mechanism, settings, engaged(scene.laws))
-        # nobody reads them, and a chart is to tell what stepping costs
+        # nobody reads them, and a chart shows the cost of stepping alone
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         _start(mechanism, scene, self.data, self.map)
         self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
@@ -80,7 +80,7 @@ class Steps:
         model.opt.timestep = self.timestep
         mujoco.mj_setState(model, data, self._state, _STATE)
         for w in _BAD:
-            data.warning[w].number = 0  # of another run
+            data.warning[w].number = 0  # counted in another run
         with self._laws():
             qpos, qvel, spent, reason = step_through(model, data, outputs, self.each, self.price)
         mujoco.mj_getState(model, data, self._state, _STATE)

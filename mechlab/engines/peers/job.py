@@ -14,7 +14,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import redundancies, sample_poses
 
 WORTH = 1e-6
-"""A row is independent of others when the part that they do not span is at least this share, at every pose examined."""
+"""A row is independent of others when the part that they do not span is at least this share, in the median of poses."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ def independent(mechanism: Mechanism, q: Array) -> dict[str, tuple[bool, ...]]:
     """Loop -> which of its rows to keep, for engines that break down on redundant rows.
 
     No fixed choice of the rows of a redundant loop is right at all poses. Rows are kept one by one: the next is the row
-    whose part not spanned by those kept, at its worst pose (the start and poses near the reference), is largest.
+    whose part not spanned by those kept is largest in the median over the poses (the start and some near the
+    reference).
     """
     tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
     if not mechanism.loops:
@@ -83,7 +84,8 @@ def independent(mechanism: Mechanism, q: Array) -> dict[str, tuple[bool, ...]]:
 
 
 def _spread(jacobians: list[Array], wanted: int) -> set[int]:
-    """`wanted` rows, each the one that is farthest from those before it at its worst pose."""
+    """`wanted` rows at most, each with the largest part not spanned by those before it, in the median over the
+    poses."""
     scale = max(float(np.max(np.linalg.norm(j, axis=1), initial=0.0)) for j in jacobians)
     rests = [j / scale for j in jacobians]
     keep: list[int] = []

@@ -48,9 +48,9 @@ class SolveTask:
 class SolvedMotion:
     """A motion, its states at the output times and their tracked quantities.
 
-    error: estimated in all; rounding: the part of it that is rounding; chosen: the method and why it applies, in words; method,
-    step, control, evaluations: as of `Solution`; integrator: as of `Settings`; share: error over the difference from
-    `motion.cruder()`.
+    error: the whole estimate; rounding: the part of it that is rounding; chosen: the method and why it applies, in
+    words; method, step, control, evaluations: as of `Solution`; integrator: as of `Settings`; share: error over the
+    difference from `motion.cruder()`.
     """
 
     motion: ContinuousMotion

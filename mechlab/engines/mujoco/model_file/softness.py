@@ -79,9 +79,9 @@ def softness(model: mujoco.MjModel) -> Iterator[Symptom]:
 
 
 def sag(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "sag": how far a row gives way under the weight and controls of the start, r = R f / (K d^2). It is the r
-    of the module: f, the force before the row gives way, is d times the standing load. Light parts under load sag
-    most."""
+    """Finding "sag": how far a row gives way under the weight and controls of the start, r = R f / (K d^2), the r of
+    the
+    module: f, the force before the row gives way, is d times the standing load. Light parts under load sag most."""
     probe = copy.copy(model)
     probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     probe.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT

@@ -40,7 +40,7 @@ IMPLICIT = (4, 16, 64)
 @dataclass(frozen=True)
 class FileTrial:
     """settings: those with which the file runs, or those asked for where none were found; trouble: what happens with those
-    asked for ("" when they do); paste: what may help where no settings were found."""
+    asked for ("" when the file runs with them); paste: what may help where no settings were found."""
 
     asked: Settings
     settings: Settings
@@ -70,7 +70,7 @@ class FileTrial:
 
 
 def try_file(m: Mechanism, settings: Settings | None = None) -> FileTrial:
-    """Step the MJCF of a mechanism for a moment and find settings with which it comes through."""
+    """Make a short run of the MJCF of a mechanism and find settings with which it completes that run."""
     asked = settings or Settings()
     found = _trouble(m, asked)
     if found is None:
