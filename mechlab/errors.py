@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 USER_MODULE = "mechlab_user_"
-"""How the names of modules begin that are made from users' files."""
+"""Prefix of the names of modules that are made from users' files."""
 
 
 class MechlabError(Exception):
@@ -48,7 +48,7 @@ def unknown(what: str, name: object, existing: Iterable[str], error: type[Mechla
 
 
 def user_fault(error: BaseException) -> str | None:
-    """FILE, line N: what happened there, where a user's file raised `error` or what led to it; None where none did."""
+    """ "FILE, line N: ..." of the last line of a user's file in the traceback of `error`; None where there is none."""
     frames = [
         f for f in traceback.walk_tb(error.__traceback__) if f[0].f_globals.get("__name__", "").startswith(USER_MODULE)
     ]
@@ -59,7 +59,7 @@ def user_fault(error: BaseException) -> str | None:
 
 
 def described(error: BaseException) -> str:
-    """The kind of an error and its words on one line; a SystemExit is told as what it does."""
+    """The kind of an error and its words on one line; a SystemExit is described by its effect."""
     try:
         words = " ".join(str(error).split())
     except Exception:  # a user's own class may fail at this too

@@ -1,8 +1,8 @@
-"""Files and folders that are there whole or not at all.
+"""Files and folders that are written whole or not at all.
 
-What is written stands first under a name of its own in the folder of its target, and is then renamed: nobody sees half a
-file, and of two writers at once the last one wins. The name tells the process that writes: what a killed one has left is
-removed by the next that writes in the same folder. Links are followed; devices and pipes are written through.
+Content is written under a temporary name in the folder of its target and then renamed: nobody reads half a file, and of
+two writers at once the last one wins. The temporary name holds the writing process: what a killed process has left is
+removed by the next one that writes in the same folder. Links are followed; devices and pipes are written directly.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from mechlab.errors import MechlabError
 _LEFTOVER = re.compile(r"\.mechlab-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.part(\..*)?")
 _DESCRIPTOR = re.compile(r"/(?:dev|proc/self)/(?:fd/(\d+)|std(out)|std(err))")
 DAY = 86400.0
-"""What another machine has not touched for so many seconds is a leftover too."""
+"""A temporary file that is untouched for this long [s] counts as a leftover, whichever machine wrote it."""
 
 
 class CannotWrite(MechlabError):
@@ -117,8 +117,8 @@ def whole_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def tidy(folder: Path) -> None:
-    """Remove what killed processes have left in a folder: of this machine those that run no longer, of others those
-    untouched for a day."""
+    """Remove the leftovers of killed processes from a folder: of this machine those whose process has ended, of any
+    machine those untouched for a day."""
     with suppress(OSError):
         for name in os.listdir(folder):
             found = _LEFTOVER.fullmatch(name)
@@ -199,7 +199,7 @@ def _replaced(target: Path) -> os.stat_result | None:
 
 
 def _same_rights(path: Path, before: os.stat_result) -> None:
-    """Mode and, where that is allowed, owner of the file that is replaced."""
+    """Give a file the mode and, where that is allowed, the owner of the file that it replaces."""
     with suppress(OSError, AttributeError):
         if (before.st_uid, before.st_gid) != (path.stat().st_uid, path.stat().st_gid):
             os.chown(path, before.st_uid, before.st_gid)

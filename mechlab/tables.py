@@ -64,7 +64,7 @@ def markdown(headers: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
 
 
 def html_table(headers: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """An HTML table of escaped cells; of more than MOST_ROWS rows the first ones, and how many there are more."""
+    """An HTML table of escaped cells; beyond MOST_ROWS rows only the number of those left out."""
     head = "".join(f"<th>{escape(h)}</th>" for h in headers)
     body = "".join(
         "<tr>" + "".join(f"<td>{escape(str(c))}</td>" for c in row) + "</tr>" for row in list(rows)[:MOST_ROWS]

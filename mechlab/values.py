@@ -21,9 +21,9 @@ _NUMBER = re.compile(r"([+-]?(?:\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?))
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 _LARGEST_POWER = 400  # beyond a double; an exact fraction with more digits would only cost memory
 LARGEST_NUMBER = 1e50
-"""Of parameters and given values: fifth powers of it are still doubles."""
+"""Largest magnitude of parameters and given values; its fifth power is still a finite double."""
 MOST_POINTS = 100_000_000
-"""Of a range: as doubles they fill 0.8 GB."""
+"""Most values of a range; as doubles they fill 0.8 GB."""
 _LONGEST = 1000
 _DIGITS_OF_COUNT = len(str(MOST_POINTS))
 

@@ -1,4 +1,4 @@
-"""Which mechanisms exist: one Entry a file (or a package of that name). This table is all that has to know them."""
+"""The catalog of mechanisms: NAMES lists the modules and packages that hold one Entry each."""
 
 from __future__ import annotations
 

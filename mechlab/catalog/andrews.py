@@ -77,7 +77,7 @@ class Parameters:
 
 
 def own(p: Parameters) -> Squeezer:
-    """The equation of the crank."""
+    """The closed form of the squeezer: one equation of motion, in the crank angle."""
     names = "a b c d da e ea rr ra ss sa sb sc sd zt ta tb u ua ub zf fa torque spring_stiffness spring_length gravity"
     same = {n: getattr(p, n) for n in names.split()}
     return Squeezer(masses=p.masses, inertias=p.inertias, start=START, **same)
@@ -125,7 +125,7 @@ def _turn(b: Builder, angle: float) -> None:
 
 
 def moving(p: Parameters, angle: float, speed: float) -> mass_check.State:
-    """The closed form at a crank angle and speed in particles; the spring's power from the way of its end."""
+    """The state at a crank angle [rad] and rate [rad/s] in particles; spring power = pull . velocity of its end."""
     jets, pins = own(p).pose(angle)
     turn = {n: j.value.real for n, j in jets.items()}
     rate = {n: j.first.real * speed for n, j in jets.items()}
@@ -133,7 +133,7 @@ def moving(p: Parameters, angle: float, speed: float) -> mass_check.State:
     ends |= {"O": (0j, 0j), "A": (complex(*p.a), 0j), "B": (complex(*p.b), 0j)}
 
     def point(body: str, pin: str, at: complex) -> tuple[complex, complex]:
-        """A point of a body, `at` from a pin of it, and its velocity."""
+        """Position and velocity of the point of a body that lies `at` (body axes) from its pin `pin`."""
         (place, velocity), arm = ends[pin], at * cmath.rect(1.0, turn[body])
         return place + arm, velocity + 1j * rate[body] * arm
 

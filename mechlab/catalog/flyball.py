@@ -142,7 +142,7 @@ STATES = ((0.4, 0.62, 0.5, 0.8), (1.3, -0.4, 0.9, -0.7)), ((-1.1, 0.31, 0.95, 0.
 
 
 def moving(p: Parameters, at: tuple[float, ...], rates: tuple[float, ...]) -> mass_check.State:
-    """Shaft, slider, arms and balls at a state in particles, in the frame of the shaft that turns; springs by their length."""
+    """Shaft, slider, arms and balls as particles, placed in axes that turn with the shaft; springs by their length."""
     names = ("shaft_angle", "slider_height", "right_angle", "left_angle")
     (turned, height, *angles), (turn, climb, *swings) = at, rates
     spin, shaft = np.array([0.0, 0.0, turn]), axis_rotation((0.0, 0.0, 1.0), turned)

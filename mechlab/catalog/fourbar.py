@@ -75,7 +75,7 @@ def own(p: Parameters) -> Callable[[float, float, float], float]:
 
 
 def bars(p: Parameters) -> list[tuple[str, str, float, float]]:
-    """From a point to a point, mass [kg], radius [m]."""
+    """Each bar: the names of its two end points, mass [kg], radius [m]."""
     spans = (("A", "B", p.crank), ("B", "C", p.coupler), ("D", "C", p.rocker))
     return [(a, b, p.mass_per_length * length, p.radius(length)) for a, b, length in spans]
 

@@ -171,7 +171,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
 
 
 def _carrier_inertia(p: Parameters, carried: int) -> Inertia:
-    """Carrier; planets beyond the `carried` ones that are bodies ride along as point masses (their orbit)."""
+    """Inertia of the carrier. `carried` planets are bodies; the others count as point masses on their orbit."""
     orbiting = (p.planets - carried) * p.planet_mass * p.orbit**2
     return disc(p.J_carrier + orbiting, p.orbit)
 
@@ -236,7 +236,7 @@ def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
 
 
 def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
-    """A model with a free ring: the speeds of a held one are a special case."""
+    """The speeds by a model with a free ring, of which a held ring is a special case."""
     free = build(replace(p, ring="free"), "parts")
     return engine_speeds(engine, free, given, SPEEDS, {"planet_rate": "planet_1"})
 
@@ -252,7 +252,7 @@ def scene(p: Parameters, fidelity: str) -> Scene:
 
 
 def accelerations(p: Parameters) -> closed_form.StageAccelerations:
-    """Of all members under the torques of the scene, ring held or free."""
+    """Accelerations [rad/s2] of all members under the torques of the scene, ring held or free."""
     if p.ring == "held":
         return closed_form.held_ring_accelerations(p.stage, p.sun_torque, p.carrier_torque)
     return closed_form.free_accelerations(p.stage, p.sun_torque, p.carrier_torque)
@@ -312,7 +312,7 @@ def _speeds(p: Parameters) -> CheckResult:
 
 
 def _held(p: Parameters) -> CheckResult:
-    """The torque that holds the ring, put on a free ring, keeps it still: and the sun goes as with the ring held."""
+    """With its holding torque applied, a free ring stays at rest and the sun accelerates as with the ring held."""
     held = closed_form.held_ring_accelerations(p.stage, p.sun_torque, p.carrier_torque)
     free = closed_form.free_accelerations(p.stage, p.sun_torque, p.carrier_torque, held.ring_torque)
     scale = max(abs(float(held.sun)), 1.0)

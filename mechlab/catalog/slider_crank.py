@@ -50,7 +50,7 @@ def _width(p: Parameters) -> float:
 
 
 def _slider_moment(p: Parameters) -> float:
-    """Of the slider about its centre: it has no part in the motion [kg m2]."""
+    """Moment of inertia of the slider about its centre [kg m2]; the slider does not turn, so it has no effect."""
     return p.slider_mass * _width(p) ** 2
 
 

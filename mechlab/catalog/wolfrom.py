@@ -47,9 +47,9 @@ Teeth = tuple[int, int, int, int, int]
 
 
 def planet_turn(teeth: Teeth, planets: int, k: int) -> float:
-    """How far planet k is turned against planet 0 so that both its gears mesh [rad]; planets are made alike.
+    """Angle [rad] of planet k relative to planet 0 at which both its gears mesh; all planets are identical.
 
-    Tries every tooth of the first mesh. Raises MechlabError when none fits the second: the planets cannot be alike.
+    Tries every tooth of the first mesh. Raises MechlabError when none fits the second: no identical planets assemble.
     """
     sun, first, _, second, ring = teeth
     start, a = external_phase(sun, 0.0, first, 0.0), azimuth(k, planets)
@@ -244,13 +244,13 @@ def scene(p: Parameters, fidelity: str) -> Scene:
 
 
 def inertia_at_sun(p: Parameters) -> float:
-    """Of the whole train, seen at the sun [kg m2]."""
+    """Inertia of the whole train reduced to the sun [kg m2]."""
     orbit = p.planet_mass * p.orbit**2
     return closed_form.reflected_inertia(p.all_teeth, p.planets, p.J_sun, p.J_ring, p.J_carrier, p.J_planet, orbit)
 
 
 def carrier_acceleration(p: Parameters) -> float:
-    """Of the carrier under the two torques, without losses [rad/s2], in closed form."""
+    """Acceleration of the carrier under the two torques, without losses [rad/s2], in closed form."""
     w = closed_form.speeds(p.all_teeth)
     return (p.sun_torque + p.ring_torque * float(w.ring / w.sun)) / inertia_at_sun(p) / float(w.sun)
 

@@ -85,8 +85,8 @@ def _exit_code(call: _Call, arguments: list[str], signals: Signals) -> int:
 
 
 class Signals:
-    """In this block SIGTERM raises KeyboardInterrupt, as Ctrl-C does, so that both clean up. `received`: which one came,
-    or 0; C code turns what is raised into errors of its own. What is ignored stays ignored."""
+    """In this block SIGTERM raises KeyboardInterrupt, as Ctrl-C does, so that both clean up. `received`: number of the
+    signal, or 0; needed because C code may turn the exception into another. An ignored signal stays ignored."""
 
     def __init__(self) -> None:
         self.received = 0
@@ -175,7 +175,7 @@ class _Call:
     def _bound(self, route: Route, kind: object) -> tuple[list[object], dict[str, object]]:
         """What the function takes by position: source or names, kind, key=value pairs; and its keyword `names`.
 
-        Raises UsageError for a name or pairs too many or too few.
+        Raises UsageError for too many or too few names or pairs.
         """
         words = " ".join([self.verb, route.switch]).strip() if not route.implied else self.verb
         positional: list[object] = []

@@ -25,7 +25,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def refuse_bytes(arguments: Sequence[str]) -> None:
-    """Raise UsageError for an argument whose bytes are no text."""
+    """Raise UsageError for an argument whose bytes are not valid text."""
     for argument in arguments:
         try:
             argument.encode("utf-8")

@@ -49,7 +49,7 @@ class Option:
 
     @property
     def mapping(self) -> tuple[Any, ...] | None:
-        """Of an option that takes key=value, the kinds of its values."""
+        """The types of the values of an option that takes key=value; None for every other option."""
         return next((_members(get_args(k)[1]) for k in self.kinds if get_origin(k) is Mapping), None)
 
     @property

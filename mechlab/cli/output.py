@@ -43,7 +43,7 @@ def encode(document: Mapping[str, Any]) -> str:
 
 
 def _plain(item: Any) -> Any:
-    """`item` as JSON knows it. Arrays and numpy scalars are told by their methods: numpy stays unimported."""
+    """`item` as JSON knows it. Arrays and numpy scalars are recognised by their methods, so numpy is not imported."""
     if item is None or isinstance(item, bool | int):
         return item if not isinstance(item, Enum) else _plain(item.value)
     if isinstance(item, float):
@@ -92,13 +92,13 @@ def write_result(text: str) -> None:
 
 
 def _to_nowhere() -> None:
-    """What is left in the buffer goes nowhere: else Python complains again at exit."""
+    """Send what is left in the buffer to the null device; otherwise Python reports the error again at exit."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def close_stdout() -> None:
-    """The document is printed: what a user's file prints when Python ends goes to stderr."""
+    """Called after the document is printed: what a user's file prints when Python ends then goes to stderr."""
     if sys.stdout is not None and sys.stderr is not None:
         with contextlib.suppress(OSError, ValueError):
             os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
@@ -112,7 +112,7 @@ def complain(message: str) -> None:
 
 
 def stage_printer(as_json: bool) -> Callable[[str], None]:
-    """Where a pipeline reports its stages: stdout; beside JSON a terminal's stderr, or nowhere."""
+    """The function that prints the stages of a pipeline: to stdout; with --json to a terminal's stderr, or nowhere."""
     if not as_json:
         return write
     if sys.stderr is not None and sys.stderr.isatty():

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 class Switch:
     """An option that hands the verb to another function of the API; with a metavar its value is the `kind` for that function.
 
-    implied: an option that only that function has is enough. flags: as of a Verb.
+    implied: an option that only that function has is enough to choose it. flags: as in Verb.
     """
 
     function: str
@@ -22,7 +22,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Verb:
-    """A verb: one line on it, its usage, the function of the API where that is called otherwise, options with another name
+    """A verb: one line on it, its usage, the function of the API where its name differs, options with another name
     (keyword -> flag), options that must be given, pairs of options of which only one may be given, and switches by flag."""
 
     text: str

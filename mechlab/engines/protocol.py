@@ -178,7 +178,7 @@ class Engine:
         return Trace(made.q, made.v, made.cost.cpu_s, made.cost.steps, ends[0] if ends else "", made.cost.evaluations)
 
     def stepper(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> Any:
-        """A trace that goes on from where it stands (`advance(outputs)`), outputs `between` [s] apart; None: it cannot go on."""
+        """A trace that can be continued (`advance(outputs)`), outputs `between` [s] apart; None where it cannot."""
         return None
 
     def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
@@ -200,7 +200,7 @@ class Engine:
         raise self._refusal("answers for no single state")
 
     def state(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
-        """Everything the engine knows of coordinates q (nq,) and rates v (nv,), default 0."""
+        """The EngineState at coordinates q (nq,) and rates v (nv,), default 0."""
         return state_of(self.name, self.plant(mechanism), q, v)
 
     def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Any:

@@ -16,7 +16,7 @@ from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
 from mechlab.kit.determined import LETTERS, determined, level, quantities, split
-from mechlab.mechanism import Mechanism, Status, singularity
+from mechlab.mechanism import Mechanism, Status, TreeKinematics, singularity
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
 
@@ -97,7 +97,6 @@ def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:
 def _output_rows(m: Mechanism, q: Array, output: str | None) -> Array | None:
     if output is None:
         return None
-    from mechlab.mechanism import TreeKinematics
 
     frame = m.frame(output)
     tree = TreeKinematics(m, q)

@@ -1,1 +1,1 @@
-"""The core that asks and runs: designs, answers, runs, accuracy, fidelity."""
+"""The core of mechlab: designs, answers to questions, runs, accuracy, fidelity."""

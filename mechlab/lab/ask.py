@@ -1,4 +1,4 @@
-"""Asking a design: the question that the given keys make, put to every witness; the generic question for any Mechanism."""
+"""Asking a design: the given keys select a question, which every witness answers; generic question of a Mechanism."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _asked_mechanism(design: Design) -> Mechanism:
 
 
 def _length(design: Design) -> float:
-    """Size of the mechanism [m]; 1 m where these parameters make none, which the witnesses then say."""
+    """Size of the mechanism [m]; 1 m where these parameters make no mechanism, which the witnesses then report."""
     try:
         return _asked_mechanism(design).length_scale
     except MechlabError:

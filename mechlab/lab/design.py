@@ -17,7 +17,7 @@ from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units, parameter
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.mechanism import Mechanism
+from mechlab.mechanism import ConstraintSet, Mechanism
 from mechlab.mechanism.naming import refuse_parameters
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.results import Shown
@@ -25,11 +25,11 @@ from mechlab.results import Shown
 HOLD, FREE = "hold", "free-motion"
 """The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
 AUTO = "auto"
-"""As the fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
+"""Fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
 
 
 LONGEST = 1e6
-"""Simulated time [s] of a run."""
+"""Longest simulated time [s] of a run."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -81,7 +81,6 @@ class Design(Shown):
     def to_pinocchio(self, fidelity: str | None = None) -> tuple[Any, Any]:
         """(pinocchio.Model, ConstraintSet): the tree, and what closes and couples it."""
         from mechlab.engines.pinocchio import to_pinocchio
-        from mechlab.mechanism import ConstraintSet
 
         m = self.mechanism(fidelity)
         return to_pinocchio(m).model, ConstraintSet(m)
@@ -113,7 +112,7 @@ class Design(Shown):
 
     @cached_property
     def default_scene(self) -> str:
-        """The scene that is run when none is named: that of the entry; `free-motion` for `hold` of nothing."""
+        """The scene run when none is named: that of the entry, but `free-motion` for `hold` where no drive holds."""
         chosen = self.entry.default_scene
         if chosen == HOLD and FREE in self.entry.scenes and not holding(self.mechanism(self.entry.default_fidelity)):
             return FREE
@@ -177,7 +176,7 @@ class AtFidelity(Shown):
 
 
 def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | None = None) -> tuple[str, ...]:
-    """Those of the changed parameters that make no difference to the mechanism: scenes alone look at them."""
+    """Those of the changed parameters that do not change the mechanism, because only scenes use them."""
     made = design(base.entry, dict(base.given) | dict(changes))
     moved = [k for k in changes if getattr(made.parameters, k) != getattr(base.parameters, k)]
     if not moved:
@@ -189,7 +188,7 @@ def without_effect(base: Design, changes: Mapping[str, Any], fidelity: str | Non
         try:
             if design(base.entry, dict(base.given) | less).mechanism(fidelity) == whole:
                 out.append(key)
-        except MechlabError:  # the other changes cannot be without this one
+        except MechlabError:  # the other changes are not valid without this one
             continue
     return tuple(out)
 

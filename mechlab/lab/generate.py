@@ -1,4 +1,4 @@
-"""Model files that are reloaded by their consumers before anybody gets them."""
+"""Model files, each reloaded by its consumer before it is handed out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mechlab.mechanism.length_unit import row_units
 
 @dataclass(frozen=True)
 class Written:
-    """The files by kind, and what a moment of the MJCF in plain MuJoCo showed."""
+    """The files by kind, and the result of a short run of the MJCF in plain MuJoCo."""
 
     files: dict[str, Path]
     trial: FileTrial
@@ -38,7 +38,8 @@ def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | N
     """Write the files of a mechanism into `out`; nothing is left behind when one is refused.
 
     settings: timestep, integrator and hardness that the MJCF file says (default: the preset accurate). Where plain MuJoCo
-    does not come through a moment of the file with them, the file says others; see `mechlab.engines.mujoco.model_file.written`.
+    does not complete a short run of the file with them, the file says others; see
+    `mechlab.engines.mujoco.model_file.written`.
 
     Raises MechlabError naming the file and its consumer.
     """

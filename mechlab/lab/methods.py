@@ -1,4 +1,4 @@
-"""Methods of simulation as data: engine, integrator, treatment of the constraints, and what one turns to make it sharper.
+"""Methods of simulation as data: engine, integrator, treatment of the constraints, and the control that refines them.
 
 One registry; `mechlab.studies.chart.run` runs all of it. Adding a method is adding a row.
 """
@@ -104,7 +104,7 @@ class Method:
         return (stage + between) * (4.0 if self.integrator == "RK4" else 1.0)
 
     def stepper(self, problem: Problem, value: float) -> Stepper:
-        """The problem at a step [s] or tolerance, to be run as far as is worth it: ready to start."""
+        """The problem at a step [s] or tolerance, ready to start; the caller decides how far it runs."""
         found: Stepper | None = None
         if self.engine != OWN and self.control == "step" and self.constraints != "extrapolated":
             between = problem.scene.duration / problem.outputs
@@ -113,15 +113,15 @@ class Method:
 
 
 class Stepper(Protocol):
-    """A run that goes on from where it stands."""
+    """A run that can be continued."""
 
     def advance(self, outputs: int) -> Trace:
-        """The states as they stand and after each of `outputs` output distances more."""
+        """The present state and the states after each of `outputs` further output intervals."""
         ...
 
 
 class _Again:
-    """A method that cannot go on: it runs from the start every time, and that is what it costs."""
+    """A method that cannot continue a run: it runs from the start every time, at the full cost."""
 
     def __init__(self, method: Method, problem: Problem, value: float) -> None:
         self.method, self.problem, self.value, self.done = method, problem, value, 0

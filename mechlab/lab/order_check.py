@@ -18,12 +18,12 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Joint, Shaft
 
 ORDER_STEPS, ORDER_OUTPUTS = 400, 40
-"""Steps of the piece of an order check, and how often its three runs are compared."""
+"""Number of steps of an order check at the scene's timestep, and of times at which its three runs are compared."""
 _CORNERS = ("held_rates", "one_sided_stop", "constant_power", "table")
 
 
 def fixed_steps(settings: Settings) -> bool:
-    """Whether the engine takes the steps that it is told."""
+    """Whether the engine takes the steps of the settings."""
     return settings.engine in ("mujoco", "pinocchio", "one_freedom") and settings.integrator not in ("DOP853", "Radau")
 
 

@@ -17,7 +17,7 @@ from mechlab.mechanism.structure import null_space
 FRICTION_STEP = 1e-4
 """Timestep [s] for dry friction in MuJoCo, whose error is of first order in it whatever the integrator."""
 FASTEST = 2e-5
-"""Time constants of motors below this [s] are not resolved by any step that is taken unasked."""
+"""Time constants of motors below this [s] are not resolved by any default step."""
 ADAPTIVE = ("DOP853", "Radau")
 RESOLVED = 0.5
 """Timestep times the fastest eigenvalue of the drives that hold, at most: RK4 is unstable above 2.78, and leaves an error of
@@ -27,9 +27,9 @@ FINEST = 1e-4
 
 
 def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
-    """The settings of a scene for MuJoCo, where nobody chose any: `stiff` for dry friction, and for a motor whose time
-    constant is shorter than the timestep, with a step that resolves it; for drives that hold a step that resolves them, or
-    `stiff`, which is implicit in them, where that would be shorter than FINEST; as they are for everything else."""
+    """The settings of a scene for MuJoCo, where the user chose none. Dry friction, or a motor whose time constant is
+    below the timestep: `stiff`, with a step that resolves it. Drives that hold: a step that resolves them, or `stiff`,
+    which is implicit in them, where that step would be below FINEST. Everything else: unchanged."""
     if settings.engine != "mujoco":
         base, wanted = PRESETS["accurate"], PRESETS["stiff"]
     elif settings.preset == "accurate":
@@ -79,8 +79,8 @@ def rough_names(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
-    """Settings of MuJoCo whose rows are soft in another way: what that changes in accelerations and reactions does not go with
-    the step. None for other engines, and where there are no rows."""
+    """Settings of MuJoCo with another softness of the rows: its effect on accelerations and reactions does not vanish
+    with the step. None for other engines, and where there are no rows."""
     if settings.engine != "mujoco" or not (mechanism.loops or mechanism.relations):
         return None
     hard = PRESETS["accurate"]
@@ -111,8 +111,8 @@ def with_static_motors(scene: Scene, settings: Settings) -> Scene:
 
 
 def motor_findings(scene: Scene, recording: Recording) -> tuple[Finding, ...]:
-    """One finding for each motor whose lag was left out: the way that the motion is ahead by for it, lag x change of the rate, an
-    error beyond the tolerance of the scene."""
+    """One finding for each motor whose lag was left out: the lead of the motion [rad or m], lag x largest change of the
+    rate; it is an error beyond the tolerance of the scene."""
     out = []
     for law in scene.laws:
         if isinstance(law, DcMotor) and law.neglected:

@@ -32,7 +32,7 @@ from mechlab.mechanism.geometry import Array
 HALVINGS = 7
 LOOSER = 30.0
 MOST_STEPS = 5e7
-"""Of one run: a small mechanism takes some ten minutes for them."""
+"""Most steps of one run: about ten minutes for a small mechanism."""
 
 
 def versions() -> dict[str, str]:
@@ -101,7 +101,8 @@ def run_scene(
 def _to_error(
     design: Design, scene: Scene, settings: Settings, max_error: float, at: Sequence[float], choose: bool
 ) -> Recording:
-    """A run under `max_error`, with the error of every channel. choose: the method, too; else the settings are sharpened."""
+    """A run under `max_error`, with the error of every channel. choose: the method is chosen too; else the given
+    settings are refined."""
     if choose:
         run = _controlled(design, scene, settings, max_error, at)
     elif settings.engine == "hybrid":
@@ -123,7 +124,7 @@ def _refuse_too_long(name: str, scene: Scene, settings: Settings) -> None:
 
 
 def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error: float | None, free: bool) -> None:
-    """Raises MechlabError for a timestep or an error that a run would not look at. free: engine and settings are chosen."""
+    """Raise MechlabError for a timestep or an error that a run would ignore. free: no engine, no settings given."""
     if engine == "analytic" and (timestep is not None or max_error is not None):
         what = "timestep" if timestep is not None else "max_error"
         raise MechlabError(
@@ -174,7 +175,7 @@ def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recor
 def _controlled(
     design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]
 ) -> ControlledRun:
-    """A run of which only the error is asked for; the default run, not to be trusted, where no method gets to the end."""
+    """A run for which only the error is given; where no method gets to the end, the default run, marked untrusted."""
     try:
         return run_to_error(design, scene, max_error, at)
     except NoSolution as cause:
@@ -200,7 +201,7 @@ def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
 
 
 def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> ControlledRun:
-    """A run that controls its steps by a tolerance well below `max_error`, held against one at LOOSER times that."""
+    """A run with step control at a tolerance well below `max_error`, compared with one at LOOSER times it."""
     tolerance = min(1e-6, 1e-2 * max_error)
     run, looser = (once(replace(settings, tolerance=x)) for x in (tolerance, LOOSER * tolerance))
     found = differences(run, looser, 1.0)
@@ -232,7 +233,7 @@ def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error
     finding = limit_finding(
         "max_error", estimate, max_error, "rad or m", "change of the joints between the last two timesteps"
     )
-    # of first order the change is the error; with rows or kinks no more is relied on
+    # with first order the change is the error; with rows or kinks no higher order is assumed
     others = [(before, 1.0)]
     other = other_softness(coarse.mechanism, settings)
     if other is not None:

@@ -3,11 +3,11 @@
     d(k) = max_t |x(h) - x(k h)|,     error of x(h) from d(2) and d(4), by the order that they show (`experiment.order`)
 
 Where the run at 2 h does not come through, or leaves the positions with more than the tolerance of the scene, h / 2 decides:
-an error that is large because 2 h is unstable is none of the run. With kinks in the motion (impacts, dry friction, limits)
-two runs may agree by accident, and 2 h / 3 is asked as well. Every run is as long as the scene, so that an estimate costs .75
-of the run, at most 4.25. What MuJoCo's rows do to accelerations and forces by being soft does not go with the step: with loops
-or gears a run of another softness is added, once more the cost of the run. Engines that control their steps are repeated at
-LOOSER times their tolerance.
+an error that is large only because 2 h is unstable is not one of the run. With kinks in the motion (impacts, dry
+friction, limits) two runs may agree by accident, and 2 h / 3 is asked as well. Every run is as long as the scene, so
+that an estimate costs .75 of the run, at most 4.25. The effect of MuJoCo's soft rows on accelerations and forces does
+not fall with the step: with loops or gears a run of another softness is added, once more the cost of the run. Engines
+that control their steps are repeated at LOOSER times their tolerance.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ Again = Callable[[Scene, Settings, Array], Recording]
 FEWEST = 8
 """A run of fewer steps is compared with half the timestep: there are no four of 4 h to compare with."""
 ACCIDENT = 8.0
-"""2 h off by so many times more than h / 2: with kinks in the motion that may be luck, and a third run is asked."""
+"""With kinks, a change against 2 h of more than this times that against h / 2 may be luck: a third run is made."""
 JUMP = 4.0
-"""A step between samples so many times its neighbours is a jump."""
+"""A step between samples that is more than this times both its neighbours is a jump."""
 PASS, LOOKED_AT = 0.05, 250
-"""A run that comes nearer to a singular position than this share of its usual distance passes it; so many samples are looked at."""
+"""A run within PASS times its usual distance of a singular position passes it; LOOKED_AT samples are examined."""
 LOOSER = 10.0
-"""An error falls almost as the tolerance, so that the change is close to ten times the error."""
+"""Factor on the tolerance. The error is nearly proportional to it: the change is close to ten times the error."""
 
 
 def with_step_error(recording: Recording, scene: Scene, again: Again | None = None) -> Recording:
@@ -77,14 +77,14 @@ def _run(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -
 
 @dataclass(frozen=True)
 class _Changes:
-    """Largest change of every channel against another run, and of every coordinate."""
+    """Largest change of every channel and of every coordinate against another run."""
 
     channels: Mapping[str, float]
     coordinates: Array
 
     @property
     def largest(self) -> float:
-        """That of the coordinates [rad or m]."""
+        """Largest change of a coordinate [rad or m]."""
         return float(np.max(self.coordinates, initial=0.0))
 
 
@@ -119,8 +119,8 @@ class _Estimate:
         return {}, Finding("step_error", math.inf, tolerance, "rad or m", "error", text)
 
     def with_softness(self, errors: dict[str, float]) -> dict[str, float]:
-        """The errors with what another softness of MuJoCo's rows changes in accelerations and forces. Positions and rates
-        have it in theirs: the softness goes with the step."""
+        """The errors plus the change of accelerations and forces under another softness of MuJoCo's rows. The errors of
+        positions and rates hold it already, as its effect on them falls with the step."""
         other = other_softness(self.recording.mechanism, self.settings)
         if other is None or not errors:
             return errors
@@ -131,9 +131,9 @@ class _Estimate:
         return {n: e + more.get(n, 0.0) for n, e in errors.items()}
 
     def past_singular(self, errors: dict[str, float]) -> tuple[dict[str, float], Finding | None]:
-        """The errors with none told of accelerations and forces where the run passes a singular position of the constraints,
-        and the finding that says so: there they hang on how rows are softened or regularised, and smaller steps change them
-        more than larger ones do."""
+        """The errors, infinite for accelerations and forces where the run passes a singular position of the
+        constraints, and the finding that says so: there they depend on how rows are softened or regularised, and
+        smaller steps change them more than larger ones do."""
         r, m = self.recording, self.recording.mechanism
         some = np.unique(np.linspace(0, len(r.t) - 1, min(len(r.t), LOOKED_AT)).round().astype(int))
         k, near = nearest_to_singular(m, r.q[some])
@@ -150,7 +150,7 @@ class _Estimate:
     def by_tolerance(self) -> tuple[dict[str, float], Finding]:
         """Errors and finding of a run that controls its steps."""
         loose, tolerance = LOOSER * self.settings.tolerance, self.scene.tolerance
-        # dry friction is smoothed in proportion to the timestep, also where that is not what steps
+        # dry friction is smoothed in proportion to the timestep, also by engines that choose their own steps
         other = replace(self.settings, tolerance=loose, timestep=2.0 * self.settings.timestep)
         found = self.run(other, self.scene, self.recording.t)
         if found is None:
@@ -164,7 +164,7 @@ class _Estimate:
         return dict(found.channels), Finding("step_error", found.largest, tolerance, "rad or m", severity, text)
 
     def at(self, factor: float) -> _Changes | None:
-        """The changes against `factor` times the timestep; None when that run does not come through."""
+        """The changes against `factor` times the timestep; None when that run fails."""
         r, h = self.recording, self.settings.timestep
         every = h * max(1.0, 3.0 * factor if factor == 2.0 / 3.0 else factor)
         whole = np.abs(r.t / every - np.round(r.t / every)) * every < 1e-6 * h

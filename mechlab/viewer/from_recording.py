@@ -22,6 +22,7 @@ from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
 from mechlab.viewer.explore.sweep import BorderSurface
+from mechlab.viewer.framing import frame_story
 from mechlab.viewer.story import Arrow, Part, Plot, Severity, Story
 
 
@@ -122,7 +123,6 @@ def exploration_story(
 ) -> Story:
     """A Story whose drives can be moved in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
     from mechlab.viewer.explore import explore
-    from mechlab.viewer.framing import frame_story
 
     still = mechanism_story(mechanism, title, facts)
     size = 2.0 * frame_story(still).radius

@@ -20,7 +20,7 @@ from mechlab.mechanism.geometry import Array
 
 NAMES = {f"link{k}": f"theta{k}" for k in (2, 3, 4, 5)}
 START_OFFSET = 1e-3
-"""The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
+"""Distance [rad] of the engines' start from the closed form, in every coordinate: it keeps the mode, not the answer."""
 
 
 def style(p: Class4Parameters) -> Style:
@@ -50,11 +50,11 @@ def pose(p: Class4Parameters, m: Mechanism, angle: float) -> Array:
 
 
 DRIVEN = Settings(timeconst=4.0)
-"""Of driven cranks: softer rows follow an acceleration that a law commands with less ringing."""
+"""Settings of driven cranks. Loops of time constant 4 h instead of 2 h: RK4 resolves their own motion, so they ring
+less under an acceleration that a law prescribes, and rates of the table come out nine times better (2.1e-6 instead of
+1.9e-5 rad/s at 1 ms, MuJoCo 4.0.0)."""
 FREE = Settings(timestep=2.5e-4)
-"""Of free motion, within its tolerance by the estimate of its own steps."""
-"""Loops of time constant 4 h instead of 2 h: RK4 resolves their own motion, and rates of the table come out nine times better
-(2.1e-6 instead of 1.9e-5 rad/s at 1 ms, MuJoCo 4.0.0)."""
+"""Settings of free motion: the step-error estimate of the run is within the tolerance of the scene."""
 
 FOLD_BC = 0.27
 """With this length of link 3 the linkage does not close between -104.26 and -75.74 deg of the crank."""
@@ -98,8 +98,8 @@ def fold(p: Class4Parameters, fidelity: str) -> Scene:
 
 
 def reference(p: Class4Parameters, scene: Scene) -> Recording:
-    """The driven turn in closed form, the crank exactly on its ramp. Raises MechlabError for scenes that are not driven so,
-    NoSolution where nothing closes."""
+    """The driven turn in closed form, with the crank exactly on its ramp. Raises MechlabError for a scene without that
+    ramp, NoSolution where nothing closes."""
     law = scene.laws[0] if scene.laws else None
     motion = law.commands[0][1] if isinstance(law, ComputedTorque) else getattr(law, "motion", None)
     if not isinstance(motion, Ramp):

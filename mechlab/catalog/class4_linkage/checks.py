@@ -1,6 +1,6 @@
 """Checks of the class IV linkage against its table, scans, engines and exact laws. Ids C... follow the lab's list.
 
-The table: rows of the 72 positions at crank rate 1, as Zinchenko 2009 is read with exact angles, mode K = +1.
+The table: some of the 72 positions of Zinchenko 2009, with exact instead of rounded angles; crank rate 1, mode K = +1.
 """
 
 from __future__ import annotations

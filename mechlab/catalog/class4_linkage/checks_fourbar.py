@@ -88,7 +88,7 @@ def _axes(p: Any) -> CheckResult:
 
 
 def _parallelogram(p: Any) -> CheckResult:
-    """Turned from 10 to 270 deg at five step sizes: rocker c equal to the crank, a little longer, a little shorter."""
+    """The crank turned from 10 to 270 deg in five step sizes; rocker as long as it, 0.1 mm longer, 0.1 mm shorter."""
     measured: list[list[float]] = []
     for step in (1.0, 2.5, 5.0, 7.0, 10.0):
         phi = np.radians(np.arange(10.0, 270.1, step))
@@ -115,7 +115,7 @@ def _followed(rocker: float, phi: Array) -> float:
 
 
 def _as_fourbar(found: assur.Dyad, rocker: float, phi: Array) -> bool:
-    """Whether everything of the dyad is as the closed form of the four-bar says."""
+    """Whether joint, quality, discriminant and link angles of the dyad agree with the closed form of the four-bar."""
     own = fourbar_motion(0.1, 0.3, rocker, 0.3, phi, 1.0)
     pin = rocker * np.exp(1j * own.rocker_angle)
     joint = (0.3 + pin, 1j * own.rocker_rate * pin, (1j * own.rocker_accel - own.rocker_rate**2) * pin)

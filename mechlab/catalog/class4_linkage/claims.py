@@ -165,7 +165,7 @@ def step_nine() -> Evidence:
           "exists; count the modes, or watch det J, which vanishes at the ends of the empty arc"),
 )  # fmt: skip
 def no_root() -> Evidence:
-    """G says whether each dyad closes; nothing says whether DE can be met."""
+    """The printed G tests whether each dyad closes; no printed test says whether the length DE can be met."""
     short = replace(PRINTED, BC=0.27)
     phi1 = np.radians(-102.0)
     a = assur.driver(assur.fixed(), short.OA, phi1)

@@ -71,7 +71,7 @@ def family(p: Class4Parameters) -> assur.Family:
 
 
 def linkage(p: Class4Parameters, mode: int) -> Linkage:
-    """The linkage as a chain: crank, then one class IV group in the `mode` of the compositor (+-rank)."""
+    """The linkage as a chain: crank and one class IV group. mode: sign of det J x rank among modes of that sign."""
     first, second = ternaries(p)
     return (
         Linkage("class4_linkage").pivot("O", 0.0, 0.0).pivot("F", *p.F).crank("crank", "O", "A", p.OA)
@@ -98,10 +98,9 @@ def positive(angle: ArrayLike) -> Array:
 def describe_mode(
     p: Class4Parameters, g: assur.TwoLoops, pin: assur.Point, theta2: ArrayLike, theta5: ArrayLike
 ) -> Mode:
-    """Everything of a mode. theta2 A to C, theta3 C to B, theta4 D to E, theta5 F to B, in [0, 2 pi).
+    """A mode from its two angles. theta2 is from A to C, theta3 C to B, theta4 D to E, theta5 F to B, in [0, 2 pi).
 
-    K1 = +1 where the points C, B, F of dyad 3-5 are passed clockwise, (B - C) x (F - C) < 0; K2 = +1 where A, C, B of dyad
-    2-3 are.
+    K1 = +1 where C, B, F of dyad 3-5 run clockwise, (B - C) x (F - C) < 0; K2 = +1 where A, C, B of dyad 2-3 do.
     """
     found = assur.mode_rates(g, np.asarray(theta2, dtype=float), np.asarray(theta5, dtype=float))
     first, second = ternaries(p)
@@ -123,8 +122,8 @@ def _in_turn(s: assur.Scalar) -> assur.Scalar:
 
 @dataclass(frozen=True)
 class GroupSolution:
-    """All modes over positions (...): theta2, theta5, det (..., 6) padded with NaN; count; K1, K2 (..., 6); `chosen` (...)
-    index of the mode of the parameters, -1 where there is none."""
+    """All modes over positions (...): theta2, theta5, det (..., 6) padded with NaN; count; K1, K2 (..., 6); `chosen`
+    (...): index of the mode that the parameters select, -1 where nothing assembles."""
 
     modes: assur.Modes
     k1: Array
@@ -133,8 +132,8 @@ class GroupSolution:
 
 
 def solve_all(p: Class4Parameters, angle: ArrayLike) -> GroupSolution:
-    """All modes at crank angles (...), and which one the parameter `mode` means: K1 = K2 = mode; of several, or where there
-    is none with these signs, the one whose det J has the sign of `mode`, the first by theta2."""
+    """All modes at crank angles (...), and the one that the parameter `mode` selects: K1 = K2 = mode. Where several
+    modes or none have these signs, det J with the sign of `mode` decides, then the smallest theta2."""
     angle = np.asarray(angle, dtype=float)
     g = group(p, angle)
     modes = assur.all_modes(g)
@@ -181,7 +180,8 @@ def arcs(p: Class4Parameters) -> tuple[tuple[float, float], ...]:
 
 
 def start_angle(p: Class4Parameters) -> float:
-    """The start of the scenes, or the nearest crank angle behind the empty arc it lies in. Raises NoSolution: none exists."""
+    """Crank angle of the start [rad]: `start`, or an angle at most 0.2 rad behind the arc without assembly that `start`
+    lies in. Raises NoSolution when the linkage closes at no crank angle."""
     for low, high in arcs(p):
         if high - low >= 2.0 * math.pi - 1e-9:
             raise NoSolution(
@@ -194,7 +194,7 @@ def start_angle(p: Class4Parameters) -> float:
 
 
 def motion_at(p: Class4Parameters, angle: float) -> tuple[Linkage, Motion]:
-    """The linkage in the compositor's mode that is the chosen one at this crank angle, and its motion there."""
+    """The linkage in the mode chosen at this crank angle [rad], and its motion. Raises NoSolution: none exists."""
     found = solve_all(p, angle)
     k = int(found.chosen)
     if k < 0:

@@ -47,7 +47,7 @@ def _one(mode: Mode, title: str) -> dict[str, Any]:
 
 
 def _no_assembly(p: Class4Parameters, angle: np.ndarray) -> Answer:
-    """Says the empty arc that the first impossible crank angle lies in."""
+    """The answer where a crank angle has no assembly; it names the arc around the first such angle."""
     flat = np.atleast_1d(angle)
     bad = next((float(a) for a in flat.ravel() if solve_all(p, float(a)).chosen < 0), float(flat.ravel()[0]))
     for low, high in arcs(p):
@@ -89,7 +89,7 @@ def analytic(p: Class4Parameters, given: Mapping[str, Any]) -> Answer:
 
 
 def _start(p: Class4Parameters, m: Mechanism, given: Mapping[str, Any]) -> Array | None:
-    """Coordinates of the chosen mode by the closed form, a little off; None where it does not assemble."""
+    """(nq,) START_OFFSET off the closed form of the chosen mode; None where it does not assemble."""
     try:
         return pose(p, m, float(given["crank_angle"])) + START_OFFSET
     except NoSolution:

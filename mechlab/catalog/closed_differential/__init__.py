@@ -1,4 +1,4 @@
-"""The closed gear differential ("gear CVT"): two carriers, two blocks, two freedoms; the source's claim on trial."""
+"""The closed gear differential ("gear CVT"): two carriers, two blocks, two freedoms; the source's claim is tested."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def _plane(p: Parameters, stage: int) -> float:
 
 
 def azimuth(p: Parameters, stage: int, k: int) -> float:
-    """Direction of planet k on its carrier: the possible one nearest to equal spacing, so that teeth always fit."""
+    """Angle [rad] of planet k on its carrier: the place nearest to equal spacing at which both its meshes fit."""
     sun, _, ring = _teeth(p, stage)
     return 2.0 * math.pi * round(k * (sun + ring) / p.planets) / (sun + ring)
 
@@ -115,7 +115,7 @@ def _phase(p: Parameters, stage: int, k: int) -> float:
 
 
 def _bore(p: Parameters, teeth: int, wanted: float) -> float:
-    """A bore that leaves the teeth a body."""
+    """The bore `wanted` [m], made smaller where it would leave no material under the teeth."""
     return min(wanted, 0.3 * p.module * teeth)
 
 
@@ -272,15 +272,15 @@ def _disc(inertia: float, mass: float) -> Inertia:
 
 
 def _carrier(p: Parameters, stage: int, carried: int) -> Inertia:
-    """A carrier; planets beyond the `carried` ones that are bodies ride along as point masses."""
+    """Inertia of a carrier. `carried` of its planets are bodies; the others count as point masses on it."""
     bare, mass = (p.J_H1, p.m2) if stage == 1 else (p.J_H2, p.m5)
     radius, riding = p.radii[stage - 1], p.planets - carried
     return _disc(bare + riding * mass * radius**2, bare / radius**2 + riding * mass)
 
 
 def _minimal(b: Builder, p: Parameters) -> None:
-    """H2 is nested in H1, so that every shaft lies on one path: w = w_H1 + (coefficient) x (w_H2 - w_H1). The planets of a
-    stage are one shaft, not drawn: a page shows the full train along any run."""
+    """H2 is a child of H1, so that every shaft speed is a sum over one path: w = w_H1 + coefficient x (w_H2 - w_H1).
+    The planets of a stage are one shaft, which is not drawn: a page shows the full train instead."""
     if not p.train.regular:
         raise MechlabError(
             f"closed_differential: teeth {p.teeth}: both carriers turn as one (z1/z3 = z4/z6), their speeds do not fix "

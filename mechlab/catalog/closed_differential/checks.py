@@ -1,6 +1,6 @@
 """Checks of the closed differential: closed forms, Pinocchio and MuJoCo, in every fidelity.
 
-What checks and claims ask of every witness stands first: the example with both tooth sets, runs, the lag of soft gear rows.
+First the helpers, which the claims use too: the example with both tooth sets, runs, the lag of soft gear rows.
 """
 
 from __future__ import annotations
@@ -129,8 +129,9 @@ SPEEDS = (1.3, -0.6)
 
 
 def state(p: Parameters, fidelity: str) -> State | None:
-    """Every member has turned by TURN x its speed. The mass of a carrier or block stands at the radius of the planet axes on
-    H1 (a carrier's on its own); planets that are no bodies ride on it; in `parts` one planet a stage turns for all."""
+    """The state in particles in which every member has turned by TURN x its speed; None for `minimal` where both
+    carriers turn as one. A carrier's mass lies at the radius of its planet axes, a block's at that of H1. Planets that
+    are not bodies belong to the carrier; in `parts` one planet a stage has the spin inertia of all."""
     rays = {"minimal": 0, "parts": 1, "full": p.planets}[fidelity]
     if not (p.train.regular or rays):
         return None
@@ -160,7 +161,7 @@ def state(p: Parameters, fidelity: str) -> State | None:
 
 
 def _seat(p: Parameters, stage: int, k: int, turned: float) -> Array:
-    """Where planet k stands: at the place nearest to equal spacing at which its teeth fit, in the plane of its stage."""
+    """(3,) centre of planet k [m] on a carrier that has turned by `turned` [rad], placed as `azimuth` does."""
     sun, ring = (p.teeth[0], p.teeth[2]) if stage == 1 else (p.teeth[3], p.teeth[5])
     angle = 2.0 * math.pi * round(k * (sun + ring) / p.planets) / (sun + ring) + turned
     height = 0.0 if stage == 1 else (WIDTH + GAP) * p.module
@@ -230,8 +231,8 @@ def _scenes(p: Parameters) -> CheckResult:
 
 
 def mesh_powers(p: Parameters, who: str) -> Array:
-    """(n, meshes) power that goes into each mesh from both gears and the carrier [W], along constant moments; without the
-    first 50 ms, in which soft rows take up their load."""
+    """(n, meshes) power [W] that both gears and the carrier put into each mesh, in a run under constant moments;
+    without the first 50 ms, in which soft rows take up their load."""
     found = run(who, p, "constant-moments", fidelity="parts")
     m, late = found.mechanism, found.t > 0.05
     return np.column_stack(

@@ -236,7 +236,7 @@ def start_ratio() -> Evidence:
 
 
 def only(part: str, p: Parameters = LAB) -> Parameters:
-    """The lab train in which everything but one part is lighter by 1e-9. part: J5, J36, J14, J2 or "" (as it is)."""
+    """The lab train with every inertia but that of `part` times 1e-9. part: J5, J36, J14, J2 or "" (unchanged)."""
     light = {k: getattr(p, k) * 1e-9 for k in ("J_H1", "J14", "J36", "J_H2", "J2", "m2", "J5", "m5") if k != part}
     return replace(p, **light) if part else p
 
@@ -250,7 +250,7 @@ def only(part: str, p: Parameters = LAB) -> Parameters:
     fails("no inertia makes it true"),
 )  # fmt: skip
 def start_moment() -> Evidence:
-    """The moment that the held output feels, in the limits of one inertia each, by each witness."""
+    """Moment on the held output at the start, by each witness, where only one part has inertia."""
     printed = float(closed.start_moment(LAB.train, LAB.M_H1))
     computed: dict[str, Any] = {"analytic: the printed formula [N m]": rounded(printed)}
     found: dict[str, list[float]] = {}

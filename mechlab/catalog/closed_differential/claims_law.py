@@ -174,7 +174,7 @@ def determinate() -> Evidence:
           "only a lossless variator that reacts on the housing would give (10)"),
 )  # fmt: skip
 def adaptation() -> Evidence:
-    """(10) under every physically passive addition that one may think of."""
+    """(10) in trains with passive additions: a dry or viscous load, inner drag, a one-way stop, locked blocks."""
     computed: dict[str, Any] = {}
     fits = []
     tries = (

@@ -156,7 +156,7 @@ def by_engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
 
 
 def moments(parts: Machine, p: Parameters) -> dict[str, float]:
-    """Mesh moments with the blocks held; start with the output held, by statics (the source) and by dynamics (true)."""
+    """Mesh moments with the blocks held; the start with the output held, by statics (as the source) and by dynamics."""
     drive = parts.applied(w_H1=p.M_H1)
     loads = mesh_sums(parts.balance(parts.applied(w_H1=p.M_H1, w_H2=-p.M_H2), ["w1", "w3"])[1])
     held, _ = parts.balance(drive, ["w_H2", "w5"])

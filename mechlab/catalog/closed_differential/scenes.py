@@ -15,12 +15,13 @@ from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
 from mechlab.experiment.laws import Constant, ConstantPower, Law, Motor, Viscous
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.integrate import integrate_adaptive
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
 STEP, DRY_STEP = 1e-3, 5e-4
-"""Timesteps [s]; stops, held inputs and locks catch a rate with a time constant of one step, dry friction of a finer one
-so that the time of its stop is right."""
+"""Timesteps [s]. Stops, held inputs and locks capture a rate with a time constant of one step; scenes with dry friction
+take the finer step, so that the time at which it stops the motion is right."""
 MOST_MOTOR_MOMENT = 2000.0
 """Moment [N m] at which a motor of constant power is limited near standstill."""
 CHANNELS_SHOWN = ("w_H1", "w_H2", "w1", "w3", "w2", "w5", "angular_momentum", "outer_power")
@@ -208,7 +209,6 @@ def reference(p: Parameters, scene: Scene) -> Recording:
 
 
 def _powered_motion(J: Array, laws: _Linear, law: ConstantPower, w0: Array, t: Array) -> tuple[Array, Array]:
-    from mechlab.integrate import integrate_adaptive
 
     inverse, row = np.linalg.inv(J), laws.rows[law.on]
 
@@ -225,7 +225,7 @@ def _powered_motion(J: Array, laws: _Linear, law: ConstantPower, w0: Array, t: A
 
 
 def expand(p: Parameters, recording: Recording) -> tuple[Mechanism, Array]:
-    """All gears along a recording of any fidelity."""
+    """The full train and its coordinates (n, nq) along a recording of any fidelity."""
     full = build(p, "full")
     if recording.fidelity == "full":
         return full, recording.q

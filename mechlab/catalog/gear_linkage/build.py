@@ -51,12 +51,12 @@ class Parameters:
 
     @property
     def play(self) -> float:
-        """The backlash with a millionth more, so that a crank given to some digits for that play still fits [rad]."""
+        """The backlash [rad], larger by 1e-6 of it: a rounded crank length that was found for this play still fits."""
         return self.backlash * (1.0 + 1e-6)
 
     @property
     def linkage(self) -> closed_form.GearLinkage:
-        """The same linkage for the closed form; raises what does not go together."""
+        """The same linkage for the closed form; raises for dimensions that do not go together."""
         return closed_form.GearLinkage(self.crank, self.coupler, self.rocker, self.idler_radius, self.frame, self.mode)
 
     @property
@@ -125,7 +125,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     ra, rc, rd = g.radii
     b = Builder("gear_linkage", gravity=(0.0, 0.0, 0.0), summary="four-bar with three gears at B, C and D")
     disc_a = _disc(p, ra, (p.crank, 0.0, 0.0))
-    # Coordinates from the placements as written, where relations count from: the gears have turned that far.
+    # Relations count from the placements as written; these coordinates are how far the gears have turned from there.
     idler = ra / rc * (psi - START)
     turned = (1.0 + rc / rd) * chi - rc / rd * (psi + idler)
     teeth = tooth_counts(g)
@@ -201,7 +201,7 @@ DRIVEN = ("output_held",)
 
 
 def _turn(p: Parameters) -> float:
-    """Duration of one turn [s]; a crank that stands gets a second."""
+    """Duration of one crank turn [s]; 1 s for a crank at rest."""
     return 2.0 * math.pi / abs(p.speed) if p.speed else 1.0
 
 
@@ -225,7 +225,7 @@ def constant_crank(p: Parameters, fidelity: str) -> Scene:
 
 
 def free_spin(p: Parameters, fidelity: str) -> Scene:
-    """The crank is let go at full speed: one turn at the mean speed, more or less."""
+    """The crank is released at full speed, for about one turn."""
     return replace(_scene("free-spin", p, fidelity, (), 1.0, Settings(timestep=_turn(p) / STEPS)), drives="free")
 
 
@@ -283,5 +283,5 @@ def coordinates(p: Parameters, m: Mechanism, phi: Array, w: Array) -> tuple[Arra
 
 
 def output_held(p: Parameters, recording: Recording) -> Array:
-    """The output with the play `backlash`, pushed by the gears and held by friction where nothing pushes [rad]."""
+    """(n,) output angle [rad] with the play `backlash`: the gears push it, friction holds it while they do not."""
     return closed_form.with_play(recording.channel("output_angle"), p.backlash)

@@ -29,6 +29,7 @@ from mechlab.experiment.scene import Settings
 from mechlab.kit.benchmark_parts import in_plane
 from mechlab.kit.checks import by_witnesses, moving_check
 from mechlab.kit.mass_check import Particles, State, rod, solid
+from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array, axis_rotation
 
 STATES = ((0.6, 1.3), (2.5, -0.8))
@@ -70,7 +71,7 @@ def state(p: Parameters, phi: float, w: float) -> State:
     }
     rim = pin_d + cmath.rect(rd, turns["output"])
     points = {"B": in_plane(pin_b), "C": in_plane(pin_c), "rim": in_plane(rim)}
-    # No mass feels how the teeth of the idler stand: its body has turned with the coupler, and by its joint against it.
+    # The phase of the idler's teeth has no dynamic effect: its body turns with the coupler and, by its joint, on it.
     idler = axis_rotation((0.0, 0.0, 1.0), turns["coupler"] + ra / rc * joint)
     poses = {"idler": (idler, np.array(in_plane(pin_c)))}
     return State(values, speeds, particles, points, (0.0, 0.0, 0.0), 1, poses=poses)
@@ -78,7 +79,7 @@ def state(p: Parameters, phi: float, w: float) -> State:
 
 SAMPLES = 40_001
 BACK = math.radians(2.0)
-"""The crank is the one whose output runs back so far [rad]."""
+"""Reverse motion of the output [rad] for which the crank length is found."""
 
 
 def _transmission(g: closed_form.GearLinkage, phi: Array) -> Array:
@@ -88,7 +89,7 @@ def _transmission(g: closed_form.GearLinkage, phi: Array) -> Array:
 
 
 def _sampled(g: closed_form.GearLinkage) -> list[float]:
-    """The numbers of a RegimeReport of an output that runs back, from its rates by rolling over a turn."""
+    """The numbers of a RegimeReport for an output that runs back, from sampled rolling rates over one turn."""
     phi = np.linspace(0.0, 2.0 * math.pi, SAMPLES)
     w = closed_form.rolling_rates(g, phi)[1]
     least, least_at = _extreme(phi, w)
@@ -129,7 +130,7 @@ def _regime(p: Parameters) -> CheckResult:
 
 
 def _reach(p: Parameters) -> CheckResult:
-    """The transmission angle over a turn, and what `crank_for` tells besides the crank."""
+    """The transmission angle over a turn, and what `crank_for` returns besides the crank."""
     g, phi = p.linkage, np.linspace(0.0, 2.0 * math.pi, 101)
     found = closed_form.crank_for("reverse_angle", BACK, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
     at_rest = replace(g, crank=found.momentary_crank)
@@ -202,7 +203,6 @@ def _mean(p: Parameters) -> CheckResult:
 
 
 def _mass(p: Parameters) -> CheckResult:
-    from mechlab.mechanism import TreeKinematics
 
     m = build(p, "minimal")
     tree = TreeKinematics(m)

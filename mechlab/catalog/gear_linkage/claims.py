@@ -193,7 +193,7 @@ def sheet_delivery() -> Evidence:
     cannot("the source gives neither dimensions, masses nor cutting force of the machine"),
 )  # fmt: skip
 def cutter_torque() -> Evidence:
-    """The torque of the cutter's main shaft cannot be had without its loads and masses."""
+    """The torque of the cutter's main shaft cannot be computed without its loads and masses."""
     p = _preset("knife-drive")
     return evidence({
         "drive torque / output torque: largest (power balance)": closed_form.regime(replace(p.linkage)).fastest_rate,

@@ -17,7 +17,7 @@ FEWEST, MOST = 24, 120
 def tooth_counts(g: GearLinkage) -> tuple[int, int, int]:
     """Teeth of a, idler and output whose ratios are nearest to those of the radii, the fewest where they are exact.
 
-    All three between 24 and 120, or up to what the largest needs when the smallest has 24.
+    All three lie between 24 and 120, or reach beyond 120 where the largest needs it when the smallest has 24.
     """
     radii = np.array(g.radii)
     relative = radii / radii.min()

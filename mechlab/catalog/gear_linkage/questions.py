@@ -32,7 +32,7 @@ def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
 
 
 def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
-    """Angles of gears count from crank angle 0, which the engine is asked for too."""
+    """Gear angles count from crank angle 0, so the engine solves that position too."""
     m = build(p, "minimal")
     wanted = [f"{part}_angle{s}" for part in PARTS for s in ("", "_rate", "_accel")]
     asked = {f"crank_angle{s}": given[f"crank_{k}"] for s, k in (("", "angle"), ("_rate", "rate"), ("_accel", "accel"))}

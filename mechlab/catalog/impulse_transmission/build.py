@@ -1,4 +1,4 @@
-"""The inertial-impulse transmission: parameters, shapes, and the Mechanism with two freedoms without rows or every part a body.
+"""The inertial-impulse transmission: parameters, shapes, and the Mechanism: two coordinates, or every part a body.
 
 The source prints no drawing to scale: the radii of the shapes follow the inertias and the offset h.
 """
@@ -32,7 +32,7 @@ def orbit(p: Parameters) -> float:
 
 
 def _planet_radius(p: Parameters) -> float:
-    """As large as the neighbours allow."""
+    """Radius of a planet wheel [m], as large as its neighbours allow."""
     room = orbit(p) * (math.sin(math.pi / p.planets) if p.planets > 1 else 1.0)
     return 0.9 * min(room, 0.7 * orbit(p))
 
@@ -229,7 +229,7 @@ def ratios(p: Parameters) -> tuple[Fraction, Fraction]:
 
 
 def _planet(p: Parameters, share: int) -> Inertia:
-    """One planet of `share`: its mass centre lies h outwards at psi = 0, its moment is about the mass centre."""
+    """The planets' inertia divided by `share`: mass centre h outwards at psi = 0, moment about the mass centre."""
     mass, moment = p.nm / share, max(0.0, (p.nJ3 - p.nm * p.h**2) / share)
     return Inertia(mass, (p.h, 0.0, 0.0), (0.5 * moment, 0.5 * moment, moment, 0.0, 0.0, 0.0))
 

@@ -30,7 +30,7 @@ SPEED = 150.0
 
 
 def _turning_points() -> tuple[list[float], list[float]]:
-    """(measured, expected): the half-phases of one-way rotation, by following the motion from one standstill to the next."""
+    """(measured, expected): half-phases of one-way rotation, integrated from one standstill to the next."""
     i = replace(Impulse(), M0=18.0, M1=750.0)
     found = unidirectional(i, SPEED)
     psi, measured = float(found.psi_a), []
@@ -47,7 +47,8 @@ def _turning_points() -> tuple[list[float], list[float]]:
 
 
 def _orbit() -> tuple[list[float], list[float]]:
-    """Period, return to the start, and sine amplitudes of the orbit of figure 7; rates of the harmonics as differences."""
+    """(measured, expected): period, sine amplitudes and return to the start of the orbit of figure 7; rates of the
+    harmonics against central differences."""
     i = Impulse(M0=0.0, M1=0.0, c=500.0)
     orbit, period = periodic_orbit(i, SPEED), 2.0 * np.pi / (i.q * SPEED)
     t = np.linspace(0.0, period, 201)
@@ -61,7 +62,7 @@ def _orbit() -> tuple[list[float], list[float]]:
 
 
 def _system(p: Parameters) -> tuple[list[float], list[float]]:
-    """The first-order system against the accelerations under load and dry friction, and the lag of the motor."""
+    """(measured, expected): the first-order system against accelerations under load and friction, and motor lag."""
     i = replace(p.impulse, tau=p.tau or 0.01)  # a static motor has no rate
     alpha, beta, u, v, motor = y = [0.4, -0.2, 210.0, -3.0, 120.0]
     first, second = (float(x) for x in accelerations(i, alpha, beta, u, v, motor, i.M0 - i.M1))
@@ -71,7 +72,7 @@ def _system(p: Parameters) -> tuple[list[float], list[float]]:
 
 
 def i13(p: Parameters) -> CheckResult:
-    """All of it."""
+    """Turning points, orbit with harmonics, and first-order system, each against an independent computation."""
     pairs = (_turning_points(), _orbit(), _system(p))
     measured, expected = ([x for pair in pairs for x in pair[k]] for k in (0, 1))
     # Differences over 1e-6 of a radian: 1e-10 of rates of 10 rad/s in rounding; Newton ends at gaps of 1e-9 rad/s.
@@ -87,7 +88,7 @@ TURNING = Check(
 
 
 def i7_effort(p: Parameters) -> CheckResult:
-    """Evaluations of the sticking scene, against the bound; naive sign functions need more than 4e5 and do not end."""
+    """Evaluations of the sticking scene, against a bound; with sign() friction 4e5 do not reach the end."""
     recording = hybrid_run(of_scene("sticking"), "sticking", 0.3)
     return CheckResult({"hybrid": float(recording.cost.evaluations)}, 5e4, 5e4, "evaluations, must lie below 1e5")
 
@@ -114,7 +115,7 @@ def smoothed_end(p: Parameters, duration: float, width: float) -> Array:
 
 
 def i7_tanh(p: Parameters) -> CheckResult:
-    """Friction smoothed by tanh comes to the sticking solution linearly in its width."""
+    """Friction smoothed by tanh converges to the sticking solution with the first power of its width."""
     q = of_scene("sticking")
     truth = simulate(q, np.array([0.0, 0.3]))[0][-1]
     error = [abs(smoothed_end(q, 0.3, w)[3] - truth[3]) for w in (0.2, 0.1)]

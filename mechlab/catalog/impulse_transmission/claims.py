@@ -150,7 +150,7 @@ def quadratic() -> Evidence:
           "A limit cycle needs M1 > 0 or the damping of the motor"),
 )  # fmt: skip
 def limit_cycles() -> Evidence:
-    """Floquet multipliers of the orbit of figure 7, and the spread of the section of a motion beside it."""
+    """Floquet multipliers of the orbit of figure 7, and the spread of the section points of a neighbouring motion."""
     i = of_scene("fig7").impulse
     orbit = periodic_orbit(i, SPEED)
     sizes = np.abs(orbit.multipliers)

@@ -53,7 +53,7 @@ def smoothing(i: Impulse, timestep: float) -> tuple[float, tuple[str, ...]]:
 STATES = ("alpha", "beta", "alpha_rate", "beta_rate", "motor_torque")
 DURATION, TIMESTEP, ROUGH_TIMESTEP = 0.5, 5e-4, 2.5e-4
 FOLLOWED = 3
-"""Motions with friction that are followed exactly, to say how far the smoothed ones are off."""
+"""Number of motions that are repeated with exact friction, to measure the error of the smoothed ones."""
 
 
 def _states(p: Parameters, o: Mapping[str, Any]) -> Array:

@@ -51,7 +51,7 @@ class WithMotor:
         return np.array([A2 * one / A1 - two])
 
     def settle(self, t: float, y: Array, modes: Modes) -> Array:
-        """The state at rest: momentum goes to the input shaft, as when the friction has taken the last of the rate."""
+        """The state with the output shaft at rest, beta' = 0; all else is unchanged."""
         out = y.copy()
         out[3] = 0.0
         return out
@@ -99,7 +99,7 @@ class ConstantSpeed:
 
 @dataclass(frozen=True)
 class Cycle:
-    """`turns` cycles of the planets: output speed before and after, times and angle over all of them, and what happened."""
+    """`turns` cycles of the planets: output speed before and after, times, angle and events over all of them."""
 
     start: float
     end: float

@@ -144,7 +144,7 @@ WEAK = (0.02, 0.04)
 
 
 def _refused(i: Impulse, speed: float) -> str:
-    """Why there is no regime that could have limits."""
+    """Why there is no one-way rotation that could have limits; empty where there may be."""
     positive("limits_at_speed", speed)
     if i.M0 < i.M1:
         return stalled(i)
@@ -152,7 +152,7 @@ def _refused(i: Impulse, speed: float) -> str:
 
 
 def limit_analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
-    """The limits of the exact half-phases."""
+    """Limits of one-way rotation from the exact half-phases."""
     speed = float(given["limits_at_speed"])
     if _refused(p.impulse, speed):
         return Answer(status=Status.NO_REGIME, notes=(_refused(p.impulse, speed),))
@@ -178,8 +178,8 @@ def closing(i: Impulse, speed: float, guess: float = 0.0) -> Cycle | None:
 
 
 def grip(i: Impulse, speed: float) -> float:
-    """Driving torque beyond the friction where the simulated shaft turns round, the least of a cycle, as a share of M1;
-    -1 where no cycle turns round."""
+    """min |torque| / M1 - 1 over the reversals of the simulated cycle: by how much the torque on the output shaft
+    exceeds the friction. Negative: it sticks; -1 where no cycle has a reversal."""
     done = closing(i, speed)
     if done is None or not done.events:
         return -1.0
@@ -196,7 +196,7 @@ def limit_hybrid(p: Parameters, given: Mapping[str, Any]) -> Answer:
     values: dict[str, float] = {}
 
     def near(key: str, at: float | None, f: Callable[[float], float]) -> None:
-        """The root of f, bracketed by 2 % about the closed form; it is not taken over, only looked for there."""
+        """Store the root of f that lies within 2 % of the closed form `at`; `at` gives the bracket alone."""
         if at is None:
             return
         low, high = 0.98 * at, 1.02 * at
@@ -209,7 +209,7 @@ def limit_hybrid(p: Parameters, given: Mapping[str, Any]) -> Answer:
     near("standstill_load", known.standstill_load, lambda x: mean_speed(replace(i, M0=x), speed))
     if known.existence_friction is not None:
         slow, slower = (mean_speed(replace(i, M0=0.0, M1=x * known.existence_friction), speed) for x in WEAK)
-        # even in M1: the error of the extrapolation goes with its fourth power
+        # the mean speed is even in M1, so the error of the extrapolation falls with the fourth power of M1
         values["frictionless_mean_speed"] = (WEAK[1] ** 2 * slow - WEAK[0] ** 2 * slower) / (
             WEAK[1] ** 2 - WEAK[0] ** 2
         )
@@ -217,7 +217,7 @@ def limit_hybrid(p: Parameters, given: Mapping[str, Any]) -> Answer:
 
 
 def mean_speed(i: Impulse, speed: float) -> float:
-    """Of the simulated cycle [rad/s]; NaN without one."""
+    """Mean output speed of the simulated cycle [rad/s]; NaN where none closes."""
     done = closing(i, speed)
     return math.nan if done is None else done.angle / done.time
 

@@ -35,7 +35,7 @@ def laws(p: Parameters) -> tuple[Law, ...]:
 
 
 def settings(p: Parameters) -> Settings:
-    """By nature: hybrid for dry friction; else RK4, whose step resolves the motor (it is unstable above 2.8 tau)."""
+    """The engine `hybrid` for dry friction; else RK4 with a step that resolves the motor (unstable above 2.8 tau)."""
     if p.M1 > 0:
         return HYBRID
     return preset("accurate", timestep=SMOOTH_STEP if p.static_motor else min(SMOOTH_STEP, p.tau))

@@ -104,7 +104,7 @@ class Parameters:
 
     @property
     def inertia(self) -> float:
-        """Kinetic energy is this times the square of the carrier speed over 2 [kg m2]."""
+        """Inertia I of the train reduced to the carrier [kg m2]: kinetic energy = I (carrier speed)^2 / 2."""
         r2, r3 = self.radii
         c = {k: float(v) ** 2 for k, v in self.rates.items()}
         orbit = (
@@ -282,7 +282,7 @@ def _teeth(p: Parameters) -> CheckResult:
 
 
 def _room(p: Parameters) -> CheckResult:
-    """Distances of the planets as they stand, less their tip radii (z + 2 half modules each)."""
+    """Clearances between planets: distances of their centres less their tip radii, (z + 2) / 2 modules each."""
     if p.planets == 1:
         return CheckResult({"drawn": np.zeros(0)}, 1e-9, np.zeros(0), "one planet has no neighbour")
     m, (z1, z2, z3, _) = build(p, "full"), p.teeth

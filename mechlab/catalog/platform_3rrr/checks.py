@@ -61,7 +61,7 @@ def _chains(p: PlatformParameters) -> CheckResult:
                            *pin.xy().ravel(), sine, sine**2, 0.0])  # fmt: skip
             got.append([np.cos(crank.x), np.sin(crank.x), crank.v, crank.a, np.cos(back.x), np.sin(back.x), back.v, back.a,
                         *d.joint.xy().ravel(), d.quality, d.discriminant, d.gap])  # fmt: skip
-    # As of the round trip.
+    # The tolerance is that of the round trip.
     return CheckResult({"dyads": got}, 1e-9, wanted, "turns, elbows and transmission of the three chains")
 
 

@@ -1,4 +1,4 @@
-"""The leg: parameters, segments by anthropometric fractions, the Mechanism and, written anew, a tree of transition matrices.
+"""The leg: parameters, segments by anthropometric fractions, the Mechanism, and a second tree of transition matrices.
 
 The sagittal plane is x forwards, z up of the world (x, y of the planar tree); angles are counter-clockwise seen from the
 leg's right side (-Y): hip flexion and knee extension are positive. In the reference pose the leg hangs straight down.
@@ -142,7 +142,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
 
 @lru_cache(maxsize=64)
 def mechanism(p: Parameters, free: tuple[str, ...]) -> Mechanism:
-    """The leg with the joints in `free`; the others are held at zero. The world's origin is the hip's first place."""
+    """The leg with the joints in `free`; the others are held at zero. World origin: the hip in the reference pose."""
     b = _Leg(p, free)
     size, w = body(p), 0.06 * p.body_height
     slide = {"damping": p.slider_damping}

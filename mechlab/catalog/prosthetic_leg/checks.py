@@ -160,7 +160,7 @@ def _energy(p: Parameters) -> CheckResult:
 
 def _sliders(p: Parameters) -> CheckResult:
     measured = {w: np.array(list(answers(p, w, SWING_TIME).values())) for w in ("pinocchio", "mujoco")}
-    # Travel is read at samples; differences of two runs at 1 ms, 1e-8 each, and MuJoCo's clock of whole steps.
+    # Errors: travel is read at samples, each of two runs at 1 ms is off by 1e-8, and MuJoCo's clock counts whole steps.
     return CheckResult(measured, 1e-6, note="path errors of the ankle with joints locked, and travels [m]")
 
 

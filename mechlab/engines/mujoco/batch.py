@@ -25,7 +25,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
 NUMBERS = 4_000_000
-"""The engine keeps every step of what it rolls out at once: so many numbers, 32 MB."""
+"""Most numbers (32 MB) of one call of the engine, which keeps every step of all motions that it rolls out together."""
 _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 
@@ -33,7 +33,7 @@ _FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 class Batch:
     """t (m,) of the kept samples; q (N, m, nq), v (N, m, nv); `reached` (N,) [s], less than the duration where a motion
     blew up; `slip` (N,) largest residual of the relations at the samples; `unaccounted` (N,) largest energy that neither
-    the start nor the loads nor viscous damping explain, relative to what is turned over."""
+    the start nor the loads nor viscous damping explain, as a share of the energy that the motion exchanges."""
 
     t: Array
     q: Array
@@ -117,7 +117,7 @@ def _keep(
     at: slice,
     out: Batch,
 ) -> None:
-    """What is kept of some motions: states (n, steps + 1, size), the energies sensed (n, steps, 2) before each step."""
+    """Fill rows `at` of `out` from states (n, steps + 1, size) and energies (n, steps, 2) sensed before each step."""
     qpos, qvel = states[:, :, 1 : 1 + model.nq], states[:, :, 1 + model.nq : 1 + model.nq + model.nv]
     out.q[at], out.v[at] = map_.coordinates(qpos[:, keep]), map_.rates(qvel[:, keep])
     fastest = np.max(np.abs(qvel), axis=2, initial=0.0)

@@ -9,8 +9,8 @@ The engine's rows (efc_J) have no dJ/dt v. The rows here span the same space and
                      with d between the sites, e = d / |d|; the engine itself leaves b out of its distance rows
 
 Connectors: MuJoCo closes a loop by `connect` or `weld` only. A loop that is a prismatic, cylindrical or universal joint becomes a
-small body that hangs on one side of the loop with the joints of that kind, and is welded to the other side. Its coordinates are
-not of the Mechanism; in an assembled pose they follow in closed form from where the weld wants the body to be.
+small body that hangs on one side of the loop with the joints of that kind, and is welded to the other side. Its
+coordinates do not belong to the Mechanism; in an assembled pose they follow in closed form from the pose of the weld.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Connector:
     weld: int
 
     def place(self, data: mujoco.MjData, qpos: Array) -> None:
-        """Write the coordinates into `qpos` that put the connector where the weld wants it.
+        """Write the coordinates into `qpos` that put the connector into the pose that the weld prescribes.
 
         `data` has the poses of all bodies that are no connectors (mj_kinematics).
         """
@@ -155,7 +155,7 @@ class Connector:
             qpos[model.jnt_qposadr[j]] = angle
 
     def _target(self, data: mujoco.MjData) -> tuple[Array, Array]:
-        """World rotation and position that the weld wants of the connector: its two sites coincide."""
+        """World rotation and position of the connector at which the two sites of the weld coincide."""
         model = self.model
         own, other = int(model.eq_obj1id[self.weld]), int(model.eq_obj2id[self.weld])
         if model.site_bodyid[own] != self.body:

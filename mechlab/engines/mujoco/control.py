@@ -100,7 +100,7 @@ def _dispatch(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def _silent(message: str) -> None:
-    """The engine's warnings are counted in MjData and told in the health record."""
+    """Print nothing: the engine's warnings are counted in MjData and reported in the health record."""
 
 
 def _enter() -> None:

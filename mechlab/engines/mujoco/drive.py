@@ -31,11 +31,11 @@ class Driver:
     States of laws (`mechlab.experiment.law_states`) are integrated here: with the stages of RK4, which keeps its order (an
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
 
-    Of the laws that are declared drives the engine applies those that `engage` gave to its actuators, which its implicit
-    methods take implicitly; here their forces are computed a second time, for the record and for the work.
+    Declared drives that `engage` gave to actuators are applied by the engine, whose implicit methods take them
+    implicitly; their forces are computed here a second time, for the record and for the work.
 
     `at_once`: all laws are constant and the method is RK4. Then the forces are in the engine from the start, and no call
-    is needed: with the weights of RK4 the sum of force x rate is the force times the way made, to rounding.
+    is needed: with the weights of RK4 the integral of force x rate is force x displacement, to rounding.
     """
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant) -> None:
@@ -103,7 +103,7 @@ class Driver:
         self._last = (t, power)
 
     def _remember(self) -> None:
-        """Carry the states of the laws on by one stage, or by one step."""
+        """Advance the states of the laws by one stage of RK4, or by one step of another method."""
         plant, h = self.plant, float(self._option.timestep)
         if not self._rk4:
             self._kept = self.memory.after(plant.t, plant, self._kept, h)
@@ -117,7 +117,7 @@ class Driver:
             self._kept = self._kept + h * sum(w * k for w, k in zip(_RK4, self._slopes, strict=True))
 
     def _refuse(self, forces: Mapping[str, float]) -> None:
-        """Raise MechlabError for a force that is not finite in a state that is sound; in a blow-up let it pass."""
+        """Raise MechlabError for a force that is not finite, unless the state has already blown up."""
         data = self.plant.data
         if not np.all(np.abs(data.qvel) < RATE_LIMIT) or not np.all(np.isfinite(data.qpos)):
             return
@@ -133,13 +133,13 @@ class Driver:
 
 
 def engaged(laws: Sequence[Law]) -> tuple[Servo | DcMotor, ...]:
-    """The laws that the engine's own actuators do: declared drives whose force has no memory."""
+    """The laws that the engine's own actuators apply: declared drives whose force has no memory."""
     return tuple(law for law in held_drives(laws) if isinstance(law, Servo) or not law.inductance)
 
 
 def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:
-    """Leave in a model the actuators that stand for `engaged` laws, with the stiffness and damping of the law (in a map of
-    stability they are others than in the file), and take out all others. Controls stay 0, the target of a drive."""
+    """Leave in a model the actuators that stand for `engaged` laws, with the stiffness and damping of the law (a
+    stability map varies them), and take out all others. Controls stay 0, the target of a drive."""
     model = map_.model
     passive(model)
     for law in engaged(laws):

@@ -60,7 +60,7 @@ class Mujoco(Engine):
     def refuses(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
     ) -> str:
-        """LSODA takes smooth trees; hard rows need rows."""
+        """Refuses LSODA for all but smooth trees, and hard rows where there are no loops, gears or dry friction."""
         if settings.integrator == "LSODA":
             return why_no_smooth_tree(mechanism, scene.laws)
         if constraints == "hard" and not (mechanism.loops or mechanism.relations or is_rough(mechanism)):
@@ -68,7 +68,7 @@ class Mujoco(Engine):
         return ""
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
-        """That of a stage of mj_step."""
+        """The price of one stage of mj_step."""
         return MUJOCO
 
     def plant(self, mechanism: Mechanism) -> StateOfMujoco:

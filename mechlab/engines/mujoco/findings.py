@@ -40,8 +40,8 @@ INSIDE = 1.0 - 1e-6
 
 
 class FrictionWatch:
-    """Sees every sample (after mj_forward): the rates of what has dry friction, and whether its force is below its bound: then the
-    load could not break it away."""
+    """Records at every sample (after mj_forward) the rate of each joint or shaft with dry friction, and whether the
+    friction force is below its bound, so that the load cannot break it away."""
 
     def __init__(self, map_: MujocoMap) -> None:
         model, m = map_.model, map_.mechanism
@@ -76,7 +76,7 @@ class FrictionWatch:
 
 
 LOOKED_AT = 250
-"""At most so many samples are looked at where each costs a walk through the whole tree."""
+"""Most samples that are examined where each costs a pass over the whole tree."""
 UNEXPLAINED, SLIP_FLOOR = 3.0, 1e-6
 """Measured over predicted slip of gear rows above which the finding warns, and the slip [rad or m] below which it does not."""
 _HARMLESS = ("VGEOMFULL",)
@@ -189,8 +189,8 @@ def _stopped(mechanism: Mechanism, names: list[str], t: Array, q: Array, v: Arra
 
 
 def _slip(measured: float, predicted: float, tolerance: float) -> Finding:
-    """Measured and predicted slip of soft rows: more than the loads explain is a motion of the rows themselves, an error beyond
-    the tolerance of the scene."""
+    """Finding on measured against predicted slip of soft rows. Slip that the loads do not explain is a motion of the
+    rows themselves; it is an error where it exceeds the tolerance of the scene."""
     text = (
         f"softness alone predicts a slip of the relations of {predicted:.3g}, r = (1-d) tc^2 zeta^2 A f, standing; "
         f"measured {measured:.3g} rad or m"
@@ -218,7 +218,7 @@ def _warnings(data: mujoco.MjData) -> list[Finding]:
 
 
 def _notes(mechanism: Mechanism, settings: Settings) -> list[Finding]:
-    """What the user must know of the settings (a warning) and of where numbers come from."""
+    """What the user must know about the settings (a warning) and about where numbers come from."""
     out = []
     if settings.warning:
         out.append(Finding("settings", 0.0, 0.0, "", "warning", settings.warning))
@@ -235,7 +235,7 @@ def _notes(mechanism: Mechanism, settings: Settings) -> list[Finding]:
 
 
 class LoopWatch:
-    """Tells after each evaluated sample whether a loop has opened by more than 1e-3 of the smallest link."""
+    """Checks after each evaluated sample whether a loop has opened by more than 1e-3 of the smallest link."""
 
     def __init__(self, map_: MujocoMap) -> None:
         self.map = map_

@@ -32,10 +32,10 @@ def run(
 ) -> Recording:
     """Run a scene with MuJoCo; `settings` default to those the scene recommends.
 
-    The laws of the scene are the only forces beside gravity, springs and dampers: they are evaluated at every stage of
-    a step, with the time and state of that stage. Declared drives act as far as the scene has laws for them (a scene of a
-    design has: see `mechlab.experiment.acting`); the engine's own actuators do their work, so that the motion is that of
-    the MJCF file with all controls at 0, and the methods that are implicit in actuators are so here.
+    The laws of the scene are the only forces besides gravity, springs and dampers: they are evaluated at every stage of
+    a step, with the time and state of that stage. A declared drive acts through a law of the scene alone (scenes of a
+    design have one: see `mechlab.experiment.acting`). The engine's own actuators apply these laws, so that the motion
+    is that of the MJCF file with all controls at 0, and methods that are implicit in actuators are so here too.
 
     Channels: those of `basic_channels`; NAME_accel of joints and shafts; NAME_force of whatever a law acts on;
     reactions (see `Reactions`). Each sample is evaluated at its own state (mj_forward), none lags behind.

@@ -15,7 +15,7 @@ from mechlab.mechanism.geometry import Array
 
 MAX_SAMPLES = 1000
 RATE_LIMIT = 1e6
-"""A rate [rad/s or m/s] beyond this is no motion of a mechanism."""
+"""A rate [rad/s or m/s] beyond this counts as a blow-up."""
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 _BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 

@@ -51,8 +51,7 @@ def step_through(
 
 
 class Steps:
-    """A timed run of a scene that goes on from where it stands; the timestep must divide `between`, the distance of outputs
-    [s].
+    """A timed run of a scene that can be continued; the timestep must divide `between`, the time between outputs [s].
 
     Laws are evaluated at every stage, inside the timed steps. Under constant loads and drives that hold alone, runs of a
     thread share one MjData for a mechanism and its settings, and each keeps its state. Raises MechlabError for bad input.
@@ -68,7 +67,7 @@ class Steps:
             mujoco.mj_resetData(self.model, self.data)
         else:
             self.model, self.data, self.map = _undriven(mechanism, settings, engaged(scene.laws))
-        # nobody reads them, and a chart is to tell what stepping costs
+        # nobody reads them, and a chart shows the cost of stepping alone
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         _start(mechanism, scene, self.data, self.map)
         self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
@@ -76,12 +75,12 @@ class Steps:
         mujoco.mj_getState(self.model, self.data, self._state, _STATE)
 
     def advance(self, outputs: int) -> Trace:
-        """The states as they stand and after each of `outputs` distances more."""
+        """The present state and the states after each of `outputs` further intervals `between`."""
         model, data = self.model, self.data
         model.opt.timestep = self.timestep
         mujoco.mj_setState(model, data, self._state, _STATE)
         for w in _BAD:
-            data.warning[w].number = 0  # of another run
+            data.warning[w].number = 0  # counted in another run
         with self._laws():
             qpos, qvel, spent, reason = step_through(model, data, outputs, self.each, self.price)
         mujoco.mj_getState(model, data, self._state, _STATE)
@@ -121,12 +120,12 @@ def _start(mechanism: Mechanism, scene: Scene, data: mujoco.MjData, map_: Mujoco
 
 
 def _constant(scene: Scene) -> bool:
-    """Whether the engine does everything by itself."""
+    """Whether no law needs a callback: each is constant or applied by an actuator of the engine."""
     return all(law.kind == "constant" for law in _called(scene))
 
 
 def _called(scene: Scene) -> tuple[Law, ...]:
-    """The laws that the engine's actuators do not do."""
+    """The laws that the engine's actuators do not apply."""
     held = engaged(scene.laws)
     return tuple(law for law in scene.laws if law not in held)
 
@@ -134,8 +133,8 @@ def _called(scene: Scene) -> tuple[Law, ...]:
 def _driven(
     mechanism: Mechanism, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, sampling: bool
 ) -> Callable[[], AbstractContextManager[None]]:
-    """What makes the engine run under the laws of a scene; constant ones are put into it once, without a call back at every
-    stage."""
+    """The context in which the engine steps under the laws of a scene. Where all laws are constant their forces are set
+    once and no callback runs at every stage."""
     if _constant(scene):
         for law in _called(scene):
             data.qfrc_applied[map_.dof] += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
@@ -183,7 +182,7 @@ class _Linearised:
     v+ = v + h a(q, v): compiled, and without kinematics anew where only a rate is moved."""
 
     MOVED = 1e-7
-    """By so much a coordinate or rate is moved [rad or m, per second]."""
+    """Difference by which a coordinate [rad or m] or rate [rad/s or m/s] is moved."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, price: float = 0.0) -> None:
         self._price = 2.0 * model.nv * price

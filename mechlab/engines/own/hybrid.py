@@ -1,7 +1,7 @@
-"""Engine `hybrid`: the equations of motion of another engine (EQUATIONS_OF), dry friction of joints and shafts followed as it is.
+"""Engine `hybrid`: the equations of motion of another engine (EQUATIONS_OF) with set-valued dry friction, not smoothed.
 
 DOP853 between located events (a rate that reaches 0 sticks, a friction force that reaches its limit breaks away), in parts that
-start on the constraints. The finding "friction" of a run says how often what stuck.
+start on the constraints. The finding "friction" counts the events and the time that each joint or shaft stood still.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def recording_of(
 
 
 def _friction(motion: RoughEquations, parts: list[HybridTrajectory]) -> Finding:
-    """How often what stuck, and for how long."""
+    """The finding "friction": number of events, and the time [s] that each joint or shaft stood still."""
     names = motion.names
     if not names:
         return Finding("friction", 0.0, 0.0, "events", "ok", "no dry friction: plain DOP853")
@@ -215,17 +215,17 @@ class Hybrid(Engine):
         return run(mechanism, scene, settings, times)
 
     def missing(self) -> str:
-        """The engine whose equations it takes."""
+        """What must be installed for the engine whose equations it takes; "" when all is there."""
         return available(EQUATIONS_OF)
 
     def refuses(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
     ) -> str:
-        """Without dry friction there are no events."""
+        """Refuses a mechanism without dry friction, which has no events."""
         return "" if is_rough(mechanism) else "no dry friction: the same as Pinocchio DOP853"
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
-        """That of the factored equations."""
+        """The price of the factored equations."""
         return EQUATIONS
 
 

@@ -38,7 +38,7 @@ PATH_ERROR = 1e-10
 PATH_LIMIT = 1e-8
 WIDTH = 2.0 * np.pi / 16.0
 FRICTION_WIDTH = 0.1
-"""Dry friction is smoothed below rates of this [rad/s2 or m/s2], or of what it accelerates, times the timestep."""
+"""Dry friction is smoothed below the rate timestep x max(this, acceleration by the friction alone) [rad/s2 or m/s2]."""
 
 
 class OneFreedomPlant(TreePlant):
@@ -276,12 +276,12 @@ class OneFreedomEngine(Engine):
     def refuses(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
     ) -> str:
-        """It takes one freedom."""
+        """Refuses a mechanism that has not exactly one freedom."""
         freedoms = structure(mechanism).freedoms
         return "" if freedoms == 1 else f"it has {freedoms} freedoms"
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
-        """That of the equation on its table."""
+        """The price of the equation on its table."""
         return ONE_FREEDOM
 
 

@@ -35,7 +35,7 @@ class Peer(Engine):
         return not_expressible(self.name, settings.integrator, mechanism, scene)
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
-        """Nobody counts what a peer does: it is budgeted like own equations."""
+        """The work of a peer is not counted; its budget is that of the lab's own equations."""
         return Price(OWN_EQUATIONS)
 
 

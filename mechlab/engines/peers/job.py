@@ -14,7 +14,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import redundancies, sample_poses
 
 WORTH = 1e-6
-"""A row counts as independent of others when this share of it is, at every pose looked at."""
+"""A row is independent of others when the part that they do not span is at least this share, in the median of poses."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,9 @@ def _independent(mechanism: Mechanism, q: tuple[float, ...]) -> tuple[tuple[str,
 def independent(mechanism: Mechanism, q: Array) -> dict[str, tuple[bool, ...]]:
     """Loop -> which of its rows to keep, for engines that break down on redundant rows.
 
-    Of a redundant loop no fixed choice is right everywhere: rows are kept whose smallest share of their own over all
-    poses looked at (that of the start and those near the reference) is largest, one after the other.
+    No fixed choice of the rows of a redundant loop is right at all poses. Rows are kept one by one: the next is the row
+    whose part not spanned by those kept is largest in the median over the poses (the start and some near the
+    reference).
     """
     tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
     if not mechanism.loops:
@@ -83,7 +84,8 @@ def independent(mechanism: Mechanism, q: Array) -> dict[str, tuple[bool, ...]]:
 
 
 def _spread(jacobians: list[Array], wanted: int) -> set[int]:
-    """`wanted` rows, each the one that is farthest from those before it at its worst pose."""
+    """`wanted` rows at most, each with the largest part not spanned by those before it, in the median over the
+    poses."""
     scale = max(float(np.max(np.linalg.norm(j, axis=1), initial=0.0)) for j in jacobians)
     rests = [j / scale for j in jacobians]
     keep: list[int] = []

@@ -1,5 +1,5 @@
-"""What peers are given: the tree of a Mechanism as a chain of one-joint links, the form in which every peer takes it; and what of a
-scene no peer can express, as a sentence, before anything is built.
+"""The tree of a Mechanism as one-joint links, the form that every peer accepts; and the sentence that says, before
+anything is built, what of a scene a peer cannot express.
 
 A body with several joints becomes several links, the last of which has its inertia; a body without joints is part of its parent's
 link. The frame of a link stands at its joint and has the joint's axis along z.
@@ -99,7 +99,7 @@ def loop_points(links: Links, loop: Loop) -> list[Array]:
 
 
 PEERS = {"exudyn": "exudyn", "drake": "pydrake", "opensim": "opensim"}
-"""Peer -> the Python module that it is."""
+"""Peer -> the Python module to import."""
 LOOPS = {
     "exudyn": ("spherical", "revolute", "cylindrical", "prismatic", "fixed"),
     "drake": ("spherical", "revolute", "fixed"),

@@ -79,7 +79,7 @@ class Closer:
     def smallest(self, q: Array) -> float:
         """Smallest singular value of the equations at q that is not zero everywhere: 0 at a singular position.
 
-        Rows are scaled by their size at a generic pose: at q itself a row may vanish, which is just what is looked for.
+        Rows are scaled by their size at a generic pose, because at a singular q a row itself may vanish.
         """
         scale, rank = self._generic
         if not rank:

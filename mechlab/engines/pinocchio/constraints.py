@@ -154,8 +154,8 @@ class PinConstraints:
 
 
 def _picked(rows: list[str], loop: Indices, loops: int) -> Indices:
-    """(7, rows, 3) places in the frames (2 loops, 4, 4) of all loops, a then b, of what a row is made of: u; p_b or w; p_a
-    or zeros; and of the first two turned by one and by two places, as cross products need them."""
+    """(7, rows, 3) flat indices into the frames (2 loops, 4, 4) of all loops, a then b: of u; of p_b or w; of p_a or
+    zeros; then of u, and of p_b or w, with x y z rotated by one and by two places, as cross products need them."""
     axis = np.arange(3)
     places = np.empty((7, len(rows), 3), dtype=int)
     for i, (row, k) in enumerate(zip(rows, loop.tolist(), strict=True)):

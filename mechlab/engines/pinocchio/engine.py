@@ -54,7 +54,7 @@ class Pinocchio(Engine):
     def refuses(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
     ) -> str:
-        """LSODA takes smooth trees; dry friction, only methods that say how they take it."""
+        """Refuses LSODA for all but smooth trees, and dry friction for a method that does not say how it treats it."""
         if settings.integrator == "LSODA":
             return why_no_smooth_tree(mechanism, scene.laws)
         if is_rough(mechanism) != bool(friction):
@@ -64,7 +64,7 @@ class Pinocchio(Engine):
         return ""
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
-        """That of Pinocchio's constrained dynamics where it fits, else of the factored equations."""
+        """The price of Pinocchio's constrained dynamics where it fits, else of the factored equations."""
         return CONSTRAINED if fits(mechanism, laws) else EQUATIONS
 
     def plant(self, mechanism: Mechanism) -> PinPlant:
@@ -80,7 +80,7 @@ class Pinocchio(Engine):
         return PinSmallMotions(mechanism, laws)
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
-        """With loops, gears or shafts by the factored equations; of a tree by Featherstone's articulated bodies (pin.aba)."""
+        """(nv,) by the factored equations; of a tree without shafts by the articulated-body algorithm (pin.aba)."""
         plant = PinPlant(mechanism, q, v)
         applied = np.zeros(mechanism.nv) if force is None else np.asarray(force, dtype=float)
         if len(plant.constraints) or plant.passive.has_shaft_inertia:

@@ -42,7 +42,7 @@ class Equations:
     """The equations of motion of a mechanism under laws, on Pinocchio.
 
     Dry friction is smoothed: -friction tanh(rate / width), where `width` [rad/s or m/s] is at least FRICTION_WIDTH h and
-    wide enough for a step of size h to be stable; `able` [rad/s2 or m/s2] is what the friction alone accelerates.
+    wide enough for a step of size h to be stable; `able` [rad/s2 or m/s2] is the acceleration by the friction alone.
     `corrected` is the largest projection so far [m or rad].
     """
 

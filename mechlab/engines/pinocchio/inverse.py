@@ -83,7 +83,7 @@ SINGULAR = 1e-6
 
 @dataclass(frozen=True)
 class Solved(Assembly):
-    """An Assembly with what one wants to know of it: `gap` by row or target that stays open, kinds of singularity
+    """An Assembly with its diagnosis: `gap` by row or target that stays open, kinds of singularity
     ("constraint", "parallel", "serial"), the smallest singular value of the equations."""
 
     gap: tuple[tuple[str, float], ...] = ()

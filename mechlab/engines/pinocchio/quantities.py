@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.model import rate_columns
 from mechlab.errors import MechlabError, unknown
-from mechlab.mechanism.geometry import Array, rotation_log
+from mechlab.mechanism.geometry import Array, quaternion_exp, quaternion_to_matrix, rotation_log
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
 
@@ -119,7 +119,6 @@ def interpolate(item: PoseQuantity, start: Array | float, end: ArrayLike, s: flo
     """The target on the way from `start` (s = 0) to `end` (s = 1): a straight line, or a turn about one axis."""
     if item.part != ROTATION:
         return float(start) + s * (float(end) - float(start))  # type: ignore[arg-type]
-    from mechlab.mechanism.geometry import quaternion_exp, quaternion_to_matrix
 
     first = np.asarray(start)
     turn = rotation_log(np.asarray(end, dtype=float) @ first.T)

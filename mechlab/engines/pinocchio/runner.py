@@ -38,7 +38,7 @@ RESTART = 20
 
 @dataclass
 class _Log:
-    """What was seen so far."""
+    """The samples of a run so far, its number of steps, and what ended it early."""
 
     watch: ModeWatch
     t: list[float] = field(default_factory=list)

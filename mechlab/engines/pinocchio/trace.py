@@ -280,8 +280,8 @@ MOST_EVALUATIONS = 400_000
 
 
 def rough_equations(mechanism: Mechanism, laws: tuple[Law, ...], friction: str, h: float) -> Equations:
-    """The equations with -limit sign(rate), or -limit tanh(rate / width), whose width is as small as RK4 with steps of
-    h bears. Raises MechlabError for another word."""
+    """The equations with friction -limit sign(rate) or -limit tanh(rate / width), with the smallest width for which RK4
+    with steps of h is stable. Raises MechlabError for another `friction`."""
     if friction not in FRICTION:
         raise unknown("friction", friction, FRICTION)
     motion = Equations(mechanism, laws, h)
@@ -316,7 +316,7 @@ def trace_friction(mechanism: Mechanism, scene: Scene, settings: Settings, outpu
 
 
 def _span(motion: Equations, settings: Settings, t0: float, t1: float, y: Array, each: int) -> tuple[int, Array, str]:
-    """From one output time to the next: steps, the state there, and why it was not reached."""
+    """From one output time to the next: number of steps, the state there, why it was not reached ("" when it was)."""
     h = (t1 - t0) / each
     if settings.integrator == "DOP853":
         left = MOST_EVALUATIONS - motion.plant.evaluations

@@ -21,6 +21,7 @@ from mechlab.formats.mjcf.read_tree import BodyTree, read_tree
 from mechlab.formats.mjcf.source import MjcfText, Names, fail, refuse
 from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import IDENTITY, Placement
+from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.naming import colliding_frame
@@ -119,7 +120,6 @@ def _equalities(
 
 def _plain(body: Body) -> Body:
     """The body with a mass, so that the tree without loops is a valid Mechanism for reading poses."""
-    from mechlab.mechanism.inertia import Inertia
 
     return Body(body.name, body.parent, body.placement, body.joints, Inertia(1.0, (0.0, 0.0, 0.0), (1, 1, 1, 0, 0, 0)))
 

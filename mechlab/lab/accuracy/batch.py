@@ -1,7 +1,7 @@
 """Kinematics of a tree, its loops and its relations at many poses at once, with numpy alone.
 
-For mechanisms whose joints have one coordinate each. Many poses cost a few microseconds each; of a single one the number of
-numpy calls decides, hence homogeneous matrices and products of whole arrays.
+For mechanisms whose joints have one coordinate each. Many poses cost a few microseconds each; the cost of a single pose
+is set by the number of numpy calls, hence homogeneous matrices and products of whole arrays.
 """
 
 from __future__ import annotations
@@ -222,7 +222,7 @@ class BatchRows:
             pa, pb = (ra @ self.a[1])[:, :, :3, 0], tree.positions(poses, self.b)
             back = np.swapaxes(ra[:, :, :3, :3] @ self.turn_a, 2, 3)
             own = np.empty((len(pa), count, 3, n + 1))
-            # of the point of A that is where B's is: with it the turning of A counts
+            # velocity relative to the point of A that coincides with the point of B, which takes in the rotation of A
             np.multiply(linear - across(pb) @ angular, self.between, out=own[..., :n])
             own[..., n] = pb - pa
             own = back @ own
@@ -243,7 +243,7 @@ class BatchRows:
             pa, pb = tree.positions(poses, self.rod_a), tree.positions(poses, self.rod_b)
             d = pb - pa
             both = np.empty((len(d), count, n + 1))
-            # both ends lie on the line of the rod, so that its direction at B takes the turning of both sides
+            # both ends lie on the line of the rod, so the velocity of A along it may be taken at B
             both[..., :n] = (d[:, :, None, :] @ (linear - across(pb) @ angular) * self.rod_between)[:, :, 0]
             both[..., n] = 0.5 * (np.sum(d * d, axis=-1) - self.lengths[:, None] ** 2)
             parts.append((both / self.lengths[:, None, None]).transpose(1, 0, 2))

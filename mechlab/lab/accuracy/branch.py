@@ -209,7 +209,7 @@ def _least_squares(matrices: Array, sides: Array) -> Array:
     found = inverse @ (across @ sides)
     change = inverse @ (across @ (sides - matrices @ found))
     found += change
-    # the step of refinement makes good what the squared condition number took, and tells how much that was
+    # the step of refinement restores the digits lost to the squared condition number; its size says how many
     if not max(change.max(), -change.min()) < NORMAL_EQUATIONS_LIMIT * max(found.max(), -found.min(), 1e-6):
         return _by_factors(matrices, sides)
     return np.asarray(found)

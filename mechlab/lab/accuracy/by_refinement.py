@@ -1,4 +1,4 @@
-"""Solution by steps: of all methods the one whose next run costs the least is refined, until one of them meets the error."""
+"""Solution by steps: always the method whose next run costs least is refined, until one of them meets the error."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def solve_by_refinement(
         if RULES.safety * x.estimate <= max_error:
             winner = x
     rounding = 0.0
-    # a tolerance needs no such run: what it leaves at every step grows as rounding does, is a hundred times as large, and estimated
+    # a tolerance needs no such run: its error per step grows as rounding does, is 100 times as large, and is estimated
     if winner is not None and winner.rule.control == "step" and max_error < 1e-6 and len(winner.traces) > 1:
         rounding = _counting_runs_only(counter, winner, winner.rounding_error)
     ran = [x for x in candidates if x.traces]
@@ -113,7 +113,7 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
 
 
 def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, problem: Problem) -> MethodCheck | None:
-    """The check by another method of which two runs are at hand: the one with the smallest last change; None without one."""
+    """The check by another method with at least two runs: that of the smallest last change; None without one."""
     others_run = [x for x in others if len(x.tracked) >= 2]
     if not others_run:
         return None

@@ -1,7 +1,7 @@
 """The check of a motion by another engine, over as much of the scene as a share of the work done so far allows.
 
-The engine runs twice, once sharper than the other. The difference of its two runs is its own error; as long as that is small,
-the difference of the sharper one from the motion in hand must be explained by the errors of both.
+The engine runs twice, at two steps or tolerances. The difference of its runs is its own error; as long as that is
+small, the difference of the sharper run from the checked motion must be explained by the errors of both.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FIRST_INTERVAL = 20.0
 
 @dataclass(frozen=True)
 class MethodCheck:
-    """Up to the time `until` [s] the check method differs by `difference`; its own error is `own` (both in the unit tracked)."""
+    """Up to time `until` [s] the check method differs by `difference`; its own error is `own` (both in m or rad)."""
 
     method: str
     difference: float
@@ -39,15 +39,16 @@ class MethodCheck:
     sentence: str
 
     def contradicts(self, estimate: float, size: float) -> bool:
-        """Whether the difference is more than the errors of both explain. estimate: error of the motion; size: of what is tracked."""
+        """Whether the difference is more than the errors of both explain. estimate: error of the motion; size: largest
+        tracked quantity."""
         return self.difference > RULES.contradiction * (self.own + estimate) + 1e-11 * size
 
 
 class CheckRunner:
-    """Runs the cheapest other engine than `used` that can follow the scene, at two steps or tolerances. Dry friction has none.
+    """Runs the cheapest engine other than `used` that can follow the scene, twice. Dry friction is not checked.
 
-    fastest: rate of the mechanism [1/s]. sharp: False for a low accuracy: a tree, which has no rows whose softness goes with the
-    step, may take a quarter of the steps, and a tolerance may be ten times as large. Making one builds models.
+    fastest: rate of the mechanism [1/s]. sharp: False where a low accuracy is enough: then a tree, which has no soft
+    rows, may take a quarter of the steps, and a tolerance is ten times as large. The constructor builds models.
     """
 
     def __init__(self, problem: Problem, used: str, fastest: float, sharp: bool = True) -> None:
@@ -58,7 +59,7 @@ class CheckRunner:
         self._prepare()
 
     def _prepare(self) -> None:
-        """Makes the two runs of the first setting that can run the problem ready, and drops those before it."""
+        """Prepare the two runs of the first setting that can run the problem; drop the settings before it."""
         while self.settings:
             setting = self.settings[0]
             if not setting.method.available(self.problem):
@@ -115,8 +116,8 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
 
 
 def _round_down(count: float) -> int:
-    """The largest of 1, 2, 3, 4, 6, 8, 12, ... that is not more than `count`. The evaluations of methods with step-size control vary
-    a little between processors; how far a check goes must not."""
+    """The largest of 1, 2, 3, 4, 6, 8, 12, ... that is not more than `count`. The evaluations of methods with step-size
+    control vary a little between processors; the length of a check must not."""
     if count < 2.0:
         return 1
     power = 2 ** int(math.log2(count))

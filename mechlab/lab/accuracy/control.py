@@ -37,15 +37,15 @@ STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
 
 BETWEEN = 0.125
-"""Error of interpolation between the states, over its change when every second state is left out: the interpolation is of fifth
-degree in the positions, so that the error of its second derivative falls with the fourth power of the distance."""
+"""Error of interpolation between the states, over its change when every second state is left out. It is of fifth degree
+in the positions, so that the error of its second derivative falls with the fourth power of the distance."""
 ComparedRuns = tuple[tuple[Recording, float], ...]
 
 
 @dataclass(frozen=True)
 class ControlledRun:
-    """A Recording, and the runs it is compared with: factor times the difference is a part of the error of each channel. No runs
-    where the errors of the channels are not known."""
+    """A Recording, and the runs it is compared with: factor x difference is a part of the error of each channel. No
+    runs where the errors of the channels are not known."""
 
     recording: Recording
     others: ComparedRuns
@@ -87,8 +87,8 @@ def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]
 
 
 def _compared(result: Solution, make: Callable[[NeighbourMotion], Recording], more: float = 1.0) -> ComparedRuns:
-    """The neighbours of a solution as recordings, each with `more` times its factor. None where one of them cannot be made: its
-    part of the error would be missing."""
+    """The neighbours of a solution as recordings, each with `more` times its factor. Empty where one of them cannot be
+    made, because its part of the error would be missing."""
     try:
         return tuple((make(n), more * n.factor) for n in result.neighbours)
     except MechlabError:
@@ -126,7 +126,7 @@ def solution_findings(result: Solution) -> tuple[Finding, ...]:
 
 def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence[float], every: int = 1) -> Recording:
     """States and channels: the basic ones, NAME_accel of joints and shafts, NAME_force of what constant loads and laws act on.
-    every: only every so many of the output times are used, where states between them are interpolated."""
+    every: states between output times are interpolated from each `every`-th of these times."""
     t = np.union1d(result.t, np.asarray(at, dtype=float))
     if result.motion is not None:
         states = result.motion.states(t, accelerations=True)
@@ -177,8 +177,8 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Seque
 def _interpolated(
     mechanism: Mechanism, scene: Scene, result: Solution, t: Array, every: int
 ) -> tuple[Array, Array, Array]:
-    """States at times t: those of the result, and between (every `every`-th of) them the quintic through positions, rates and
-    accelerations."""
+    """States at times t: those of the result at output times; between them the quintic through positions, rates and
+    accelerations at each `every`-th output time."""
     m = mechanism
     known = np.array([_acceleration(m, scene, x, q, v) for x, q, v in zip(result.t, result.q, result.v, strict=True)])
     if len(t) == len(result.t) and every == 1:
@@ -206,7 +206,7 @@ def _acceleration(m: Mechanism, scene: Scene, t: float, q: Array, v: Array) -> A
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:
-    """A Recording that an engine made with the accepted settings; what it differs from the estimated run counts too."""
+    """The Recording of an engine with the accepted settings; `difference` from the estimated run adds to the error."""
     total = result.estimate + difference
     own = solution_findings(result)
     text = f"{result.sentence}; the recorded run differs from the estimated one by {difference:.2g} {result.unit}"

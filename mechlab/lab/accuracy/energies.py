@@ -90,7 +90,7 @@ class TreeEnergies:
             d = b - a
             length = np.sqrt(np.sum(d * d, axis=2))
             (la, wa), (lb, wb) = (tree.twists(screws, x[0], u) for x in self.ends)
-            # d . (velocity of B - of A); the lever of A may be taken at B, since both lie on the line d
+            # d . (velocity of B - of A); the velocity of A may be taken at B, since both points lie on the line d
             rate = np.sum(d * (lb - la + crossed(wb - wa, b)), axis=2) / np.maximum(length, 1e-300)
             height = height + 0.5 * self.stiffness @ (length - self.rest) ** 2
             slope = slope + self.stiffness @ ((length - self.rest) * rate)

@@ -53,7 +53,7 @@ class PlacedStates(States):
 
 @dataclass(frozen=True)
 class _CellPlace:
-    """Place on an orbit of cells: passages done before, cell, Chebyshev basis there, pose without full turns."""
+    """Place on an orbit of cells: completed passages, cell, Chebyshev basis there, pose without full turns."""
 
     lap: Array
     cell: NDArray[np.intp]
@@ -246,8 +246,8 @@ class EnergyMotion:
     def moved(self, states: PlacedStates, t: Array, every: int = 1, shift: float = 0.0) -> Array:
         """(P, nv) change of the poses of `states` at times t with only each `every`-th node, or with `shift` [J] more energy.
 
-        It is the rate times the difference of the times at which both motions pass a place, plus the difference of the
-        polynomials. Raises NoSolution as `states`.
+        change = rate x (difference of the times at which the two motions pass the same place) + difference of their
+        polynomials at that place. Raises NoSolution as `states` does.
         """
         assert self.samples is not None
         o, place = self.orbit, states.place

@@ -122,7 +122,7 @@ class ErrorMeasure:
 
 
 def largest(difference: Array) -> float:
-    """Largest absolute value; 0 of nothing."""
+    """Largest absolute value; 0 for an empty array."""
     return float(np.abs(difference).max(initial=0.0))
 
 
@@ -162,13 +162,13 @@ class CostCounter:
 
     @contextmanager
     def building(self) -> Iterator[None]:
-        """In this block models are built; nothing of it counts."""
+        """A block in which models are built; its cost does not count."""
         with self.stepping():
             yield
 
     @contextmanager
     def stepping(self) -> Iterator[RunCost]:
-        """In this block only what is written into the RunCost counts: CPU time and work of the runs in it."""
+        """A block of which only the CPU time and work of its runs count, as written into the RunCost."""
         began, first, cost = time.thread_time(), work_done(), RunCost()
         try:
             yield cost

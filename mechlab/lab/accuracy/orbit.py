@@ -1,4 +1,5 @@
-"""Where a motion of one freedom at constant energy goes: it swings between two turning points, turns on and on, or runs."""
+"""The orbit of one freedom at constant energy: a swing between two turning points, full turns, or a run through a
+part of either that fills the duration."""
 
 from __future__ import annotations
 
@@ -234,7 +235,7 @@ class OrbitSearch:
             room = abs(bad - good)
             if not min(good, bad) - room <= new <= max(good, bad) + room:
                 new = 0.5 * (good + bad)
-            # Newton squares its step, so that nothing is left of one below the root of the rounding unit
+            # Newton's error is of the order of its last step squared, which is rounding below the root of its unit
             if abs(new - phi) <= 1e-9 * max(1.0, abs(phi)):
                 return new
             phi = new

@@ -1,7 +1,7 @@
 """The runs of one method, each with half the step (or a tenth of the tolerance) of the one before, and the error of the best.
 
 Where the changes from run to run fall with the power p of the step, the error of the last is change / (2^p - 1) (Richardson);
-p is observed, and never believed to be more than theory promises.
+p is the observed power, but at most the theoretical order.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from mechlab.mechanism.geometry import Array
 
 EPSILON = 2.2e-16
 TOO_FAST = 2.0
-"""A change that falls this many times faster than theory promises does so by chance; the ratio is then not used."""
+"""A change that falls this many times faster than in theory does so by chance: then it is the estimate itself."""
 CAPTURE_SHARE = 0.5
 """Share of their capture time with which held rates are run again, to see what that time does."""
 KINK_RATIO = 16.0
-"""Largest ratio by which the change is believed to fall when the step of a motion with kinks is halved."""
+"""With kinks in the motion the error is estimated as at least the change before the last over this ratio."""
 
 
 @dataclass
@@ -38,7 +38,7 @@ class RefinedMethod:
 
     values: their steps [s] or tolerances; traces: their states; tables: extrapolated states (Richardson); tracked: tracked
     quantities of the best. estimate: error of the last run; work, first_work [s]: of the last and the first run that got to the
-    end; done [s], cpu_s: of all runs; failures: how many did not come through; ended: why no sharper run can be made;
+    end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run can be made;
     recaptured: the best run once more, with half the time in which held rates are captured.
     """
 
@@ -97,15 +97,15 @@ class RefinedMethod:
         return self.work * (2.0 if self.rule.control == "step" else 1.6)
 
     def cost_given(self, others: Sequence[RefinedMethod]) -> float:
-        """`next_cost`; of a first run, at least what it took another method with the same integrator, in proportion to the prices of
-        their equations of motion."""
+        """`next_cost`; for a first run at least the first run of another method with the same integrator, scaled by the
+        prices of their equations of motion."""
         alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_work]
         if self.traces or self.ended or not alike:
             return self.next_cost
         return max(self.next_cost, min(x.first_work * self.expected_work / x.expected_work for x in alike))
 
     def refine(self, budget: float) -> None:
-        """One run more, within `budget` [s] of work."""
+        """Make one more run, within `budget` [s] of counted work."""
         value = self._next()
         if value is None:
             self.ended = self.ended or "its sharpest setting was used"
@@ -131,7 +131,8 @@ class RefinedMethod:
         self._estimate_error()
 
     def rounding_error(self) -> float:
-        """Error [unit] by rounding: the change of the last run but one when its start is moved by a few units in the last place."""
+        """Error [unit] by rounding: the change of the last run but one when the initial rates are moved by a few units
+        in the last place."""
         scene = self.problem.scene
         names = tuple(scene.initial_rates) or self.problem.mechanism.scalar_names[:1]
         # the rates are moved, because assembly would undo so small a change of the pose; scaled by those of the motion
@@ -146,8 +147,8 @@ class RefinedMethod:
         return _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
 
     def capture_error(self) -> float:
-        """Error [unit] by the time in which held rates are captured: twice the change with half that time, as it is of first order; 0
-        without such a law."""
+        """Error [unit] by the time in which held rates are captured: twice the change with half that time, as the error
+        is of first order in it; 0 without such a law."""
         p = self.problem
         laws = captured(p.scene.laws, CAPTURE_SHARE)
         if laws == p.scene.laws:
@@ -160,8 +161,9 @@ class RefinedMethod:
         return 2.0 * _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
 
     def neighbours(self, rounding: float) -> Iterator[NeighbourMotion]:
-        """The motions from which the errors of all channels follow: the run before the last, with the ratio of the estimate to the
-        change of the tracked quantities times the safety; and the run with half the capture time. rounding: as of `rounding_error`."""
+        """Motions whose differences from the best run give the errors of all channels: the run before the last, with
+        the factor safety x error / change of the tracked quantities; and the run with half the capture time. rounding:
+        from `rounding_error`."""
         if len(self.tables) < 2:
             return
         change, error = _distance(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
@@ -188,7 +190,7 @@ class RefinedMethod:
         return trace, work
 
     def _note_failure(self, why: str) -> None:
-        """A run did not come through: those before it no longer count, and too many failures end the refinement."""
+        """Record a failed run: the runs before it no longer count, and too many failures end the refinement."""
         self.failures += 1
         self.traces, self.tables, self.tracked, self.estimate = [], [], [], math.inf
         if self.failures > RULES.failures or self.rule.control == "tolerance":
@@ -255,7 +257,7 @@ class RefinedMethod:
 
     @property
     def _order(self) -> float:
-        """Power of the step with which the errors are believed to fall at most."""
+        """Largest power of the step with which the errors are taken to fall."""
         if self.rule.extrapolated:
             return EXTRAPOLATED
         return LOOPS_ORDER if self.rule.engine == "mujoco" and _rows(self.problem) else self.rule.order

@@ -1,4 +1,4 @@
-"""What error control gives: a motion with its error, and the sentence that check_text how it was found and whether it can be believed."""
+"""The result of error control: a motion, its error, and the sentence that says how it was found and if to trust it."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from mechlab.mechanism.geometry import Array
 
 @dataclass(frozen=True)
 class NeighbourMotion:
-    """A motion of the same scene that is a little less exact: `factor` times its difference from the accepted one is, for every
-    channel, a part of the error.
+    """A slightly less exact motion of the same scene: `factor` x its difference from the accepted motion is a part of
+    the error of every channel.
 
-    q (n, nq), v (n, nv): at the output times; motion: at any time, where it is known; settings: with which an engine makes it;
-    captured: held rates are captured in this multiple of their `time`.
+    q (n, nq), v (n, nv): at the output times; motion: at any time, where it is known; settings: with which an engine
+    makes it; captured: held rates are captured in this multiple of their `time`.
     """
 
     factor: float
@@ -32,10 +32,10 @@ class Solution:
     """A motion with its error.
 
     t (n,), q (n, nq), v (n, nv): at the output times. estimate [unit]: largest error of the tracked quantities. method: its name.
-    step: a step [s], a tolerance, the nodes of a cell, or 0 of a closed form; `control` check_text which. cpu_s: all CPU time, with
-    trials and check, without imports and building of models. reached: whether the estimate meets `max_error`. sentence: what was
-    chosen and why, or why the error cannot be reached. neighbours: from which the errors of all channels follow; none where there
-    was a single run.
+    step: a step [s], a tolerance, the nodes of a cell, or 0 for a closed form; `control` says which. cpu_s: all CPU
+    time, with trials and check, without imports and building of models. reached: whether the estimate meets
+    `max_error`. sentence: what was chosen and why, or why the error cannot be reached. neighbours: from which the
+    errors of all channels follow; none where there was a single run.
     """
 
     t: Array
@@ -64,7 +64,7 @@ class Solution:
 
 
 ROUNDING_COUNTS = 1e-7
-"""Below this error [m or rad] what rounding does to the motion is estimated too and reported."""
+"""Below this error [m or rad] the effect of rounding on the motion is estimated and reported too."""
 
 
 LIMITED_BY_ROUNDING = "double precision does not allow it"

@@ -1,5 +1,5 @@
-"""The rules of error control as data; nothing here knows a mechanism. And the fastest rate of a mechanism as it stands, which
-bounds the steps of an explicit method.
+"""The rules of error control as data, the same for all mechanisms; and the fastest rate of a mechanism at the start of
+a scene, which bounds the steps of an explicit method.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from mechlab.mechanism.statics import spring_stretch
 class ControlRules:
     """The numbers that hold for all problems.
 
-    safety: an estimate is multiplied by this. work [s]: counted work that all trials together may take.
-    nodes: of a cell of the energy quadrature, before the first doubling, and at most.
-    runs: of a method, before the order that they show is believed. failures: of the coarsest runs of a method, before it is given
-    up. tolerances: of a method that is refined by them; sharpest: the smallest of a method that starts near its target.
-    floor [m or rad]: below it the error of the energy quadrature is rounding, which steps do not cure.
+    safety: factor on every estimate. work [s]: most counted work of all trials together.
+    nodes: number of nodes of a cell of the energy quadrature at first, and at most.
+    runs: number of runs of a method before their observed order is used. failures: most failed runs of a method.
+    tolerances: those that a method is refined by; sharpest: the smallest for a method that starts near its target.
+    floor [m or rad]: below it the error of the energy quadrature is rounding, which steps do not reduce.
     rounding: units in the last place by which energy or start are moved to see what double precision allows.
-    check_share: of the work done so far that the check may add; check_steps: its fewest and most steps in an output interval;
-    check_tolerances: of a check method without steps; check_own: the check goes as far as its own error is below this share of
-    the size of the motion; contradiction: the difference of two methods may be this multiple of the sum of their errors.
+    check_share: share of the work so far that the check may add; check_steps: its fewest and most steps in an output
+    interval; check_tolerances: those of a check method without steps; check_own: the check ends where its own error
+    exceeds this share of the size of the motion; contradiction: largest difference of two methods over their errors.
     """
 
     safety: float = 2.0
@@ -53,12 +53,12 @@ RULES = ControlRules()
 
 @dataclass(frozen=True)
 class MethodRule:
-    """How error control uses a method. engine, integrator, constraints: as of `mechlab.lab.methods.Method`.
+    """How error control uses a method. engine, integrator, constraints: as in `mechlab.lab.methods.Method`.
 
     control: what is refined, "step" or "tolerance". order: power of the step with which the error falls. stable: largest step
     times the fastest rate of the mechanism (0: no limit). extrapolated: whether the runs are combined (Richardson).
-    error_left: (c, p) of the usual error c tolerance^p of a run, by which the first tolerance is chosen (c = 0: the coarsest).
-    evaluations: expected in an output interval under a tolerance, before a run has been made.
+    error_left: (c, p) of the usual error c tolerance^p of a run, which sets the first tolerance (c = 0: the coarsest).
+    evaluations: expected number in an output interval under a tolerance, before the first run.
     """
 
     name: str
@@ -73,8 +73,8 @@ class MethodRule:
     evaluations: float = 1.0
 
     def method(self, problem: Problem) -> Method | None:
-        """The method of the registry that this rule means for a problem; None where there is none. MuJoCo without loops and
-        relations has no rows to harden, so that its default is meant."""
+        """The method of the registry that this rule selects for a problem; None where there is none. Without loops and
+        relations MuJoCo has no rows to harden: then its default method is selected."""
         rows = problem.mechanism.loops or problem.mechanism.relations
         kind = "default" if self.engine == "mujoco" and self.control == "step" and not rows else self.constraints
         wanted = (self.engine, self.integrator, kind, self.control)
@@ -111,7 +111,7 @@ it comes before all of them."""
 LOOPS_ORDER = 2.0
 """Order of MuJoCo with loops or gears: their softness goes with the square of the step."""
 EXTRAPOLATED = 3.0
-"""Order up to which the errors of extrapolated runs are believed to fall; it rises from run to run."""
+"""Largest order used for extrapolated runs, whose order rises from run to run."""
 
 
 MOST_RATES = 24

@@ -48,9 +48,9 @@ class SolveTask:
 class SolvedMotion:
     """A motion, its states at the output times and their tracked quantities.
 
-    error: estimated in all; rounding: the part of it that is rounding; chosen: the method and why it applies, in words; method,
-    step, control, evaluations: as of `Solution`; integrator: as of `Settings`; share: error over the difference from
-    `motion.cruder()`.
+    error: the whole estimate; rounding: the part of it that is rounding; chosen: the method and why it applies, in
+    words; method, step, control, evaluations: as of `Solution`; integrator: as of `Settings`; share: error over the
+    difference from `motion.cruder()`.
     """
 
     motion: ContinuousMotion
@@ -190,7 +190,7 @@ def solve_by_energy(asked: SolveTask, tree: BatchTree, rows: BatchRows, energies
 
 
 def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: PlacedStates) -> float:
-    """Change of the tracked quantities when the energy changes by a few units in the last place."""
+    """Largest change of the tracked quantities when the energy changes by a few units in the last place."""
     assert motion.samples is not None
     scale = float(np.max(np.abs(motion.samples.height)))
     shift = RULES.rounding * 2.2e-16 * max(scale, abs(motion.energy))

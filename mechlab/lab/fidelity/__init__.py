@@ -1,1 +1,1 @@
-"""No more model than the scene needs: what each fidelity answers, how wrong it is, what it costs, and which one to take."""
+"""The choice of the fidelity: what each one answers, its error, its cost, and which one a scene needs."""

@@ -36,10 +36,10 @@ def checked_needs(needs: Sequence[str]) -> tuple[str, ...]:
 
 
 def missing_answers(m: Mechanism, richest: Mechanism) -> dict[str, str]:
-    """Need -> why this mechanism cannot answer it; what is not in it, it answers.
+    """Need -> why this mechanism cannot answer it; it answers every need that is not a key.
 
-    poses, drive_forces: every Mechanism. tooth_loads: it needs a row for the gears. reactions: it needs every loop, every
-    gear row and every part of the richest fidelity under its name; lumped parts have no reactions between them.
+    poses, drive_forces: every Mechanism answers them. tooth_loads: needs a row for the gears. reactions: needs every
+    loop, gear row and part of the richest fidelity under its name; lumped parts have no reactions between them.
     """
     out: dict[str, str] = {}
     if not m.relations:
@@ -60,7 +60,7 @@ def missing_answers(m: Mechanism, richest: Mechanism) -> dict[str, str]:
 
 
 FORCE_SHARE = 0.01
-"""Drive forces and tooth loads, where they are needed, may be off by this share: root mean square, of that of the load."""
+"""Largest error of drive forces and tooth loads where they are needed: root mean square, over that of the load."""
 STEPS = 1000
 """Steps of the comparison run: a number of steps and not of seconds of CPU, so that a choice can be repeated."""
 
@@ -99,7 +99,7 @@ def choose(
 
 
 class _Hashed:
-    """A design as a key: the entry and the parameters, given ones too as they outrank a scene's."""
+    """A design as a cache key: entry, parameters, and which of them the user gave, since these outrank a scene's."""
 
     def __init__(self, design: Design) -> None:
         self.design = design

@@ -36,7 +36,7 @@ def compare(
 ) -> Fidelities:
     """The fidelities of a design on a scene, each run with the settings that the scene recommends.
 
-    Without a duration a scene is cut after MOST of its timesteps. Raises MechlabError for
+    Without a duration a scene is cut after MOST_STEPS timesteps. Raises MechlabError for
     unknown names; a fidelity whose run fails is shown with the reason.
     """
     of_scene, names, more = design.for_scene(scene), levels(design), dict(extra or {})

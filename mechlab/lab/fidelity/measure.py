@@ -27,11 +27,12 @@ SAMPLES = 100
 
 @dataclass(frozen=True)
 class FidelityError:
-    """poses: largest difference of a joint, shaft or frame coordinate [rad or m], at `worst`; slip: what the rows of the
-    engine gave way in this run [rad or m], resolution: in both together.
+    """poses: largest difference of a joint, shaft or frame coordinate [rad or m]; worst: its name; slip [rad or m]: how
+    far the rows of the engine gave way in this run; resolution [rad or m]: the sum of the slips of both runs.
 
-    forces: of a drive force, root mean square over the run, as a share of that of the force; loads: of a tooth load likewise,
-    None where the rows are not the same. Mean squares, because a start out of balance makes a first instant that means nothing.
+    forces: largest error of a drive force, root mean square over the run, as a share of that of the force; loads:
+    likewise of a tooth load; None where the rows differ. Mean squares, because the first instant of an unbalanced start
+    means nothing.
     """
 
     poses: float
@@ -118,8 +119,8 @@ FRICTION_WIDTH = 1e-4
 
 @dataclass(frozen=True)
 class Agreement:
-    """difference: largest relative difference of the accelerations, infinite where the states of one are none of the other;
-    states: how many were compared."""
+    """difference: largest relative difference of the accelerations, infinite where a state of one is not possible in
+    the other; states: how many were compared."""
 
     difference: float
     states: int

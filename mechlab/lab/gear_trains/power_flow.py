@@ -190,7 +190,7 @@ def _powers(t: GearTrain, case: LoadCase, torques: Mapping[str, float]) -> dict[
 
 
 def _analytic(t: GearTrain, given: Mapping[str, Any]) -> Answer:
-    """The answer to one load case; of arrays of cases the values alone, without the lists of members and meshes."""
+    """The answer to one load case; for arrays of cases the values alone, without the lists of members and meshes."""
     shape = np.broadcast_shapes(*(np.shape(x) for x in given.values()))
     if not shape:
         return _answer_case(t, {k: float(x) for k, x in given.items()})
@@ -239,7 +239,8 @@ def _answer_case(t: GearTrain, given: Mapping[str, float]) -> Answer:
 def _backward(
     t: GearTrain, case: LoadCase, torques: Mapping[str, float], powers: Mapping[str, float]
 ) -> tuple[float | None, str]:
-    """Efficiency when the output drives at the same speeds; not positive: it cannot, power must come from both ends."""
+    """Efficiency when the output drives at the same speeds. Not positive where it cannot drive: power must come from
+    both ends. None, with the reason, where it is not defined."""
     active = [n for n, x in powers.items() if abs(x) > 1e-12 * max(map(abs, powers.values()))]
     outputs = [n for n in active if powers[n] < 0.0]
     inputs = [n for n in active if powers[n] > 0.0]

@@ -13,6 +13,8 @@ from mechlab.engines.mujoco.model import Model, to_mujoco
 from mechlab.engines.mujoco.model_file.trace import compile_file, compile_text
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom
+from mechlab.formats import from_mjcf, from_urdf
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Redundancy
@@ -107,14 +109,12 @@ def read_case(path: Path) -> ExaminedFile:
 
 def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
     """The case of a Mechanism: the MJCF that mechlab would write of it."""
-    from mechlab.formats.mjcf.write import to_mjcf
 
     root = ET.fromstring(to_mjcf(mechanism))
     return ExaminedFile(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
 
 
 def _as_mechanism(content: str, kind: str) -> tuple[Mechanism | None, str]:
-    from mechlab.formats import from_mjcf, from_urdf
 
     try:
         return (from_mjcf if kind == "MJCF" else from_urdf)(content), ""

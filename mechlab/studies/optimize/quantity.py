@@ -10,7 +10,9 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Question
+from mechlab.kit.determined import quantities
 from mechlab.lab.design import Design
+from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
 from mechlab.studies.cycle.cycle import run_cycle
 from mechlab.studies.named import SINGLE_NUMBERS, keys_to_give, parameter_infos, witness_answer
 from mechlab.studies.optimize import sources
@@ -110,8 +112,6 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
             found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
             columns, findings = {*found.columns, *found.zero}, set[str]()
         else:
-            from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
-
             step = chosen_scene(design.for_scene(None), None).settings.timestep
             recording = run_chosen(design, None, duration=FEW * step, extra=dict(own))
             columns, findings = set(recording.channels), {f.name for f in recording.health.findings}
@@ -158,7 +158,6 @@ def _question_for(design: Design, name: str, given: Mapping[str, Any]) -> tuple[
         keys = tuple(k for k in given if k in {*best.given, *best.optional})
         return best, keys, best.units.get(name, "rad" if name in best.angles or name.endswith("_angle") else "")
     m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
-    from mechlab.kit.determined import quantities
 
     if given and name in quantities(m):
         keys = tuple(k for k in given if k in quantities(m))

@@ -12,6 +12,7 @@ from mechlab.errors import MechlabError, NoSolution, Untrustworthy, unknown
 from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
+from mechlab.lab.fidelity.choose import run_chosen
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.cycle.cycle import CycleResult, run_cycle
 from mechlab.studies.named import witness_answer
@@ -188,7 +189,6 @@ class RunSource:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """The numbers. Raises Untrustworthy for a run that must not be trusted."""
-        from mechlab.lab.fidelity.choose import run_chosen
 
         r = run_chosen(design, None, extra=dict(self.extra), estimate=False)
         if not r.health.trusted:

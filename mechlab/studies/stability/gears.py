@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from mechlab.experiment.lag import predicted_lags
 from mechlab.experiment.laws import Constant, OneSidedStop, Servo
-from mechlab.experiment.scene import Scene
+from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.methods import Method, Problem
 from mechlab.mechanism import Mechanism
 from mechlab.studies.stability.data import StabilityAxis, Theory
@@ -126,7 +126,6 @@ def plan_light_parts(case: StabilityCase) -> StabilityPlan | str:
 
 def _load(m: Mechanism, scene: Scene) -> float:
     """The largest reaction of the relations as the scene is, or the weight at a hand's breadth where there is none."""
-    from mechlab.experiment.scene import Settings
 
     loads = [x.load for x in predicted_lags(m, scene, Settings())]
     return max([*loads, 1e-3 * m.total_mass * 9.81])

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import EngineMissing
+from mechlab.errors import EngineMissing, unknown
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown
 from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
@@ -40,8 +40,6 @@ class SweepResult(Shown):
         """A quantity over the axes."""
         labels = [q.label for q in self.request.quantities]
         if label not in labels:
-            from mechlab.errors import unknown
-
             raise unknown(f"{self.request.name}: quantity of the sweep", label, labels)
         return self.request.in_users_order(self.flat[:, labels.index(label)])
 

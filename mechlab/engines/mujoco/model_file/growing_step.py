@@ -1,7 +1,7 @@
 """Springs, dampers and servos that the integrator of the file cannot follow at its timestep.
 
 Linearised at rest on the motions z that the equality rows allow, M z'' + D z' + K z = 0 (springs, tendons, position and
-velocity servos; no weight). A step of the integrator is a matrix; it must not grow what the equations do not.
+velocity servos; no weight). A step of the integrator is a matrix; by it no motion may grow that the equations damp.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space
 
 GROWTH = 1.0 + 1e-4
-"""Growth of one step that is no rounding."""
+"""Growth factor of one step that is more than rounding."""
 
 
 def growing_step(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "unstable_step": names the joint that moves most in what grows, and a timestep that would do."""
+    """Finding "unstable_step": names the joint that moves most in the growing motion, and a timestep without growth."""
     if not model.nv:
         return
     m, k, d, d_explicit, basis = _linear(model, qpos)

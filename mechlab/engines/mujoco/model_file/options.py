@@ -25,7 +25,7 @@ IN_URDF = (
 
 
 def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
-    """The text; a comment says what else must go. The integrator is the one that came through in the trial."""
+    """The text; an XML comment says which attributes to delete. The integrator is the one that completed the trial."""
     h = float(model.opt.timestep)
     better = trial.better if trial is not None and trial.better else "discrete"
     if any(f.name == "unstable_step" for f in findings):
@@ -42,7 +42,7 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
 
 
 WRONG = 1e-6
-"""Relative difference of accelerations between sparse and dense Jacobian that is no rounding (1e-12 was measured)."""
+"""Relative difference of accelerations by sparse and dense Jacobian beyond rounding (1e-12 was measured)."""
 IMPLICIT = ("implicitfast", "implicit")
 
 

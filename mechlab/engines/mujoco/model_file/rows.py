@@ -1,5 +1,5 @@
-"""The equality rows of any MuJoCo model: residual and Jacobian at any qpos, names, a push along what they leave free; and the
-structure of the model (freedoms, redundant rows) by their rank, at poses that its own equations close.
+"""The equality rows of any MuJoCo model: residual and Jacobian at any qpos, names, and a push along the free motions;
+the structure of the model (freedoms, redundant rows) by the rank of the rows at closed poses.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import Redundancy, null_space
 
 PUSH = 1e-3
-"""Twice the energy of a push, over weight x size of the model."""
+"""v^T M v of a push with rates v, over weight x size of the model."""
 _LETTERS = {mujoco.mjtEq.mjEQ_CONNECT: "xyz", mujoco.mjtEq.mjEQ_WELD: ("x", "y", "z", "rx", "ry", "rz")}
 _KINDS = {
     mujoco.mjtEq.mjEQ_CONNECT: "connect", mujoco.mjtEq.mjEQ_WELD: "weld", mujoco.mjtEq.mjEQ_JOINT: "joint equality",
@@ -96,7 +96,7 @@ class EqualityRows:
 
 
 def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
-    """(nv,) rates along all motions that the equality rows allow, of twice the energy PUSH x weight x size; zero where
+    """(nv,) rates v along all motions that the equality rows allow, with v^T M v = PUSH x weight x size; zero where
     nothing can move. size [m]: that of the model."""
     rows = EqualityRows(model, qpos)
     _, jacobian = rows.at(qpos)
@@ -113,13 +113,15 @@ def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
 
 POSES, SPREAD = 4, 0.1
 VOID, SMALL, NEARLY = 1e-12, 1e-8, 1e-3
-"""Below VOID a row is zero; below SMALL what others leave of a row of unit length is rounding; below NEARLY it is suspicious."""
+"""Below VOID a row is zero. With the part that other rows span removed, a unit row below SMALL is rounding (it repeats
+them), below NEARLY it is suspicious."""
 
 
 @dataclass(frozen=True)
 class EngineStructure:
     """nv coordinates; names of the equality rows; rank (largest of several poses) and rank in the reference pose; rows that
-    repeat others; rows that nearly do: (row, what others leave of it, of unit length); residuals (rows,) at the reference."""
+    repeat others; rows that nearly do: (row, length of the unit row without the part that others span); residuals
+    (rows,) at the reference."""
 
     nv: int
     rows: tuple[str, ...]
@@ -172,8 +174,8 @@ def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
 
 
 def _kept(jacobian: Array, groups: list[int]) -> tuple[list[int], list[tuple[int, float]]]:
-    """Independent rows, earlier ones preferred; and those of which the earlier ones leave suspiciously little. EqualityRows of a
-    group have one unit: a row is measured by the largest of its group."""
+    """Independent rows, earlier ones preferred; and rows that nearly depend on earlier ones, each with the length that
+    is left of it. Rows of a group share one unit: a row is scaled by the largest of its group."""
     basis = np.zeros((0, jacobian.shape[1]))
     keep: list[int] = []
     nearly: list[tuple[int, float]] = []

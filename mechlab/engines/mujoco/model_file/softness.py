@@ -1,4 +1,4 @@
-"""How soft the loops and couplings of a MuJoCo model are, and what the engine makes of what the file says.
+"""How soft the loops and couplings of a MuJoCo model are with the values of its file, as the engine applies them.
 
 A row is a spring and damper of its own inertia, behind an impedance d <= .9999: standing under a load f it gives way by
 r = (1 - d) tc^2 zeta^2 A f. With solref "2h 1" it hardens as the timestep falls; with a fixed tc it does not.
@@ -24,7 +24,7 @@ SOFT_IMPEDANCE, HARD_IMPEDANCE = 0.99, 0.999
 RK4_LIMIT = 4.0
 """Largest k h^2 of a direct stiffness k [1/s^2] that RK4 was measured to survive; first-order integrators: 1."""
 SAG, TORN = 1e-4, 1e-2
-"""How far rows give way under the load of the start, over the size of the model, to be known; and to be an error."""
+"""Sag of a row under the load of the start, over the size of the model: reported above SAG, an error above TORN."""
 IMPEDANCE = ".9999 .9999 .001 .5 2"
 
 
@@ -79,8 +79,9 @@ def softness(model: mujoco.MjModel) -> Iterator[Symptom]:
 
 
 def sag(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "sag": how far a row gives way under the weight and controls of the start, r = R f / (K d^2), which is the r of
-    the module: the force f before the row has given way is d times that on which it stands. Light parts that carry load sag most."""
+    """Finding "sag": how far a row gives way under the weight and controls of the start, r = R f / (K d^2), the r of
+    the
+    module: f, the force before the row gives way, is d times the standing load. Light parts under load sag most."""
     probe = copy.copy(model)
     probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     probe.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT

@@ -1,4 +1,4 @@
-"""Timed runs of any MuJoCo model, whatever it holds: two points of every body at even output times; and the order that they show."""
+"""Timed runs of any MuJoCo model: two points of every body at even output times; and the observed order of the runs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 @dataclass(frozen=True)
 class FileTrace:
-    """points (n, 2 x bodies, 3): centres of mass, and points a radius of gyration beside them, which see a turn;
+    """points (n, 2 x bodies, 3): centres of mass, and points a radius of gyration beside them, which show rotation;
     energy (n,) [J]; gap: largest residual of an equality; cpu_s of stepping."""
 
     points: Array

@@ -24,7 +24,7 @@ from mechlab.mechanism.geometry import Array
 DURATION, MOST_STEPS, OUTPUTS = 0.5, 500, 20
 """The run lasts DURATION [s], or MOST_STEPS of the file's steps if that is less."""
 WRONG, DOUBTFUL = 1e-2, 1e-3
-"""Error, over the extent of the motion, that is an error of the file; and one to be known."""
+"""Error over the extent of the motion: an error of the file above WRONG, a warning above DOUBTFUL."""
 STILL = 1e-2
 """Motion, over the size of the model, below which a run says nothing."""
 SURE = 3.0
@@ -33,8 +33,9 @@ SURE = 3.0
 
 @dataclass(frozen=True)
 class TrialRun:
-    """error [m] of the centres of mass as in the file, the reference's own, the time it took, why a run ended early, and the
-    integrator that was the better one ("" when neither came through); moved [m]: the extent of the motion."""
+    """error [m]: of the centres of mass in a run as the file says; own [m]: error of the reference run itself; duration
+    [s]: simulated time; reason: why the run of the file ended early; better: integrator of the reference run, "" when
+    none completed; moved [m]: extent of the motion."""
 
     error: float
     own: float

@@ -1,4 +1,4 @@
-"""A moment of a model file in plain MuJoCo, and the settings with which it comes through.
+"""A short run of a model file in plain MuJoCo, and settings with which the file completes it.
 
 A file may be loaded by MuJoCo and still blow up in its first steps: a servo that is too stiff for the timestep. So the text
 that is to be written is stepped as anybody would step it: from its keyframe, and from there with a push along all free
@@ -29,18 +29,18 @@ from mechlab.mechanism import Mechanism
 DURATION, MOST_STEPS, OUTPUTS = 1.0, 8000, 20
 """A run lasts DURATION [s], or MOST_STEPS steps if that is less."""
 WILD, FALL = 10.0, (2.0 / PUSH) ** 0.5
-"""Rates that WILD times exceed those at half the timestep are made by the step, not by the mechanism. Looked at are rates
-above those of the push times FALL: with that energy, weight falls through the size of the model."""
+"""Rates more than WILD times those at half the timestep come from the step, not from the mechanism. Only rates above
+FALL times those of the push count: FALL corresponds to the kinetic energy of a fall through the size of the model."""
 SMALLER = (2, 4, 8, 16)
-"""Parts of the timestep that are tried with the integrator asked for."""
+"""Divisors of the timestep that are tried with the integrator asked for."""
 IMPLICIT = (4, 16, 64)
-"""Parts of the timestep that are tried with `discrete` after that; it is of first order, so none is the whole of it."""
+"""Divisors of the timestep tried next with `discrete`, which is of first order: hence not at the full timestep."""
 
 
 @dataclass(frozen=True)
 class FileTrial:
     """settings: those with which the file runs, or those asked for where none were found; trouble: what happens with those
-    asked for ("" when they do); paste: what may help where no settings were found."""
+    asked for ("" when the file runs with them); paste: what may help where no settings were found."""
 
     asked: Settings
     settings: Settings
@@ -70,7 +70,7 @@ class FileTrial:
 
 
 def try_file(m: Mechanism, settings: Settings | None = None) -> FileTrial:
-    """Step the MJCF of a mechanism for a moment and find settings with which it comes through."""
+    """Make a short run of the MJCF of a mechanism and find settings with which it completes that run."""
     asked = settings or Settings()
     found = _trouble(m, asked)
     if found is None:
@@ -95,13 +95,13 @@ def _spread(asked: Settings) -> float:
 
 
 def _integrator(s: Settings) -> str:
-    """As `to_mjcf` writes it."""
+    """The integrator as `to_mjcf` writes it."""
     return s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
 
 
 def _trouble(m: Mechanism, settings: Settings) -> Symptom | None:
-    """What goes wrong with the file that these settings make; None when it runs, and for one that MuJoCo refuses, which
-    whoever reloads the written file says with its name."""
+    """What goes wrong with the file that these settings make; None when it runs. None too when MuJoCo refuses the
+    model: the reload of the written file reports that with the file's name."""
     try:
         with compiling():
             model = mujoco.MjModel.from_xml_string(to_mjcf(m, settings))
@@ -111,8 +111,8 @@ def _trouble(m: Mechanism, settings: Settings) -> Symptom | None:
 
 
 def run_trouble(model: mujoco.MjModel) -> Symptom | None:
-    """What goes wrong in a moment of a model with a keyframe, as it is: a linear instability of the step at the start, a run
-    that diverges, rates that only the step makes. None when it runs.
+    """What goes wrong in a short run of a model with a keyframe, as it is: a linear instability of the step at the
+    start, a run that diverges, rates that only the step makes. None when it runs.
 
     The bound on the work is a count of steps: MOST_STEPS at the timestep and twice as many at half of it, from two starts.
     """
