@@ -25,7 +25,7 @@ IN_URDF = (
 
 
 def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
-    """The text; a comment says what else must go. The integrator is the one that came through in the trial."""
+    """MJCF settings: an <option> and, with equalities, their default class. The integrator is the one that passed the trial."""
     h = float(model.opt.timestep)
     better = trial.better if trial is not None and trial.better else "discrete"
     if any(f.name == "unstable_step" for f in findings):
@@ -42,7 +42,7 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
 
 
 WRONG = 1e-6
-"""Relative difference of accelerations between sparse and dense Jacobian that is no rounding (1e-12 was measured)."""
+"""Relative difference of accelerations between sparse and dense Jacobian above which it is not rounding (measured: 1e-12)."""
 IMPLICIT = ("implicitfast", "implicit")
 
 
@@ -151,7 +151,7 @@ def tendons(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
 
 
 def _held(model: mujoco.MjModel) -> Iterator[Symptom]:
-    """Tendon equalities whose second derivative is not what it should be, and friction on tendons that stand still."""
+    """Findings "curved_equality" (MuJoCo omits dJ/dt v) and "held_friction" (friction of a tendon that an equality holds)."""
     kind = mujoco.mjtEq
     curved, rubbing = [], []
     for k in active(model):
@@ -177,7 +177,7 @@ def _held(model: mujoco.MjModel) -> Iterator[Symptom]:
 
 
 def _branches(model: mujoco.MjModel, moment: Array) -> tuple[int, int] | None:
-    """Two degrees of freedom with a moment of which neither is above the other in the tree."""
+    """Two degrees of freedom with nonzero moment of which neither is an ancestor of the other; None without such a pair."""
     dofs = [int(i) for i in np.flatnonzero(np.abs(moment) > 1e-12)]
     for n, b in enumerate(dofs):
         above, i = set(), b
@@ -191,7 +191,7 @@ def _branches(model: mujoco.MjModel, moment: Array) -> tuple[int, int] | None:
 
 
 def friction(model: mujoco.MjModel) -> Iterator[Symptom]:
-    """Finding "soft_friction": dry friction is a soft row, too."""
+    """Finding "soft_friction": dry friction whose solref or solimp is as soft as the default."""
     dofs = [i for i in range(model.nv) if model.dof_frictionloss[i] > 0]
     soft = [
         i for i in dofs if model.dof_solref[i, 0] > HARD_FRICTION * model.opt.timestep or model.dof_solimp[i, 1] < 0.99
@@ -209,6 +209,7 @@ def friction(model: mujoco.MjModel) -> Iterator[Symptom]:
         yield Symptom("soft_friction", "warning", text, paste)
 
 
+# time constant of the friction row, in timesteps, up to which it counts as hard
 HARD_FRICTION = 4.0
 
 

@@ -1,4 +1,4 @@
-"""The structure of any MuJoCo model by the rank of its own equality rows, at poses that its own equations close."""
+"""The structure of a MuJoCo model by the rank of its equality rows, at poses that satisfy its equalities."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from mechlab.mechanism.structure import Redundancy, null_space
 
 POSES, SPREAD = 4, 0.1
 VOID, SMALL, NEARLY = 1e-12, 1e-8, 1e-3
-"""Below VOID a row is zero; below SMALL what others leave of a row of unit length is rounding; below NEARLY it is suspicious."""
+"""A row shorter than VOID is zero. A unit row whose part independent of the others is below SMALL is redundant; below NEARLY,
+nearly redundant."""
 
 
 @dataclass(frozen=True)
 class EngineStructure:
-    """nv coordinates; names of the equality rows; rank (largest of several poses) and rank in the reference pose; rows that
-    repeat others; rows that nearly do: (row, what others leave of it, of unit length); residuals (rows,) at the reference."""
+    """Structure of a model with nv degrees of freedom. rows: names of the equality rows; rank: the largest of several poses;
+    nearly: nearly redundant rows, each with the length of its independent part; gaps: residuals (rows,) at the reference."""
 
     nv: int
     rows: tuple[str, ...]
@@ -37,7 +38,7 @@ class EngineStructure:
 
 
 def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineStructure:
-    """The structure about the pose qpos; `size` [m] of the model limits the step of slides."""
+    """The structure at the pose qpos (nq,) and at poses near it; the size of the model [m] limits the steps of slide joints."""
     with engine():
         rows = EqualityRows(model, qpos)
         gaps, first = rows.at(rows.start)
@@ -73,8 +74,8 @@ def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
 
 
 def _kept(jacobian: Array, groups: list[int]) -> tuple[list[int], list[tuple[int, float]]]:
-    """Independent rows, earlier ones preferred; and those of which the earlier ones leave suspiciously little. EqualityRows of a
-    group have one unit: a row is measured by the largest of its group."""
+    """Indices of independent rows, earlier ones preferred; and those with a suspiciously small independent part. Rows of a
+    group have one unit, so that part is relative to the longest row of the group."""
     basis = np.zeros((0, jacobian.shape[1]))
     keep: list[int] = []
     nearly: list[tuple[int, float]] = []

@@ -1,7 +1,7 @@
-"""How soft the loops and couplings of a MuJoCo model are, and what the engine makes of what the file says.
+"""Softness of the loops and couplings of a MuJoCo model, by the solref and solimp that the engine really uses.
 
-A row is a spring and damper of its own inertia, behind an impedance d <= .9999: standing under a load f it gives way by
-r = (1 - d) tc^2 zeta^2 A f. With solref "2h 1" it hardens as the timestep falls; with a fixed tc it does not.
+An equality row acts as a spring and damper with impedance d <= .9999. Under a constant load f it yields by
+r = (1 - d) tc^2 zeta^2 A f. With solref "2h 1" it hardens as the timestep h falls; with a fixed time constant tc it does not.
 Measured with MuJoCo 4.0.0: default softness leaves a four-bar 0.1 to 1.7 rad wrong after 1 s at every timestep.
 """
 
@@ -19,12 +19,12 @@ from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 
 SOFT_TIMECONST, HARD_TIMECONST = 0.01, 4.0
-"""A time constant [s] from which on rows are soft at any timestep; and that, in timesteps, up to which they are hard."""
+"""Time constant [s] above which rows are soft at any timestep; and the one, in timesteps, up to which they are hard."""
 SOFT_IMPEDANCE, HARD_IMPEDANCE = 0.99, 0.999
 RK4_LIMIT = 4.0
-"""Largest k h^2 of a direct stiffness k [1/s^2] that RK4 was measured to survive; first-order integrators: 1."""
+"""Largest k h^2 of a direct stiffness k [1/s^2] at which RK4 was measured to stay stable; first-order integrators: 1."""
 SAG, TORN = 1e-4, 1e-2
-"""How far rows give way under the load of the start, over the size of the model, to be known; and to be an error."""
+"""Yield of a row under the load at the start, relative to the size of the model: above SAG a warning, above TORN an error."""
 IMPEDANCE = ".9999 .9999 .001 .5 2"
 
 
@@ -34,14 +34,14 @@ def equality_default(timestep: float) -> str:
 
 
 def active(model: mujoco.MjModel) -> list[int]:
-    """The equalities that act from the start."""
+    """Indices of the equalities that are active at the start."""
     if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
         return []
     return [k for k in range(model.neq) if model.eq_active0[k]]
 
 
 def listed(names: list[str], most: int = 4) -> str:
-    """Names with commas, shortened."""
+    """Up to `most` names with commas, then the number of the others."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
@@ -79,8 +79,11 @@ def softness(model: mujoco.MjModel) -> Iterator[Symptom]:
 
 
 def sag(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "sag": how far a row gives way under the weight and controls of the start, r = R f / (K d^2), which is the r of
-    the module: the force f before the row has given way is d times that on which it stands. Light parts that carry load sag most."""
+    """Finding "sag": how far a row yields under the weight and controls of the start, r = R f / (K d^2) [m or rad].
+
+    This is the r of the module docstring: the force f before the row has yielded is d times the force at rest. Light parts
+    that carry load sag most.
+    """
     probe = copy.copy(model)
     probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     probe.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
@@ -136,7 +139,7 @@ def _refsafe(model: mujoco.MjModel, h: float) -> Iterator[Symptom]:
 
 
 def _timeconst(model: mujoco.MjModel, k: int) -> float:
-    """Time constant [s] of an equality; of a direct stiffness and damping (-k, -b) that which gives the same damping."""
+    """Time constant [s] of an equality; for direct stiffness and damping (-k, -b) the one with the same damping."""
     first, second = (float(x) for x in model.eq_solref[k])
     if first > 0:
         safe = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_REFSAFE

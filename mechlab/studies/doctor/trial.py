@@ -1,7 +1,7 @@
 """A short run of the file as it is, compared with one that has hard rows, small steps and the better integrator.
 
-The difference is how far off the motion is, which the file itself does not show. The run starts from the first keyframe (or the
-reference pose); where nothing would move, it starts with a push along the motions that the rows allow.
+The difference estimates the error of the file's own settings. The run starts from the first keyframe (or the reference
+pose); where nothing would move, it starts with rates that the constraint rows allow.
 """
 
 from __future__ import annotations
@@ -25,17 +25,18 @@ from mechlab.studies.doctor.softness import active
 DURATION, MOST_STEPS, OUTPUTS = 0.5, 500, 20
 """The run lasts DURATION [s], or MOST_STEPS of the file's steps if that is less."""
 WRONG, DOUBTFUL = 1e-2, 1e-3
-"""Error, over the extent of the motion, that is an error of the file; and one to be known."""
+"""Difference relative to the extent of the motion: above WRONG an error, above DOUBTFUL a warning."""
 STILL = 1e-2
-"""Motion, over the size of the model, below which a run says nothing."""
+"""Extent of the motion, relative to the size of the model, below which the model counts as standing still."""
 SURE = 3.0
-"""The finer run is a reference only where its own error is smaller by this factor than the difference to it."""
+"""The finer run counts as reference only where the difference is at least this many times its own error."""
 
 
 @dataclass(frozen=True)
 class TrialRun:
-    """error [m] of the centres of mass as in the file, the reference's own, the time it took, why a run ended early, and the
-    integrator that was the better one ("" when neither came through); moved [m]: the extent of the motion."""
+    """A trial run. error [m]: largest difference of a centre of mass; own [m]: error of the finer run itself; duration [s]:
+    simulated; reason: why the run of the file ended early; better: integrator of the finer run, "" when none reached the end;
+    moved [m]: extent of the motion."""
 
     error: float
     own: float
@@ -73,7 +74,7 @@ class TrialRun:
 
 
 def run_trial(model: mujoco.MjModel) -> TrialRun:
-    """The runs; see the module."""
+    """Run the file as it is, and with hard rows and a quarter of the step, by RK4 or else by "discrete"."""
     h = float(model.opt.timestep)
     each = max(1, min(MOST_STEPS, round(DURATION / h)) // OUTPUTS)
     size, length = max(float(model.stat.extent), 1e-9), OUTPUTS * each * h
@@ -103,7 +104,7 @@ def _order(model: mujoco.MjModel, start: Start, outputs: int) -> Finding:
 
 
 def _start(model: mujoco.MjModel, size: float, h: float, each: int) -> Start:
-    """qpos, qvel, ctrl of the start."""
+    """qpos, qvel and ctrl of the start; a model that would stand still gets rates that its rows allow."""
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -117,7 +118,10 @@ def _start(model: mujoco.MjModel, size: float, h: float, each: int) -> Start:
 
 
 def _run(model: mujoco.MjModel, start: Start, h: float, outputs: int, each: int, better: str = "") -> tuple[Array, str]:
-    """(n, bodies, 3) centres of mass, and why it ended early. better: this integrator, with hard rows; else as in the file."""
+    """Centres of mass (n, bodies, 3) [m], and why the run ended early ("" if it did not).
+
+    better: integrator to use, with hard rows; "" for the settings of the file.
+    """
     model = copy.copy(model)
     model.opt.timestep = h
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
