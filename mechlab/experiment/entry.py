@@ -1,9 +1,4 @@
-"""What a mechanism brings for its workspace: the region of poses that it can take, the grid it is counted on, maps over it.
-
-Checks and claims as data: what is measured, what is expected, what a source says, and the verdict.
-
-An entry of the catalog: a mechanism with its parameters, scenes, questions, checks and claims.
-"""
+"""An entry of the catalog as data: a mechanism with its parameters, scenes, questions, checks, claims and workspace."""
 
 from __future__ import annotations
 
@@ -29,7 +24,7 @@ Coordinates = Mapping[str, NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class WorkspaceMap:
-    """A quantity over the workspace: function(points) of the coordinates `axes`, for example a dexterity."""
+    """A quantity over the workspace, for example a dexterity: function(axis -> coordinates) of the axes `axes`."""
 
     function: Callable[[Coordinates], NDArray[np.float64]]
     axes: tuple[str, ...]
@@ -39,7 +34,7 @@ class WorkspaceMap:
 
 @dataclass(frozen=True)
 class WorkspaceLimit:
-    """A limit that can be given beside the parameters."""
+    """A limit of the workspace that a user can give besides the parameters."""
 
     unit: str
     text: str
@@ -47,10 +42,10 @@ class WorkspaceLimit:
 
 @dataclass(frozen=True)
 class WorkspaceRecipe:
-    """make(parameters, limits) -> the region; `limits` are those of `limits` that were given, by name.
+    """The workspace of an entry. make(parameters, limits) -> region of poses, where limits holds those that the user gives.
 
-    grid: axis -> range that is used unless the user gives another; unit of the axes; maps(parameters) -> quantities to
-    map over the region; text: what a node is.
+    grid: axis -> default range; units: axis -> unit; maps(parameters) -> quantities to map over the region; text: meaning
+    of a node.
     """
 
     make: Callable[[Any, Mapping[str, float]], Region]
@@ -63,8 +58,8 @@ class WorkspaceRecipe:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What the witnesses of a check found. `values` witness -> number or array; `expected` the truth they are held to,
-    or None when they are held to each other; `tolerance` absolute. The check passes when all agree."""
+    """The values of a check. `values`: witness -> number or array; `expected`: the reference value, or None when the witnesses
+    are compared with the first of them; `tolerance`: absolute. The check passes when all agree."""
 
     values: dict[str, Any]
     tolerance: float
@@ -114,7 +109,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class ClaimResult:
-    """What testing a claim gave: numbers by witness, the verdict, and its completion in words."""
+    """The result of testing a claim: witness -> number, the verdict, and the words that complete it (`because`)."""
 
     computed: dict[str, Any]
     verdict: Verdict
@@ -131,7 +126,7 @@ class ClaimResult:
 
 @dataclass(frozen=True)
 class Claim:
-    """A printed statement of a source. `printed` is the number or sentence as printed; `test()` computes it anew."""
+    """A printed statement of a source. `printed`: the number or sentence as printed; `test()` computes it again."""
 
     id: str
     where: str
@@ -144,7 +139,8 @@ class Claim:
 
 @dataclass(frozen=True)
 class SceneRecipe:
-    """How a scene is made: `make(parameters, fidelity) -> Scene`; `overrides` are parameters it changes before the user's."""
+    """A function that makes a scene: `make(parameters, fidelity) -> Scene`; `overrides`: its own defaults of parameters, which
+    values of the user replace."""
 
     make: Callable[[Any, str], Scene]
     fidelity: str
@@ -154,17 +150,17 @@ class SceneRecipe:
 
 @dataclass(frozen=True)
 class Entry:
-    """What a catalog file exports.
+    """An entry of the catalog, which a catalog file exports.
 
     parameters: a frozen dataclass of `parameter(...)` fields. build(p, fidelity) -> Mechanism, for every fidelity except
     "kinematic". reference(p, scene) -> Recording: closed form or own equations. expand(p, recording) -> the richest
     Mechanism and its coordinates (n, nq) along the recording, for the page. channels: more channels, name -> (unit,
     function(parameters, recording) -> (n,)). warnings(p) -> sentences on doubtful parameters;
-    remarks(p) -> what `show` says of this design. figure(path) draws the
-    verdict on the claims; the kind of file follows the suffix.
+    remarks(p) -> sentences that `show` prints on this design. figure(path) draws the verdicts on the claims, in the format
+    of the suffix.
     portraits: kind -> function(parameters, given) -> `mechlab.kit.portrait.Portrait`; given: numbers or arrays by name.
     sliders: up to two parameters (lengths) that the page of explore mode can change.
-    workspace: the poses it can take, as a region; without it a workspace is found by asking a question at every node.
+    workspace: the region of reachable poses; without it, a workspace is found by asking a question at every node.
     """
 
     name: str

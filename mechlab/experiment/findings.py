@@ -1,11 +1,8 @@
-"""What both runners look at after a run: when to sample, did the loops stay closed, did the assembly mode stay.
+"""Sample times of a run, and its findings: closure of loops, assembly mode, force limits, restart, dry friction, open loops.
 
-Dry friction that an engine smooths about standstill: does it hide a stick?
-
-Below a small rate smoothed friction is less than its bound. What is there and would not be accelerated by more than its friction
-can hold stands in truth; here it creeps, by the integral of its rate.
-
-When a loop counts as torn: open by more than a thousandth of the smallest link. A run stops there.
+An engine that smooths dry friction about standstill gives less than the full friction at small rates. A joint in this band that
+friction could hold sticks in truth, but creeps in the run; the creep is the integral of its rate. A run stops when a loop is
+open by more than a thousandth of the smallest link.
 """
 
 from __future__ import annotations
@@ -27,12 +24,12 @@ from mechlab.mechanism.structure import independent_rows, structure
 GAP_LIMIT = 1e-4
 MODE_SAMPLES = 200
 RESTART_JUMP = 0.5
-"""Part of the way made so far: a step back of more than that may be a restart."""
+"""A step back of more than this share of the largest distance from the reference pose so far may be a restart."""
 
 
 def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
-    """(n,) sample times [s], from 0 to the duration: `times` checked and completed by both ends, or a regular grid of
-    whole steps, 10 ms apart or finer, with at least 200 samples if the steps allow it.
+    """(n,) sample times [s] from 0 to the duration: the given `times` with both ends added; by default a regular grid of whole
+    timesteps, at most 10 ms apart, with at least 200 samples if the timestep allows it.
 
     Raises MechlabError for a duration that is not positive or times outside it.
     """
@@ -60,11 +57,10 @@ def kinematic_findings(
 ) -> tuple[Finding, ...]:
     """Findings "finite", "loop_gap" [m], "loop_angle" [rad], "relation_residual" [rad or m] and "assembly_mode".
 
-    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the others. `held`: names
-    of the driven joints or shafts, default those of the drives; with them held a change of the assembly mode is a change
-    of sign of a determinant (see `mode_sign`). Above `limit` (of a length: times
-    the mechanism's `length_scale`) a gap is an error, above a tenth of it a warning. A change
-    of the assembly mode is a warning; with respect to `keep_mode`, an error.
+    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the other findings. `held`:
+    names of the driven joints or shafts, default those of the drives; they define the assembly mode (see `mode_signs`). A gap
+    is an error above `limit` (for lengths times the mechanism's `length_scale`), a warning above a tenth of it. A change of
+    the assembly mode is a warning; with respect to `keep_mode`, an error.
     """
     q, v = np.atleast_2d(q), np.atleast_2d(v)
     out = [finite_finding(q, v)]
@@ -93,8 +89,8 @@ def kinematic_findings(
 def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bool = False) -> Finding:
     """Finding "assembly_mode": how often the assembly mode for the held joints changed along q (n, nq).
 
-    A warning: a free motion may pass through a toggle position; an error when `strict`. Looks at no more than 200
-    samples, unless `strict`.
+    A change is a warning, as a free motion may pass through a toggle position; an error when `strict`. About MODE_SAMPLES
+    samples are examined; all when `strict`.
     """
     signs = mode_signs(mechanism, q if strict else q[:: max(1, len(q) // MODE_SAMPLES)], held)
     told = signs[signs != 0]
@@ -115,7 +111,7 @@ def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bo
 
 
 class ModeWatch:
-    """Tells along a run whether the assembly mode with respect to the held ones is still that of the first state."""
+    """Watches during a run whether the assembly mode for the held joints or shafts is still that of the first state."""
 
     def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
         self.mechanism, self.held = mechanism, tuple(held)
@@ -123,7 +119,7 @@ class ModeWatch:
         self._modes = _Modes(mechanism, self.held) if self.held else None
 
     def changed(self, q: Array) -> bool:
-        """True when the mode at q (nq,) is another than at the first call; never without held ones."""
+        """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
             return False
         sign = self._modes.sign(q)
@@ -132,7 +128,7 @@ class ModeWatch:
 
 
 class _Modes:
-    """The sign of `mode_signs`, pose by pose: what does not change with the pose is looked up once."""
+    """Computes the sign of `mode_signs` pose by pose; everything that does not depend on the pose is computed once."""
 
     def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
         self.tree, self.constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
@@ -144,7 +140,7 @@ class _Modes:
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
 
     def sign(self, q: Array) -> float:
-        """Sign of the determinant at q (nq,); 0 when it is not square or singular."""
+        """Sign of the determinant at q (nq,); 0 when the matrix is not square or is singular."""
         if not self.square:
             return 0.0
         jacobian = self.constraints.jacobian(self.tree.set(q))[self.keep]
@@ -153,16 +149,19 @@ class _Modes:
 
 
 def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
-    """(n,) sign of det [independent rows of J; rows of the held ones; rows of local freedoms] along q (n, nq); 0: not
-    square or singular. Same meaning as `mechlab.mechanism.mode_sign`, but local freedoms do not hide the mode."""
+    """(n,) sign of det [independent rows of J; rows of the held joints; rows of local freedoms] along q (n, nq).
+
+    0 where the matrix is not square or is singular. As `mechlab.mechanism.mode_sign`, but local freedoms are fixed too.
+    """
     modes = _Modes(mechanism, held)
     return np.array([modes.sign(x) for x in q])
 
 
 def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:
-    """Finding "saturation": share of samples at which a limited law stands at its limit; None when no law has a limit.
+    """Finding "saturation": share of samples at which the force of a law is at its limit; None when no law has a limit.
 
-    forces: joint or shaft -> (n,) force of all laws on it. A limited drive does not do what it was asked: a warning.
+    forces: joint or shaft -> (n,) force of all laws on it [N m or N]. A law at its limit is a warning: it cannot follow its
+    command.
     """
     shares = {}
     for law in laws:
@@ -188,10 +187,12 @@ def finite_finding(q: Array, v: Array) -> Finding:
 
 
 def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Finding | None:
-    """Finding "restart" (an error): the sample at which a run goes on from the reference pose, as an engine does that resets
-    itself after a blow-up; None when there is no such sample. Sought are steps back of more than JUMP of the way made so far,
-    to less than a tenth of that way from the reference, at twice the usual speed of the run at least, that end slower than
-    they began."""
+    """Finding "restart" (an error): the first sample at which the engine has reset itself to the reference pose after a
+    blow-up; None without such a sample.
+
+    Let D be the largest distance from the reference pose so far. A reset is a step that is longer than RESTART_JUMP D and
+    than twice the median speed allows, ends within D / 10 of the reference pose, and ends slower than it began.
+    """
     home, columns = mechanism.reference(), mechanism._q_columns
     if len(t) < 3 or not len(columns) or not np.all(np.isfinite(q)):
         return None
@@ -234,7 +235,7 @@ def _largest(values: Array) -> float:
 
 
 def _idle_rows(mechanism: Mechanism, held: Sequence[str]) -> list[Array]:
-    """Rows of independent rates that are not held, one for each local freedom."""
+    """Unit rows (nv,) of independent rates that are not held, one for each local freedom."""
     best = structure(mechanism)
     names = list(mechanism.rate_names)
     free = [n for n in best.independent if n not in held and n in names]
@@ -244,18 +245,18 @@ def _idle_rows(mechanism: Mechanism, held: Sequence[str]) -> list[Array]:
 Flags = NDArray[np.bool_]
 
 SMOOTHING_BAND = 3.0
-"""Widths of a tanh beyond which smoothed friction has all but its bound (.5 % less)."""
+"""Rate, in widths of the tanh, from which smoothed friction is within 0.5 % of its bound."""
 
 
 def sticks(rates: Array, accelerations: Array, width: Array, able: Array) -> Flags:
-    """(n, k) whether friction smoothed as able tanh(rate / width) hides a stick: the rate is in the band, and the acceleration
-    without friction is less than what friction is able to (width, able: (k,))."""
+    """(n, k) True where friction smoothed as able tanh(rate / width) hides sticking: the rate is inside the band, and the
+    acceleration without friction is smaller than `able`, the largest that friction can balance. width, able: (k,)."""
     free = accelerations + able * np.tanh(rates / width)
     return np.asarray((np.abs(rates) < SMOOTHING_BAND * width) & (np.abs(free) < able))
 
 
 def creep_distance(t: Array, rates: Array, standing: Flags) -> Array:
-    """(k,) ways [rad or m] made between samples at which something stands: t (n,), rates (n, k), standing (n, k)."""
+    """(k,) distances [rad or m] crept between samples that both count as sticking: t (n,), rates (n, k), standing (n, k)."""
     both = standing[1:] & standing[:-1]
     mean = 0.5 * (np.abs(rates[1:]) + np.abs(rates[:-1]))
     return np.asarray(np.sum(np.where(both, mean, 0.0) * np.diff(t)[:, None], axis=0))
@@ -264,8 +265,8 @@ def creep_distance(t: Array, rates: Array, standing: Flags) -> Array:
 def friction_finding(
     names: Sequence[str], t: Array, rates: Array, standing: Flags, tolerance: float, how: str
 ) -> Finding | None:
-    """Finding "friction": the largest way crept, an error beyond the tolerance [rad or m] of the scene; None without dry
-    friction. names (k,); `how` says what the engine does to it."""
+    """Finding "friction": the largest distance crept, an error beyond the tolerance [rad or m] of the scene; None without dry
+    friction. names (k,); `how`: words on how the engine treats the friction."""
     if not names:
         return None
     ways = creep_distance(t, rates, standing)
@@ -281,9 +282,9 @@ def friction_finding(
 
 
 OPEN_LOOP = 1e-3
-"""Share of the smallest link."""
+"""Opening of a loop, relative to the smallest link, at which a run is stopped."""
 SAME_JOINT = 1e-6
-"""Points of a body nearer than this [m] are one joint, not the ends of a link."""
+"""Points of a body closer than this [m] count as one joint, not as the ends of a link."""
 
 
 def smallest_link(mechanism: Mechanism) -> float:
@@ -302,7 +303,7 @@ def smallest_link(mechanism: Mechanism) -> float:
 
 
 def open_loop_finding(t: float, gap: float, limit: float, duration: float, row: str) -> Finding:
-    """Finding "loop_open" (an error): when the run was stopped, how far which loop had opened."""
+    """Finding "loop_open" (an error): the time t [s] at which the run was stopped, the row that was open and its gap [m]."""
     text = (
         f"the loop {row} is torn open by {gap:.3g} m at t = {t:.6g} s of {duration:g} s, more than {OPEN_LOOP:g} of the smallest "
         f"link ({limit:.3g} m): the run was stopped. No assembly may exist where the drive goes; ask `solve` there, or take "
