@@ -1,4 +1,4 @@
-"""The check of masses, momenta, energy and power: a closed form carries particles along, the engines ask their models.
+"""The check of masses, momenta, energy and power: particles moved by a closed form against the models of the engines.
 
 state = State(values, rates, solid(mass, centre, ...) + rod(...), points, gravity, freedoms)
 compare([(mechanism, state)])  # CheckResult

@@ -33,7 +33,7 @@ def compare(pairs: Sequence[Pair], tolerance: float = 1e-9) -> CheckResult:
         labels += [k for k in sizes for _ in range(np.size(truth[k]))]
     values = {k: np.concatenate(x) for k, x in said.items()}
     expected = values.pop("expected")
-    # Sums of some dozens of terms at 1e-16, in poses that a closed form closes to 1e-12: three digits are left.
+    # Sums of some dozens of terms round to 1e-15, poses of a closed form close to 1e-12: 1e-9 leaves three digits of margin.
     found = CheckResult(values, tolerance, expected, f"{len(pairs)} states, each quantity relative to its size")
     if found.passed:
         return found
@@ -69,7 +69,7 @@ def _told(m: Mechanism, state: State, q: Array, v: Array, r: Reading) -> dict[st
 
 
 def _expected(m: Mechanism, state: State) -> tuple[dict[str, Any], dict[str, float]]:
-    """The same of the particles, and the size of each."""
+    """The quantities of `_told` from the particles, and the scale of each."""
     mass, x, v = state.particles.mass, state.particles.place, state.particles.velocity
     total, gravity = float(np.sum(mass)), np.asarray(state.gravity, dtype=float)
     away, fast = (float(np.sqrt(mass @ np.sum(z**2, axis=1) / max(total, 1e-300))) for z in (x, v))
@@ -100,5 +100,5 @@ def _expected(m: Mechanism, state: State) -> tuple[dict[str, Any], dict[str, flo
 
 
 def _steiner(mass: float, place: Array) -> Array:
-    """(3, 3) tensor about the origin of a mass at a place [kg m2]."""
+    """(3, 3) inertia tensor about the origin [kg m2] of a point mass at a place (3,)."""
     return np.asarray(mass * (place @ place * np.eye(3) - np.outer(place, place)))

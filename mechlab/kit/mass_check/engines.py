@@ -1,4 +1,4 @@
-"""What three implementations say of a mechanism at a moving state, each from its own model: numpy, Pinocchio, MuJoCo."""
+"""Masses, poses, mass matrix and forces of a mechanism at a moving state, from the models of numpy, Pinocchio and MuJoCo."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from mechlab.mechanism.structure import rank
 
 
 class Share(NamedTuple):
-    """Mass, centre, tensor about the centre, momentum, angular momentum about the centre; world axes."""
+    """A moving mass [kg], its centre (3,) [m], inertia tensor about the centre [kg m2], momentum [kg m/s], and angular momentum
+    `spin` about the centre [kg m2/s]; world axes."""
 
     mass: float
     centre: Array
@@ -24,7 +25,8 @@ class Share(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What an implementation says of a state: bodies, points and poses, mass matrix, h(q, 0), h(q, v), h(q, -v), rows."""
+    """Quantities of a state by one implementation: masses, points of frames, poses of bodies, mass matrix; forces h(q, 0)
+    (`still`), h(q, v) (`ahead`), h(q, -v) (`back`); rows: see `_rows`."""
 
     shares: list[Share]
     points: Array
@@ -37,7 +39,7 @@ class Reading(NamedTuple):
 
 
 def _moving(m: Mechanism) -> list[Any]:
-    """Bodies with a joint on their way to the ground."""
+    """Bodies that can move: those with a joint between them and the ground."""
     moves = {"ground": False}
     for b in m.bodies:
         moves[b.name] = bool(b.joints) or moves[b.parent]
@@ -51,7 +53,7 @@ def _places(m: Mechanism, state_of: Any) -> tuple[Array, dict[str, tuple[Array, 
 
 
 def by_numpy(m: Mechanism, q: Array, v: Array) -> Reading:
-    """By the numpy tree of the Mechanism."""
+    """The quantities by the numpy tree of the Mechanism."""
     tree, rows = TreeKinematics(m, q, v), ConstraintSet(m)
     shares = []
     for b in _moving(m):
@@ -66,7 +68,7 @@ def by_numpy(m: Mechanism, q: Array, v: Array) -> Reading:
 
 
 def by_pinocchio(m: Mechanism, q: Array, v: Array) -> Reading:
-    """By Pinocchio: composite inertia and momentum of the whole tree."""
+    """The quantities by Pinocchio, with the composite inertia and momentum of the whole tree as one mass."""
     solve = room("pinocchio")
     import pinocchio as pin
 
@@ -81,7 +83,7 @@ def by_pinocchio(m: Mechanism, q: Array, v: Array) -> Reading:
 
 
 def by_mujoco(m: Mechanism, q: Array, v: Array) -> Reading:
-    """By MuJoCo: its bodies with their inertial frames, connectors of loops among them."""
+    """The quantities by MuJoCo, from its bodies with their inertial frames; connectors of loops are such bodies."""
     simulate = room("mujoco")
     import mujoco
 
@@ -113,6 +115,6 @@ def by_mujoco(m: Mechanism, q: Array, v: Array) -> Reading:
 
 
 def _rows(nv: int, jacobian: Array, residual: Array, v: Array) -> tuple[float, float, int]:
-    """Largest opening of loops and relations, its largest rate, and the freedoms left."""
+    """Largest residual of loops and relations, largest rate of a residual, and degrees of freedom."""
     opening, rate = (float(np.max(np.abs(x), initial=0.0)) for x in (residual, jacobian @ v))
     return opening, rate, nv - rank(jacobian)

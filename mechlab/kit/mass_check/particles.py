@@ -1,11 +1,9 @@
-"""What a closed form says of a mechanism at one moving state.
+"""A moving state of a mechanism in closed form, with its rigid parts as particles.
 
-Rigid parts as particles.
-
-Every rigid part is equimomental to six particles of a sixth of its mass each, at sqrt(3) spread before and behind its centre
-along its three principal axes (Routh, Elementary Rigid Dynamics, 1905). Those of a box lie in the middles of its faces; those
-of a slender bar at its two ends and four in the middle, which is Simpson's rule. So a check needs no tensor: it says where the
-particles are and how fast, and sums.
+Every rigid part is equimomental to six particles, each of a sixth of its mass, at distances +-sqrt(3) spread from its centre
+along its three principal axes (Routh, Elementary Rigid Dynamics, 1905). The particles of a box lie in the middles of its
+faces; those of a slender bar are one at each end and four in the middle (Simpson's rule). A check then needs no inertia
+tensor: it sums over positions and velocities of particles.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from mechlab.mechanism.geometry import Array
 
 @dataclass(frozen=True)
 class Particles:
-    """Masses (n,) [kg], places (n, 3) [m] and velocities (n, 3) [m/s] in world axes. `a + b`: both."""
+    """Masses (n,) [kg], positions (n, 3) [m] and velocities (n, 3) [m/s] in world axes. `a + b`: the particles of both."""
 
     mass: Array
     place: Array
@@ -44,7 +42,7 @@ def solid(
 ) -> Particles:  # fmt: skip
     """A rigid part as six particles: `centre` of mass and its `velocity`, `turn` = angular velocity, all (3,) in world axes;
     `spread` (3,) [m]: root mean square distances from the centre along its principal axes, the columns of `axes` (3, 3).
-    Without a spread a point mass. Of a box: edge / sqrt(12); of a round section: radius / 2."""
+    Without a spread it is a point mass. Spread of a box: edge / sqrt(12); of a circular section: radius / 2."""
     arms = np.sqrt(3.0) * (np.asarray(axes, dtype=float) * np.asarray(spread, dtype=float)).T
     arms = np.concatenate([arms, -arms])
     around = np.cross(np.asarray(turn, dtype=float), arms)
@@ -52,16 +50,16 @@ def solid(
 
 
 def spread_of(mass: float, moments: Sequence[float]) -> Array:
-    """(3,) spread along the principal axes of a part with these three principal moments of inertia [kg m2]."""
+    """(3,) spread [m] along the principal axes of a part with this mass [kg] and these principal moments [kg m2]."""
     return np.sqrt(np.maximum(0.0, 0.5 * np.sum(moments) - np.asarray(moments, dtype=float)) / mass)
 
 
 def rod(mass: float, a: ArrayLike, b: ArrayLike, va: ArrayLike, vb: ArrayLike, radius: float = 0.0) -> Particles:
-    """A uniform round rod between ends (3,) that move at va, vb, without spin about itself."""
+    """A uniform round rod between ends a, b (3,) [m] with velocities va, vb (3,) [m/s], without spin about its axis."""
     a, b, va, vb = (np.asarray(x, dtype=float) for x in (a, b, va, vb))
     way = b - a
     length = float(np.linalg.norm(way))
-    axes = np.linalg.svd(way[None])[2].T  # the first one along, the others somewhere across
+    axes = np.linalg.svd(way[None])[2].T  # the first axis along the rod, the others any two across it
     spread = (length / np.sqrt(12.0), 0.5 * radius, 0.5 * radius)
     turn = np.cross(way, vb - va) / length**2
     return solid(mass, (a + b) / 2.0, spread, axes, (va + vb) / 2.0, turn)
@@ -69,14 +67,14 @@ def rod(mass: float, a: ArrayLike, b: ArrayLike, va: ArrayLike, vb: ArrayLike, r
 
 @dataclass(frozen=True)
 class State:
-    """What a closed form says of a mechanism at one moving state.
+    """A moving state of a mechanism in closed form.
 
-    values, rates: of every joint and shaft by name (a quaternion w, x, y, z and the body's angular velocity in its own axes for a
-    spherical joint). They set the engines' state; those of shafts are compared, too. particles: everything that has mass and
-    moves. points (3,): every frame by name, in the world. gravity (3,). freedoms: of the motion. rotors [J]: kinetic energy of
-    armatures and shafts. stored [W]: power that flows into springs; lost [W]: into dampers. poses: body -> rotation (3, 3) and
-    origin (3,) in the world, of bodies that carry no mass or whose turn no mass feels. is_reference: this is the reference pose, so
-    that all coordinates are zero.
+    values, rates: joint or shaft -> value, rate (spherical joint: quaternion w, x, y, z, and angular velocity in body axes).
+    They set the state of the engines; those of shafts are compared too. particles: all moving masses. points: frame -> world
+    position (3,) [m]. gravity (3,) [m/s2]. freedoms: degrees of freedom. rotors [J]: kinetic energy of armatures and shafts.
+    stored [W]: power into springs; lost [W]: power into dampers. poses: body -> rotation (3, 3) and origin (3,) in the world,
+    for bodies without mass or whose rotation moves no mass. is_reference: True at the reference pose, where all coordinates
+    are zero.
     """
 
     values: Mapping[str, Any]

@@ -94,9 +94,7 @@ def surface(region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey) -> Work
     values, nodes = _field(region, grid, found)
     steps = [float(v[1] - v[0]) if len(v) > 1 else s for v, s in zip(nodes, grid.steps, strict=True)]
     bound = max(steps)
-    padded = np.pad(
-        np.clip(values, -bound, bound), 1, constant_values=-1e3 * bound
-    )  # this value puts the closing faces on the side of the grid
+    padded = np.pad(np.clip(values, -bound, bound), 1, constant_values=-1e3 * bound)  # puts the lid on the grid's side
     vertices, faces, _, _ = cubes(padded, 0.0, spacing=tuple(steps), gradient_direction="ascent")
     origin = np.array([v[0] for v in nodes]) - np.array(steps)
     return WorkspaceSurface(vertices.astype(float) + origin, faces.astype(np.int64))
