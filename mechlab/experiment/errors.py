@@ -100,7 +100,7 @@ def error_from_coarser(twice: float, fourfold: float | None, order: int) -> floa
     """Error of x(h) [rad or m] from its changes against x(2h) and x(4h), for a method of at most order `order`.
 
     It uses the observed order p = log2(fourfold / twice - 1), clipped to 1..`order`. Where the observed order is above `order`,
-    h and 2h agree by accident (a kink, or error terms that cancel), and the estimate from 4h counts. fourfold None: the run
+    h and 2h agree by accident (a kink, or error terms that cancel), and the larger estimate counts. fourfold None: the run
     with 4h ended early; then the order is taken as 2 at most.
     """
     if fourfold is None:

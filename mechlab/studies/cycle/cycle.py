@@ -288,7 +288,6 @@ def _normal(m: Mechanism, pose: PathPoint) -> Array | None:
 
 
 def _vanishes(name: str, values: Array, m: Mechanism) -> bool:
-    # only columns with a direction: a rate or a ratio that is zero is an answer
     force = name.rsplit("_", 1)[-1]
     if force in ("fx", "fy", "fz", "mx", "my", "mz") or force in ("x", "y", "z"):
         return not np.any(np.abs(values) >= ZERO * max(1.0, m.total_mass))
