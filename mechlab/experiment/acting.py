@@ -5,9 +5,9 @@ A drive whose joint or shaft has no law in the scene holds its target (default: 
     force = -stiffness (value - target) - damping rate      limited to +-limit
     force = constant (0 - constant rate) / resistance       of a drive with a winding, at no voltage
 
-A drive with damping alone has the target rate 0; one with neither stiffness nor damping gives no force. An exported MJCF file
-with all controls at 0 moves in the same way. A law on a driven joint or shaft replaces its drive; a scene may release all
-drives.
+A drive with damping alone has the target rate 0; one with neither stiffness nor damping gives no force. An exported
+MJCF file with all controls at 0 moves in the same way. A law on a driven joint or shaft replaces its drive; a scene may
+release all drives.
 """
 
 from __future__ import annotations

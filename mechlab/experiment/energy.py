@@ -71,7 +71,8 @@ def energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
 
 
 def held_energy(mechanism: Mechanism, laws: Sequence[Law], q: Array, v: Array) -> tuple[Array, Array]:
-    """(n,) energy [J] stored by holding drives without a force limit, and its rate (n,) [W], along q (n, nq), v (n, nv).
+    """(n,) energy [J] stored by holding drives without a force limit, and its rate (n,) [W], along q (n, nq), v
+    (n, nv).
 
     Such a drive acts as a spring: energy = sum of stiffness (value - target)^2 / 2.
     """
@@ -104,7 +105,8 @@ def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
 
 
 def work(t: ArrayLike, power: ArrayLike) -> Array:
-    """(n,) work [J] of the power (n,) [W] from t[0] to each time of t (n,): cumulative Simpson rule, also at uneven times."""
+    """(n,) work [J] of the power (n,) [W] from t[0] to each time of t (n,): cumulative Simpson rule, also at uneven
+    times."""
     from scipy.integrate import cumulative_simpson, cumulative_trapezoid
 
     t, power = np.asarray(t, dtype=float), np.asarray(power, dtype=float)
@@ -129,14 +131,14 @@ def energy_finding(
     """Finding "energy_balance": the largest |E(t) - E(0) - work(t)|, relative to the turnover of energy in the run.
 
     power (n,) [W]: of all laws less the dissipation, at the samples. Its work is integrated by Simpson's rule, or, more
-    accurately, given by the engine as `done` (n,) [J]. laws: those of the scene; energy that holding drives store as springs
-    counts as potential energy. Turnover: the largest of the maximal kinetic energy, the span of the potential energy, the
-    integral of |power|, and the work of the weight over STANDSTILL. Two amounts are allowed for: the error of Simpson's rule
-    between samples (a tenth of its difference from the trapezoidal rule), and `in_rows` [J], the work that soft gear rows
-    take up under load (their lag has its own finding).
+    accurately, given by the engine as `done` (n,) [J]. laws: those of the scene; energy that holding drives store as
+    springs counts as potential energy. Turnover: the largest of the maximal kinetic energy, the span of the potential
+    energy, the integral of |power|, and the work of the weight over STANDSTILL. Two amounts are allowed for: the error
+    of Simpson's rule between samples (a tenth of its difference from the trapezoidal rule), and `in_rows` [J], the work
+    that soft gear rows take up under load (their lag has its own finding).
 
-    stopped (n - 1,): the intervals between samples in which a joint was at an end of its range. A stop can only take energy:
-    energy lost in these intervals is accounted for; energy gained there, and any change elsewhere, is not.
+    stopped (n - 1,): the intervals between samples in which a joint was at an end of its range. A stop can only take
+    energy: energy lost in these intervals is accounted for; energy gained there, and any change elsewhere, is not.
     """
     kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
     stored, storing = held_energy(mechanism, laws, q, v)
@@ -167,8 +169,8 @@ def energy_finding(
 def _lost_at_stops(missing: Array, stopped: NDArray[np.bool_]) -> Array:
     """(n,) energy [J] <= 0 that stops have taken up to each sample, from the energy error `missing` (n,).
 
-    In the intervals `stopped` (n - 1,) a fall of the error is energy lost to a stop or stored in a soft one; a soft stop may
-    return at most what it has stored in the same contact.
+    In the intervals `stopped` (n - 1,) a fall of the error is energy lost to a stop or stored in a soft one; a soft
+    stop may return at most what it has stored in the same contact.
     """
     out = np.zeros(len(missing))
     lent = 0.0

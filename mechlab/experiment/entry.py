@@ -42,10 +42,11 @@ class WorkspaceLimit:
 
 @dataclass(frozen=True)
 class WorkspaceRecipe:
-    """The workspace of an entry. make(parameters, limits) -> region of poses, where limits holds those that the user gives.
+    """The workspace of an entry. make(parameters, limits) -> region of poses, where limits holds those that the user
+    gives.
 
-    grid: axis -> default range; units: axis -> unit; maps(parameters) -> quantities to map over the region; text: meaning
-    of a node.
+    grid: axis -> default range; units: axis -> unit; maps(parameters) -> quantities to map over the region; text:
+    meaning of a node.
     """
 
     make: Callable[[Any, Mapping[str, float]], Region]
@@ -58,8 +59,8 @@ class WorkspaceRecipe:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """The values of a check. `values`: witness -> number or array; `expected`: the reference value, or None when the witnesses
-    are compared with the first of them; `tolerance`: absolute. The check passes when all agree."""
+    """The values of a check. `values`: witness -> number or array; `expected`: the reference value, or None when the
+    witnesses are compared with the first of them; `tolerance`: absolute. The check passes when all agree."""
 
     values: dict[str, Any]
     tolerance: float
@@ -139,8 +140,8 @@ class Claim:
 
 @dataclass(frozen=True)
 class SceneRecipe:
-    """A function that makes a scene: `make(parameters, fidelity) -> Scene`; `overrides`: its own defaults of parameters, which
-    values of the user replace."""
+    """A function that makes a scene: `make(parameters, fidelity) -> Scene`; `overrides`: its own defaults of
+    parameters, which values of the user replace."""
 
     make: Callable[[Any, str], Scene]
     fidelity: str
@@ -152,12 +153,13 @@ class SceneRecipe:
 class Entry:
     """An entry of the catalog, which a catalog file exports.
 
-    parameters: a frozen dataclass of `parameter(...)` fields. build(p, fidelity) -> Mechanism, for every fidelity except
-    "kinematic". reference(p, scene) -> Recording: closed form or own equations. expand(p, recording) -> the richest
-    Mechanism and its coordinates (n, nq) along the recording, for the page. channels: more channels, name -> (unit,
-    function(parameters, recording) -> (n,)). warnings(p) -> sentences on doubtful parameters;
-    remarks(p) -> sentences that `show` prints on this design. figure(path) draws the verdicts on the claims, in the format
-    of the suffix.
+    parameters: a frozen dataclass of `parameter(...)` fields.
+    build(p, fidelity) -> Mechanism, for every fidelity except "kinematic".
+    reference(p, scene) -> Recording: closed form or own equations.
+    expand(p, recording) -> the richest Mechanism and its coordinates (n, nq) along the recording, for the page.
+    channels: more channels, name -> (unit, function(parameters, recording) -> (n,)).
+    warnings(p) -> sentences on doubtful parameters; remarks(p) -> sentences that `show` prints on this design.
+    figure(path) draws the verdicts on the claims, in the format of the suffix.
     portraits: kind -> function(parameters, given) -> `mechlab.kit.portrait.Portrait`; given: numbers or arrays by name.
     sliders: up to two parameters (lengths) that the page of explore mode can change.
     workspace: the region of reachable poses; without it, a workspace is found by asking a question at every node.

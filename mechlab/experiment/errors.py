@@ -4,12 +4,14 @@ Order and error by Richardson extrapolation:
 
     p = log2(|x(h) - x(h/2)| / |x(h/2) - x(h/4)|),     error of x(h) ~ |x(h) - x(kh)| / (k^p - 1)
 
-A lost order is an error that neither closure nor energy shows. The error of a channel comes from a second run of the scene:
+A lost order is an error that neither closure nor energy shows. The error of a channel comes from a second run of the
+scene:
 
     error = factor max_t |x(t) - y(t)|,      plus a few units in the last place of the largest value
 
-with x the run that is kept, y the other run, t the times of both. The caller chooses the factor: 1 where y is the less accurate
-run and the rate of convergence is unknown; 1 / (2^p - 1) where y has twice the step and the method has order p.
+with x the run that is kept, y the other run, t the times of both. The caller chooses the factor: 1 where y is the less
+accurate run and the rate of convergence is unknown; 1 / (2^p - 1) where y has twice the step and the method has order
+p.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 
 SLACK = 0.5
-"""An order that is lower than expected by more than this is lost; orders are whole numbers, so this is half their distance."""
+"""An order that is lower than expected by more than this is lost; orders are whole numbers, so this is half their
+distance."""
 ROUNDING = 1e-12
 """Changes below this, relative to the largest value (at least 1), are rounding and give no order."""
 CONVERGENT = 0.4
@@ -54,8 +57,8 @@ class Order:
 
 
 def expected_order(settings: Settings, rows: bool) -> int:
-    """Order of the positions: 4 for RK4, 1 for the other fixed-step methods; 2 for RK4 with MuJoCo's constraint rows (loops,
-    gears), which are springs with a softness proportional to h^2."""
+    """Order of the positions: 4 for RK4, 1 for the other fixed-step methods; 2 for RK4 with MuJoCo's constraint rows
+    (loops, gears), which are springs with a softness proportional to h^2."""
     if settings.integrator != "RK4":
         return 1
     return 2 if rows and settings.engine == "mujoco" else 4
@@ -99,9 +102,9 @@ def order_finding(order: Order, timestep: float, why: Iterable[str] = ()) -> Fin
 def error_from_coarser(twice: float, fourfold: float | None, order: int) -> float:
     """Error of x(h) [rad or m] from its changes against x(2h) and x(4h), for a method of at most order `order`.
 
-    It uses the observed order p = log2(fourfold / twice - 1), clipped to 1..`order`. Where the observed order is above `order`,
-    h and 2h agree by accident (a kink, or error terms that cancel), and the larger estimate counts. fourfold None: the run
-    with 4h ended early; then the order is taken as 2 at most.
+    It uses the observed order p = log2(fourfold / twice - 1), clipped to 1..`order`. Where the observed order is above
+    `order`, h and 2h agree by accident (a kink, or error terms that cancel), and the larger estimate counts. fourfold
+    None: the run with 4h ended early; then the order is taken as 2 at most.
     """
     if fourfold is None:
         return SAFETY * twice / (2.0 ** min(order, 2) - 1.0)
@@ -116,14 +119,15 @@ def error_from_finer(change: float, share: float) -> float:
 
 
 def error_between(half: float, twice: float, order: int) -> float:
-    """Error of x(h) [rad or m] from its changes against x(h/2) and x(2h), by the order p = log2(twice / half), clipped to 1 and
-    the smaller of `order` and 2. The observed order allows the smaller factor SAFETY_SEEN."""
+    """Error of x(h) [rad or m] from its changes against x(h/2) and x(2h), by the order p = log2(twice / half), clipped
+    to 1 and the smaller of `order` and 2. The observed order allows the smaller factor SAFETY_SEEN."""
     p = min(max(math.log2(twice / half), 1.0), order, 2.0) if half > 0.0 and twice > 0.0 else 1.0
     return SAFETY_SEEN * half / (1.0 - 0.5**p)
 
 
 def step_error_finding(value: float, tolerance: float, text: str) -> Finding:
-    """Finding "step_error": the error that the timestep leaves [rad or m]; severity "error" beyond the scene's tolerance."""
+    """Finding "step_error": the error that the timestep leaves [rad or m]; severity "error" beyond the scene's
+    tolerance."""
     sentence = f"error left by the timestep: at most about {value:.2g} rad or m {text}"
     if value <= tolerance:
         return Finding("step_error", value, tolerance, "rad or m", "ok", f"{sentence} (tolerance {tolerance:g})")
@@ -140,8 +144,9 @@ UNITS = 16.0 * 2.2e-16
 def differences(fine: Recording, coarse: Recording, factor: float) -> dict[str, float]:
     """Channel of `fine` -> `factor` times its largest difference from `coarse` at the times of both, in its unit.
 
-    Infinite for a channel that `coarse` lacks, or with a value that is finite in one run only; infinite for all channels where
-    `coarse` does not reach the end of `fine` or shares fewer than two of its times. Angles are not reduced modulo 2 pi.
+    Infinite for a channel that `coarse` lacks, or with a value that is finite in one run only; infinite for all
+    channels where `coarse` does not reach the end of `fine` or shares fewer than two of its times. Angles are not
+    reduced modulo 2 pi.
     """
     mine, other = shared_times(fine, coarse)
     reaches = len(mine) > 1 and mine[-1] == len(fine.t) - 1 or len(fine.t) == 1 == len(mine)

@@ -1,8 +1,9 @@
-"""Sample times of a run, and its findings: closure of loops, assembly mode, force limits, restart, dry friction, open loops.
+"""Sample times of a run, and its findings: closure of loops, assembly mode, force limits, restart, dry friction, open
+loops.
 
-An engine that smooths dry friction about standstill gives less than the full friction at small rates. A joint in this band that
-friction could hold sticks in truth, but creeps in the run; the creep is the integral of its rate. A run stops when a loop is
-open by more than a thousandth of the smallest link.
+An engine that smooths dry friction about standstill gives less than the full friction at small rates. A joint in this
+band that friction could hold sticks in truth, but creeps in the run; the creep is the integral of its rate. A run stops
+when a loop is open by more than a thousandth of the smallest link.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ RESTART_JUMP = 0.5
 
 
 def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
-    """(n,) sample times [s] from 0 to the duration: the given `times` with both ends added; by default a regular grid of whole
-    timesteps, at most 10 ms apart, with at least 200 samples if the timestep allows it.
+    """(n,) sample times [s] from 0 to the duration: the given `times` with both ends added; by default a regular grid
+    of whole timesteps, at most 10 ms apart, with at least 200 samples if the timestep allows it.
 
     Raises MechlabError for a duration that is not positive or times outside it.
     """
@@ -57,10 +58,10 @@ def kinematic_findings(
 ) -> tuple[Finding, ...]:
     """Findings "finite", "loop_gap" [m], "loop_angle" [rad], "relation_residual" [rad or m] and "assembly_mode".
 
-    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the other findings. `held`:
-    names of the driven joints or shafts, default those of the drives; they define the assembly mode (see `mode_signs`). A gap
-    is an error above `limit` (for lengths times the mechanism's `length_scale`), a warning above a tenth of it. A change of
-    the assembly mode is a warning; with respect to `keep_mode`, an error.
+    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the other findings.
+    `held`: names of the driven joints or shafts, default those of the drives; they define the assembly mode
+    (see `mode_signs`). A gap is an error above `limit` (for lengths times the mechanism's `length_scale`), a warning
+    above a tenth of it. A change of the assembly mode is a warning; with respect to `keep_mode`, an error.
     """
     q, v = np.atleast_2d(q), np.atleast_2d(v)
     out = [finite_finding(q, v)]
@@ -89,8 +90,8 @@ def kinematic_findings(
 def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bool = False) -> Finding:
     """Finding "assembly_mode": how often the assembly mode for the held joints changed along q (n, nq).
 
-    A change is a warning, as a free motion may pass through a toggle position; an error when `strict`. About MODE_SAMPLES
-    samples are examined; all when `strict`.
+    A change is a warning, as a free motion may pass through a toggle position; an error when `strict`. About
+    MODE_SAMPLES samples are examined; all when `strict`.
     """
     signs = mode_signs(mechanism, q if strict else q[:: max(1, len(q) // MODE_SAMPLES)], held)
     told = signs[signs != 0]
@@ -160,8 +161,8 @@ def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
 def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:
     """Finding "saturation": share of samples at which the force of a law is at its limit; None when no law has a limit.
 
-    forces: joint or shaft -> (n,) force of all laws on it [N m or N]. A law at its limit is a warning: it cannot follow its
-    command.
+    forces: joint or shaft -> (n,) force of all laws on it [N m or N]. A law at its limit is a warning: it cannot follow
+    its command.
     """
     shares = {}
     for law in laws:
@@ -190,8 +191,8 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
     """Finding "restart" (an error): the first sample at which the engine has reset itself to the reference pose after a
     blow-up; None without such a sample.
 
-    Let D be the largest distance from the reference pose so far. A reset is a step that is longer than RESTART_JUMP D and
-    than twice the median speed allows, ends within D / 10 of the reference pose, and ends slower than it began.
+    Let D be the largest distance from the reference pose so far. A reset is a step that is longer than RESTART_JUMP D
+    and than twice the median speed allows, ends within D / 10 of the reference pose, and ends slower than it began.
     """
     home, columns = mechanism.reference(), mechanism._q_columns
     if len(t) < 3 or not len(columns) or not np.all(np.isfinite(q)):
@@ -249,14 +250,16 @@ SMOOTHING_BAND = 3.0
 
 
 def sticks(rates: Array, accelerations: Array, width: Array, able: Array) -> Flags:
-    """(n, k) True where friction smoothed as able tanh(rate / width) hides sticking: the rate is inside the band, and the
-    acceleration without friction is smaller than `able`, the largest that friction can balance. width, able: (k,)."""
+    """(n, k) True where friction smoothed as able tanh(rate / width) hides sticking: the rate is inside the band, and
+    the acceleration without friction is smaller than `able`, the largest that friction can balance. width, able:
+    (k,)."""
     free = accelerations + able * np.tanh(rates / width)
     return np.asarray((np.abs(rates) < SMOOTHING_BAND * width) & (np.abs(free) < able))
 
 
 def creep_distance(t: Array, rates: Array, standing: Flags) -> Array:
-    """(k,) distances [rad or m] crept between samples that both count as sticking: t (n,), rates (n, k), standing (n, k)."""
+    """(k,) distances [rad or m] crept between samples that both count as sticking: t (n,), rates (n, k), standing
+    (n, k)."""
     both = standing[1:] & standing[:-1]
     mean = 0.5 * (np.abs(rates[1:]) + np.abs(rates[:-1]))
     return np.asarray(np.sum(np.where(both, mean, 0.0) * np.diff(t)[:, None], axis=0))
@@ -265,8 +268,8 @@ def creep_distance(t: Array, rates: Array, standing: Flags) -> Array:
 def friction_finding(
     names: Sequence[str], t: Array, rates: Array, standing: Flags, tolerance: float, how: str
 ) -> Finding | None:
-    """Finding "friction": the largest distance crept, an error beyond the tolerance [rad or m] of the scene; None without dry
-    friction. names (k,); `how`: words on how the engine treats the friction."""
+    """Finding "friction": the largest distance crept, an error beyond the tolerance [rad or m] of the scene; None
+    without dry friction. names (k,); `how`: words on how the engine treats the friction."""
     if not names:
         return None
     ways = creep_distance(t, rates, standing)
@@ -303,7 +306,8 @@ def smallest_link(mechanism: Mechanism) -> float:
 
 
 def open_loop_finding(t: float, gap: float, limit: float, duration: float, row: str) -> Finding:
-    """Finding "loop_open" (an error): the time t [s] at which the run was stopped, the row that was open and its gap [m]."""
+    """Finding "loop_open" (an error): the time t [s] at which the run was stopped, the row that was open and its gap
+    [m]."""
     text = (
         f"the loop {row} is torn open by {gap:.3g} m at t = {t:.6g} s of {duration:g} s, more than {OPEN_LOOP:g} of the smallest "
         f"link ({limit:.3g} m): the run was stopped. No assembly may exist where the drive goes; ask `solve` there, or take "

@@ -1,5 +1,5 @@
-"""Laws that hold rates by bounded forces (dry friction with true sticking, one-way stops, rate servos, locked pairs), and
-viscous drag between two parts."""
+"""Laws that hold rates by bounded forces (dry friction with true sticking, one-way stops, rate servos, locked pairs),
+and viscous drag between two parts."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ ROUNDING = 1e-14
 
 @dataclass(frozen=True)
 class RateHold:
-    """A hold of a rate at `rate` [rad/s or m/s] by a force between `low` and `high` [N m or N]. `on`: a joint or shaft, or
-    pairs (name, coefficient) of a sum of rates; the force on each member is its coefficient times the holding force.
+    """A hold of a rate at `rate` [rad/s or m/s] by a force between `low` and `high` [N m or N]. `on`: a joint or shaft,
+    or pairs (name, coefficient) of a sum of rates; the force on each member is its coefficient times the holding force.
 
     Dry friction: -f, f. A one-way stop that lets the rate grow: 0, inf. A rate servo or a locked pair: -inf, inf.
     """
@@ -64,15 +64,15 @@ class ViscousBetween:
 @register("held_rates")
 @dataclass(frozen=True)
 class HeldRates:
-    """The forces of `laws` plus bounded holding forces that bring each rate to its target. With e the rate less its target, the
-    holding forces solve the box-constrained problem
+    """The forces of `laws` plus bounded holding forces that bring each rate to its target. With e the rate less its
+    target, the holding forces solve the box-constrained problem
 
         acceleration = free + response @ force;    force inside its bounds: acceleration = -e / time;
         force at its lower (upper) bound: acceleration >= (<=) -e / time.
 
-    Far from the target this is sliding friction at its bound; at the target it sticks exactly, without creep, as long as
-    the bounds allow. `laws` must contain every other law of the scene; dry friction of the Mechanism itself is not included.
-    `time` [s] is the time constant of the capture: of the order of the timestep, at least half of it.
+    Far from the target this is sliding friction at its bound; at the target it sticks exactly, without creep, as long
+    as the bounds allow. `laws` must contain every other law of the scene; dry friction of the Mechanism itself is not
+    included. `time` [s] is the time constant of the capture: of the order of the timestep, at least half of it.
     """
 
     holds: tuple[RateHold, ...]
@@ -135,8 +135,8 @@ class HeldRates:
         return kept[1], kept[2], kept[3]
 
     def _response(self, plant: Plant, applied: Array, rows: Array) -> tuple[list[float], list[list[float]]]:
-        """Accelerations (k,) of rows @ rates under the constraints without holding forces, and their change (k, k) per unit of
-        each holding force.
+        """Accelerations (k,) of rows @ rates under the constraints without holding forces, and their change (k, k) per
+        unit of each holding force.
 
         The operators are cached while mass matrix and constraint rows stay equal to rounding: in gear trains they are
         constant, and a law is evaluated at every stage of every step.
@@ -155,7 +155,8 @@ class HeldRates:
     def _holding(self, excess: list[float], response: list[list[float]]) -> list[float]:
         """Forces f of the box-constrained problem: excess + response @ f is complementary to the bounds on f.
 
-        All active sets are tried in turn, as there are few. Plain floats, because this runs at every stage of every step.
+        All active sets are tried in turn, as there are few. Plain floats, because this runs at every stage of every
+        step.
         """
         scale = 1e-9 * max(1.0, *(abs(x) for x in excess)) if excess else 0.0
         best, least = [0.0] * len(excess), math.inf
@@ -183,8 +184,8 @@ def captured(laws: Sequence[Law], factor: float) -> tuple[Law, ...]:
 def capture_finding(laws: Sequence[Law], settings: Settings) -> Finding | None:
     """Finding "capture": timestep / capture time of held rates; None without such a law or with step control.
 
-    Above the stability limit of the method on e' = -e / time (RK4: 2.785, others: 2) the rates chatter about their targets:
-    an error. From 0.9 times the limit on, a warning.
+    Above the stability limit of the method on e' = -e / time (RK4: 2.785, others: 2) the rates chatter about their
+    targets: an error. From 0.9 times the limit on, a warning.
     """
     held = [law for law in laws if isinstance(law, HeldRates) and law.holds]
     if not held or settings.integrator == "DOP853":

@@ -2,8 +2,8 @@
 
     r = (1 - d) tc^2 zeta^2 A f,    A = J M^-1 J^T of the row, f its reaction, d the impedance, tc the time constant
 
-(static, zeta = 1). A is large when a part of the row is light, so light loaded parts lag most. With the integrator "discrete"
-the lag is larger by (1 + h / tc)^2. Verified against MuJoCo 4.0.0 to 12 digits for one row.
+(static, zeta = 1). A is large when a part of the row is light, so light loaded parts lag most. With the integrator
+"discrete" the lag is larger by (1 + h / tc)^2. Verified against MuJoCo 4.0.0 to 12 digits for one row.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ ENGINE_TIMECONST, ENGINE_IMPEDANCE = 0.02, 0.95
 
 @dataclass(frozen=True)
 class Lag:
-    """Prediction for one relation: `compliance` A [1/(kg m2) or 1/kg], largest `load` f [N m or N], `lag` [rad or m]."""
+    """Prediction for one relation: `compliance` A [1/(kg m2) or 1/kg], largest `load` f [N m or N], `lag`
+    [rad or m]."""
 
     relation: str
     compliance: float
@@ -83,7 +84,8 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
 
 
 def lag_findings(mechanism: Mechanism, scene: Scene, settings: Settings) -> tuple[Finding, ...]:
-    """Finding "predicted_lag": the relation with the largest lag; above LAG_LIMIT a warning. Empty without relations."""
+    """Finding "predicted_lag": the relation with the largest lag; above LAG_LIMIT a warning. Empty without
+    relations."""
     lags = predicted_lags(mechanism, scene, settings)
     if not lags:
         return ()

@@ -15,8 +15,8 @@ class LawStates:
     """The states of all laws that have any, as one vector (size,).
 
     Such a law has `start()`, its states at t = 0; `state_rate(t, plant, state)`, their time derivative; and
-    `after(t, plant, state, h)`, the states after h seconds in the present state of the mechanism. The plants of the engines
-    hold the states in `memory`, keyed by the law; on a plant without them a law uses its start states.
+    `after(t, plant, state, h)`, the states after h seconds in the present state of the mechanism. The plants of the
+    engines hold the states in `memory`, keyed by the law; on a plant without them a law uses its start states.
     """
 
     def __init__(self, laws: Sequence[Law]) -> None:

@@ -1,8 +1,8 @@
 """Parameters of a mechanism, and the SI units of all keys, by which a value such as `37deg` is checked.
 
-Parameters are the fields of a flat frozen dataclass; each carries unit, meaning, limits and source. Keys of a joint or shaft X:
-X and X_0 [rad or m], X_rate and X_rate_0, X_accel, X_force [N m or N]. Keys of a frame F: F_x [m], F_x_rate, F_x_accel,
-F_wx [rad/s], F_wx_rate. Keys of a question: its own `units`, completed by the same suffixes.
+Parameters are the fields of a flat frozen dataclass; each carries unit, meaning, limits and source. Keys of a joint or
+shaft X: X and X_0 [rad or m], X_rate and X_rate_0, X_accel, X_force [N m or N]. Keys of a frame F: F_x [m], F_x_rate,
+F_x_accel, F_wx [rad/s], F_wx_rate. Keys of a question: its own `units`, completed by the same suffixes.
 """
 
 from __future__ import annotations
@@ -178,7 +178,8 @@ def mechanism_units(m: Mechanism) -> Units:
 
 
 def question_units(question: Question) -> Units:
-    """Units of the keys of a question: as declared, rad for angles, or derived from the key X for X_rate and X_accel."""
+    """Units of the keys of a question: as declared, rad for angles, or derived from the key X for X_rate and
+    X_accel."""
     known = dict.fromkeys(question.angles, "rad") | dict(question.units)
     keys = (*question.given, *question.optional, *question.answers)
     for key in keys:

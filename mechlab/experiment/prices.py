@@ -2,9 +2,9 @@
 
     price = first + rates nv + rows m + crossed nv m + springs s,      m constraint rows, s springs between points
 
-Measured as CPU time on one core of an AMD EPYC (numpy 2.4, mujoco 4.0, pinocchio 4.1) over the scenes of the catalog and
-four-bar chains of up to 81 joints; most prices are right within a factor of 1.5. That is enough for their use, budgets and the
-choice of a method (`mechlab.integrate.work`).
+Measured as CPU time on one core of an AMD EPYC (numpy 2.4, mujoco 4.0, pinocchio 4.1) over the scenes of the catalog
+and four-bar chains of up to 81 joints; most prices are right within a factor of 1.5. That is enough for their use,
+budgets and the choice of a method (`mechlab.integrate.work`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from mechlab.mechanism.parts import LOOP_ROWS
 
 @dataclass(frozen=True)
 class Price:
-    """The price of one evaluation [s]: `first` always; `rates`, `rows`, `crossed` and `springs` for each rate, row, product of
-    rate and row, and spring; `rowed` once where there is any row."""
+    """The price of one evaluation [s]: `first` always; `rates`, `rows`, `crossed` and `springs` for each rate, row,
+    product of rate and row, and spring; `rowed` once where there is any row."""
 
     first: float
     rates: float = 0.0
@@ -54,7 +54,8 @@ OWN_EQUATIONS = 5e-5
 OBSERVED_POSE = Price(2e-5, rates=3e-6)
 """The energy and the gaps of one pose, computed in Python."""
 BATCH, BATCH_POSE, BATCH_SOLVED = 1.5e-4, 4e-7, 6e-10
-"""Many poses together in numpy: price of a call, and for each pose per nv (kinematics) and per nv^3 (linear equations)."""
+"""Many poses together in numpy: price of a call, and for each pose per nv (kinematics) and per nv^3
+(linear equations)."""
 CALLBACK = 8e-6
 """A call from MuJoCo to laws in Python."""
 LAWS = {

@@ -14,7 +14,8 @@ from mechlab.mechanism.newton import Status
 from mechlab.results import Result
 
 TOLERANCE = 1e-6
-"""Default relative tolerance between witnesses: rounding is 1e-12, and near a singular position it grows to its square root."""
+"""Default relative tolerance between witnesses: rounding is 1e-12, and near a singular position it grows to its square
+root."""
 ORDERS = ("_accel", "_rate")
 
 Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
@@ -22,7 +23,8 @@ Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
 
 @dataclass(frozen=True)
 class Open:
-    """Quantities that the given ones do not determine because of the same freedoms; `give`: a smallest set of keys that would."""
+    """Quantities that the given ones do not determine because of the same freedoms; `give`: a smallest set of keys that
+    would."""
 
     quantities: tuple[str, ...]
     freedoms: tuple[str, ...]
@@ -41,11 +43,13 @@ class Open:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer of one witness: values by name, or modes (each with a "label"), or in `cannot` the reason why it has none.
+    """The answer of one witness: values by name, or modes (each with a "label"), or in `cannot` the reason why it has
+    none.
 
-    open: quantities that the given ones do not determine; idle: quantities that depend on local freedoms alone (the spin of a
-    rod between two ball joints); neither has a value. assumed: key -> value used for a key that was not given. solved
-    (points,): for a question about many points, mask of those with an answer where the status does not hold for all.
+    open: quantities that the given ones do not determine; idle: quantities that depend on local freedoms alone (the
+    spin of a rod between two ball joints); neither has a value. assumed: key -> value used for a key that was not
+    given. solved (points,): for a question about many points, mask of those with an answer where the status does not
+    hold for all.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -77,12 +81,12 @@ LENGTHS = ("m", "m/s", "m/s2")
 
 @dataclass(frozen=True)
 class Question:
-    """A question with the answers `answers`. It is chosen by the given keys: all of `given`, any of `optional` (key -> default;
-    None: no default).
+    """A question with the answers `answers`. It is chosen by the given keys: all of `given`, any of `optional` (key ->
+    default; None: no default).
 
-    witnesses: name -> function(parameters, values) -> Answer. `angles`: answers that are compared modulo 2 pi. units: SI unit
-    of every given or answered key ("" for a pure number). tolerance: largest difference between witnesses, relative to the
-    largest value of the same unit; see `Answers.apart`.
+    witnesses: name -> function(parameters, values) -> Answer. `angles`: answers that are compared modulo 2 pi. units:
+    SI unit of every given or answered key ("" for a pure number). tolerance: largest difference between witnesses,
+    relative to the largest value of the same unit; see `Answers.apart`.
     """
 
     name: str
@@ -137,8 +141,8 @@ class Answers(Result):
     def apart(self) -> dict[str, float]:
         """Value -> difference, for values in which witnesses differ by more than the tolerance.
 
-        The tolerance is relative to the largest value of the same unit, taken as at least 1e-3 [SI]; for a length, its rate
-        and its acceleration as at least 1e-3 of the size of the mechanism.
+        The tolerance is relative to the largest value of the same unit, taken as at least 1e-3 [SI]; for a length, its
+        rate and its acceleration as at least 1e-3 of the size of the mechanism.
         """
         found = self.differences
         largest: dict[str, float] = {}
@@ -150,7 +154,8 @@ class Answers(Result):
         return {k: x for k, x in found.items() if not x <= self.tolerance * largest[self._kind(k)]}
 
     def _kind(self, key: str) -> str:
-        """Group of values with a common scale: those of one unit, or, without units, angles or others by their suffix."""
+        """Group of values with a common scale: those of one unit, or, without units, angles or others by their
+        suffix."""
         order = next((x for x in ORDERS if key.endswith(x)), "")
         return self.units.get(key, f"{'angle' if key in self.angles else 'value'}{order}")
 
@@ -171,7 +176,8 @@ class Answers(Result):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on open and idle quantities, on values used for keys not given, and on differences between witnesses."""
+        """Sentences on open and idle quantities, on values used for keys not given, and on differences between
+        witnesses."""
         out = [f"open: {x.sentence}" for x in self.open]
         if self.idle:
             out.append(f"idle: {', '.join(self.idle)}: parts that turn freely, on which nothing else hangs")
@@ -183,7 +189,8 @@ class Answers(Result):
 
     @property
     def status(self) -> Status:
-        """The worst status of the witnesses that could answer; DISAGREE where all answered but differ beyond the tolerance."""
+        """The worst status of the witnesses that could answer; DISAGREE where all answered but differ beyond the
+        tolerance."""
         each = [a.status for a in self.answers.values() if not a.cannot] or [Status.NOT_CONVERGED]
         worst = max(each, key=lambda s: (s.exit_code, s is not Status.SOLVED))
         return Status.DISAGREE if worst.exit_code == 0 and self.apart else worst
@@ -229,8 +236,8 @@ def choose(questions: Sequence[Question], keys: set[str], owner: str) -> Questio
 
 
 def one_spelling(questions: Sequence[Question], values: Mapping[str, Any], owner: str) -> dict[str, Any]:
-    """The values under the names that the questions use: X_angle_rate becomes X_rate where a question takes X_rate (X_accel
-    likewise). Raises MechlabError where both are given."""
+    """The values under the names that the questions use: X_angle_rate becomes X_rate where a question takes X_rate
+    (X_accel likewise). Raises MechlabError where both are given."""
     known = {k for q in questions if set(q.given) <= set(values) for k in q.optional}
     out: dict[str, Any] = {}
     for key, value in values.items():

@@ -23,7 +23,8 @@ SEVERITIES = ("ok", "warning", "error")
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding on a run. severity "ok": within its limit; "warning": may matter; "error": the run must not be trusted."""
+    """One finding on a run. severity "ok": within its limit; "warning": may matter; "error": the run must not be
+    trusted."""
 
     name: str
     value: float
@@ -109,9 +110,10 @@ class Recording(Result):
     """A run of a mechanism.
 
     t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit;
-    `errors` name -> estimated largest error of a channel over the run, in its unit (absent: no estimate); `acts`: one line on
-    what acted (`mechlab.experiment.acting`); `sample_times` [s]: times at which `samples` reads the channels; `notes`: warnings
-    about the parameters. Files (`mechlab.formats.save_recording`) hold neither `sample_times` nor `notes`.
+    `errors` name -> estimated largest error of a channel over the run, in its unit (absent: no estimate); `acts`: one
+    line on what acted (`mechlab.experiment.acting`); `sample_times` [s]: times at which `samples` reads the channels;
+    `notes`: warnings about the parameters. Files (`mechlab.formats.save_recording`) hold neither `sample_times` nor
+    `notes`.
     """
 
     mechanism: Mechanism
@@ -202,9 +204,9 @@ class Recording(Result):
 
 @dataclass(frozen=True)
 class Trace:
-    """A run without channels: q (n, nq), v (n, nv) at the first n output times; cpu_s: process CPU time of stepping, without
-    setup; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of motion, 0 where the
-    engine does not count them."""
+    """A run without channels: q (n, nq), v (n, nv) at the first n output times; cpu_s: process CPU time of stepping,
+    without setup; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of
+    motion, 0 where the engine does not count them."""
 
     q: Array
     v: Array

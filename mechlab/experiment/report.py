@@ -1,7 +1,7 @@
 """Prints answers and recordings: as one line, as text for the command line, and as HTML for a notebook.
 
-In a notebook a Recording shows its page, by the function that was registered with `mechlab.results.offer_page`. Without one, or
-where the page cannot be shown, a table with the reason takes its place.
+In a notebook a Recording shows its page, by the function that was registered with `mechlab.results.offer_page`. Without
+one, or where the page cannot be shown, a table with the reason takes its place.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Scenes and their settings, and the initial state of a scene.
 
-A scene says what acts on a mechanism, for how long, and which channels are wanted. Settings say how it is computed: engine,
-integrator, timestep, hardness of the constraints. The initial state follows from given values and rates and from closure.
+A scene says what acts on a mechanism, for how long, and which channels are wanted. Settings say how it is computed:
+engine, integrator, timestep, hardness of the constraints. The initial state follows from given values and rates and
+from closure.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ PEER_ENGINES = ("exudyn", "drake", "opensim")
 MUJOCO_INTEGRATORS = ("RK4", "implicitfast", "implicit", "Euler", "discrete")
 PINOCCHIO_INTEGRATORS = ("RK4", "DOP853", "semi_implicit_Euler")
 TRACE_INTEGRATORS = ("LSODA",)
-"""Integrators for traces of charts and error control, on the equations of either engine; runs of scenes do not use them."""
+"""Integrators for traces of charts and error control, on the equations of either engine; runs of scenes do not use
+them."""
 
 
 @dataclass(frozen=True)
@@ -97,13 +99,15 @@ DRIVES = ("hold", "free")
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene. duration [s]; initial: physical values of joints at t = 0, the others follow by assembly from the reference pose;
-    initial_rates: rates of joints or shafts, the others follow from the constraints (minimum norm). `needs`, `tolerance`
-    [m or rad]: what the run must answer, and its largest error; `settings`: the recommended way to compute it. `keep_mode`:
-    joints or shafts for which the assembly mode must not change; a run that changes it stops there with an error.
+    """A scene. duration [s]; initial: physical values of joints at t = 0, the others follow by assembly from the
+    reference pose; initial_rates: rates of joints or shafts, the others follow from the constraints (minimum norm).
+    `needs`, `tolerance` [m or rad]: what the run must answer, and its largest error; `settings`: the recommended way to
+    compute it. `keep_mode`: joints or shafts for which the assembly mode must not change; a run that changes it stops
+    there with an error.
 
-    drives: behaviour of declared drives without a law on their joint or shaft: "hold" their targets, or "free" (no force). A
-    law on a driven joint or shaft replaces its drive; see `mechlab.experiment.acting`. Raises MechlabError for another word.
+    drives: behaviour of declared drives without a law on their joint or shaft: "hold" their targets, or "free"
+    (no force). A law on a driven joint or shaft replaces its drive; see `mechlab.experiment.acting`. Raises
+    MechlabError for another word.
     """
 
     name: str
@@ -142,7 +146,8 @@ def initial_state(mechanism: Mechanism, scene: Scene) -> tuple[Array, Array]:
 
 
 def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -> Array:
-    """(nq,) assembled coordinates with these physical values of joints or shafts; raises NoSolution where there are none."""
+    """(nq,) assembled coordinates with these physical values of joints or shafts; raises NoSolution where there are
+    none."""
     q = mechanism.reference()
     _finite(values, what, "initial value")
     if all(float(mechanism.value(name, q)) == x for name, x in values.items()):
@@ -174,7 +179,8 @@ def _closed(mechanism: Mechanism, values: tuple[tuple[str, float], ...]) -> Asse
 
 
 def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], what: str) -> Array:
-    """(nv,) minimum-norm rates with J v = 0 and the given rates of joints or shafts; raises NoSolution if they contradict."""
+    """(nv,) minimum-norm rates with J v = 0 and the given rates of joints or shafts; raises NoSolution if they
+    contradict."""
     _finite(rates, what, "initial rate")
     names = list(rates)
     rows = np.array([mechanism.row(n) for n in names]).reshape(len(names), mechanism.nv)

@@ -1,5 +1,5 @@
-"""A mechanism at one state, computed by the numpy tree of `mechlab.mechanism`: the plant that laws see without an engine, and a
-third implementation besides the engines in checks."""
+"""A mechanism at one state, computed by the numpy tree of `mechlab.mechanism`: the plant that laws see without an
+engine, and a third implementation besides the engines in checks."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from mechlab.mechanism.statics import passive_force
 
 
 class MassShare(NamedTuple):
-    """A moving mass [kg], its centre (3,) [m], inertia tensor (3, 3) about the centre [kg m2], momentum (3,) [kg m/s] and
-    angular momentum `spin` (3,) about the centre [kg m2/s]; world axes."""
+    """A moving mass [kg], its centre (3,) [m], inertia tensor (3, 3) about the centre [kg m2], momentum (3,) [kg m/s]
+    and angular momentum `spin` (3,) about the centre [kg m2/s]; world axes."""
 
     mass: float
     centre: Array
@@ -33,8 +33,8 @@ class TreePlant:
     """The numpy plant. Implements `mechlab.experiment.laws.Plant` and, with poses, closure and masses,
     `mechlab.engines.protocol.StatePlant`.
 
-    `set(q, v, t)` only stores the state; the kinematics is computed on first use, so that a law which needs only values and
-    rates costs no kinematics. `memory`: law -> its states.
+    `set(q, v, t)` only stores the state; the kinematics is computed on first use, so that a law which needs only values
+    and rates costs no kinematics. `memory`: law -> its states.
     """
 
     def __init__(self, mechanism: Mechanism, q: ArrayLike | None = None, v: ArrayLike | None = None) -> None:

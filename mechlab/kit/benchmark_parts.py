@@ -1,4 +1,5 @@
-"""Parts of the benchmark entries: slender bars, tracked channels, checks against references and against printed values."""
+"""Parts of the benchmark entries: slender bars, tracked channels, checks against references and against printed
+values."""
 
 from __future__ import annotations
 
@@ -18,13 +19,15 @@ from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia
 
 THIN = 1e-3
-"""Moment of inertia of a slender bar about its axis, relative to that across. Planar motion does not use it; MuJoCo needs > 0."""
+"""Moment of inertia of a slender bar about its axis, relative to that across. Planar motion does not use it; MuJoCo
+needs > 0."""
 
 Channel = tuple[str, Callable[[Any, Recording], Array]]
 
 
 def planar(mass: float, moment: float, x: float = 0.0, y: float = 0.0) -> Inertia:
-    """A mass [kg] at (x, y) [m] with a moment about z [kg m2]. The other two moments, 0.6 of it, have no effect in the plane."""
+    """A mass [kg] at (x, y) [m] with a moment about z [kg m2]. The other two moments, 0.6 of it, have no effect in the
+    plane."""
     return Inertia(mass, (x, y, 0.0), (0.6 * moment, 0.6 * moment, moment, 0.0, 0.0, 0.0))
 
 
@@ -44,7 +47,8 @@ def planar_particles(
 def slender_particles(
     mass: float, length: float, start: complex, velocity: complex, angle: float, rate: float
 ) -> Particles:
-    """The moving bar of `slender` as particles; its start point [m] and that point's velocity [m/s] in the plane as x + i y."""
+    """The moving bar of `slender` as particles; its start point [m] and that point's velocity [m/s] in the plane as x +
+    i y."""
     across, middle = mass * length**2 / 12.0, 0.5 * length * cmath.exp(1j * angle)
     return _flat(mass, (THIN * across, across, across), start + middle, velocity + 1j * rate * middle, angle, rate)
 

@@ -14,7 +14,8 @@ from mechlab.mechanism.geometry import Array
 
 @dataclass(frozen=True)
 class CheckedQuantity:
-    """One quantity with its absolute limit, witness -> value, and the expected value (None: that of the first witness)."""
+    """One quantity with its absolute limit, witness -> value, and the expected value (None: that of the first
+    witness)."""
 
     what: str
     limit: float
@@ -22,8 +23,8 @@ class CheckedQuantity:
     expected: ArrayLike | None = None
 
     def differences(self) -> dict[str, float]:
-        """Witness -> largest absolute difference; infinite for a value that is not finite or of another shape, and when there
-        is nothing to compare with."""
+        """Witness -> largest absolute difference; infinite for a value that is not finite or of another shape, and when
+        there is nothing to compare with."""
         if not self.values or (self.expected is None and len(self.values) < 2):
             return dict.fromkeys(self.values or {self.what: 0}, float("inf"))
         first, *others = self.values

@@ -11,9 +11,9 @@
         ...
         return evidence({"largest shift of theta2 [deg]": shift, ...}, worst=worst)
 
-The rules are tried in the order in which they are written; the first one whose comparison is true gives the verdict, and the
-last one has no comparison. A comparison names values: reported ones (`computed`), or facts, which are not reported. A `*` in
-a name stands for any text; then every value with a matching name has to pass.
+The rules are tried in the order in which they are written; the first one whose comparison is true gives the verdict,
+and the last one has no comparison. A comparison names values: reported ones (`computed`), or facts, which are not
+reported. A `*` in a name stands for any text; then every value with a matching name has to pass.
 """
 
 from __future__ import annotations
@@ -184,7 +184,8 @@ def cannot(because: str, when: Comparison | None = None) -> Rule:
 
 
 def settle(found: Evidence, printed: Any, rules: tuple[Rule, ...]) -> ClaimResult:
-    """The result by the first rule whose comparison is true for the evidence. Raises MechlabError when there is none."""
+    """The result by the first rule whose comparison is true for the evidence. Raises MechlabError when there is
+    none."""
     values = {**found.computed, **found.facts}
     for rule in rules:
         if rule.when is None or rule.when(values, printed):

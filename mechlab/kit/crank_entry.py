@@ -33,8 +33,8 @@ Range = tuple[float, float]
 class Pose:
     """The motion of a mechanism of one drive, for numbers or arrays.
 
-    values: joint or shaft -> value, rate, acceleration. more: further answers, without rates. assembles: True where the loops
-    close; gap [m]: distance by which they do not; regular: True where rates exist.
+    values: joint or shaft -> value, rate, acceleration. more: further answers, without rates. assembles: True where the
+    loops close; gap [m]: distance by which they do not; regular: True where rates exist.
     """
 
     values: Mapping[str, tuple[Any, Any, Any]]
@@ -46,11 +46,11 @@ class Pose:
 
 @dataclass(frozen=True)
 class Crank:
-    """An entry with one drive. build: that of the entry. pose(p, angle, rate, accel): the closed form. answers: joints and
-    shafts that the question answers. own(p): (angle, rate, torque) -> acceleration of the drive, the equation of motion.
-    ends(p, pose): point -> position [m] and velocity [m/s] as x + i y; bars(p): (point, point, mass [kg], radius [m]) of each
-    bar. start(p): drive angle of the reference pose [rad]. ranges(p): intervals of the drive [rad] in which it assembles;
-    checks use the first. drive: name of the drive joint, NAME_angle."""
+    """An entry with one drive. build: that of the entry. pose(p, angle, rate, accel): the closed form. answers: joints
+    and shafts that the question answers. own(p): (angle, rate, torque) -> acceleration of the drive, the equation of
+    motion. ends(p, pose): point -> position [m] and velocity [m/s] as x + i y; bars(p): (point, point, mass [kg],
+    radius [m]) of each bar. start(p): drive angle of the reference pose [rad]. ranges(p): intervals of the drive [rad]
+    in which it assembles; checks use the first. drive: name of the drive joint, NAME_angle."""
 
     build: Callable[[Any, str], Mechanism]
     pose: Callable[..., Pose]
@@ -93,8 +93,8 @@ class Crank:
     def scenes(self, speed: str, torque: str, stiffness: float, damping: float) -> dict[str, SceneRecipe]:
         """Three scenes of 2 s: the crank driven by a servo, released at speed, and started by a constant torque.
 
-        speed, torque: names of the parameters for the rate [rad/s] and the torque [N m]; stiffness [N m/rad] and damping
-        [N m s/rad] of the servo.
+        speed, torque: names of the parameters for the rate [rad/s] and the torque [N m]; stiffness [N m/rad] and
+        damping [N m s/rad] of the servo.
         """
         on = self.drive
 
@@ -123,8 +123,8 @@ class Crank:
     # -- the own equation ----------------------------------------------------------------------------------------------
 
     def reference(self, p: Any, scene: Scene, method: str = "DOP853", tolerance: float = 1e-12) -> Recording:
-        """The Recording of the own equation of motion, integrated to a relative tolerance; the closed form gives the other
-        joints."""
+        """The Recording of the own equation of motion, integrated to a relative tolerance; the closed form gives the
+        other joints."""
         m = self.build(p, "minimal")
 
         def states(y: Array) -> tuple[Array, Array]:

@@ -1,4 +1,5 @@
-"""The range of the crank of a four-bar: a start angle, a remark, and checks of the limits and of the gap beyond them."""
+"""The range of the crank of a four-bar: a start angle, a remark, and checks of the limits and of the gap beyond
+them."""
 
 from __future__ import annotations
 
@@ -18,14 +19,16 @@ ROCKS: tuple[Lengths, ...] = ((1.0, 0.8, 0.5, 1.1), (0.9, 0.6, 1.2, 1.0))
 
 
 def start_angle(lengths: Lengths) -> float:
-    """Crank angle [rad] in the middle of the range in which the four-bar assembles; 1 rad when the crank turns fully."""
+    """Crank angle [rad] in the middle of the range in which the four-bar assembles; 1 rad when the crank turns
+    fully."""
     limits = closed_form.crank_limits(*lengths)
     low, high = limits.ranges[0] if limits.ranges else (1.0, 1.0)
     return 1.0 if limits.full_turn else 0.5 * (low + high)
 
 
 def remark(lengths: Lengths) -> str:
-    """A sentence: Grashof's class and, unless the crank turns fully, the crank angles at which the four-bar assembles."""
+    """A sentence: Grashof's class and, unless the crank turns fully, the crank angles at which the four-bar
+    assembles."""
     limits = closed_form.crank_limits(*lengths)
     arcs = ", ".join(f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in limits.ranges)
     swing = "" if limits.full_turn else f"; it assembles at crank angles {arcs}" if arcs else "; it assembles nowhere"
@@ -52,8 +55,8 @@ def limits_check(id: str, lengths: Callable[[Any], Lengths]) -> Check:
 
 
 def gap_check(id: str, lengths: Callable[[Any], Lengths], mode: Callable[[Any], int]) -> Check:
-    """A check of the transmission angle, and of the gap where no assembly exists, by the law of cosines in triangle BCD; for
-    this four-bar and one that rocks."""
+    """A check of the transmission angle, and of the gap where no assembly exists, by the law of cosines in triangle
+    BCD; for this four-bar and one that rocks."""
 
     def run(p: Any) -> CheckResult:
         values, expected, phi = list[Any](), list[Any](), np.linspace(-3.0, 3.0, 13)

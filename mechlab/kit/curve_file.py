@@ -20,8 +20,8 @@ LENGTHS = tuple(k for k, u in UNITS.items() if u.si == "m")
 def read_curve(path: str | Path, coordinates: tuple[int, ...] = ()) -> BSpline:
     """The curve of a file: {"degree": p, "knots": [...], "points": [[x, y, ...], ...]}, points in metres or in "unit".
 
-    The unit applies to the first three coordinates; further ones are angles [rad]. coordinates: allowed numbers of coordinates
-    of a point, () for any. Raises MechlabError, naming the file and the error in it.
+    The unit applies to the first three coordinates; further ones are angles [rad]. coordinates: allowed numbers of
+    coordinates of a point, () for any. Raises MechlabError, naming the file and the error in it.
     """
     file = Path(path)
     try:

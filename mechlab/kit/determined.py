@@ -1,12 +1,12 @@
 """Finds which quantities the given ones determine, at the levels of position, rate and acceleration.
 
 At a pose with the given values, the constraint rows J_c and the rows G of the given quantities leave the null space of
-[J_c; G] free. The mechanism is moved along each direction of it (poses are closed again by Newton's method); a quantity that
-changes depends on that freedom. So a rate that is the same in every pose (a gear train) is determined though the pose is not,
-and a direction without finite motion (a dead centre) leaves rates open but no positions.
+[J_c; G] free. The mechanism is moved along each direction of it (poses are closed again by Newton's method); a quantity
+that changes depends on that freedom. So a rate that is the same in every pose (a gear train) is determined though the
+pose is not, and a direction without finite motion (a dead centre) leaves rates open but no positions.
 
-Names of quantities: joint or shaft X, X_rate, X_accel; point of a frame FRAME_x, FRAME_x_rate, FRAME_x_accel; its angular
-velocity FRAME_wx and angular acceleration FRAME_wx_rate, world axes.
+Names of quantities: joint or shaft X, X_rate, X_accel; point of a frame FRAME_x, FRAME_x_rate, FRAME_x_accel; its
+angular velocity FRAME_wx and angular acceleration FRAME_wx_rate, world axes.
 """
 
 from __future__ import annotations
@@ -81,13 +81,15 @@ SINGULAR = 1e-6
 STEP = 0.1
 """Size of the trial motion along a freedom [rad, or relative to the mechanism's size]."""
 CHANGED = 1e-7
-"""A quantity that changes by more than this, relative to its size, depends on the freedom; Newton's method leaves 1e-12."""
+"""A quantity that changes by more than this, relative to its size, depends on the freedom; Newton's method leaves
+1e-12."""
 
 
 @dataclass(frozen=True)
 class Determined:
-    """Result for the wanted quantities. open: those that are not determined; idle: those that depend on local freedoms alone
-    (the spin of a rod), not listed in open; assumed: accelerations set to 0, as their coordinate is given and they are not."""
+    """Result for the wanted quantities. open: those that are not determined; idle: those that depend on local freedoms
+    alone (the spin of a rod), not listed in open; assumed: accelerations set to 0, as their coordinate is given and
+    they are not."""
 
     open: tuple[Open, ...] = ()
     idle: tuple[str, ...] = ()
@@ -294,7 +296,8 @@ def _sizes(wanted: Sequence[tuple[str, int]], here: Array, now: Array) -> Array:
 
 
 def _freedoms(asked: _Question, order: int, basis: Array) -> Iterator[tuple[str, Array]]:
-    """A basis of the open directions with a name for each: along a direction its own name changes by 1, the other names by 0.
+    """A basis of the open directions with a name for each: along a direction its own name changes by 1, the other names
+    by 0.
 
     Names are chosen in this order: given coordinates (a user would give their rate), drives, joints and shafts, frames.
     """

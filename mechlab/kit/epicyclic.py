@@ -1,5 +1,5 @@
-"""Parts of the entries of planetary gears, all about the z axis: discs, planets on a circle, runs under constant torques,
-moving states as particles, and checks of speeds, masses and redundant meshes.
+"""Parts of the entries of planetary gears, all about the z axis: discs, planets on a circle, runs under constant
+torques, moving states as particles, and checks of speeds, masses and redundant meshes.
 """
 
 from __future__ import annotations
@@ -90,7 +90,8 @@ def speed_question(
 def measured_speeds(
     p: Any, questions: Sequence[Question], values: Sequence[float], tolerance: float, note: str
 ) -> CheckResult:
-    """Compares the speeds of all members between witnesses; each question takes its given speeds from `values` [rad/s]."""
+    """Compares the speeds of all members between witnesses; each question takes its given speeds from `values`
+    [rad/s]."""
     said: dict[str, list[float]] = {}
     for question in questions:
         given = dict(zip(question.given, values, strict=True))
@@ -128,7 +129,8 @@ def distance(mechanism: Mechanism, one: str, other: str) -> float:
 
 
 TURN, RATE = 0.7, 1.3
-"""Angle [rad] and rate [rad/s] of the carrier in the moving state of a train; the gear ratios give the other members."""
+"""Angle [rad] and rate [rad/s] of the carrier in the moving state of a train; the gear ratios give the other
+members."""
 
 
 def wheel(mass: float, moment: float, rate: float, at: Array | None = None, orbit_rate: float = 0.0) -> Particles:
@@ -156,8 +158,8 @@ def seats(radius: float, planets: int, turn: float = TURN) -> list[Array]:
 def train_state(turns: Mapping[str, float], particles: Particles, rotors: float = 0.0, freedoms: int = 1) -> State:
     """The moving state of a train without gravity and springs.
 
-    turns: joint or shaft -> turns for one turn of the carrier; particles: the moving masses; rotors [kg m2]: inertia of the
-    shafts reduced to the carrier.
+    turns: joint or shaft -> turns for one turn of the carrier; particles: the moving masses; rotors [kg m2]: inertia of
+    the shafts reduced to the carrier.
     """
     angles, rates = ({n: x * c for n, c in turns.items()} for x in (TURN, RATE))
     return State(angles, rates, particles, {}, (0.0, 0.0, 0.0), freedoms, 0.5 * rotors * RATE**2)
@@ -171,8 +173,8 @@ def moving_check(name: str, build: Callable[[Any, str], Mechanism], state: Calla
 def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, wheels: int) -> Check:
     """A check of the numbers of rows and redundant rows. Each group of planets on one ray has `meshes` and `wheels`.
 
-    The first group makes the train; every further group adds (meshes - wheels) redundant rows, whose loads statics cannot
-    determine.
+    The first group makes the train; every further group adds (meshes - wheels) redundant rows, whose loads statics
+    cannot determine.
     """
 
     def run(p: Any) -> CheckResult:

@@ -1,4 +1,5 @@
-"""Checks the assembly modes of a class III or IV group without its polynomial: by a scan over one turn, and by closure."""
+"""Checks the assembly modes of a class III or IV group without its polynomial: by a scan over one turn, and by
+closure."""
 
 from __future__ import annotations
 
@@ -44,8 +45,8 @@ def scan_modes(group: TwoLoops, points: int = 2880) -> int:
 
 
 def try_modes(group: TwoLoops, modes: Modes) -> CheckResult:
-    """Checks every mode over the positions by two ratios that must be 1: distance closed by a link over its length, and det J
-    over the determinant by central differences of (|z|^2 - l^2) / 2 in both angles."""
+    """Checks every mode over the positions by two ratios that must be 1: distance closed by a link over its length, and
+    det J over the determinant by central differences of (|z|^2 - l^2) / 2 in both angles."""
     step = 1e-4
     length, det = [], []
     for k in range(int(np.max(modes.count))):

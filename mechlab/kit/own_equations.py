@@ -62,8 +62,8 @@ def record_own(
 ) -> Recording:
     """A Recording of y' = slope(t, y) from `start` over the duration of the scene, at SAMPLES even times.
 
-    states: (n, m) states y -> coordinates (n, nq) and rates (n, nv) of the mechanism. `tolerance` is relative; the absolute
-    tolerance is a tenth of it. Raises NoSolution when the integration does not reach the end.
+    states: (n, m) states y -> coordinates (n, nq) and rates (n, nv) of the mechanism. `tolerance` is relative; the
+    absolute tolerance is a tenth of it. Raises NoSolution when the integration does not reach the end.
     """
 
     def counted(t: float, y: Array) -> Array:

@@ -1,8 +1,8 @@
 """Makes a Mechanism from a planar linkage of Assur groups: a body for each link, loops for each group.
 
-The plane is vertical: x of the linkage is x of the world, y of the linkage is z of the world; all joint axes are parallel. Link
-L gives the joint or shaft `L_angle` (its direction in the plane) and, where its first pin moves, the joint `L_joint`; a slide
-S gives the joint `S_slide`. Points become frames.
+The plane is vertical: x of the linkage is x of the world, y of the linkage is z of the world; all joint axes are
+parallel. Link L gives the joint or shaft `L_angle` (its direction in the plane) and, where its first pin moves, the
+joint `L_joint`; a slide S gives the joint `S_slide`. Points become frames.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ UPRIGHT = axis_rotation((1.0, 0.0, 0.0), math.pi / 2)
 
 @dataclass(frozen=True)
 class Style:
-    """Masses and dimensions of the parts. names: link -> name of its angle instead of LINK_angle; width [m] of the bars;
-    mass_per_length [kg/m]; drive_stiffness, drive_damping: of the drives of the cranks. A link consists of uniform round rods
-    from its first pin to its other points; a slider is a uniform box."""
+    """Masses and dimensions of the parts. names: link -> name of its angle instead of LINK_angle; width [m] of the
+    bars; mass_per_length [kg/m]; drive_stiffness, drive_damping: of the drives of the cranks. A link consists of
+    uniform round rods from its first pin to its other points; a slider is a uniform box."""
 
     mass_per_length: float = 1.0
     slider_mass: float = 0.1
@@ -200,8 +200,8 @@ def _add(plan: _Planar, s: Step) -> None:
 
 
 def _slotted(plan: _Planar, s: Step) -> None:
-    """Adds an RPR group. Its lever extends to its declared points or, without any, to the pin in the reference pose, so that
-    it has a shape and a mass."""
+    """Adds an RPR group. Its lever extends to its declared points or, without any, to the pin in the reference pose, so
+    that it has a shape and a mass."""
     offset = float(s.sizes[0])
     slide = float(plan.motion.slides[s.name].x)
     own = plan.tips.get(s.name, [])

@@ -1,4 +1,5 @@
-"""Makes the parts of an entry from a planar linkage of dyads: build, question, scenes, closed-form recording, checks."""
+"""Makes the parts of an entry from a planar linkage of dyads: build, question, scenes, closed-form recording,
+checks."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 
 START_OFFSET = 1e-3
-"""Offset of every coordinate of the engines' start from the closed form: small enough for the same mode, but no answer."""
+"""Offset of every coordinate of the engines' start from the closed form: small enough for the same mode, but no
+answer."""
 DRIVEN = Settings(timeconst=4.0)
 """Settings of driven cranks: softer rows follow a commanded acceleration with less ringing."""
 FREE = Settings(timestep=2.5e-4)
@@ -35,9 +37,9 @@ FREE = Settings(timestep=2.5e-4)
 
 @dataclass(frozen=True)
 class Planar:
-    """A planar linkage as an entry. linkage(p): the chain in the assembly modes of the parameters; start(p): crank -> angle of
-    the reference pose [rad]; style(p): masses and dimensions; speeds(p): crank -> rate of the driven scene [rad/s]. points,
-    links, slides: those that the question answers."""
+    """A planar linkage as an entry. linkage(p): the chain in the assembly modes of the parameters; start(p): crank ->
+    angle of the reference pose [rad]; style(p): masses and dimensions; speeds(p): crank -> rate of the driven scene
+    [rad/s]. points, links, slides: those that the question answers."""
 
     name: str
     summary: str
@@ -136,7 +138,8 @@ class Planar:
     # -- scenes --------------------------------------------------------------------------------------------------------
 
     def scenes(self) -> dict[str, SceneRecipe]:
-        """Scene driven-crank: every crank turns at constant rate by inverse dynamics; free-run: released at that rate."""
+        """Scene driven-crank: every crank turns at constant rate by inverse dynamics; free-run: released at that
+        rate."""
 
         def make(name: str) -> Callable[[Any, str], Scene]:
             def scene(p: Any, fidelity: str) -> Scene:
@@ -180,8 +183,8 @@ class Planar:
     # -- checks --------------------------------------------------------------------------------------------------------
 
     def checks(self, letter: str) -> tuple[Check, ...]:
-        """Three checks: positions, rates and accelerations by three witnesses; a driven run of MuJoCo against the closed form;
-        masses, momenta, energy and power of moving states."""
+        """Three checks: positions, rates and accelerations by three witnesses; a driven run of MuJoCo against the
+        closed form; masses, momenta, energy and power of moving states."""
         source = "closed form, dyads"
         return (
             Check(f"{letter}1", "positions, rates, accelerations from three witnesses", self._check_pose, source),

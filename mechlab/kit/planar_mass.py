@@ -1,4 +1,5 @@
-"""A moving planar linkage as particles: its rods lie between points of the closed-form motion, its sliders at such points."""
+"""A moving planar linkage as particles: its rods lie between points of the closed-form motion, its sliders at such
+points."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ from mechlab.mechanism.parts import GROUND
 
 
 def compare_planar(m: Mechanism, chain: Linkage, positions: Sequence[dict[str, Any]], style: Style) -> CheckResult:
-    """Compares the engines with the particles. positions: input of the chain -> angle, rate, acceleration; the first position
-    is the reference pose."""
+    """Compares the engines with the particles. positions: input of the chain -> angle, rate, acceleration; the first
+    position is the reference pose."""
     states = [planar_state(m, chain, chain.solve(**at).require(), style) for at in positions]
     return compare([(m, replace(s, is_reference=s is states[0])) for s in states])
 
@@ -98,7 +99,8 @@ def _sliders(s: Step, motion: Motion) -> Iterator[tuple[Point, Any, Any]]:
 
 
 def _named(m: Mechanism, motion: Motion, style: Style) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Values and rates of all joints and shafts: absolute angles of links, angles relative to the parent link, slides."""
+    """Values and rates of all joints and shafts: absolute angles of links, angles relative to the parent link,
+    slides."""
     parent = {b.name: b.parent for b in m.bodies}
     turns = {link: (float(t.x), float(t.v)) for link, t in motion.turns.items()}
     found = {angle_name(link, style): t for link, t in turns.items()}
@@ -123,8 +125,8 @@ def bars_state(
 ) -> State:
     """The State of a linkage of one degree of freedom made of uniform round bars, in a vertical plane.
 
-    values: joint or shaft -> value, rate, ... ends: point -> position [m], velocity [m/s] as x + i y, y upwards. bars: (point,
-    point, mass [kg], radius [m]). gravity [m/s2]: positive downwards.
+    values: joint or shaft -> value, rate, ... ends: point -> position [m], velocity [m/s] as x + i y, y upwards. bars:
+    (point, point, mass [kg], radius [m]). gravity [m/s2]: positive downwards.
     """
     at = {n: (_upright(z), _upright(dz)) for n, (z, dz) in ends.items()}
     parts = (rod(mass, at[a][0], at[b][0], at[a][1], at[b][1], radius) for a, b, mass, radius in bars)

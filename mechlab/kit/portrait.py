@@ -1,4 +1,5 @@
-"""Phase portraits: vectorised integration of thousands of initial states, Poincare sections, curves; arrays and figures."""
+"""Phase portraits: vectorised integration of thousands of initial states, Poincare sections, curves; arrays and
+figures."""
 
 from __future__ import annotations
 
@@ -80,8 +81,8 @@ def section(slope: Slope, start: ArrayLike, period: float, turns: int, steps: in
 
 
 def estimated_error(slope: Slope, start: ArrayLike, duration: float, timestep: float, few: int = 20) -> float:
-    """Estimated largest error of `flow` at the end: 16/15 of the change with half the step (Richardson), over about `few` of
-    the initial states."""
+    """Estimated largest error of `flow` at the end: 16/15 of the change with half the step (Richardson), over about
+    `few` of the initial states."""
     y = np.asarray(start, dtype=float)
     y = y[:: max(1, len(y) // few)]
     coarse, fine = (flow(slope, y, duration, h, 2)[1][-1] for h in (timestep, 0.5 * timestep))

@@ -42,10 +42,10 @@ def by_engines(
 ) -> dict[str, Witness]:
     """The witnesses "pinocchio" and "mujoco" of a question.
 
-    given, answers: key of the question -> quantity of the engine (a joint, a shaft or a coordinate of a frame, with _rate or
-    _accel); keys of `given` that a user leaves out are ignored. start(p, mechanism, given) -> (nq,) pose from which the engine
-    assembles, None for the reference pose. output: as for `engine_answer`. Where the mechanism cannot be built with these
-    parameters, the status of the answer is NO_ASSEMBLY.
+    given, answers: key of the question -> quantity of the engine (a joint, a shaft or a coordinate of a frame, with
+    _rate or _accel); keys of `given` that a user leaves out are ignored. start(p, mechanism, given) -> (nq,) pose from
+    which the engine assembles, None for the reference pose. output: as for `engine_answer`. Where the mechanism cannot
+    be built with these parameters, the status of the answer is NO_ASSEMBLY.
     """
     wanted = tuple(dict.fromkeys(answers.values()))
 
@@ -72,8 +72,8 @@ def for_engines(ask: Callable[[str, Any, Mapping[str, Any]], Answer]) -> dict[st
 
 
 def not_assembled(what: str, gap: ArrayLike, assembles: ArrayLike, modes: tuple[dict[str, Any], ...] = ()) -> Answer:
-    """The answer of a closed form that does not close at all positions. what: subject and verb of the sentence, as "the bars
-    are"; gap [m]: distance that each position lacks; assembles: mask of the positions that close."""
+    """The answer of a closed form that does not close at all positions. what: subject and verb of the sentence, as "the
+    bars are"; gap [m]: distance that each position lacks; assembles: mask of the positions that close."""
     largest = float(np.max(np.where(assembles, 0.0, gap)))
     text = f"{what} {up_to(gap)}{largest:.6g} m short of meeting"
     closed = np.asarray(assembles)

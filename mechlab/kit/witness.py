@@ -41,10 +41,10 @@ def engine_answer(
 ) -> Answer:
     """The wanted quantities from the given ones, by one engine.
 
-    start: pose from which the engine assembles (default: the reference pose); the answer is in its assembly mode. output: a
-    frame whose singular positions are reported (kind serial). Where no pose closes, the answer has no values, but a status and
-    a note. Wanted quantities that the given ones do not determine are listed in `Answer.open` and `Answer.idle`. A given
-    coordinate without a given acceleration gets the acceleration 0 (`Answer.assumed`).
+    start: pose from which the engine assembles (default: the reference pose); the answer is in its assembly mode.
+    output: a frame whose singular positions are reported (kind serial). Where no pose closes, the answer has no values,
+    but a status and a note. Wanted quantities that the given ones do not determine are listed in `Answer.open` and
+    `Answer.idle`. A given coordinate without a given acceleration gets the acceleration 0 (`Answer.assumed`).
     """
     if m.length_scale != 1.0:
         return _in_own_unit(witness, m, given, wanted, start, steps, output)

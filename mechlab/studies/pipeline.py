@@ -64,7 +64,8 @@ def _(result: RunResult) -> str:
 def pipeline(
     design: Design, out: Path, page: PagePrinter, progress: Callable[[str], None], fidelity: str | None = None
 ) -> RunResult:
-    """Generate, check, simulate, view; `page(design, recording, path)` writes the page. Calls `progress` before each stage.
+    """Generate, check, simulate, view; `page(design, recording, path)` writes the page. Calls `progress` before each
+    stage.
 
     The folder gets everything or, when a stage raises, nothing.
     """

@@ -1,4 +1,5 @@
-"""Synthesis: tasks that find dimensions for wanted properties. Each is a function from key=value to a SynthesisResult."""
+"""Synthesis: tasks that find dimensions for wanted properties. Each is a function from key=value to a
+SynthesisResult."""
 
 from __future__ import annotations
 
@@ -45,7 +46,8 @@ class SynthesisResult(Shown):
 
 
 def synthesize(task: str, values: Mapping[str, Any]) -> SynthesisResult:
-    """Run a task. Raises MechlabError for an unknown task or key, listing those that exist, or for a bad value."""
+    """Run a task. Raises MechlabError for an unknown task or key, listing those that exist, or for a bad value;
+    NoSolution when no dimensions have the wanted properties."""
     if task not in TASKS:
         raise unknown("the task", task, TASKS)
     keys, run = TASKS[task]

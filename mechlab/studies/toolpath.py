@@ -1,4 +1,5 @@
-"""The question `toolpath` on a curve in a file: its length and spans, a place on it, and the point where braking must begin.
+"""The question `toolpath` on a curve in a file: its length and spans, a place on it, and the point where braking must
+begin.
 
 A curve has no bodies, drives or scenes, so it is no catalog entry but a single Question whose parameter is a file.
 """
@@ -32,8 +33,8 @@ from mechlab.mechanism import Status
 NAME = "toolpath"
 BRAKING = {"speed": "m/s", "exit_speed": "m/s", "deceleration": "m/s2"}
 PLACE = {"fraction": "", "distance": "m", "parameter": ""}
-"""Keys that choose a place on the curve, one at a time: a fraction of its length, the arc length from its start [m], or the
-parameter u."""
+"""Keys that choose a place on the curve, one at a time: a fraction of its length, the arc length from its start [m], or
+the parameter u."""
 KEYS = PLACE | BRAKING
 PANELS = 64
 
@@ -48,7 +49,8 @@ class Path:
 def solve_toolpath(values: Mapping[str, Any]) -> Answers:
     """The answers to curve=FILE.json [fraction=... | distance=... | parameter=...] [speed=... deceleration=... exit_speed=...].
 
-    Raises MechlabError for an unknown or missing key, a bad file, a place outside its limits, or speeds that need no braking.
+    Raises MechlabError for an unknown or missing key, a bad file, a place outside its limits, or speeds that need no
+    braking.
     """
     for key in values:
         if key not in ("curve", *KEYS):
@@ -102,7 +104,8 @@ def _refuse_place(curve: BSpline, given: Mapping[str, Any]) -> None:
 
 
 def _analytic(path: Path, given: Mapping[str, Any]) -> Answer:
-    """Answer by Gauss-Legendre quadrature between the slow points of the curve, and Newton's method for the parameter."""
+    """Answer by Gauss-Legendre quadrature between the slow points of the curve, and Newton's method for the
+    parameter."""
     curve = path.curve
     report = arc_length(curve)
     values: dict[str, Any] = {"length": report.length, "spans": report.spans}
@@ -180,7 +183,8 @@ def _place(
     length_at: Callable[[Any], Any],
     parameter_at: Callable[[Any], Any],
 ) -> Answer:
-    """The place chosen by one key of PLACE, by a witness's own s(u) [m] and u(s); an empty answer without such a key."""
+    """The place chosen by one key of PLACE, by a witness's own s(u) [m] and u(s); an empty answer without such a
+    key."""
     chosen = next((k for k in PLACE if k in given), None)
     if chosen is None:
         return Answer()

@@ -1,4 +1,5 @@
-"""Laws of loads that depend on time, rate or position; and the sum of all laws for repeated evaluation (`AppliedForce`)."""
+"""Laws of loads that depend on time, rate or position; and the sum of all laws for repeated evaluation
+(`AppliedForce`)."""
 
 from __future__ import annotations
 
@@ -117,8 +118,8 @@ class OneSidedStop(OnOne):
 
 
 class AppliedForce:
-    """`applied_force` for many states: `self(t, plant)` gives the (nv,) generalised force of all laws, and joint or shaft ->
-    force.
+    """`applied_force` for many states: `self(t, plant)` gives the (nv,) generalised force of all laws, and joint or
+    shaft -> force.
 
     `constant`: all laws are constant loads; every call then returns the same two objects, which must not be changed.
     Raises MechlabError when a law acts on a name that does not exist.

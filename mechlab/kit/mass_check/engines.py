@@ -1,4 +1,5 @@
-"""Masses, poses, mass matrix and forces of a mechanism at a moving state, from the models of numpy, Pinocchio and MuJoCo."""
+"""Masses, poses, mass matrix and forces of a mechanism at a moving state, from the models of numpy, Pinocchio and
+MuJoCo."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ from mechlab.mechanism.structure import rank
 
 
 class Share(NamedTuple):
-    """A moving mass [kg], its centre (3,) [m], inertia tensor about the centre [kg m2], momentum [kg m/s], and angular momentum
-    `spin` about the centre [kg m2/s]; world axes."""
+    """A moving mass [kg], its centre (3,) [m], inertia tensor about the centre [kg m2], momentum [kg m/s], and angular
+    momentum `spin` about the centre [kg m2/s]; world axes."""
 
     mass: float
     centre: Array
@@ -25,8 +26,8 @@ class Share(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """Quantities of a state by one implementation: masses, points of frames, poses of bodies, mass matrix; forces h(q, 0)
-    (`still`), h(q, v) (`ahead`), h(q, -v) (`back`); rows: see `_rows`."""
+    """Quantities of a state by one implementation: masses, points of frames, poses of bodies, mass matrix; forces
+    h(q, 0) (`still`), h(q, v) (`ahead`), h(q, -v) (`back`); rows: see `_rows`."""
 
     shares: list[Share]
     points: Array

@@ -1,9 +1,9 @@
 """A moving state of a mechanism in closed form, with its rigid parts as particles.
 
-Every rigid part is equimomental to six particles, each of a sixth of its mass, at distances +-sqrt(3) spread from its centre
-along its three principal axes (Routh, Elementary Rigid Dynamics, 1905). The particles of a box lie in the middles of its
-faces; those of a slender bar are one at each end and four in the middle (Simpson's rule). A check then needs no inertia
-tensor: it sums over positions and velocities of particles.
+Every rigid part is equimomental to six particles, each of a sixth of its mass, at distances +-sqrt(3) spread from its
+centre along its three principal axes (Routh, Elementary Rigid Dynamics, 1905). The particles of a box lie in the
+middles of its faces; those of a slender bar are one at each end and four in the middle (Simpson's rule). A check then
+needs no inertia tensor: it sums over positions and velocities of particles.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from mechlab.mechanism.geometry import Array
 
 @dataclass(frozen=True)
 class Particles:
-    """Masses (n,) [kg], positions (n, 3) [m] and velocities (n, 3) [m/s] in world axes. `a + b`: the particles of both."""
+    """Masses (n,) [kg], positions (n, 3) [m] and velocities (n, 3) [m/s] in world axes. `a + b`: the particles of
+    both."""
 
     mass: Array
     place: Array
@@ -69,12 +70,12 @@ def rod(mass: float, a: ArrayLike, b: ArrayLike, va: ArrayLike, vb: ArrayLike, r
 class State:
     """A moving state of a mechanism in closed form.
 
-    values, rates: joint or shaft -> value, rate (spherical joint: quaternion w, x, y, z, and angular velocity in body axes).
-    They set the state of the engines; those of shafts are compared too. particles: all moving masses. points: frame -> world
-    position (3,) [m]. gravity (3,) [m/s2]. freedoms: degrees of freedom. rotors [J]: kinetic energy of armatures and shafts.
-    stored [W]: power into springs; lost [W]: power into dampers. poses: body -> rotation (3, 3) and origin (3,) in the world,
-    for bodies without mass or whose rotation moves no mass. is_reference: True at the reference pose, where all coordinates
-    are zero.
+    values, rates: joint or shaft -> value, rate (spherical joint: quaternion w, x, y, z, and angular velocity in body
+    axes). They set the state of the engines; those of shafts are compared too. particles: all moving masses. points:
+    frame -> world position (3,) [m]. gravity (3,) [m/s2]. freedoms: degrees of freedom. rotors [J]: kinetic energy of
+    armatures and shafts. stored [W]: power into springs; lost [W]: power into dampers. poses: body -> rotation (3, 3)
+    and origin (3,) in the world, for bodies without mass or whose rotation moves no mass. is_reference: True at the
+    reference pose, where all coordinates are zero.
     """
 
     values: Mapping[str, Any]

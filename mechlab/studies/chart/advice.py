@@ -10,9 +10,11 @@ from mechlab.tables import counted
 
 
 def flat_defaults(points: Sequence[ChartPoint], target: float, unit: str, rows: bool = True) -> list[str]:
-    """A sentence on MuJoCo's default settings where their error does not fall with the timestep; an empty list where it does.
+    """A sentence on MuJoCo's default settings where their error does not fall with the timestep; an empty list where it
+    does.
 
-    rows: True when the mechanism has loops or relations, which are then the soft part; else the soft part is dry friction.
+    rows: True when the mechanism has loops or relations, which are then the soft part; else the soft part is dry
+    friction.
     """
     soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
     out = []
@@ -35,8 +37,8 @@ def flat_defaults(points: Sequence[ChartPoint], target: float, unit: str, rows: 
 
 
 def is_flat(points: Sequence[ChartPoint], target: float) -> bool:
-    """True when the error of a method does not fall with the step: the least error of the finer half of its steps is above
-    10 times the target and above 0.3 times the least error of the coarser half."""
+    """True when the error of a method does not fall with the step: the least error of the finer half of its steps is
+    above 10 times the target and above 0.3 times the least error of the coarser half."""
     errors = [p.error for p in sorted(points, key=lambda p: -p.step)]
     half = len(errors) // 2
     return min(errors) > 10.0 * target and min(errors[half:]) > 0.3 * min(errors[:half])
@@ -98,7 +100,8 @@ def mjcf_settings(p: ChartPoint) -> str:
 
 
 def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
-    """Methods at an engine's defaults whose error does not fall however small the step: name -> its points, largest step first."""
+    """Methods at an engine's defaults whose error does not fall however small the step: name -> its points, largest
+    step first."""
     out = {}
     for name in dict.fromkeys(p.method for p in chart.points if p.default and p.control == "step"):
         points = [p for p in chart.points if p.method == name and p.ok]
@@ -127,7 +130,8 @@ def with_prefix(value: float, unit: str, digits: int = 2) -> str:
 
 
 def headline(chart: Chart) -> str:
-    """The chart in one sentence: the error of defaults that do not converge; else the CPU time that the target costs."""
+    """The chart in one sentence: the error of defaults that do not converge; else the CPU time that the target
+    costs."""
     flat = flat_methods(chart)
     if flat:
         return f"{_whose(chart, flat)} stay {final_error(flat, chart.unit)} wrong, however small the step"

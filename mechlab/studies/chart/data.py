@@ -96,7 +96,8 @@ class Chart(ResultInFiles):
     """All points of a scene, the reference that their errors are measured against, and what follows from them.
 
     unit: of the errors; tracked: the quantities whose largest error counts; reference_error: estimated error of the
-    reference; skipped: method -> why it could not run. `save` writes .svg, .png, .csv or .json, or all of them into a folder.
+    reference; skipped: method -> why it could not run. `save` writes .svg, .png, .csv or .json, or all of them into a
+    folder.
     """
 
     name: str
@@ -182,7 +183,8 @@ class PeerRow:
 
 @dataclass(frozen=True, repr=False)
 class PeerTable(Shown):
-    """Comparison with other engines on a scene: a row for each target, all points of the peers, and peer -> why it was not run.
+    """Comparison with other engines on a scene: a row for each target, all points of the peers, and peer -> why it was
+    not run.
 
     costly: CPU time [s] of one run at which the search for a peer's best setting ends.
     """

@@ -1,7 +1,8 @@
 """The chart of any MJCF file: every integrator of MuJoCo, with the constraints of the file and with hard ones.
 
-The reference is a run of one integrator with small steps and hard constraints, extrapolated in the step. The difference to
-another integrator, extrapolated too, estimates its error. An error that all integrators of MuJoCo share stays unseen.
+The reference is a run of one integrator with small steps and hard constraints, extrapolated in the step. The difference
+to another integrator, extrapolated too, estimates its error. An error that all integrators of MuJoCo share stays
+unseen.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """CPU time for a stated error: `--max-error` against the fastest of the other engines.
 
-Our cost is that of the whole `solve_to`, its trial runs and its check included. For another engine (a peer) the search for its
-best setting is free: the largest step (or tolerance) that meets the target is found with the reference, and only its run counts.
+Our cost is that of the whole `solve_to`, its trial runs and its check included. For another engine (a peer) the search
+for its best setting is free: the largest step (or tolerance) that meets the target is found with the reference, and
+only its run counts.
 """
 
 from __future__ import annotations
@@ -31,9 +32,11 @@ COSTLY = (0.3, 3.0)
 """A peer is refined until a run costs FAR times as much CPU time as ours; the limit lies within these bounds [s]."""
 FAR = 20.0
 REPEATS, ENOUGH_S, REPEATS_LIMIT = 5, 0.05, 50
-"""A median is taken of REPEATS runs; short runs are repeated until they take ENOUGH_S [s] together, REPEATS_LIMIT at most."""
+"""A median is taken of REPEATS runs; short runs are repeated until they take ENOUGH_S [s] together, REPEATS_LIMIT at
+most."""
 CONTENDERS = 2
-"""Number of cheapest peers of a target that are timed again, after up to BISECTIONS settings between two of the sweep."""
+"""Number of cheapest peers of a target that are timed again, after up to BISECTIONS settings between two of the
+sweep."""
 BISECTIONS = 3
 
 
@@ -59,8 +62,8 @@ def compare(problem: Problem, truth: Reference, progress: Callable[[str], None] 
 
 @dataclass(frozen=True)
 class Ours:
-    """A run with error control: CPU time [s], true error [m or rad], the method that it chose, and whether it reports the
-    target as reached."""
+    """A run with error control: CPU time [s], true error [m or rad], the method that it chose, and whether it reports
+    the target as reached."""
 
     cpu_s: float
     error: float
@@ -80,8 +83,8 @@ def _solved(problem: Problem, target: float) -> Solution:
 
 
 def _once_more(times: list[float], repeats: int, costly: float) -> bool:
-    """True while the median needs another run: up to `repeats` runs, but only two where they take `costly` [s] together;
-    runs that take less than ENOUGH_S [s] together go on, up to REPEATS_LIMIT."""
+    """True while the median needs another run: up to `repeats` runs, but only two where they take `costly` [s]
+    together; runs that take less than ENOUGH_S [s] together go on, up to REPEATS_LIMIT."""
     spent, n = sum(times), len(times)
     if n < repeats:
         return n < 2 or spent < costly
@@ -118,7 +121,8 @@ def _duel(search: _Search, target: float, best: ChartPoint | None) -> tuple[floa
 
 @dataclass
 class _Search:
-    """Runs of peers on a problem, with their errors against the reference; costly [s]: CPU time at which a sweep ends."""
+    """Runs of peers on a problem, with their errors against the reference; costly [s]: CPU time at which a sweep
+    ends."""
 
     problem: Problem
     truth: Reference

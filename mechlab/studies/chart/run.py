@@ -1,9 +1,9 @@
 """Runs every method on a scene at ever smaller steps and makes the chart of speed against accuracy.
 
-x: CPU time [s] of stepping alone, one thread, median of several runs, the same output times for all methods. y: the largest
-position error against a reference of another formulation; e_G, energy and loop gap are listed with it. Counted work, not
-time, limits the runs, so that every machine makes the same ones. Each method has at least four step sizes; a run that
-diverges is listed without numbers; an engine's defaults are always shown.
+x: CPU time [s] of stepping alone, one thread, median of several runs, the same output times for all methods. y: the
+largest position error against a reference of another formulation; e_G, energy and loop gap are listed with it. Counted
+work, not time, limits the runs, so that every machine makes the same ones. Each method has at least four step sizes; a
+run that diverges is listed without numbers; an engine's defaults are always shown.
 """
 
 from __future__ import annotations

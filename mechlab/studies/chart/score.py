@@ -35,7 +35,8 @@ class Score:
 
 @dataclass(frozen=True)
 class Reference:
-    """The reference of a chart: tracked values (n, names), energies [J] at every fourth output time, and `text`, their origin.
+    """The reference of a chart: tracked values (n, names), energies [J] at every fourth output time, and `text`, their
+    origin.
 
     own_error: estimate from a second reference run with a larger tolerance; nan without one.
     """
@@ -85,7 +86,8 @@ def score(problem: Problem, reference: Reference, trace: Trace) -> Score:
 
 def reference_of(problem: Problem) -> Reference:
     """A run of the entry's own equations where it has them, else of Pinocchio's rigid dynamics at tolerance 1e-12, with
-    located stick-slip events where there is dry friction. Raises MechlabError or NoSolution when neither is possible."""
+    located stick-slip events where there is dry friction. Raises MechlabError or NoSolution when neither is
+    possible."""
     names = tracked_names(problem)
     entry = problem.design.entry
     unit = "m" if all(n in entry.channels or n.rpartition("_")[2] in ("x", "y", "z") for n in names) else "m or rad"
@@ -97,7 +99,8 @@ def reference_of(problem: Problem) -> Reference:
 
 
 def _own(problem: Problem, names: tuple[str, ...], unit: str) -> Reference | None:
-    """The entry's own reference; None when it does not cover the scene, or has other coordinates or other output times."""
+    """The entry's own reference; None when it does not cover the scene, or has other coordinates or other output
+    times."""
     entry, times = problem.design.entry, np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
     assert entry.reference is not None
     try:

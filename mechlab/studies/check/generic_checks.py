@@ -17,7 +17,8 @@ from mechlab.mechanism.structure import null_space, rank, sample_poses
 
 
 def generic_checks(entry: Entry) -> tuple[Check, ...]:
-    """G1 poses, G2 mass matrix, G3 forces, G4 closure, G5 constraint Jacobian, G6 motions that the constraint rows allow.
+    """G1 poses, G2 mass matrix, G3 forces, G4 closure, G5 constraint Jacobian, G6 motions that the constraint rows
+    allow.
 
     Each check covers every fidelity that has a Mechanism.
     """
@@ -154,8 +155,8 @@ def _jacobian(m: Mechanism) -> CheckResult:
 
 
 def _allowed(m: Mechanism) -> CheckResult:
-    """Degrees of freedom by the rank of each implementation's rows, and the largest residual of those rows under a motion
-    that our rows allow. Equal ranks and no residual mean that the rows span the same space."""
+    """Degrees of freedom by the rank of each implementation's rows, and the largest residual of those rows under a
+    motion that our rows allow. Equal ranks and no residual mean that the rows span the same space."""
     simulate = room("mujoco")
     constraints, tree = ConstraintSet(m), TreeKinematics(m)
     said: dict[str, list[float]] = {"numpy": [], "pinocchio": [], "mujoco": []}

@@ -95,7 +95,8 @@ class CycleResult(Result):
 
 @dataclass(frozen=True)
 class Sample:
-    """Columns (n,) with units at positions of the drive, the motion q (n, nq), v (n, nv), and the table of reactions."""
+    """Columns (n,) with units at positions of the drive, the motion q (n, nq), v (n, nv), and the table of
+    reactions."""
 
     columns: dict[str, Array]
     units: dict[str, str]
@@ -106,7 +107,8 @@ class Sample:
 
 @dataclass(frozen=True)
 class Course:
-    """Computes the columns at any position of the path, from rate and acceleration of the drive and constant loads (nv,).
+    """Computes the columns at any position of the path, from rate and acceleration of the drive and constant loads
+    (nv,).
 
     aim: the output joint of the transmission, None without one.
     """
@@ -175,10 +177,10 @@ def run_cycle(
 ) -> CycleResult:
     """A cycle of a mechanism with one freedom, from its reference pose, at `points` equal steps of the drive.
 
-    motion: X_rate (default 1) and X_accel (0) of the drive X (crank_rate means crank_angle_rate where there is no crank),
-    X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first that turns fully.
-    output: the joint that carries the load of the transmission angle. span: first and last position of the drive [rad or m],
-    default a full turn, or the range between the limit positions less 1 % at each end.
+    motion: X_rate (default 1) and X_accel (0) of the drive X (crank_rate means crank_angle_rate where there is no
+    crank), X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first
+    that turns fully. output: the joint that carries the load of the transmission angle. span: first and last position
+    of the drive [rad or m], default a full turn, or the range between the limit positions less 1 % at each end.
 
     Columns: X, X_rate, X_accel of joints and shafts; DRIVE_force; of every loop and joint _fx _fy _fz _mx _my _mz (on
     the body from its parent, about the joint, world axes; loops: on body b) and _reaction, the size of the force;

@@ -23,8 +23,8 @@ COMPARED = 9
 
 @dataclass(frozen=True)
 class ReactionTable:
-    """Reactions at n positions: columns name -> (n,) with their units; forces: loop or joint -> (n, 6) force [N] and moment
-    [N m]; drive: force of the drive (n,) [N or N m]."""
+    """Reactions at n positions: columns name -> (n,) with their units; forces: loop or joint -> (n, 6) force [N] and
+    moment [N m]; drive: force of the drive (n,) [N or N m]."""
 
     columns: dict[str, Array]
     units: dict[str, str]
@@ -68,7 +68,8 @@ def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: 
 def witness_difference(
     m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array, found: ReactionTable
 ) -> float:
-    """Largest difference of drive force, loop forces and joint wrenches [N, N m] from those of MuJoCo, at nine positions.
+    """Largest difference of drive force, loop forces and joint wrenches [N, N m] from those of MuJoCo, at nine
+    positions.
 
     For a body with several joints only the last is compared. Raises MechlabError where MuJoCo cannot compute them.
     """
@@ -162,9 +163,9 @@ def transmission(
     """velocity_ratio d(output)/d(drive), mechanical_advantage (load on the output per force of the drive, its inverse),
     and LOOP_transmission_angle (n,) in [0, pi/2] for each loop that is a pin.
 
-    The angle is pi/2 less the angle between the loop force and the velocity of its point, with a load on the output alone
-    (no mass, no weight). In a four-bar it is the angle between coupler and rocker. NaN where the loop carries no force or
-    its point does not move.
+    The angle is pi/2 less the angle between the loop force and the velocity of its point, with a load on the output
+    alone (no mass, no weight). In a four-bar it is the angle between coupler and rocker. NaN where the loop carries no
+    force or its point does not move.
     """
     solve = room("pinocchio")
     from mechlab.engines.pinocchio.reactions import loop_wrenches
@@ -195,8 +196,8 @@ def transmission(
 
 
 FINE = 1e-7
-"""Width at which the search for an extremum ends, relative to the interval searched. The value is then exact to rounding at
-a smooth extremum; at a kink its error is this share of the change between samples."""
+"""Width at which the search for an extremum ends, relative to the interval searched. The value is then exact to
+rounding at a smooth extremum; at a kink its error is this share of the change between samples."""
 
 
 @dataclass(frozen=True)
@@ -212,9 +213,10 @@ def extremum(
 ) -> Extremum | None:
     """The largest (sign 1) or least (-1) value; None where no sample is finite.
 
-    positions, values (n,): samples, NaN where there is no value. function(position): the curve between them. Where it is
-    given, every local extremum of the samples is refined between its neighbours (Brent's method), unless adding twice its
-    lead over a neighbour would still not make it the best. closed: the last sample repeats the first (periodic curve).
+    positions, values (n,): samples, NaN where there is no value. function(position): the curve between them. Where it
+    is given, every local extremum of the samples is refined between its neighbours (Brent's method), unless adding
+    twice its lead over a neighbour would still not make it the best. closed: the last sample repeats the first
+    (periodic curve).
     """
     x, y = np.asarray(positions, dtype=float), sign * np.asarray(values, dtype=float)
     if not np.isfinite(y).any():

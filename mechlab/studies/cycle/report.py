@@ -32,7 +32,8 @@ def _(cycle: CycleResult, path: Path) -> Path:
 
 
 def _csv(cycle: CycleResult) -> str:
-    """A header line of `name [unit]`, then one line a position, in full precision; values that are not finite are empty."""
+    """A header line of `name [unit]`, then one line a position, in full precision; values that are not finite are
+    empty."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([f"{n} [{cycle.units[n]}]" if cycle.units.get(n) else n for n in cycle.columns])
@@ -42,7 +43,8 @@ def _csv(cycle: CycleResult) -> str:
 
 
 def curves(cycle: CycleResult) -> dict[str, Array]:
-    """Frame -> curve [m]: (n, 2) right and up in the plane of a planar mechanism, else (n, 3). Fixed frames are left out."""
+    """Frame -> curve [m]: (n, 2) right and up in the plane of a planar mechanism, else (n, 3). Fixed frames are left
+    out."""
     out = {}
     for frame in cycle.mechanism.frames:
         points = np.column_stack([cycle[f"{frame.name}_{x}"] for x in "xyz"])

@@ -1,4 +1,5 @@
-"""A diagnosis as data, and the examined file: its XML, the model that MuJoCo compiles from it, the Mechanism read from it."""
+"""A diagnosis as data, and the examined file: its XML, the model that MuJoCo compiles from it, the Mechanism read from
+it."""
 
 from __future__ import annotations
 
@@ -20,13 +21,15 @@ from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
 
 ORDER = {"error": 0, "warning": 1, "note": 2}
-"""Severities. "error": results of the file as it is cannot be trusted; "warning": may matter; "note": concerns other tools."""
+"""Severities. "error": results of the file as it is cannot be trusted; "warning": may matter; "note": concerns other
+tools."""
 
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis(Shown):
-    """The diagnosis of a file. `freedoms` is None where no rank could be computed; `idle`: names of local freedoms; `gap`
-    [m, rad]: largest residual of a loop or coupling in the reference pose, None without any; `paste`: all recommended settings."""
+    """The diagnosis of a file. `freedoms` is None where no rank could be computed; `idle`: names of local freedoms;
+    `gap` [m, rad]: largest residual of a loop or coupling in the reference pose, None without any; `paste`: all
+    recommended settings."""
 
     name: str
     kind: str
@@ -77,8 +80,8 @@ ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 @dataclass(frozen=True)
 class ExaminedFile:
-    """An examined file: the root of its XML (None for other sources), the compiled model or MuJoCo's error (`refused`), the
-    Mechanism or the reason why mechlab cannot read it as one (`unread`)."""
+    """An examined file: the root of its XML (None for other sources), the compiled model or MuJoCo's error (`refused`),
+    the Mechanism or the reason why mechlab cannot read it as one (`unread`)."""
 
     name: str
     kind: str
@@ -90,7 +93,8 @@ class ExaminedFile:
 
 
 def read_case(path: Path) -> ExaminedFile:
-    """Read and compile an .xml (MJCF) or .urdf file; raises MechlabError for a file that cannot be read or is not such XML."""
+    """Read and compile an .xml (MJCF) or .urdf file; raises MechlabError for a file that cannot be read or is not such
+    XML."""
     try:
         content = path.read_text()
     except (OSError, UnicodeDecodeError) as error:

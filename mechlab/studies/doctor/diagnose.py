@@ -24,7 +24,8 @@ from mechlab.studies.doctor.trial import TrialRun, run_trial
 OPEN, TORN = 1e-9, 1e-4
 """Gap in the reference pose relative to the size of the model: above OPEN a warning, above TORN an error."""
 LOCKING = 1e-6
-"""A nearly redundant row whose independent part is larger than this is inconsistent; a smaller part is too few digits."""
+"""A nearly redundant row whose independent part is larger than this is inconsistent; a smaller part is too few
+digits."""
 
 
 def diagnose(case: ExaminedFile) -> Diagnosis:

@@ -1,4 +1,5 @@
-"""Findings in the text of a file: what a URDF cannot express, compiler settings of an MJCF, what other readers drop from it."""
+"""Findings in the text of a file: what a URDF cannot express, compiler settings of an MJCF, what other readers drop
+from it."""
 
 from __future__ import annotations
 

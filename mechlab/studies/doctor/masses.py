@@ -50,7 +50,8 @@ DEEP = 1e-3
 
 
 def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "contacts": an error where two moving parts overlap, a warning for other contacts in the pose qpos (nq,)."""
+    """Finding "contacts": an error where two moving parts overlap, a warning for other contacts in the pose qpos
+    (nq,)."""
     probe = copy.copy(model)
     data = mujoco.MjData(probe)
     data.qpos[:] = qpos

@@ -25,7 +25,8 @@ IN_URDF = (
 
 
 def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
-    """MJCF settings: an <option> and, with equalities, their default class. The integrator is the one that passed the trial."""
+    """MJCF settings: an <option> and, with equalities, their default class. The integrator is the one that passed the
+    trial."""
     h = float(model.opt.timestep)
     better = trial.better if trial is not None and trial.better else "discrete"
     if any(f.name == "unstable_step" for f in findings):
@@ -42,7 +43,8 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
 
 
 WRONG = 1e-6
-"""Relative difference of accelerations between sparse and dense Jacobian above which it is not rounding (measured: 1e-12)."""
+"""Relative difference of accelerations between sparse and dense Jacobian above which it is not rounding
+(measured: 1e-12)."""
 IMPLICIT = ("implicitfast", "implicit")
 
 
@@ -151,7 +153,8 @@ def tendons(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
 
 
 def _held(model: mujoco.MjModel) -> Iterator[Symptom]:
-    """Findings "curved_equality" (MuJoCo omits dJ/dt v) and "held_friction" (friction of a tendon that an equality holds)."""
+    """Findings "curved_equality" (MuJoCo omits dJ/dt v) and "held_friction" (friction of a tendon that an equality
+    holds)."""
     kind = mujoco.mjtEq
     curved, rubbing = [], []
     for k in active(model):
@@ -177,7 +180,8 @@ def _held(model: mujoco.MjModel) -> Iterator[Symptom]:
 
 
 def _branches(model: mujoco.MjModel, moment: Array) -> tuple[int, int] | None:
-    """Two degrees of freedom with nonzero moment of which neither is an ancestor of the other; None without such a pair."""
+    """Two degrees of freedom with nonzero moment of which neither is an ancestor of the other; None without such a
+    pair."""
     dofs = [int(i) for i in np.flatnonzero(np.abs(moment) > 1e-12)]
     for n, b in enumerate(dofs):
         above, i = set(), b

@@ -14,14 +14,15 @@ from mechlab.mechanism.structure import Redundancy, null_space
 
 POSES, SPREAD = 4, 0.1
 VOID, SMALL, NEARLY = 1e-12, 1e-8, 1e-3
-"""A row shorter than VOID is zero. A unit row whose part independent of the others is below SMALL is redundant; below NEARLY,
-nearly redundant."""
+"""A row shorter than VOID is zero. A unit row whose part independent of the others is below SMALL is redundant; below
+NEARLY, nearly redundant."""
 
 
 @dataclass(frozen=True)
 class EngineStructure:
-    """Structure of a model with nv degrees of freedom. rows: names of the equality rows; rank: the largest of several poses;
-    nearly: nearly redundant rows, each with the length of its independent part; gaps: residuals (rows,) at the reference."""
+    """Structure of a model with nv degrees of freedom. rows: names of the equality rows; rank: the largest of several
+    poses; nearly: nearly redundant rows, each with the length of its independent part; gaps: residuals (rows,) at the
+    reference."""
 
     nv: int
     rows: tuple[str, ...]
@@ -38,7 +39,8 @@ class EngineStructure:
 
 
 def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineStructure:
-    """The structure at the pose qpos (nq,) and at poses near it; the size of the model [m] limits the steps of slide joints."""
+    """The structure at the pose qpos (nq,) and at poses near it; the size of the model [m] limits the steps of slide
+    joints."""
     with engine():
         rows = EqualityRows(model, qpos)
         gaps, first = rows.at(rows.start)
@@ -74,8 +76,8 @@ def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
 
 
 def _kept(jacobian: Array, groups: list[int]) -> tuple[list[int], list[tuple[int, float]]]:
-    """Indices of independent rows, earlier ones preferred; and those with a suspiciously small independent part. Rows of a
-    group have one unit, so that part is relative to the longest row of the group."""
+    """Indices of independent rows, earlier ones preferred; and those with a suspiciously small independent part. Rows
+    of a group have one unit, so that part is relative to the longest row of the group."""
     basis = np.zeros((0, jacobian.shape[1]))
     keep: list[int] = []
     nearly: list[tuple[int, float]] = []

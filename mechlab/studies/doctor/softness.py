@@ -1,7 +1,7 @@
 """Softness of the loops and couplings of a MuJoCo model, by the solref and solimp that the engine really uses.
 
-An equality row acts as a spring and damper with impedance d <= .9999. Under a constant load f it yields by
-r = (1 - d) tc^2 zeta^2 A f. With solref "2h 1" it hardens as the timestep h falls; with a fixed time constant tc it does not.
+An equality row acts as a spring and damper with impedance d <= .9999. Under a constant load f it yields by r = (1 - d)
+tc^2 zeta^2 A f. With solref "2h 1" it hardens as the timestep h falls; with a fixed time constant tc it does not.
 Measured with MuJoCo 4.0.0: default softness leaves a four-bar 0.1 to 1.7 rad wrong after 1 s at every timestep.
 """
 
@@ -22,9 +22,11 @@ SOFT_TIMECONST, HARD_TIMECONST = 0.01, 4.0
 """Time constant [s] above which rows are soft at any timestep; and the one, in timesteps, up to which they are hard."""
 SOFT_IMPEDANCE, HARD_IMPEDANCE = 0.99, 0.999
 RK4_LIMIT = 4.0
-"""Largest k h^2 of a direct stiffness k [1/s^2] at which RK4 was measured to stay stable; first-order integrators: 1."""
+"""Largest k h^2 of a direct stiffness k [1/s^2] at which RK4 was measured to stay stable; first-order integrators:
+1."""
 SAG, TORN = 1e-4, 1e-2
-"""Yield of a row under the load at the start, relative to the size of the model: above SAG a warning, above TORN an error."""
+"""Yield of a row under the load at the start, relative to the size of the model: above SAG a warning, above TORN an
+error."""
 IMPEDANCE = ".9999 .9999 .001 .5 2"
 
 
@@ -81,8 +83,8 @@ def softness(model: mujoco.MjModel) -> Iterator[Symptom]:
 def sag(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Finding "sag": how far a row yields under the weight and controls of the start, r = R f / (K d^2) [m or rad].
 
-    This is the r of the module docstring: the force f before the row has yielded is d times the force at rest. Light parts
-    that carry load sag most.
+    This is the r of the module docstring: the force f before the row has yielded is d times the force at rest. Light
+    parts that carry load sag most.
     """
     probe = copy.copy(model)
     probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE

@@ -34,9 +34,9 @@ SURE = 3.0
 
 @dataclass(frozen=True)
 class TrialRun:
-    """A trial run. error [m]: largest difference of a centre of mass; own [m]: error of the finer run itself; duration [s]:
-    simulated; reason: why the run of the file ended early; better: integrator of the finer run, "" when none reached the end;
-    moved [m]: extent of the motion."""
+    """A trial run. error [m]: largest difference of a centre of mass; own [m]: error of the finer run itself; duration
+    [s]: simulated; reason: why the run of the file ended early; better: integrator of the finer run, "" when none
+    reached the end; moved [m]: extent of the motion."""
 
     error: float
     own: float

@@ -1,7 +1,7 @@
 """Small motions about an equilibrium: linear equations on the constraint manifold, and their modes.
 
-With an M-orthonormal basis they are y'' + C y' + K y = 0: one mode for each degree of freedom, two eigenvalues each. `Dynamics`
-is the interface that an engine implements for it.
+With an M-orthonormal basis they are y'' + C y' + K y = 0: one mode for each degree of freedom, two eigenvalues each.
+`Dynamics` is the interface that an engine implements for it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from mechlab.mechanism.newton import Assembly
 from mechlab.mechanism.structure import null_space
 
 STEP = 1e-3
-"""Step of the fourth-order difference quotients [rad], or relative to the size of the mechanism: their error is 1e-12."""
+"""Step of the fourth-order difference quotients [rad], or relative to the size of the mechanism: their error is
+1e-12."""
 
 
 class Dynamics(Protocol):
@@ -83,7 +84,8 @@ class LinearMotion:
 
 
 def step_size(mechanism: Mechanism) -> float:
-    """Step of the difference quotients: STEP [rad]; with prismatic joints at most STEP times the size of the mechanism [m]."""
+    """Step of the difference quotients: STEP [rad]; with prismatic joints at most STEP times the size of the mechanism
+    [m]."""
     if all(j.kind != "prismatic" for j in mechanism.joints):
         return STEP
     lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
@@ -144,7 +146,8 @@ def _normalised(dynamics: Dynamics, free: Array, x: Array) -> Array:
 
 OSCILLATING, OVERDAMPED, UNSTABLE, RIGID = "oscillating", "overdamped", "unstable", "rigid"
 ROUNDING_LOAD, ROUNDING_STIFFNESS = 1e-11, 1e-12
-"""Stiffness that can be rounding or error of the difference quotients: shares of the load and of the largest stiffness."""
+"""Stiffness that can be rounding or error of the difference quotients: shares of the load and of the largest
+stiffness."""
 GROWTH = 1e-8
 """Rates of growth below this share of the frequency are rounding."""
 
@@ -153,10 +156,10 @@ GROWTH = 1e-8
 class VibrationMode:
     """Motions exp(r t) along one shape for the two eigenvalues r of `eigenvalues` [1/s].
 
-    omega = sqrt |r1 r2| [rad/s], the undamped frequency; damping = -(r1 + r2) / (2 omega), the damping ratio (None for a
-    rigid mode). kind: oscillating; overdamped (two real eigenvalues, none positive); unstable (an eigenvalue has a positive
-    real part); rigid (no stiffness).
-    shape: (nv,) complex in the order of the Mechanism's rates, its largest entry 1.
+    omega = sqrt |r1 r2| [rad/s], the undamped frequency; damping = -(r1 + r2) / (2 omega), the damping ratio
+    (None for a rigid mode). kind: oscillating; overdamped (two real eigenvalues, none positive); unstable (an
+    eigenvalue has a positive real part); rigid (no stiffness). shape: (nv,) complex in the order of the Mechanism's
+    rates, its largest entry 1.
     """
 
     omega: float

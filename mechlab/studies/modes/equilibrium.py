@@ -24,8 +24,8 @@ STEPPED = ("held_rates",)
 def laws_at_rest(m: Mechanism, scene: Scene) -> tuple[tuple[Law, ...], tuple[str, ...]]:
     """The laws of a scene in a form that can be linearised, and sentences on what was changed in them.
 
-    Raises NoSolution for a law whose force changes with time (there is then no rest), MechlabError for a law that cannot be
-    linearised.
+    Raises NoSolution for a law whose force changes with time (there is then no rest), MechlabError for a law that
+    cannot be linearised.
     """
     laws, notes = [], []
     for law in scene.laws:
@@ -73,7 +73,8 @@ BALANCED = 1e-9
 
 @dataclass(frozen=True)
 class Rest:
-    """An equilibrium: the engine's coordinates x, the unbalanced force along the allowed motions [N m or N], number of steps."""
+    """An equilibrium: the engine's coordinates x, the unbalanced force along the allowed motions [N m or N], number of
+    steps."""
 
     x: Array
     residual: float
@@ -81,11 +82,12 @@ class Rest:
 
 
 def settle(dynamics: Dynamics, q: Array) -> Rest:
-    """The equilibrium reached by descent of the potential from coordinates q (nq,); if q is an equilibrium, stable or not, q.
+    """The equilibrium reached by descent of the potential from coordinates q (nq,); if q is an equilibrium, stable or
+    not, q.
 
-    Newton's method where the potential is convex; elsewhere it uses the absolute values of the curvatures, so that the step
-    goes downhill and away from a saddle. Directions without force and stiffness stay. Raises NoSolution when q cannot be
-    assembled, or when no equilibrium is found.
+    Newton's method where the potential is convex; elsewhere it uses the absolute values of the curvatures, so that the
+    step goes downhill and away from a saddle. Directions without force and stiffness stay. Raises NoSolution when q
+    cannot be assembled, or when no equilibrium is found.
     """
     found = dynamics.closed(dynamics.pose(q))
     if not found.closed:

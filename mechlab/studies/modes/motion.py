@@ -32,9 +32,9 @@ MOST = 8
 def mode_motion(result: ModesResult, chosen: Sequence[int] = ()) -> Recording:
     """A Recording of the chosen modes (numbers from 1; default: the slowest that are not rigid, at most eight).
 
-    Motion of each: q = rest + a w(t) Re(shape exp(i phase(t))) with w = sin^2 over its SECONDS; every frame is assembled
-    again. The time scale is that of the display, not of the mode; the findings give the frequency of each mode and its
-    start in the recording. Raises MechlabError for a number that does not exist.
+    Motion of each: q = rest + a w(t) Re(shape exp(i phase(t))) with w = sin^2 over its SECONDS; every frame is
+    assembled again. The time scale is that of the display, not of the mode; the findings give the frequency of each
+    mode and its start in the recording. Raises MechlabError for a number that does not exist.
     """
     numbers = list(chosen) or _default(result.modes)
     for k in numbers:

@@ -20,7 +20,8 @@ AGREED = 1e-6
 
 @dataclass(frozen=True)
 class ModesWitness:
-    """The result of one witness: coordinates q (nq,) at rest, unbalanced force [N m or N], modes; or why it has none."""
+    """The result of one witness: coordinates q (nq,) at rest, unbalanced force [N m or N], modes; or why it has
+    none."""
 
     q: Array = field(default_factory=lambda: np.zeros(0))
     residual: float = 0.0
@@ -30,7 +31,8 @@ class ModesWitness:
 
 @dataclass(frozen=True, repr=False)
 class ModesResult(Shown):
-    """Modes of a mechanism about its equilibrium. The numbers are those of the first witness with a result; the others check."""
+    """Modes of a mechanism about its equilibrium. The numbers are those of the first witness with a result; the others
+    check."""
 
     name: str
     mechanism: Mechanism
@@ -70,7 +72,8 @@ class ModesResult(Shown):
 
     @property
     def max_difference(self) -> float | None:
-        """Largest difference between two witnesses, of an equilibrium value [rad or m] or eigenvalue [1/s]; None with one witness."""
+        """Largest difference between two witnesses, of an equilibrium value [rad or m] or eigenvalue [1/s]; None with
+        one witness."""
         return self._differences()[0]
 
     @property
@@ -160,7 +163,8 @@ def values_at(m: Mechanism, q: Array) -> dict[str, Any]:
 
 
 def eigenvalue_gaps(a: tuple[VibrationMode, ...], b: tuple[VibrationMode, ...]) -> list[tuple[float, float]]:
-    """For each mode of a, the eigenvalue difference to the nearest mode of b not yet assigned: absolute [1/s] and relative.
+    """For each mode of a, the eigenvalue difference to the nearest mode of b not yet assigned: absolute [1/s] and
+    relative.
 
     A last pair of infinities stands for unequal numbers of modes.
     """

@@ -31,7 +31,8 @@ STEP = 1e-3
 
 @dataclass(frozen=True)
 class _Balance:
-    """At phi on the path: inertia J, generalised force Q, stiffness -dQ/dphi, damping -dQ/dphi', tangent u (nv,), q (nq,)."""
+    """At phi on the path: inertia J, generalised force Q, stiffness -dQ/dphi, damping -dQ/dphi', tangent u (nv,), q
+    (nq,)."""
 
     inertia: float
     push: float
@@ -44,7 +45,8 @@ class _Balance:
 def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> tuple[Array, tuple[VibrationMode, ...]]:
     """Equilibrium (nq,) reached by descent from q, and its one mode: omega^2 = V''(phi) / J(phi).
 
-    Raises NoSolution where the path ends or no equilibrium is found, MechlabError unless there is one degree of freedom.
+    Raises NoSolution where the path ends or no equilibrium is found, MechlabError unless there is one degree of
+    freedom.
     """
     path = OneFreedom(mechanism, laws, q)
     phi, load, last = path.path.start.phi, 0.0, np.inf
@@ -91,9 +93,9 @@ def find_modes(
     """Equilibrium and modes of a design.
 
     Without a scene the search starts at the reference pose and the drives hold their targets; with a scene it starts at
-    the scene's start under the scene's laws. free: only weight, springs and dampers act. extra: X_0 (start of the search),
-    X_force (constant loads). Raises NoSolution for laws that leave no rest or a start that leads to no equilibrium,
-    MechlabError for bad input.
+    the scene's start under the scene's laws. free: only weight, springs and dampers act. extra: X_0
+    (start of the search), X_force (constant loads). Raises NoSolution for laws that leave no rest or a start that leads
+    to no equilibrium, MechlabError for bad input.
     """
     chosen = design if scene is None else design.for_scene(scene)
     m, made, laws, notes = _situation(chosen, scene, fidelity, dict(extra or {}), free)

@@ -126,7 +126,8 @@ class OptimisationProblem:
         return np.array([v.low for v in self.variables]), np.array([v.high for v in self.variables])
 
     def best(self, goal: OptimisationGoal, constraints: Sequence[QuantityBound]) -> TriedDesign | None:
-        """The best of all trials that meet the constraints within MET; one that meets them exactly where it is as good."""
+        """The best of all trials that meet the constraints within MET; one that meets them exactly where it is as
+        good."""
         good = [t for t in self.trials.values() if t.meets(constraints)]
         strict = [t for t in good if t.worst(constraints) >= 0.0]
         first, other = (max(x, key=lambda t: goal.sign * t.values[goal.quantity], default=None) for x in (good, strict))
@@ -137,7 +138,8 @@ class OptimisationProblem:
 
 
 def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[DesignVariable, ...]:
-    """Variables from ranges; raises MechlabError for a parameter that cannot vary, and for a range beyond its limits."""
+    """Variables from ranges; raises MechlabError for a parameter that cannot vary, and for a range beyond its
+    limits."""
     infos = parameter_infos(base)
     out = []
     for name, r in ranges.items():
@@ -156,7 +158,8 @@ def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[DesignVaria
 
 
 def read_goal(text: str, sign: int = 1) -> OptimisationGoal:
-    """The goal of the text `QUANTITY`, `max:QUANTITY` or `min:QUANTITY`; a prefix overrides `sign`. Raises UsageError."""
+    """The goal of the text `QUANTITY`, `max:QUANTITY` or `min:QUANTITY`; a prefix overrides `sign`. Raises
+    UsageError."""
     first, colon, rest = text.partition(":")
     if colon and first not in ("max", "min"):
         raise UsageError(f"{text!r}: expected QUANTITY, max:QUANTITY or min:QUANTITY.")
@@ -208,7 +211,8 @@ def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Ran
 
 @dataclass(frozen=True)
 class OptimisationTask:
-    """A predefined optimisation: variables, goal, constraints (`subject`), fixed values (`given`), second goal (`front`).
+    """A predefined optimisation: variables, goal, constraints (`subject`), fixed values (`given`), second goal
+    (`front`).
 
     text: the task in words; evaluations: number of designs in the search.
     """

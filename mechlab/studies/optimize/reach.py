@@ -46,8 +46,8 @@ def plane_of(region: Region, recipe: WorkspaceRecipe, owner: str) -> Plane:
 
 
 def reach(plane: Plane, rays: int = RAYS) -> float:
-    """Radius [m] of the largest disc about the axis in which every clause holds; where a clause fails on the axis itself,
-    the (negative) margin there."""
+    """Radius [m] of the largest disc about the axis in which every clause holds; where a clause fails on the axis
+    itself, the (negative) margin there."""
     centre = float(plane.margin(np.zeros(1), np.zeros(1))[0])
     if centre < 0.0:
         return centre

@@ -14,16 +14,17 @@ from mechlab.studies.named import parameter_values
 from mechlab.studies.optimize.problem import OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 ACTIVE = 1e-4
-"""A constraint (or the end of a range) is active when the best design is this close to it, relative to the bound (range)."""
+"""A constraint (or the end of a range) is active when the best design is this close to it, relative to the bound
+(range)."""
 AGREES = 1e-6
 """Largest relative difference allowed between the reported number and another way to compute it."""
 
 
 @dataclass(frozen=True, repr=False)
 class Optimum(Shown):
-    """The result of an optimisation. best: None where no design meets the constraints; nearest: then the design that violates
-    them least. checks: quantity -> other way to compute it -> value at the best design. front: non-dominated designs of the
-    goal and `second`."""
+    """The result of an optimisation. best: None where no design meets the constraints; nearest: then the design that
+    violates them least. checks: quantity -> other way to compute it -> value at the best design. front: non-dominated
+    designs of the goal and `second`."""
 
     problem: OptimisationProblem
     best: TriedDesign | None

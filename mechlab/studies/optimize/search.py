@@ -1,9 +1,10 @@
 """The search of an optimisation, and the front of two goals; both with constraints.
 
-Differential evolution over the whole box (Storn & Price 1997, constraints by the rules of Lampinen 2002), then COBYQA from the
-best design (Ragonneau & Zhang 2023), which takes no derivatives and so allows goals with kinks (a least angle, a reach). The
-front comes from epsilon-constraint searches, which also find its non-convex parts: the second goal becomes a constraint that
-is tightened step by step, each search starting from the known designs (Haimes, Lasdon & Wismer 1971).
+Differential evolution over the whole box (Storn & Price 1997, constraints by the rules of Lampinen 2002), then COBYQA
+from the best design (Ragonneau & Zhang 2023), which takes no derivatives and so allows goals with kinks
+(a least angle, a reach). The front comes from epsilon-constraint searches, which also find its non-convex parts: the
+second goal becomes a constraint that is tightened step by step, each search starting from the known designs (Haimes,
+Lasdon & Wismer 1971).
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ def search(
 ) -> TriedDesign | None:
     """The best trial that meets the constraints, None where none was found.
 
-    starts: known designs, part of the first population. polish: as POLISH. Every trial stays in `problem.trials`, and the
-    best of all of them is returned.
+    starts: known designs, part of the first population. polish: as POLISH. Every trial stays in `problem.trials`, and
+    the best of all of them is returned.
     """
     evolve(problem, lambda t: -goal.sign * t.values[goal.quantity], constraints, evaluations, seed, starts)
     # no design meets the constraints yet: search for the one that violates them least

@@ -161,7 +161,8 @@ class CycleSource:
 
 
 def _of_cycle(found: CycleResult, how: str, column: str) -> float:
-    """One number of a column, with extrema of the curve between positions. Raises NoSolution where the curve has a pole."""
+    """One number of a column, with extrema of the curve between positions. Raises NoSolution where the curve has a
+    pole."""
     values = found[column]
     if how in ("mean", "final"):
         return reduced(how, values, found[found.drive])

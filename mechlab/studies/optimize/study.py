@@ -51,9 +51,10 @@ def optimize(
     """The best design.
 
     values: parameters as ranges (the variables) or fixed values, and the keys that the quantities need. Without a goal,
-    the predefined task of the mechanism supplies the goal and every variable, constraint and fixed value not given. front:
-    the second goal. out: a folder for optimum.json, and front.csv, front.png, front.svg. The same seed gives the same answer.
-    Raises MechlabError for invalid input; when no design meets the constraints the result says so (exit code 4).
+    the predefined task of the mechanism supplies the goal and every variable, constraint and fixed value not given.
+    front: the second goal. out: a folder for optimum.json, and front.csv, front.png, front.svg. The same seed gives the
+    same answer. Raises MechlabError for invalid input; when no design meets the constraints the result says so
+    (exit code 4).
     """
     ranges, fixed, rest = given_ranges(base, values)
     rest = in_si(base, rest)

@@ -1,4 +1,5 @@
-"""Derivatives of many outputs by one input, from differences with Richardson extrapolation; and solutions within tolerances.
+"""Derivatives of many outputs by one input, from differences with Richardson extrapolation; and solutions within
+tolerances.
 
 The solutions within tolerances are computed at both ends of each input and at corners of the tolerance box.
 """
@@ -14,7 +15,8 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 
 ALL = 5
-"""Up to this number of inputs with an effect, all 2^n corners are solved; beyond it, only the worst corners to first order."""
+"""Up to this number of inputs with an effect, all 2^n corners are solved; beyond it, only the worst corners to first
+order."""
 NAMED = 4
 """Largest number of points without an answer that a message names."""
 
@@ -24,9 +26,9 @@ Move = tuple[tuple[str, int], ...]
 
 @dataclass(frozen=True)
 class ToleranceCorners:
-    """Solutions at ends and corners of the tolerance box. worst: answer -> largest |change| [unit of the answer]; missing:
-    points without an answer, in words; whole: True when all corners of the inputs with an effect were solved; solved: number
-    of points."""
+    """Solutions at ends and corners of the tolerance box. worst: answer -> largest |change| [unit of the answer];
+    missing: points without an answer, in words; whole: True when all corners of the inputs with an effect were solved;
+    solved: number of points."""
 
     worst: Mapping[str, Array]
     missing: tuple[str, ...]
@@ -41,8 +43,8 @@ def corners(
 ) -> ToleranceCorners:
     """Solve at the ends of the box +-widths.
 
-    slopes: answer -> input -> derivative, of which only the signs are used; change(input -> step): answer -> its change (NaN
-    where there is no answer). Corners at an end that alone has no answer are not tried.
+    slopes: answer -> input -> derivative, of which only the signs are used; change(input -> step): answer -> its change
+    (NaN where there is no answer). Corners at an end that alone has no answer are not tried.
     """
     found: dict[Move, Mapping[str, Array]] = {}
 
@@ -71,7 +73,8 @@ def corners(
 
 
 def _steepest(row: Mapping[str, Array], active: Sequence[str]) -> list[Move]:
-    """The two corners where an answer is smallest and largest to first order; for an array, its steepest entry by each input."""
+    """The two corners where an answer is smallest and largest to first order; for an array, its steepest entry by each
+    input."""
     signs = {}
     for name in active:
         slope = np.ravel(np.asarray(row.get(name, 0.0), dtype=float))
@@ -102,8 +105,8 @@ NOISE = 1e-13
 
 @dataclass(frozen=True)
 class Slope:
-    """Derivatives (n,) and their estimated errors (n,); NaN where there is no output next to the input. sides: 2 for central
-    differences, 1 where only one side has outputs, 0 where neither has."""
+    """Derivatives (n,) and their estimated errors (n,); NaN where there is no output next to the input. sides: 2 for
+    central differences, 1 where only one side has outputs, 0 where neither has."""
 
     value: Array
     error: Array
@@ -111,13 +114,15 @@ class Slope:
 
 
 def slope(change: Callable[[float], Array], size: float, outputs: Array) -> Slope:
-    """Derivatives at 0 of change(d) (n,), the outputs at input + d less those at the input (NaN where there is no output).
+    """Derivatives at 0 of change(d) (n,), the outputs at input + d less those at the input (NaN where there is no
+    output).
 
-    size: of the input. outputs (n,): values at the input. Where the first step changes no output, the derivatives are 0.
+    size: of the input. outputs (n,): values at the input. Where the first step changes no output, the derivatives are
+    0.
 
-    Ridders' scheme: D(h) = (f(h) - f(-h)) / (2h) at h, h/2, ...; a tableau of extrapolations removes h^2, h^4, ... For each
-    output the entry that differs least from its neighbours is taken, and that difference is its error. Where one side has
-    no outputs: (4 f(h) - f(2h)) / (2h), with error terms h^2, h^3, ... Source: Ridders 1982.
+    Ridders' scheme: D(h) = (f(h) - f(-h)) / (2h) at h, h/2, ...; a tableau of extrapolations removes h^2, h^4, ... For
+    each output the entry that differs least from its neighbours is taken, and that difference is its error. Where one
+    side has no outputs: (4 f(h) - f(2h)) / (2h), with error terms h^2, h^3, ... Source: Ridders 1982.
     """
     floor = NOISE * np.maximum(1.0, np.abs(outputs))
     for share in SHRINK:

@@ -47,7 +47,8 @@ class AnswerInput:
 def inputs_of(
     base: Design, asked: Mapping[str, Any], units: Mapping[str, str], also: Collection[str] = ()
 ) -> tuple[tuple[AnswerInput, ...], dict[str, str]]:
-    """The inputs, and parameter -> reason for parameters that are no inputs. also: given quantities that are inputs too."""
+    """The inputs, and parameter -> reason for parameters that are no inputs. also: given quantities that are inputs
+    too."""
     found: list[AnswerInput] = []
     skipped: dict[str, str] = {}
     infos = describe(base.entry.parameters)
@@ -91,8 +92,8 @@ def _size(value: float, unit: str, sizes: Mapping[str, float]) -> float:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Half widths t of inputs p +- t in SI, by name (a name without [k] means every entry of a list); share: t / |p| of every
-    parameter that is not named, 0 for none."""
+    """Half widths t of inputs p +- t in SI, by name (a name without [k] means every entry of a list); share: t / |p| of
+    every parameter that is not named, 0 for none."""
 
     named: Mapping[str, Any] = field(default_factory=dict)
     share: float = 0.0
@@ -106,7 +107,8 @@ class Tolerances:
 
     @classmethod
     def of(cls, given: Tolerances | Mapping[str, Any] | float | None) -> Tolerances:
-        """Tolerances from a mapping of half widths, or from one number, the share of every parameter; None: no tolerances."""
+        """Tolerances from a mapping of half widths, or from one number, the share of every parameter; None: no
+        tolerances."""
         if isinstance(given, Tolerances):
             return given
         if isinstance(given, Mapping):

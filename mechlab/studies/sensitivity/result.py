@@ -13,7 +13,8 @@ from mechlab.results import Shown
 from mechlab.studies.sensitivity.derivatives import NAMED, ToleranceCorners
 
 APART = 1e-3
-"""Largest difference of derivatives between witnesses that is trusted, relative to the change by all inputs together."""
+"""Largest difference of derivatives between witnesses that is trusted, relative to the change by all inputs
+together."""
 
 
 LINEAR = 0.1
@@ -24,8 +25,8 @@ SMALLEST = 1e-9
 
 @dataclass(frozen=True)
 class AnswerDerivative:
-    """Derivative of an answer A by an input p: dA/dp, its estimated error, and p/A dA/dp (None where A is 0), from the first
-    witness that has it; `witnesses`: dA/dp of each. Arrays for an answer that is an array."""
+    """Derivative of an answer A by an input p: dA/dp, its estimated error, and p/A dA/dp (None where A is 0), from the
+    first witness that has it; `witnesses`: dA/dp of each. Arrays for an answer that is an array."""
 
     derivative: Any
     error: Any
@@ -65,8 +66,8 @@ class AnswerTolerance:
 
 @dataclass(frozen=True, repr=False)
 class Sensitivity(Shown):
-    """Sensitivities. cells: answer -> input -> derivative; spreads: answer -> tolerance; widths: input -> half width used;
-    max_difference: largest difference of a derivative between witnesses, relative to sum_p |dA/dp| size(p)."""
+    """Sensitivities. cells: answer -> input -> derivative; spreads: answer -> tolerance; widths: input -> half width
+    used; max_difference: largest difference of a derivative between witnesses, relative to sum_p |dA/dp| size(p)."""
 
     answers: Answers
     cells: Mapping[str, Mapping[str, AnswerDerivative]]

@@ -17,7 +17,8 @@ from mechlab.studies.sensitivity.inputs import AnswerInput, Tolerances, inputs_o
 from mechlab.studies.sensitivity.result import AnswerDerivative, AnswerTolerance, Sensitivity
 
 ROUNDING = 1e-6
-"""Added to the change by all inputs together when witnesses are compared, so that rounding of zero changes does not count."""
+"""Added to the change by all inputs together when witnesses are compared, so that rounding of zero changes does not
+count."""
 
 
 def sensitivity(
@@ -29,10 +30,10 @@ def sensitivity(
 ) -> Sensitivity:
     """First-order sensitivity of every answer of every witness to every parameter that is a number.
 
-    asked: as for `mechlab.lab.ask.ask`. A given quantity with a tolerance is an input too. Angles are compared modulo 2 pi.
-    only: inputs by name, default all. progress(done, total) counts inputs. Raises what `ask` raises. Where no answer exists on
-    one side of an input its derivative is one-sided; on both sides, it is left out with a note. With tolerances, the ends and
-    corners of their box are solved too (`mechlab.studies.sensitivity.derivatives`).
+    asked: as for `mechlab.lab.ask.ask`. A given quantity with a tolerance is an input too. Angles are compared modulo 2
+    pi. only: inputs by name, default all. progress(done, total) counts inputs. Raises what `ask` raises. Where no
+    answer exists on one side of an input its derivative is one-sided; on both sides, it is left out with a note. With
+    tolerances, the ends and corners of their box are solved too (`mechlab.studies.sensitivity.derivatives`).
     """
     chosen = tolerance or Tolerances()
     given = {k: numeric(k, v) for k, v in in_si(base, asked).items()}

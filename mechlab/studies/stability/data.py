@@ -24,7 +24,8 @@ class RunOutcome(Enum):
 
 @dataclass(frozen=True)
 class StabilityAxis:
-    """The quantity that is varied: `values` (n,) in `unit`, `text` in words, `nominal`: value of the mechanism as given."""
+    """The quantity that is varied: `values` (n,) in `unit`, `text` in words, `nominal`: value of the mechanism as
+    given."""
 
     name: str
     unit: str
@@ -85,8 +86,8 @@ class MethodPanel:
         }
 
     def limit(self, row: int, x: tuple[float, ...], fails: frozenset[RunOutcome]) -> tuple[float, float]:
-        """Measured boundary in a row: the largest x below the first run with an outcome in `fails`, and the x of that run;
-        0 and infinity where there is none. Cells that were not run count for neither."""
+        """Measured boundary in a row: the largest x below the first run with an outcome in `fails`, and the x of that
+        run; 0 and infinity where there is none. Cells that were not run count for neither."""
         good, bad = 0.0, math.inf
         for value, cell in sorted(zip(x, self.cells[row], strict=True), key=lambda pair: pair[0]):
             if cell.outcome in fails:
@@ -99,8 +100,8 @@ class MethodPanel:
 
 @dataclass(frozen=True)
 class StabilityMap:
-    """One map: x is the timestep [s], y the varied quantity. `value_name` names the measured value; up to `right` a run is
-    right, above `wrong` it is wrong."""
+    """One map: x is the timestep [s], y the varied quantity. `value_name` names the measured value; up to `right` a run
+    is right, above `wrong` it is wrong."""
 
     kind: str
     title: str

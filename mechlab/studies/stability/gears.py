@@ -1,4 +1,5 @@
-"""Maps of gears, springs and friction: gear ratio, light parts under load, stiffness with theoretical limits, sticking."""
+"""Maps of gears, springs and friction: gear ratio, light parts under load, stiffness with theoretical limits,
+sticking."""
 
 from __future__ import annotations
 
@@ -60,7 +61,8 @@ def _smooth(case: StabilityCase) -> StabilityCase:
 
 
 def free_gear(case: StabilityCase) -> str | None:
-    """A joint of a relation that carries no other body, is in no loop, and is not driven, loaded or set by the scene."""
+    """A joint of a relation that carries no other body, is in no loop, and is not driven, loaded or set by the
+    scene."""
     m, scene = case.mechanism, case.scene
     parents = {b.parent for b in m.bodies}
     looped = {n for x in m.loops for n in loop_bodies(m, x)}
@@ -128,8 +130,8 @@ def plan_light_parts(case: StabilityCase) -> StabilityPlan | str:
 
 
 def _load(m: Mechanism, scene: Scene) -> float:
-    """Load [N m] for the light gear: the largest reaction of a relation in the scene, at least that of the total weight at
-    a lever of 1 mm."""
+    """Load [N m] for the light gear: the largest reaction of a relation in the scene, at least that of the total weight
+    at a lever of 1 mm."""
     from mechlab.experiment.scene import Settings
 
     loads = [x.load for x in predicted_lags(m, scene, Settings())]

@@ -1,9 +1,9 @@
 """The largest stable timestep of a method in theory, on the linearised springs, dampers and servos of a scene.
 
-Near a pose, for motions that the constraints allow, M a + C v + K q = 0. One step of size h is a matrix. The method is stable
-while the spectral radius of this matrix does not exceed the growth exp(h Re lambda) of the motion itself. For one undamped
-mode omega: h = 2 / omega (semi-implicit Euler), 2.828 / omega (RK4); for one decay with time constant tau: 2.785 tau (RK4).
-Hairer & Wanner, Solving ODEs II, IV.2.
+Near a pose, for motions that the constraints allow, M a + C v + K q = 0. One step of size h is a matrix. The method is
+stable while the spectral radius of this matrix does not exceed the growth exp(h Re lambda) of the motion itself. For
+one undamped mode omega: h = 2 / omega (semi-implicit Euler), 2.828 / omega (RK4); for one decay with time constant tau:
+2.785 tau (RK4). Hairer & Wanner, Solving ODEs II, IV.2.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ STIRRED = 1e-6
 
 @dataclass(frozen=True)
 class LinearisedScene:
-    """Mass, stiffness and damping matrices (n, n) of the model and of the laws, on the n motions that the constraints allow.
+    """Mass, stiffness and damping matrices (n, n) of the model and of the laws, on the n motions that the constraints
+    allow.
 
-    `joint_damping`: the part of the model's damping in joints; `held_stiffness`, `held_damping`: the part of the laws that
-    MuJoCo's own actuators apply (drives that hold).
+    `joint_damping`: the part of the model's damping in joints; `held_stiffness`, `held_damping`: the part of the laws
+    that MuJoCo's own actuators apply (drives that hold).
     """
 
     mass: Array
@@ -60,8 +61,8 @@ class LinearisedScene:
 
 
 def linearise(mechanism: Mechanism, scene: Scene) -> LinearisedScene:
-    """Springs, dampers and servos of a scene, linearised about its initial pose. Gravity and velocity terms are left out:
-    they do not limit the timestep. Raises as `initial_state`."""
+    """Springs, dampers and servos of a scene, linearised about its initial pose. Gravity and velocity terms are left
+    out: they do not limit the timestep. Raises as `initial_state`."""
     q, v = initial_state(mechanism, scene)
     tree = TreeKinematics(mechanism, q, v)
     basis = (
@@ -116,7 +117,8 @@ def step_map(linear: LinearisedScene, method: Method) -> StepMap | None:
     """A function that gives the matrix (2n, 2n) of one step h [s]; None for a method with error control.
 
     MuJoCo treats implicitly: with Euler the damping of joints; with implicit and implicitfast all damping of the model;
-    with discrete all damping and springs of the model. Drives that hold are actuators of the model. Other laws are explicit.
+    with discrete all damping and springs of the model. Drives that hold are actuators of the model. Other laws are
+    explicit.
     """
     n = len(linear.mass)
     k, c = linear.stiffness + linear.law_stiffness, linear.damping + linear.law_damping

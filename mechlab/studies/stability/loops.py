@@ -46,7 +46,8 @@ def loop_bodies(mechanism: Mechanism, loop: Loop) -> list[str]:
 
 
 def plan_mass_ratio(case: StabilityCase) -> StabilityPlan | str:
-    """The map of the mass ratio: the body in the middle of the longest loop with scaled mass; measured is the energy error.
+    """The map of the mass ratio: the body in the middle of the longest loop with scaled mass; measured is the energy
+    error.
 
     A text says why there is no map.
     """
@@ -72,7 +73,8 @@ def plan_mass_ratio(case: StabilityCase) -> StabilityPlan | str:
 
 
 def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
-    """The map of redundant rows: the timestep against the regularisation of the rows. A text says why there is no map."""
+    """The map of redundant rows: the timestep against the regularisation of the rows. A text says why there is no
+    map."""
     m = case.mechanism
     redundant = structure(m).redundant if m.loops or m.relations else ()
     if not redundant:
@@ -117,7 +119,8 @@ def _takes_mu(case: StabilityCase) -> bool:
 
 
 def plan_softness(case: StabilityCase) -> StabilityPlan | str:
-    """The map of softness: the timestep h against the time constant of MuJoCo's rows. Below 2 h the engine uses 2 h (refsafe).
+    """The map of softness: the timestep h against the time constant of MuJoCo's rows. Below 2 h the engine uses 2 h
+    (refsafe).
 
     A text says why there is no map.
     """
@@ -154,16 +157,16 @@ CLOSE = 1e-5
 DIVISIONS = (3, 5, 8, 13, 21, 34, 55, 89, 144)
 LONGEST = 10.0
 HALF_WAY = 0.6
-"""Part of the duration that is simulated where the drive turns: in about half a turn the crank passes the line of its ground
-link once."""
+"""Part of the duration that is simulated where the drive turns: in about half a turn the crank passes the line of its
+ground link once."""
 SINGULAR = 2e-2
 SAMPLES = 200
 
 
 @dataclass(frozen=True)
 class SingularLength:
-    """Change of length `shift` [m] of the loops at which the mechanism becomes singular; `text`: in words; `turns`: True where
-    the drive turns fully up to that length."""
+    """Change of length `shift` [m] of the loops at which the mechanism becomes singular; `text`: in words; `turns`:
+    True where the drive turns fully up to that length."""
 
     shift: float
     text: str
@@ -200,7 +203,8 @@ def plan_singular(case: StabilityCase) -> StabilityPlan | str:
 
 
 def _first_rate(scene: Scene) -> Scene:
-    """The scene with its first initial rate alone: it fixes the motion, and others would contradict it at another length."""
+    """The scene with its first initial rate alone: it fixes the motion, and others would contradict it at another
+    length."""
     return replace(scene, initial_rates=dict(list(scene.initial_rates.items())[:1]))
 
 
@@ -239,8 +243,8 @@ def change_point(mechanism: Mechanism, prefer: tuple[str, ...], length: float) -
 
 
 def _on_the_way(case: StabilityCase) -> SingularLength | str:
-    """Zero shift where the scene's motion passes a singular position (its smallest singular value falls below SINGULAR);
-    else the reason why there is no map."""
+    """Zero shift where the scene's motion passes a singular position (its smallest singular value falls below
+    SINGULAR); else the reason why there is no map."""
     m = case.mechanism
     problem = Problem(case.design, case.scene, SAMPLES)
     try:

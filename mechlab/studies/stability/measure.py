@@ -24,7 +24,8 @@ REFERENCE_TOLERANCE = 1e-9
 REFERENCE_SHARE = 0.6
 """Share of the work of a map for all its reference runs."""
 RUNAWAY = 1e2
-"""A run has blown up when its error exceeds the extent of the motion, or its energy error the turnover, by this factor."""
+"""A run has blown up when its error exceeds the extent of the motion, or its energy error the turnover, by this
+factor."""
 TRUSTED = 1e-4
 """Largest energy error of a conservative reference run, relative to its turnover."""
 EVERY = 2
@@ -34,8 +35,9 @@ SMALLEST_SPAN = 1e-3
 
 @dataclass(frozen=True)
 class ReferenceRun:
-    """A reference run: coordinates q (n, nq); energies [J] at every second output; spans (nq,): largest extent of motion among
-    joints of the same kind [rad or m]; turnover: largest kinetic energy or span of the potential energy [J]."""
+    """A reference run: coordinates q (n, nq); energies [J] at every second output; spans (nq,): largest extent of
+    motion among joints of the same kind [rad or m]; turnover: largest kinetic energy or span of the potential energy
+    [J]."""
 
     q: Array
     energies: Array
@@ -171,7 +173,8 @@ def rows_of(plan: StabilityPlan, seconds: float) -> list[ReadyRow]:
 def panels(
     plan: StabilityPlan, seconds: float, progress: Callable[[str], None]
 ) -> tuple[tuple[MethodPanel, ...], dict[str, str]]:
-    """All methods of a plan over its grid, large timesteps first, within `seconds` of counted work; and method -> why missing."""
+    """All methods of a plan over its grid, large timesteps first, within `seconds` of counted work; and method -> why
+    missing."""
     began = work_done()
     rows = rows_of(plan, seconds)
     usable = next((r.problem for r in rows if r.problem is not None), None)

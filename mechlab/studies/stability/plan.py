@@ -1,4 +1,5 @@
-"""The plan of a stability map: its rows, methods and timesteps; and methods with another softness of the constraints."""
+"""The plan of a stability map: its rows, methods and timesteps; and methods with another softness of the
+constraints."""
 
 from __future__ import annotations
 
@@ -19,8 +20,8 @@ from mechlab.studies.stability.vary import with_mechanism, without_ranges
 
 @dataclass(frozen=True)
 class SoftenedMethod(Method):
-    """A method with another softness of its constraint rows. MuJoCo: time_constant [s] and impedance; Pinocchio: `mu`. A value
-    of 0 keeps that of the method."""
+    """A method with another softness of its constraint rows. MuJoCo: time_constant [s] and impedance; Pinocchio: `mu`.
+    A value of 0 keeps that of the method."""
 
     time_constant: float = 0.0
     impedance: float = 0.0
@@ -70,9 +71,9 @@ FREE = "without the servos of the scene"
 class StabilityPlan:
     """The plan of a map. problem(y): the problem of row y; tune(method, y): the method as used there.
 
-    measure: "error" (of coordinates, relative to their motion), "energy" (error relative to the turnover) or "gap" (residual
-    of loops and relations [rad or m]); `right`, `wrong`: its limits. theory(methods): boundaries to draw. reference: name of
-    the method of the reference runs ("": see `measure.sharp_method`).
+    measure: "error" (of coordinates, relative to their motion), "energy" (error relative to the turnover) or "gap"
+    (residual of loops and relations [rad or m]); `right`, `wrong`: its limits. theory(methods): boundaries to draw.
+    reference: name of the method of the reference runs ("": see `measure.sharp_method`).
     """
 
     kind: str
@@ -102,7 +103,8 @@ def steps_of(duration: float, divisions: tuple[int, ...] = DIVISIONS) -> tuple[f
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """The design and scene that plans are made for. `only`: names of the methods that the user chose (empty: no choice)."""
+    """The design and scene that plans are made for. `only`: names of the methods that the user chose
+    (empty: no choice)."""
 
     design: Design
     scene: Scene

@@ -1,7 +1,7 @@
 """Stability maps of a mechanism: outcome over the timestep and a varied quantity, within a budget of counted work.
 
-`KINDS` are the maps that follow from the structure of a mechanism; a range of a parameter, mass, stiffness or friction adds
-a map.
+`KINDS` are the maps that follow from the structure of a mechanism; a range of a parameter, mass, stiffness or friction
+adds a map.
 """
 
 from __future__ import annotations
@@ -108,8 +108,8 @@ Part = tuple[float, str, str, Callable[[float], Problem]]
 
 
 def _parts(case: StabilityCase, duration: float) -> dict[str, Part]:
-    """BODY_mass, X_stiffness, friction -> present value, unit, text, and a function that gives the problem with the value
-    times a factor."""
+    """BODY_mass, X_stiffness, friction -> present value, unit, text, and a function that gives the problem with the
+    value times a factor."""
     m, scene = case.mechanism, case.scene
 
     def mass(name: str, factor: float) -> Problem:
@@ -173,9 +173,9 @@ def study(
     """Stability maps of a scene of a design: outcome over the timestep and a varied quantity.
 
     kinds: keys of KINDS (default: all that fit; with `ranges`, none). methods: names, or parts of names, of
-    `mechlab.lab.methods`. ranges: parameter, BODY_mass, X_stiffness or friction -> Range. budget [s]: counted work, about
-    seconds of CPU; every machine makes the same map. Raises MechlabError for unknown names, and for a kind that does not fit
-    the mechanism, saying why.
+    `mechlab.lab.methods`. ranges: parameter, BODY_mass, X_stiffness or friction -> Range. budget [s]: counted work,
+    about seconds of CPU; every machine makes the same map. Raises MechlabError for unknown names, and for a kind that
+    does not fit the mechanism, saying why.
     """
     if not budget > 0:
         raise MechlabError(f"budget: expected seconds of work > 0, got {budget!r}.")

@@ -18,7 +18,8 @@ from mechlab.mechanism.parts import GROUND, Coefficients, Loop
 
 
 def with_mechanism(design: Design, mechanism: Mechanism) -> Design:
-    """The design with this mechanism at every fidelity, without its own equations, which would not include the change."""
+    """The design with this mechanism at every fidelity, without its own equations, which would not include the
+    change."""
     return replace(design, entry=replace(design.entry, build=lambda p, fidelity: mechanism, reference=None))
 
 
@@ -32,8 +33,8 @@ def scale_mass(mechanism: Mechanism, body: str, factor: float) -> Mechanism:
 
 
 def scale_springs(mechanism: Mechanism, factor: float, only: Collection[str] | None = None) -> Mechanism:
-    """Stiffness of springs, joints and shafts times `factor`, and their damping times its square root, so that the damping
-    ratio stays. only: names of the scaled parts (default: all)."""
+    """Stiffness of springs, joints and shafts times `factor`, and their damping times its square root, so that the
+    damping ratio stays. only: names of the scaled parts (default: all)."""
 
     def scaled(item: Any) -> Any:
         if not item.stiffness or (only is not None and item.name not in only):
@@ -81,7 +82,8 @@ def scale_friction(mechanism: Mechanism, factor: float) -> Mechanism:
 
 
 def faster_joint(mechanism: Mechanism, joint: str, ratio: float) -> Mechanism:
-    """The mechanism with a joint that turns `ratio` times as fast in all of its relations; redundant relations stay redundant.
+    """The mechanism with a joint that turns `ratio` times as fast in all of its relations; redundant relations stay
+    redundant.
 
     Its coefficients are divided by the ratio, taken exactly as the decimal that it prints as.
     """

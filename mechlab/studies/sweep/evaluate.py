@@ -41,7 +41,8 @@ DIFFERENCE = "max_difference"
 
 
 def question_of(design: Design, keys: set[str], given: Mapping[str, Any]) -> Question:
-    """The question that takes these keys: one of the entry's, or the generic one. Raises MechlabError for other keys."""
+    """The question that takes these keys: one of the entry's, or the generic one. Raises MechlabError for other
+    keys."""
     fits = [q for q in design.entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     return max(fits, key=lambda q: len(q.given)) if fits else generic_question(design, given)
 
@@ -260,8 +261,8 @@ def with_parameters(chosen: Design, changes: tuple[tuple[str, Any], ...]) -> Des
 
 
 def groups(request: SweepRequest, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:
-    """Groups of points of a block that share a design: indices in the block (m,), changed parameters, and the other given
-    values, each a number or an array (m,) of an axis."""
+    """Groups of points of a block that share a design: indices in the block (m,), changed parameters, and the other
+    given values, each a number or an array (m,) of an axis."""
     places = request.places(block)
     outer = [a for a in request.work if a.role == "parameter"]
     inner = [a for a in request.work if a.role != "parameter"]

@@ -22,7 +22,8 @@ from mechlab.studies.sweep.request import SweepBlock, SweepRequest
 from mechlab.studies.sweep.result import SweepResult, need_xarray
 
 EVERY = 2.0
-"""Seconds between two writes of finished blocks; the rest is written when the sweep ends, unless the process is killed."""
+"""Seconds between two writes of finished blocks; the rest is written when the sweep ends, unless the process is
+killed."""
 
 
 class Parts:

@@ -57,8 +57,8 @@ def plan(
 ) -> SweepRequest:
     """The request for these keys and quantities. run: scene, engine, fidelity, duration, timestep.
 
-    A range or a list is an axis; for a parameter that is itself a list, it is a fixed value. Raises MechlabError for unknown
-    keys and quantities, listing what exists, and where there is no axis.
+    A range or a list is an axis; for a parameter that is itself a list, it is a fixed value. Raises MechlabError for
+    unknown keys and quantities, listing what exists, and where there is no axis.
     """
     _refuse_too_many(base.name, values)
     parameters, rest = parameters_and_rest(base.entry.parameters, values)
@@ -254,8 +254,8 @@ OF_RUNS = ("scene", "engine", "fidelity", "duration", "timestep")
 
 
 def _refuse_idle(request: SweepRequest, rest: Sequence[str], starts: Sequence[str]) -> None:
-    """Raises MechlabError for options of runs in a sweep without runs, naming them. starts: keys that would make it one of
-    runs."""
+    """Raises MechlabError for options of runs in a sweep without runs, naming them. starts: keys that would make it one
+    of runs."""
     asks = request.method in (ANSWERS, CLOSED_FORM)
     if not asks and not all(q.of_check for q in request.quantities):
         return

@@ -28,8 +28,8 @@ LONGEST = 300
 
 @dataclass
 class SweepBlock:
-    """Results of m points: values (m, quantities), NaN where there is none; outcomes (m,); reasons: index of the point in the
-    block -> sentence."""
+    """Results of m points: values (m, quantities), NaN where there is none; outcomes (m,); reasons: index of the point
+    in the block -> sentence."""
 
     values: Array
     outcomes: np.ndarray
@@ -68,9 +68,11 @@ METHODS = {
 }
 """Methods of computation, with an explanation of each."""
 BLOCK = {CLOSED_FORM: 16384, ANSWERS: 256, ROLLOUT: 1024, RUNS: 32}
-"""Largest number of points in a block. An interrupted sweep keeps whole blocks; a lost worker costs the blocks it works on."""
+"""Largest number of points in a block. An interrupted sweep keeps whole blocks; a lost worker costs the blocks it works
+on."""
 FEWEST_BLOCKS = 64
-"""Sweeps point by point have at least this number of blocks (or one for each point), so that workers share them evenly."""
+"""Sweeps point by point have at least this number of blocks (or one for each point), so that workers share them
+evenly."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +98,9 @@ class SweepAxis:
 
 @dataclass(frozen=True)
 class SweepQuantity:
-    """A number to compute at every point. `label`: its name in the dataset; kind: "answer", "channel", "difference" or "passed"
-    (of the check `name`), "finding" (of the health record) or "trusted"; `reduce`: reduction of a channel, of REDUCTIONS."""
+    """A number to compute at every point. `label`: its name in the dataset; kind: "answer", "channel", "difference" or
+    "passed" (of the check `name`), "finding" (of the health record) or "trusted"; `reduce`: reduction of a channel, of
+    REDUCTIONS."""
 
     label: str
     kind: str
@@ -120,9 +123,9 @@ class SweepQuantity:
 class SweepRequest:
     """The complete definition of a sweep: every scheduler computes the same blocks, in any order.
 
-    load(source) gives the unchanged design; both must be picklable to leave this process. identity: content of the source as
-    text. parameters, given: values that are the same at all points. Points are numbered in the order of `work`: parameter
-    axes vary slowest, so that neighbouring points share a design.
+    load(source) gives the unchanged design; both must be picklable to leave this process. identity: content of the
+    source as text. parameters, given: values that are the same at all points. Points are numbered in the order of
+    `work`: parameter axes vary slowest, so that neighbouring points share a design.
     """
 
     load: Callable[..., Design]

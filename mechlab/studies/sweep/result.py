@@ -76,7 +76,8 @@ class SweepResult(Shown):
 
     @property
     def exit_code(self) -> int:
-        """3 when a point cannot be trusted; else 0 when a point is good; else 4 when a point has no solution; else 1."""
+        """3 when a point cannot be trusted; else 0 when a point is good; else 4 when a point has no solution; else
+        1."""
         found = self.counts
         if found["untrusted"]:
             return 3
@@ -133,7 +134,8 @@ def need_xarray() -> Any:
 
 
 def dataset(result: SweepResult) -> Any:
-    """An xarray.Dataset: a variable for each quantity over the axes, `outcome`, `reason`, and the provenance as attributes."""
+    """An xarray.Dataset: a variable for each quantity over the axes, `outcome`, `reason`, and the provenance as
+    attributes."""
     r = result.request
     dims = tuple(a.key for a in r.axes)
     variables: dict[str, Any] = {}

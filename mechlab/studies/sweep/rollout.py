@@ -31,7 +31,8 @@ FINDINGS = ("energy_balance", "relation_residual")
 
 
 def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
-    """Design, mechanism, scene and settings that `run_scene` would use, without initial values and loads of the points."""
+    """Design, mechanism, scene and settings that `run_scene` would use, without initial values and loads of the
+    points."""
     in_scene = design.for_scene(request.scene)
     scene = in_scene.scene(request.scene, request.fidelity, request.duration)
     mechanism = in_scene.mechanism(scene.fidelity)

@@ -36,8 +36,8 @@ def run_on_cores(
 ) -> Iterator[tuple[int, SweepBlock]]:
     """Yield (index, block) as blocks are finished. workers: number of processes, default one for each core; 1: no pool.
 
-    Rollouts use the engine's own threads; questions and runs point by point use processes. When the pool breaks (a worker
-    was killed), the remaining blocks are computed in this process.
+    Rollouts use the engine's own threads; questions and runs point by point use processes. When the pool breaks
+    (a worker was killed), the remaining blocks are computed in this process.
     """
     if workers is not None and workers < 1:
         raise MechlabError(f"workers: expected a whole number >= 1, got {workers}.")
@@ -140,7 +140,8 @@ def _opened(shipped: bytes) -> SweepRequest:
 
 
 def task(shipped: bytes, block: int) -> SweepBlock:
-    """Compute one block in a worker. Every task carries the pickled request, so that no task depends on a lost worker."""
+    """Compute one block in a worker. Every task carries the pickled request, so that no task depends on a lost
+    worker."""
     return evaluate(_opened(shipped), block)
 
 

@@ -34,11 +34,11 @@ def sweep(
     warnings: tuple[str, ...] = (),
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SweepResult:
-    """Compute a request. out: a netCDF file; plot: a picture of one or two axes; resume: continue an interrupted sweep into
-    the same file; scheduler: address of a Dask cluster; workers: number of processes on this machine.
+    """Compute a request. out: a netCDF file; plot: a picture of one or two axes; resume: continue an interrupted sweep
+    into the same file; scheduler: address of a Dask cluster; workers: number of processes on this machine.
 
-    Raises MechlabError for files of another sweep, and where every point is bad input. A sweep without any solution is a
-    result with exit code 4, not an exception.
+    Raises MechlabError for files of another sweep, and where every point is bad input. A sweep without any solution is
+    a result with exit code 4, not an exception.
     """
     if resume and out is None:
         raise MechlabError("--resume needs the file that the interrupted sweep was for: -o FILE.nc.")

@@ -1,4 +1,5 @@
-"""The grid that a workspace is counted on: named axes, evaluated slab by slab so that memory does not grow with the grid."""
+"""The grid that a workspace is counted on: named axes, evaluated slab by slab so that memory does not grow with the
+grid."""
 
 from __future__ import annotations
 
@@ -85,7 +86,8 @@ class WorkspaceGrid:
         return out | {name: np.full((1,) * dims, value) for name, value in self.fixed.items()}
 
     def slabs(self, most: int = SLAB) -> Iterator[tuple[slice, ...]]:
-        """Slices of the first axis (and of the second, where one layer is larger than `most`) that cover the grid once."""
+        """Slices of the first axis (and of the second, where one layer is larger than `most`) that cover the grid
+        once."""
         layer = self.size // self.shape[0]
         thick = max(1, most // layer)
         inner = [slice(None)]

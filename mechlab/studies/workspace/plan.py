@@ -33,8 +33,8 @@ SOLVED = "solved"
 
 @dataclass
 class QuestionOnGrid:
-    """A question that one witness answers at the nodes. limits: answer -> (low, high), either may be None; `statuses`: status
-    of an answer -> number of nodes."""
+    """A question that one witness answers at the nodes. limits: answer -> (low, high), either may be None; `statuses`:
+    status of an answer -> number of nodes."""
 
     design: Design
     question: Question
@@ -62,7 +62,8 @@ class QuestionOnGrid:
         return margin
 
     def _value(self, points: Coordinates, name: str) -> Array:
-        """Values at the nodes: of an answer (NaN where there is none), or the margin SOLVED. The last nodes are cached."""
+        """Values at the nodes: of an answer (NaN where there is none), or the margin SOLVED. The last nodes are
+        cached."""
         arrays = tuple(points.values())
         if self._last is None or any(a is not b for a, b in zip(arrays, self._last[0], strict=True)):
             self._last = (arrays, self._ask_all(points))
@@ -108,8 +109,8 @@ class QuestionOnGrid:
 
 @dataclass(frozen=True)
 class WorkspacePlan:
-    """The region, grid and maps of a workspace. text: meaning of a node; how: the witness or "closed form"; margin_unit: "m"
-    where all margins are lengths, else ""."""
+    """The region, grid and maps of a workspace. text: meaning of a node; how: the witness or "closed form";
+    margin_unit: "m" where all margins are lengths, else ""."""
 
     design: Design
     region: Region
@@ -124,7 +125,8 @@ class WorkspacePlan:
 
 
 def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> WorkspacePlan:
-    """The plan for keys that are no parameters. Raises MechlabError, listing what can be given, where they fit nothing."""
+    """The plan for keys that are no parameters. Raises MechlabError, listing what can be given, where they fit
+    nothing."""
     asked = in_si(design, asked)
     recipe = design.entry.workspace
     if recipe is not None and witness is None and set(asked) <= {*recipe.grid, *recipe.limits}:
@@ -219,7 +221,8 @@ def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float |
 
 
 def _unit(question: Question, name: str) -> str:
-    """The unit of a quantity as the question states it; else rad for angles and m for others, per s or s2 by the suffix."""
+    """The unit of a quantity as the question states it; else rad for angles and m for others, per s or s2 by the
+    suffix."""
     if name in question.units:
         return question.units[name]
     rates = {"_rate": "/s", "_accel": "/s2"}

@@ -31,7 +31,8 @@ class WorkspaceResult(Shown):
 
     @property
     def exit_code(self) -> int:
-        """3 when the witness did not converge at some nodes, so that nodes may be missing; 4 when no node is inside; else 0."""
+        """3 when the witness did not converge at some nodes, so that nodes may be missing; 4 when no node is inside;
+        else 0."""
         if self.doubtful:
             return 3
         return 0 if self.survey.voxels else 4

@@ -1,4 +1,5 @@
-"""Counts the workspace of a design, compares two designs, and makes a closed surface of the border (marching cubes) for CAD."""
+"""Counts the workspace of a design, compares two designs, and makes a closed surface of the border (marching cubes) for
+CAD."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Counts a region on a grid (nodes inside, columns, deciding clauses), maps quantities over it, and compares two regions."""
+"""Counts a region on a grid (nodes inside, columns, deciding clauses), maps quantities over it, and compares two
+regions."""
 
 from __future__ import annotations
 
@@ -34,9 +35,9 @@ class ClauseCount:
 
 @dataclass(frozen=True)
 class WorkspaceSurvey:
-    """Counts of a region on a grid. voxels: nodes inside. columns: nodes of the first two of three axes at which every clause
-    that does not depend on the last axis holds (None for other numbers of axes). low, high: indices of the smallest box with
-    all inside nodes. deepest: the node with the largest margin; margin: its value."""
+    """Counts of a region on a grid. voxels: nodes inside. columns: nodes of the first two of three axes at which every
+    clause that does not depend on the last axis holds (None for other numbers of axes). low, high: indices of the
+    smallest box with all inside nodes. deepest: the node with the largest margin; margin: its value."""
 
     grid: WorkspaceGrid
     voxels: int
@@ -149,8 +150,8 @@ MOST_IN_MAP = 1_000_000
 
 @dataclass(frozen=True)
 class MapSummary:
-    """A quantity over its axes, where every clause that depends on these axes alone holds: extremes, median, and `values` at
-    `nodes` (axis -> coordinates), NaN where a clause fails."""
+    """A quantity over its axes, where every clause that depends on these axes alone holds: extremes, median, and
+    `values` at `nodes` (axis -> coordinates), NaN where a clause fails."""
 
     axes: tuple[str, ...]
     unit: str
