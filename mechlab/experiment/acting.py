@@ -23,17 +23,17 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Joint, Shaft, Spring
 
 FEW = 6
-"""So many names are written out; of more the first, the last and their number."""
+"""Largest number of names written out; of more names, the first, the last and their number."""
 
 
 def rounded(names: Sequence[str]) -> str:
-    """Names in a row, a long row shortened."""
+    """Names with commas; a long list is shortened to its first and last name and its length."""
     unique = list(dict.fromkeys(names))
     return ", ".join(unique) if len(unique) <= FEW else f"{unique[0]} to {unique[-1]} ({len(unique)})"
 
 
 def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
-    """A law in words, or several of equal numbers on different joints or shafts."""
+    """Text of a law, or of several laws that differ only in their joint or shaft."""
     law: Any = laws[0]
     on = rounded([name for x in laws for name in x.targets()])
     slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
@@ -97,8 +97,10 @@ def drive_law(mechanism: Mechanism, drive: Drive) -> Law | None:
 
 
 def acting(mechanism: Mechanism, scene: Scene) -> Scene:
-    """The scene with a law for every drive that holds: those that the scene neither releases nor replaces by a law on the
-    same joint or shaft. What a scene has of them already stays, so that it may be called twice."""
+    """The scene with a law for every drive that it neither releases nor replaces by a law on the same joint or shaft.
+
+    A second call changes nothing: the laws of the first call count as laws of the scene.
+    """
     if scene.drives == "free" or not mechanism.drives:
         return scene
     taken = {name for law in scene.laws for name in law.targets()}
@@ -112,7 +114,7 @@ def held_drives(laws: Sequence[Law]) -> tuple[Servo | DcMotor, ...]:
 
 
 def what_acts(mechanism: Mechanism, scene: Scene) -> str:
-    """What acts in a scene, in one line; `scene` is one that `acting` has made."""
+    """One line on what acts in a scene; `scene` is a result of `acting`."""
     parts = ["gravity" if any(mechanism.gravity) else "no gravity", *_elements(mechanism)]
     held = held_drives(scene.laws)
     alike: dict[Law, list[Law]] = {}
@@ -132,7 +134,7 @@ def what_acts(mechanism: Mechanism, scene: Scene) -> str:
 
 
 def _elements(mechanism: Mechanism) -> list[str]:
-    """Springs, dampers and dry friction of the mechanism."""
+    """Texts on the springs, dampers and dry friction of the mechanism."""
     parts: list[Joint | Shaft] = [*mechanism.joints, *mechanism.shafts]
     elastic: list[Joint | Shaft | Spring] = [*mechanism.springs, *parts]
     springs = [x.name for x in elastic if x.stiffness]
@@ -145,7 +147,7 @@ def _elements(mechanism: Mechanism) -> list[str]:
 
 
 def _idle(mechanism: Mechanism, rest: Sequence[Drive]) -> list[str]:
-    """What the drives do that neither hold nor have a law in their place: released, or without a command."""
+    """Texts on drives that neither hold nor are replaced by a law: released ones, and ones that give no force."""
     able = [d for d in rest if drive_law(mechanism, d) is not None]
     out = []
     for drives, text in ((able, "released"), ([d for d in rest if d not in able], "without a command")):

@@ -19,9 +19,9 @@ from mechlab.mechanism.statics import spring_stretch
 ENERGY_LIMIT = 1e-2
 ENERGY_WARNING = 1e-3
 STANDSTILL = 1e-3
-"""A mechanism at rest is held to what its weight does over this way [m]."""
+"""Least turnover of energy: the work of the weight over this distance [m], for a mechanism at rest."""
 CREEP = 1e-7
-"""Rates below this one [rad/s or m/s] are the noise of a mechanism at rest, and so is their energy."""
+"""Rates below this [rad/s or m/s] are rounding in a mechanism at rest, and so is their kinetic energy."""
 
 
 def kinetic_energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
@@ -71,8 +71,11 @@ def energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
 
 
 def held_energy(mechanism: Mechanism, laws: Sequence[Law], q: Array, v: Array) -> tuple[Array, Array]:
-    """(n,) energy [J] in the springs that drives are which hold without a limit, sum of stiffness (value - target)^2 / 2, along
-    q (n, nq), v (n, nv), and its rate (n,) [W]."""
+    """(n,) energy [J] stored by holding drives without a force limit, and its rate (n,) [W], along q (n, nq), v
+    (n, nv).
+
+    Such a drive acts as a spring: energy = sum of stiffness (value - target)^2 / 2.
+    """
     stored, rate = np.zeros(len(q)), np.zeros(len(q))
     for law in held_drives(laws):
         if isinstance(law, Servo) and np.isinf(law.limit):
@@ -83,7 +86,7 @@ def held_energy(mechanism: Mechanism, laws: Sequence[Law], q: Array, v: Array) -
 
 
 def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
-    """(n,) power [W] >= 0 lost in the dampers and the dry friction of joints and shafts, and in dampers of springs."""
+    """(n,) power [W] >= 0 dissipated by dampers and dry friction of joints and shafts, and by dampers of springs."""
     q, v = np.atleast_2d(q), np.atleast_2d(v)
     diagonal = np.array([j.damping for j in mechanism.joints for _ in range(j.nv)])
     out = v**2 @ diagonal
@@ -102,7 +105,8 @@ def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
 
 
 def work(t: ArrayLike, power: ArrayLike) -> Array:
-    """(n,) integral of power (n,) [W] over t (n,) from its start [J]: cumulative Simpson, also at uneven times."""
+    """(n,) work [J] of the power (n,) [W] from t[0] to each time of t (n,): cumulative Simpson rule, also at uneven
+    times."""
     from scipy.integrate import cumulative_simpson, cumulative_trapezoid
 
     t, power = np.asarray(t, dtype=float), np.asarray(power, dtype=float)
@@ -124,18 +128,17 @@ def energy_finding(
     stopped: NDArray[np.bool_] | None = None,
     laws: Sequence[Law] = (),
 ) -> Finding:
-    """Finding "energy_balance": the largest |E(t) - E(0) - work(t)|, relative to the energy that the run turns over.
+    """Finding "energy_balance": the largest |E(t) - E(0) - work(t)|, relative to the turnover of energy in the run.
 
-    power (n,) [W]: that of all laws less the dissipation, at the samples; its work is integrated by Simpson's rule,
-    or given by the engine as `done` (n,) [J], which is better. laws: those of the scene; what the drives among them store
-    as springs is potential energy. Turnover = max of: the largest kinetic energy, the span of the potential energy, the
-    integral of |power|, and for a mechanism at rest what its weight does over
-    STANDSTILL. What Simpson's rule itself may miss between samples (its
-    difference from the trapezoidal rule / 10) is not held against the run, nor is `in_rows` [J], the work that soft gear
-    rows take up under their loads (the lag itself has its own finding).
+    power (n,) [W]: of all laws less the dissipation, at the samples. Its work is integrated by Simpson's rule, or, more
+    accurately, given by the engine as `done` (n,) [J]. laws: those of the scene; energy that holding drives store as
+    springs counts as potential energy. Turnover: the largest of the maximal kinetic energy, the span of the potential
+    energy, the integral of |power|, and the work of the weight over STANDSTILL. Two amounts are allowed for: the error
+    of Simpson's rule between samples (a tenth of its difference from the trapezoidal rule), and `in_rows` [J], the work
+    that soft gear rows take up under load (their lag has its own finding).
 
-    stopped (n - 1,): between which samples a joint was at an end of its range. A stop takes energy from what hits it and
-    never gives any: what was lost there is accounted for, what was gained, and all that changes elsewhere, is not.
+    stopped (n - 1,): the intervals between samples in which a joint was at an end of its range. A stop can only take
+    energy: energy lost in these intervals is accounted for; energy gained there, and any change elsewhere, is not.
     """
     kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
     stored, storing = held_energy(mechanism, laws, q, v)
@@ -164,8 +167,11 @@ def energy_finding(
 
 
 def _lost_at_stops(missing: Array, stopped: NDArray[np.bool_]) -> Array:
-    """(n,) energy [J] <= 0 that stops have taken so far, of what is missing (n,): while a joint is at one (n - 1,) what falls is
-    lost, or lent to a soft stop, which may give back what it was lent in the same contact and no more."""
+    """(n,) energy [J] <= 0 that stops have taken up to each sample, from the energy error `missing` (n,).
+
+    In the intervals `stopped` (n - 1,) a fall of the error is energy lost to a stop or stored in a soft one; a soft
+    stop may return at most what it has stored in the same contact.
+    """
     out = np.zeros(len(missing))
     lent = 0.0
     for k, at_one in enumerate(stopped):

@@ -24,7 +24,7 @@ Coordinates = Mapping[str, NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class WorkspaceMap:
-    """A quantity over the workspace: function(points) of the coordinates `axes`, for example a dexterity."""
+    """A quantity over the workspace, for example a dexterity: function(axis -> coordinates) of the axes `axes`."""
 
     function: Callable[[Coordinates], NDArray[np.float64]]
     axes: tuple[str, ...]
@@ -42,10 +42,11 @@ class WorkspaceLimit:
 
 @dataclass(frozen=True)
 class WorkspaceRecipe:
-    """make(parameters, limits) -> the region; `limits` are those of `limits` that were given, by name.
+    """The workspace of an entry. make(parameters, limits) -> region of poses, where limits holds those that the user
+    gives.
 
-    grid: axis -> range that is used unless the user gives another; unit of the axes; maps(parameters) -> quantities to
-    map over the region; text: what a node is.
+    grid: axis -> default range; units: axis -> unit; maps(parameters) -> quantities to map over the region; text:
+    meaning of a node.
     """
 
     make: Callable[[Any, Mapping[str, float]], Region]
@@ -58,8 +59,8 @@ class WorkspaceRecipe:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What the witnesses of a check found. `values` witness -> number or array; `expected` the truth they are held to,
-    or None when they are held to each other; `tolerance` absolute. The check passes when all agree."""
+    """The values of a check. `values`: witness -> number or array; `expected`: the reference value, or None when the
+    witnesses are compared with the first of them; `tolerance`: absolute. The check passes when all agree."""
 
     values: dict[str, Any]
     tolerance: float
@@ -126,7 +127,7 @@ class ClaimResult:
 
 @dataclass(frozen=True)
 class Claim:
-    """A printed statement of a source. `printed` is the number or sentence as printed; `test()` computes it anew."""
+    """A printed statement of a source. `printed`: the number or sentence as printed; `test()` computes it again."""
 
     id: str
     where: str
@@ -139,7 +140,8 @@ class Claim:
 
 @dataclass(frozen=True)
 class SceneRecipe:
-    """How a scene is made: `make(parameters, fidelity) -> Scene`; `overrides` are parameters it changes before the user's."""
+    """A function that makes a scene: `make(parameters, fidelity) -> Scene`; `overrides`: its own defaults of
+    parameters, which values of the user replace."""
 
     make: Callable[[Any, str], Scene]
     fidelity: str
@@ -149,17 +151,18 @@ class SceneRecipe:
 
 @dataclass(frozen=True)
 class Entry:
-    """What a catalog file exports.
+    """An entry of the catalog, which a catalog file exports.
 
-    parameters: a frozen dataclass of `parameter(...)` fields. build(p, fidelity) -> Mechanism, for every fidelity except
-    "kinematic". reference(p, scene) -> Recording: closed form or own equations. expand(p, recording) -> the richest
-    Mechanism and its coordinates (n, nq) along the recording, for the page. channels: more channels, name -> (unit,
-    function(parameters, recording) -> (n,)). warnings(p) -> sentences on doubtful parameters;
-    remarks(p) -> what `show` says of this design. figure(path) draws the
-    verdict on the claims; the kind of file follows the suffix.
+    parameters: a frozen dataclass of `parameter(...)` fields.
+    build(p, fidelity) -> Mechanism, for every fidelity except "kinematic".
+    reference(p, scene) -> Recording: closed form or own equations.
+    expand(p, recording) -> the richest Mechanism and its coordinates (n, nq) along the recording, for the page.
+    channels: more channels, name -> (unit, function(parameters, recording) -> (n,)).
+    warnings(p) -> sentences on doubtful parameters; remarks(p) -> sentences that `show` prints on this design.
+    figure(path) draws the verdicts on the claims, in the format of the suffix.
     portraits: kind -> function(parameters, given) -> `mechlab.kit.portrait.Portrait`; given: numbers or arrays by name.
     sliders: up to two parameters (lengths) that the page of explore mode can change.
-    workspace: the poses it can take, as a region; without it a workspace is found by asking a question at every node.
+    workspace: the region of reachable poses; without it, a workspace is found by asking a question at every node.
     """
 
     name: str

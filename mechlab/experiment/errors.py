@@ -24,21 +24,22 @@ from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 
 SLACK = 0.5
-"""An order lower than expected by more than this is lost: between clean orders there is 1."""
+"""An order that is lower than expected by more than this is lost; orders are whole numbers, so this is half their
+distance."""
 ROUNDING = 1e-12
-"""Changes below this, relative to the largest value (at least 1), say nothing of the order."""
+"""Changes below this, relative to the largest value (at least 1), are rounding and give no order."""
 CONVERGENT = 0.4
-"""An observed order below this is no convergence."""
+"""An observed order below this counts as no convergence."""
 SAFETY = 2.0
-"""A stated error is Richardson's estimate times this, so that it bounds the true one."""
+"""A stated error is Richardson's estimate times this factor, so that it bounds the true error."""
 SAFETY_SEEN = 1.5
-"""The same where a finer and a coarser run show the order."""
+"""The safety factor where both a finer and a coarser run show the order."""
 
 
 @dataclass(frozen=True)
 class Order:
     """expected and measured order; `coarse` |x(h) - x(h/2)| and `fine` |x(h/2) - x(h/4)| [rad or m]. `measured` is NaN
-    where the changes are rounding, or a run did not come through (`reason` says which)."""
+    where the changes are rounding, or a run ended early (`reason` says which)."""
 
     expected: int
     measured: float
@@ -53,16 +54,18 @@ class Order:
 
 
 def expected_order(settings: Settings, rows: bool) -> int:
-    """Order of the positions at the ends of steps: 4 for RK4, 1 for the other fixed-step methods. MuJoCo's rows (loops,
-    gears) are springs whose softness goes with h^2: with them RK4 has order 2."""
+    """Order of the positions: 4 for RK4, 1 for the other fixed-step methods; 2 for RK4 with MuJoCo's constraint rows
+    (loops, gears), which are springs with a softness proportional to h^2."""
     if settings.integrator != "RK4":
         return 1
     return 2 if rows and settings.engine == "mujoco" else 4
 
 
 def observed_order(states: Callable[[float], Array], timestep: float, expected: int) -> Order:
-    """The order of `states(h)`, coordinates (n, nq) at n times that do not depend on h, at h = timestep and its half and
-    quarter. It returns fewer than n rows for a run that ended early."""
+    """The order of a run from the steps h = timestep, its half and quarter.
+
+    states(h): coordinates (n, nq) at n times that do not depend on h; fewer than n rows for a run that ended early.
+    """
     runs = [np.asarray(states(timestep / 2**k), dtype=float) for k in range(3)]
     if len({x.shape for x in runs}) > 1 or not all(np.all(np.isfinite(x)) for x in runs):
         return Order(expected, math.nan, math.nan, math.nan, "a run did not come through")
@@ -74,7 +77,7 @@ def observed_order(states: Callable[[float], Array], timestep: float, expected: 
 
 
 def order_finding(order: Order, timestep: float, why: Iterable[str] = ()) -> Finding:
-    """Finding "order": a warning that names expected and measured order when one is lost; `why`: what may have done it."""
+    """Finding "order": a warning with expected and measured order when the order is lost; `why`: possible causes."""
     if math.isnan(order.measured):
         severity = "ok" if "rounding" in order.reason else "warning"
         text = f"order check at steps of {timestep:g} s, its half and quarter: {order.reason}; the order cannot be told"
@@ -94,11 +97,11 @@ def order_finding(order: Order, timestep: float, why: Iterable[str] = ()) -> Fin
 
 
 def error_from_coarser(twice: float, fourfold: float | None, order: int) -> float:
-    """Error of x(h) from its changes against x(2h) and x(4h) (None: that run did not come through), of a method whose order is
-    `order` at best: the order is the observed one, p = log2(fourfold / twice - 1), between 1 and `order`.
+    """Error of x(h) [rad or m] from its changes against x(2h) and x(4h), for a method of at most order `order`.
 
-    Where more than `order` is observed, h and 2h agree by accident (a kink, or terms of the error that cancel): the larger change
-    counts. Without 4h, orders above 2 are not relied on.
+    It uses the observed order p = log2(fourfold / twice - 1), clipped to 1..`order`. Where the observed order is above
+    `order`, h and 2h agree by accident (a kink, or error terms that cancel), and the larger estimate counts. fourfold
+    None: the run with 4h ended early; then the order is taken as 2 at most.
     """
     if fourfold is None:
         return SAFETY * twice / (2.0 ** min(order, 2) - 1.0)
@@ -108,19 +111,20 @@ def error_from_coarser(twice: float, fourfold: float | None, order: int) -> floa
 
 
 def error_from_finer(change: float, share: float) -> float:
-    """Error of x(h) from its change against x(share h), share < 1, whatever its order, if it is at least 1."""
+    """Error of x(h) [rad or m] from its change against x(share h), share < 1: a bound for any order of at least 1."""
     return SAFETY * change / (1.0 - share)
 
 
 def error_between(half: float, twice: float, order: int) -> float:
-    """Error of x(h) from its changes against x(h/2) and x(2h): the order is p = log2(twice / half), between 1 and the smaller of
-    `order` and 2; less is left to safety than without seeing the order."""
+    """Error of x(h) [rad or m] from its changes against x(h/2) and x(2h), by the order p = log2(twice / half), clipped
+    to 1 and the smaller of `order` and 2. The observed order allows the smaller factor SAFETY_SEEN."""
     p = min(max(math.log2(twice / half), 1.0), order, 2.0) if half > 0.0 and twice > 0.0 else 1.0
     return SAFETY_SEEN * half / (1.0 - 0.5**p)
 
 
 def step_error_finding(value: float, tolerance: float, text: str) -> Finding:
-    """Finding "step_error": the error that the timestep leaves; an error beyond the tolerance of the scene."""
+    """Finding "step_error": the error that the timestep leaves [rad or m]; severity "error" beyond the scene's
+    tolerance."""
     sentence = f"error left by the timestep: at most about {value:.2g} rad or m {text}"
     if value <= tolerance:
         return Finding("step_error", value, tolerance, "rad or m", "ok", f"{sentence} (tolerance {tolerance:g})")
@@ -129,16 +133,17 @@ def step_error_finding(value: float, tolerance: float, text: str) -> Finding:
 
 
 SAME_TIME = 1e-9
-"""Share of the duration by which two recorded times may differ and be one."""
+"""Two recorded times are equal when they differ by at most this share of the duration."""
 UNITS = 16.0 * 2.2e-16
-"""Of the largest value of a channel: what rounding leaves in it at least."""
+"""Least error of a channel by rounding, relative to its largest value."""
 
 
 def differences(fine: Recording, coarse: Recording, factor: float) -> dict[str, float]:
-    """Channel of `fine` -> `factor` times its largest difference from `coarse` at the times that both recorded, in its unit.
+    """Channel of `fine` -> `factor` times its largest difference from `coarse` at the times of both, in its unit.
 
-    Infinite for a channel that `coarse` has not, where a value of one is not finite and of the other is, and for all where
-    `coarse` does not reach the end of `fine` or shares fewer than two of its times. Angles are compared with their turns.
+    Infinite for a channel that `coarse` lacks, or with a value that is finite in one run only; infinite for all
+    channels where `coarse` does not reach the end of `fine` or shares fewer than two of its times. Angles are not
+    reduced modulo 2 pi.
     """
     mine, other = shared_times(fine, coarse)
     reaches = len(mine) > 1 and mine[-1] == len(fine.t) - 1 or len(fine.t) == 1 == len(mine)
@@ -153,8 +158,10 @@ def differences(fine: Recording, coarse: Recording, factor: float) -> dict[str, 
 
 
 def with_errors(recording: Recording, others: Sequence[tuple[Recording, float]]) -> Recording:
-    """The recording with the error of every channel: the sum over the others of their `differences`, each with its factor.
-    Infinite where there are none; the finding "channel_errors" names the channels of which no error could be told."""
+    """The recording with the error of every channel: the sum of the `differences` to the others, each with its factor.
+
+    Infinite without other runs. The finding "channel_errors" names the channels whose error could not be estimated.
+    """
     found = [differences(recording, other, factor) for other, factor in others]
     errors = {n: sum(x[n] for x in found) if found else math.inf for n in recording.channels}
     unknown = [n for n, e in errors.items() if not math.isfinite(e)]
@@ -167,7 +174,7 @@ def with_errors(recording: Recording, others: Sequence[tuple[Recording, float]])
 
 
 def shared_times(a: Recording, b: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the samples of `a`, and of `b`, at the times that both recorded."""
+    """Indices of the samples of `a` and of `b` at the times that both recorded."""
     near = np.clip(np.searchsorted(b.t, a.t), 1, max(len(b.t) - 1, 1)) if len(b.t) > 1 else np.zeros(len(a.t), int)
     if len(b.t) > 1:
         near -= np.abs(b.t[near - 1] - a.t) < np.abs(b.t[near] - a.t)
@@ -177,7 +184,7 @@ def shared_times(a: Recording, b: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 
 def largest_difference(a: np.ndarray, b: np.ndarray, factor: float = 1.0) -> float:
-    """factor max |a - b|; values that are not finite count as equal where both are the same, else as infinitely far apart."""
+    """factor max |a - b|; values that are not finite have difference 0 where both are the same, else infinity."""
     with np.errstate(invalid="ignore"):
         gaps = np.abs(a - b)
     same = (a == b) | (np.isnan(a) & np.isnan(b))

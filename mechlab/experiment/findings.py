@@ -29,8 +29,8 @@ RESTART_JUMP = 0.5
 
 
 def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
-    """(n,) sample times [s], from 0 to the duration: `times` checked and completed by both ends, or a regular grid of
-    whole steps, 10 ms apart or finer, with at least 200 samples if the steps allow it.
+    """(n,) sample times [s] from 0 to the duration: the given `times` with both ends added; by default a regular grid
+    of whole timesteps, at most 10 ms apart, with at least 200 samples if the timestep allows it.
 
     Raises MechlabError for a duration that is not positive or times outside it.
     """
@@ -58,11 +58,10 @@ def kinematic_findings(
 ) -> tuple[Finding, ...]:
     """Findings "finite", "loop_gap" [m], "loop_angle" [rad], "relation_residual" [rad or m] and "assembly_mode".
 
-    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the others. `held`: names
-    of the driven joints or shafts, default those of the drives; with them held a change of the assembly mode is a change
-    of sign of a determinant (see `mode_sign`). Above `limit` (of a length: times
-    the mechanism's `length_scale`) a gap is an error, above a tenth of it a warning. A change
-    of the assembly mode is a warning; with respect to `keep_mode`, an error.
+    q (n, nq), v (n, nv) along the run; states that are not finite are counted, and left out of the other findings.
+    `held`: names of the driven joints or shafts, default those of the drives; they define the assembly mode
+    (see `mode_signs`). A gap is an error above `limit` (for lengths times the mechanism's `length_scale`), a warning
+    above a tenth of it. A change of the assembly mode is a warning; with respect to `keep_mode`, an error.
     """
     q, v = np.atleast_2d(q), np.atleast_2d(v)
     out = [finite_finding(q, v)]
@@ -91,8 +90,8 @@ def kinematic_findings(
 def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bool = False) -> Finding:
     """Finding "assembly_mode": how often the assembly mode for the held joints changed along q (n, nq).
 
-    A warning: a free motion may pass through a toggle position; an error when `strict`. Looks at no more than 200
-    samples, unless `strict`.
+    A change is a warning, as a free motion may pass through a toggle position; an error when `strict`. About
+    MODE_SAMPLES samples are examined; all when `strict`.
     """
     signs = mode_signs(mechanism, q if strict else q[:: max(1, len(q) // MODE_SAMPLES)], held)
     known = signs[signs != 0]
@@ -130,7 +129,7 @@ class ModeWatch:
 
 
 class _Modes:
-    """The sign of `mode_signs`, pose by pose: what does not change with the pose is looked up once."""
+    """Computes the sign of `mode_signs` pose by pose; everything that does not depend on the pose is computed once."""
 
     def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
         self.tree, self.constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
@@ -142,7 +141,7 @@ class _Modes:
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
 
     def sign(self, q: Array) -> float:
-        """Sign of the determinant at q (nq,); 0 when it is not square or singular."""
+        """Sign of the determinant at q (nq,); 0 when the matrix is not square or is singular."""
         if not self.square:
             return 0.0
         jacobian = self.constraints.jacobian(self.tree.set(q))[self.keep]
@@ -151,16 +150,19 @@ class _Modes:
 
 
 def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
-    """(n,) sign of det [independent rows of J; rows of the held ones; rows of local freedoms] along q (n, nq); 0: not
-    square or singular. Same meaning as `mechlab.mechanism.mode_sign`, but local freedoms do not hide the mode."""
+    """(n,) sign of det [independent rows of J; rows of the held joints; rows of local freedoms] along q (n, nq).
+
+    0 where the matrix is not square or is singular. As `mechlab.mechanism.mode_sign`, but local freedoms are fixed too.
+    """
     modes = _Modes(mechanism, held)
     return np.array([modes.sign(x) for x in q])
 
 
 def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:
-    """Finding "saturation": share of samples at which a limited law stands at its limit; None when no law has a limit.
+    """Finding "saturation": share of samples at which the force of a law is at its limit; None when no law has a limit.
 
-    forces: joint or shaft -> (n,) force of all laws on it. A limited drive does not do what it was asked: a warning.
+    forces: joint or shaft -> (n,) force of all laws on it [N m or N]. A law at its limit is a warning: it cannot follow
+    its command.
     """
     shares = {}
     for law in laws:
@@ -232,7 +234,7 @@ def _largest(values: Array) -> float:
 
 
 def _idle_rows(mechanism: Mechanism, held: Sequence[str]) -> list[Array]:
-    """Rows of independent rates that are not held, one for each local freedom."""
+    """Unit rows (nv,) of independent rates that are not held, one for each local freedom."""
     best = structure(mechanism)
     names = list(mechanism.rate_names)
     free = [n for n in best.independent if n not in held and n in names]
@@ -281,7 +283,7 @@ def friction_finding(
 OPEN_LOOP = 1e-3
 """A loop is torn open beyond this share of the smallest link."""
 SAME_JOINT = 1e-6
-"""Points of a body nearer than this [m] are one joint, not the ends of a link."""
+"""Points of a body closer than this [m] count as one joint, not as the ends of a link."""
 
 
 def smallest_link(mechanism: Mechanism) -> float:
@@ -300,7 +302,8 @@ def smallest_link(mechanism: Mechanism) -> float:
 
 
 def open_loop_finding(t: float, gap: float, limit: float, duration: float, row: str) -> Finding:
-    """Finding "loop_open" (an error): when the run was stopped, how far which loop had opened."""
+    """Finding "loop_open" (an error): the time t [s] at which the run was stopped, the row that was open and its gap
+    [m]."""
     text = (
         f"the loop {row} is torn open by {gap:.3g} m at t = {t:.6g} s of {duration:g} s, more than {OPEN_LOOP:g} of the smallest "
         f"link ({limit:.3g} m): the run was stopped. No assembly may exist where the drive goes; ask `solve` there, or take "

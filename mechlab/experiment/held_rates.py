@@ -1,5 +1,5 @@
-"""Laws that hold rates with bounded forces (dry friction that truly sticks, one-way stops, rate servos, locked pairs),
-and drag between two parts."""
+"""Laws that hold rates by bounded forces (dry friction with true sticking, one-way stops, rate servos, locked pairs),
+and viscous drag between two parts."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ ROUNDING = 1e-14
 
 @dataclass(frozen=True)
 class RateHold:
-    """What holds the rate of a joint or shaft at `rate` with a force from `low` to `high` [N m or N]. `on` is a name, or
-    pairs (name, coefficient) of a sum of rates; each member then feels its coefficient times the force.
+    """A hold of a rate at `rate` [rad/s or m/s] by a force between `low` and `high` [N m or N]. `on`: a joint or shaft,
+    or pairs (name, coefficient) of a sum of rates; the force on each member is its coefficient times the holding force.
 
     Dry friction: -f, f. A one-way stop that lets the rate grow: 0, inf. A rate servo or a locked pair: -inf, inf.
     """
@@ -44,8 +44,7 @@ class RateHold:
 @register("viscous_between")
 @dataclass(frozen=True)
 class ViscousBetween:
-    """Viscous drag between two joints or shafts: -coefficient x (rate of a - rate of b) on a, the opposite on b. It acts
-    inside the mechanism, in any tree: momentum is kept."""
+    """Viscous drag between two joints or shafts: -coefficient (rate of a - rate of b) on a, the opposite on b."""
 
     a: str
     b: str
@@ -53,7 +52,7 @@ class ViscousBetween:
     kind: ClassVar[str]
 
     def targets(self) -> tuple[str, ...]:
-        """Both."""
+        """The two joints or shafts."""
         return self.a, self.b
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
@@ -65,15 +64,15 @@ class ViscousBetween:
 @register("held_rates")
 @dataclass(frozen=True)
 class HeldRates:
-    """The forces of `laws` and, on top, holding forces within their bounds that take each rate to its target, off it by
-    e, at the acceleration -e / time: the box-constrained problem
+    """The forces of `laws` plus bounded holding forces that bring each rate to its target. With e the rate less its
+    target, the holding forces solve the box-constrained problem
 
         acceleration = free + response @ force;    force inside its bounds: acceleration = -e / time;
-        force at its lower (upper) bound: acceleration >= (<=) that.
+        force at its lower (upper) bound: acceleration >= (<=) -e / time.
 
-    Far from the target this is sliding friction at its bound; at the target it sticks exactly, without creep, as long as
-    the bounds allow. `laws` must hold every other law of the scene; dry friction of the Mechanism itself is not seen.
-    `time` [s] is the time constant of the capture: of the order of the timestep, at least half of it.
+    Far from the target this is sliding friction at its bound; at the target it sticks exactly, without creep, as long
+    as the bounds allow. `laws` must contain every other law of the scene; dry friction of the Mechanism itself is not
+    included. `time` [s] is the time constant of the capture: of the order of the timestep, at least half of it.
     """
 
     holds: tuple[RateHold, ...]
@@ -124,8 +123,10 @@ class HeldRates:
         return {}
 
     def _rows(self, m: Mechanism) -> tuple[Array, Array, list[tuple[tuple[tuple[str, float], ...], float]]]:
-        """(targets, nv) rows of the targets, (holds, nv) rows of what is held, terms and rate of each hold; kept for the
-        mechanism that they were asked for last."""
+        """Rows of the targets (targets, nv), rows of the held rates (holds, nv), and terms and rate of each hold.
+
+        Cached for the last mechanism.
+        """
         kept = self._kept.get("rows")
         if kept is None or kept[0] is not m:
             table = np.array([m.row(n) for n in self.targets()]).reshape(-1, m.nv)
@@ -134,10 +135,12 @@ class HeldRates:
         return kept[1], kept[2], kept[3]
 
     def _response(self, plant: Plant, applied: Array, rows: Array) -> tuple[list[float], list[list[float]]]:
-        """(k,) accelerations of rows @ rates under the constraints without the holding forces, (k, k) per unit of them.
+        """Accelerations (k,) of rows @ rates under the constraints without holding forces, and their change (k, k) per
+        unit of each holding force.
 
-        The operators are kept while mass matrix and constraint rows are the same to rounding: in gear trains they are
-        constant, and a law is evaluated at every stage of every step."""
+        The operators are cached while mass matrix and constraint rows stay equal to rounding: in gear trains they are
+        constant, and a law is evaluated at every stage of every step.
+        """
         mass, jacobian = plant.mass_matrix(), plant.jacobian()
         kept = self._kept.get("operators")
         if kept is None or kept[0] is not rows or not (_same(mass, kept[1]) and _same(jacobian, kept[2])):
@@ -150,8 +153,11 @@ class HeldRates:
         return free.tolist(), response
 
     def _holding(self, excess: list[float], response: list[list[float]]) -> list[float]:
-        """Forces f of the box-constrained problem, excess + response @ f being complementary to the bounds on f: its
-        active sets one by one, as there are few. Plain numbers: this runs at every stage of every step."""
+        """Forces f of the box-constrained problem: excess + response @ f is complementary to the bounds on f.
+
+        All active sets are tried in turn, as there are few. Plain floats, because this runs at every stage of every
+        step.
+        """
         scale = 1e-9 * max(1.0, *(abs(x) for x in excess)) if excess else 0.0
         best, least = [0.0] * len(excess), math.inf
         for state in product(*(_states(h) for h in self.holds)):
@@ -160,7 +166,7 @@ class HeldRates:
             right = [-excess[i] - _dot(response[i], f) for i in inside]
             for i, x in zip(inside, _solve([[response[i][k] for k in inside] for i in inside], right), strict=True):
                 f[i] = x
-            gap = -math.inf  # beyond the bounds, or at a bound although it moves on by itself
+            gap = -math.inf  # violation: a force beyond its bounds, or at a bound with the wrong sign of acceleration
             for i, (s, h) in enumerate(zip(state, self.holds, strict=True)):
                 gap = max(gap, s * (excess[i] + _dot(response[i], f)) if s else max(h.low - f[i], f[i] - h.high))
             if gap < least:
@@ -171,14 +177,16 @@ class HeldRates:
 
 
 def captured(laws: Sequence[Law], factor: float) -> tuple[Law, ...]:
-    """The laws with their time of capture, which smooths as the timestep does, times the factor."""
+    """The laws, with the capture times of held rates times `factor`: they have to be refined with the timestep."""
     return tuple(replace(law, time=factor * law.time) if isinstance(law, HeldRates) else law for law in laws)
 
 
 def capture_finding(laws: Sequence[Law], settings: Settings) -> Finding | None:
-    """Finding "capture": the timestep over the capture time of held rates, None without such a law or with step control.
-    Beyond the limit of stability of the method on e' = -e / time (RK4 2.785, the others 2) the rates chatter about their
-    targets: an error; a tenth below it a warning."""
+    """Finding "capture": timestep / capture time of held rates; None without such a law or with step control.
+
+    Above the stability limit of the method on e' = -e / time (RK4: 2.785, others: 2) the rates chatter about their
+    targets: an error. From 0.9 times the limit on, a warning.
+    """
     held = [law for law in laws if isinstance(law, HeldRates) and law.holds]
     if not held or settings.integrator == "DOP853":
         return None
@@ -198,7 +206,7 @@ def _dot(a: list[float], b: list[float]) -> float:
 
 
 def _solve(a: list[list[float]], b: list[float]) -> list[float]:
-    """x of a x = b, the smallest where a is singular."""
+    """Solution x of a x = b; the minimum-norm solution where a is singular."""
     if not b:
         return []
     if len(b) == 1 and a[0][0] > 0.0:
@@ -220,9 +228,12 @@ def _same(a: Array, b: Array) -> bool:
 
 
 def _operators(m: Array, j: Array, r: Array) -> tuple[Array, Array, list[list[float]]]:
-    """(k, nv), (k, rows), (k, k): rows r @ acceleration = first @ force + second @ bias of the constraints; and per unit
-    of forces on the rows, for the mass matrix m and the constraint rows j. By the null space, so exact also where
-    constraints are redundant."""
+    """Operators A (k, nv), B (k, rows), C (k, k) for mass matrix m (nv, nv) and constraint rows j (rows, nv):
+
+        r @ acceleration = A @ force + B @ (dJ/dt v) + C @ (forces on the rows r)
+
+    Computed by the null space of j, so that they are exact for redundant constraints too.
+    """
     nv = len(m)
     u, values, vt = np.linalg.svd(j) if len(j) else (np.zeros((0, 0)), np.zeros(0), np.eye(nv))
     rank = int(np.sum(values > 1e-11 * np.max(values, initial=0.0)))

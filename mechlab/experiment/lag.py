@@ -1,9 +1,9 @@
-"""How far MuJoCo's soft gear rows will lag under the loads of a scene: a number before the run.
+"""The lag of MuJoCo's soft gear rows under the loads of a scene, predicted before the run.
 
     r = (1 - d) tc^2 zeta^2 A f,    A = J M^-1 J^T of the row, f its reaction, d the impedance, tc the time constant
 
-(standing, zeta = 1). A is large when the lightest part in the row is light: light loaded parts lag silently. The integrator
-"discrete" is softer by (1 + h / tc)^2. Verified against MuJoCo 4.0.0 to 12 digits for one row.
+(static, zeta = 1). A is large when a part of the row is light, so light loaded parts lag most. With the integrator
+"discrete" the lag is larger by (1 + h / tc)^2. Verified against MuJoCo 4.0.0 to 12 digits for one row.
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ LAG_LIMIT = 1e-3
 """Lag [rad or m] above which a run warns."""
 SAMPLES = 25
 ENGINE_TIMECONST, ENGINE_IMPEDANCE = 0.02, 0.95
-"""MuJoCo's default softness, far from the reference (a lag beyond its width of 1 mm or mrad)."""
+"""MuJoCo's default time constant [s], and its default impedance for lags beyond the width of 1 mm or 1 mrad."""
 
 
 @dataclass(frozen=True)
 class Lag:
-    """Predicted for one relation: `compliance` A [1/(kg m2) or 1/kg], the largest `load` f [N m or N], `lag` [rad or m]."""
+    """Prediction for one relation: `compliance` A [1/(kg m2) or 1/kg], largest `load` f [N m or N], `lag`
+    [rad or m]."""
 
     relation: str
     compliance: float
@@ -37,7 +38,7 @@ class Lag:
 
 
 def softness(settings: Settings) -> float:
-    """(1 - d) tc^2 of a row that stands, in s^2: times A f it is the lag."""
+    """Factor s [s^2] of the static lag r = s A f of a row: (1 - d) tc^2, times (1 + h / tc)^2 with "discrete"."""
     if settings.timeconst is None or settings.impedance is None:
         tc, d = max(ENGINE_TIMECONST, 2.0 * settings.timestep), ENGINE_IMPEDANCE
     else:
@@ -49,8 +50,10 @@ def softness(settings: Settings) -> float:
 
 
 def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tuple[Lag, ...]:
-    """The lag of every relation in the initial state of a scene, under the largest load that its laws make there over its
-    duration (laws that depend on the state see the initial one). Empty without relations or with another engine."""
+    """The lag of every relation in the initial state of a scene, under the largest load of its laws at SAMPLES times.
+
+    Laws that depend on the state are evaluated in the initial state. Empty without relations or with another engine.
+    """
     if settings.engine != "mujoco" or not mechanism.relations:
         return ()
     q, v = initial_state(mechanism, scene)
@@ -67,7 +70,7 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
         for law in scene.laws:
             for name, x in law.force(plant.t, plant).items():
                 force = force + x * mechanism.row(name)
-        # The least reactions of rows that repeat each other, as the engine's regularisation has it.
+        # Minimum-norm reactions of redundant rows, as the engine's regularisation gives.
         reaction = np.linalg.lstsq(compliance, -(jacobian @ np.linalg.solve(mass, force) + free), rcond=1e-11)[0]
         largest = np.maximum(largest, np.abs(reaction))
     soft, names = softness(settings), ConstraintSet(mechanism).rows
@@ -81,7 +84,8 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
 
 
 def lag_findings(mechanism: Mechanism, scene: Scene, settings: Settings) -> tuple[Finding, ...]:
-    """One finding "predicted_lag": the worst relation. A warning above 1e-3 that offers the fidelity `minimal`."""
+    """Finding "predicted_lag": the relation with the largest lag; above LAG_LIMIT a warning. Empty without
+    relations."""
     lags = predicted_lags(mechanism, scene, settings)
     if not lags:
         return ()

@@ -1,4 +1,4 @@
-"""States of laws: what a law remembers (the current of a motor) is integrated by the engine together with the motion."""
+"""States of laws, such as the current of a motor, which the engine integrates together with the motion."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from mechlab.mechanism.geometry import Array
 class LawStates:
     """The states of all laws that have any, as one vector (size,).
 
-    Such a law has `start()`, its states at t = 0, `state_rate(t, plant, state)` and `after(t, plant, state, h)`, the
-    state after h seconds while the mechanism stands as it does. The plants of the engines hold them in `memory`, keyed by
-    the law; on another plant a law is as at its start.
+    Such a law has `start()`, its states at t = 0; `state_rate(t, plant, state)`, their time derivative; and
+    `after(t, plant, state, h)`, the states after h seconds in the present state of the mechanism. The plants of the
+    engines hold the states in `memory`, keyed by the law; on a plant without them a law uses its start states.
     """
 
     def __init__(self, laws: Sequence[Law]) -> None:
@@ -35,7 +35,7 @@ class LawStates:
         return len(self.initial)
 
     def put(self, plant: Any, state: Array) -> None:
-        """Show the states (size,) to the laws, through the plant."""
+        """Store the states (size,) in the memory of the plant, where the laws read them."""
         plant.memory = {law: state[s] for law, s in zip(self.laws, self.slices, strict=True)}
 
     def rate(self, t: float, plant: Plant, state: Array) -> Array:
@@ -44,6 +44,6 @@ class LawStates:
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def after(self, t: float, plant: Plant, state: Array, h: float) -> Array:
-        """(size,) states after h seconds with the mechanism as it stands."""
+        """(size,) states after h seconds in the present state of the mechanism."""
         parts = [law.after(t, plant, state[s], h) for law, s in zip(self.laws, self.slices, strict=True)]
         return np.concatenate(parts) if parts else np.zeros(0)

@@ -1,4 +1,4 @@
-"""Prescribed motions as data: what a servo or a computed-torque law follows. Each gives value, rate and acceleration."""
+"""Prescribed motions as data, for servos and computed-torque laws. Each gives value, rate and acceleration."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Spline:
         return spline, spline.derivative(1), spline.derivative(2)
 
     def at(self, t: float) -> tuple[float, float, float]:
-        """Value, rate and acceleration at time t [s]; held at the ends."""
+        """Value, rate and acceleration at time t [s]; beyond the ends the end value, with rate and acceleration 0."""
         inside = min(max(t, self.times[0]), self.times[-1])
         a, b, c = (float(f(inside)) for f in self._spline)  # type: ignore[operator]
         return (a, b, c) if inside == t else (a, 0.0, 0.0)

@@ -1,8 +1,7 @@
-"""Parameters of a mechanism: a flat frozen dataclass whose fields carry unit, meaning, limits and source.
+"""Parameters of a mechanism, and the SI units of all keys, by which a value such as `37deg` is checked.
 
-The SI units of the keys that a mechanism takes: what `37deg` behind a key is checked against.
-
-A joint or shaft X: X and X_0 [rad or m], X_rate and X_rate_0, X_accel, X_force [N m or N]. A frame F: F_x [m], F_x_rate,
+Parameters are the fields of a flat frozen dataclass; each carries unit, meaning, limits and source. Keys of a joint or
+shaft X: X and X_0 [rad or m], X_rate and X_rate_0, X_accel, X_force [N m or N]. Keys of a frame F: F_x [m], F_x_rate,
 F_x_accel, F_wx [rad/s], F_wx_rate. Keys of a question: its own `units`, completed by the same suffixes.
 """
 
@@ -89,7 +88,7 @@ def _info(f: Field[Any], hint: Any) -> ParameterInfo:
 
 
 def make(cls: type[Any], values: Mapping[str, object], owner: str = "") -> Any:
-    """An instance of a parameter class from values of any sensible type.
+    """An instance of a parameter class from values, each converted by `coerce`.
 
     Raises MechlabError for an unknown name (listing those that exist), a wrong type, length, or value out of range.
     """
@@ -103,7 +102,7 @@ def make(cls: type[Any], values: Mapping[str, object], owner: str = "") -> Any:
 
 
 def coerce(info: ParameterInfo, value: object, owner: str = "") -> object:
-    """`value` as the type that the parameter wants, checked against its limits."""
+    """`value` converted to the type of the parameter and checked against its limits; raises MechlabError."""
     what = f"{owner}: parameter {info.name!r}" if owner else f"parameter {info.name!r}"
     if info.optional and (value is None or value == "none"):
         return None
@@ -153,7 +152,7 @@ def _scalar(kind: str, value: object, what: str, info: ParameterInfo) -> object:
 
 FORCES = {"m": "N", "rad": "N m"}
 Units = dict[str, tuple[str, ...]]
-"""Key -> the SI units that fit it; several where the mechanism does not fix one."""
+"""Key -> the SI units that are allowed for it; several where the mechanism does not determine one."""
 
 
 def mechanism_units(m: Mechanism) -> Units:
@@ -179,7 +178,8 @@ def mechanism_units(m: Mechanism) -> Units:
 
 
 def question_units(question: Question) -> Units:
-    """Units of the keys of a question: declared, an angle, or by the suffix _rate or _accel of a key that has one."""
+    """Units of the keys of a question: as declared, rad for angles, or derived from the key X for X_rate and
+    X_accel."""
     known = dict.fromkeys(question.angles, "rad") | dict(question.units)
     keys = (*question.given, *question.optional, *question.answers)
     for key in keys:
@@ -206,7 +206,7 @@ def entry_units(entry: Entry, mechanisms: Iterable[Mechanism] = ()) -> Units:
 
 
 def checked(values: Mapping[str, Any], units: Units) -> dict[str, Any]:
-    """The values, text among them read; raises MechlabError for one whose unit does not fit its key."""
+    """The values, with texts parsed to numbers; raises MechlabError for a value whose unit does not fit its key."""
     return {
         k: in_unit(k, v, *units[k]) if k in units and (has_unit(v) or isinstance(v, str)) else v
         for k, v in values.items()

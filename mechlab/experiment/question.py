@@ -1,4 +1,4 @@
-"""Questions: given some quantities, get others, from each witness on its own. And the answers, compared."""
+"""Questions, which each witness answers independently: given some quantities, find others. And the compared answers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from mechlab.mechanism.newton import Status
 from mechlab.results import Result
 
 TOLERANCE = 1e-6
-"""Witnesses differ by rounding, 1e-12 of the values, which a position near a singular one raises to its square root."""
+"""Default relative tolerance between witnesses: rounding is 1e-12, and near a singular position it grows to its square
+root."""
 ORDERS = ("_accel", "_rate")
 
 Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
@@ -22,7 +23,8 @@ Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
 
 @dataclass(frozen=True)
 class Open:
-    """Quantities that are left open because they hang on the same freedoms; `give`: a smallest set of keys that fixes them."""
+    """Quantities that the given ones do not determine because of the same freedoms; `give`: a smallest set of keys that
+    would."""
 
     quantities: tuple[str, ...]
     freedoms: tuple[str, ...]
@@ -30,7 +32,7 @@ class Open:
 
     @property
     def sentence(self) -> str:
-        """In words: what is open, on what it hangs, what to give."""
+        """In words: which quantities are open, on which freedoms they depend, which keys to give."""
         hangs = f"{', '.join(self.quantities)} {'hangs' if len(self.quantities) == 1 else 'hang'} on {', '.join(self.freedoms)}"
         return f"{hangs}; give {' '.join(f'{k}=...' for k in self.give)}" if self.give else hangs
 
@@ -60,7 +62,7 @@ class Answer:
     solved: NDArray[np.bool_] | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-able form: the values flat, then status, notes and what else there is."""
+        """JSON-able form: the values, then modes, notes and details."""
         if self.cannot:
             return {"cannot": self.cannot}
         out: dict[str, Any] = dict(self.values)
@@ -77,12 +79,12 @@ LENGTHS = ("m", "m/s", "m/s2")
 
 @dataclass(frozen=True)
 class Question:
-    """Chosen by the keys that are given: all of `given`, any of `optional` (with
-    defaults; None: absent unless given). Answers `answers`.
+    """A question with the answers `answers`. It is chosen by the given keys: all of `given`, any of `optional` (key ->
+    default; None: no default).
 
-    witnesses: name -> function(parameters, values) -> Answer. `angles` are answers that compare modulo 2 pi. units: SI unit
-    of every key that is given or answered ("" for a pure number). tolerance: witnesses may differ by this share of the
-    largest value of the same unit; see `Answers.apart`.
+    witnesses: name -> function(parameters, values) -> Answer. `angles`: answers that are compared modulo 2 pi. units:
+    SI unit of every given or answered key ("" for a pure number). tolerance: largest difference between witnesses,
+    relative to the largest value of the same unit; see `Answers.apart`.
     """
 
     name: str
@@ -109,7 +111,7 @@ class Answers(Result):
     warnings: tuple[str, ...] = ()
     tolerance: float = TOLERANCE
     length: float = 1.0
-    """Size of the mechanism [m]: what a length is large or small beside."""
+    """Size of the mechanism [m], the scale for differences of lengths."""
 
     def __getitem__(self, witness: str) -> dict[str, float | NDArray[np.float64]]:
         return self.answers[witness].values
@@ -135,10 +137,10 @@ class Answers(Result):
 
     @property
     def apart(self) -> dict[str, float]:
-        """Values in which witnesses differ by more than the tolerance, and by how much.
+        """Value -> difference, for values in which witnesses differ by more than the tolerance.
 
-        The tolerance is a share of the largest value of the same unit, which counts as 1e-3 [SI] at least; a length, its
-        rate and its acceleration as 1e-3 of the size of the mechanism.
+        The tolerance is relative to the largest value of the same unit, taken as at least 1e-3 [SI]; for a length, its
+        rate and its acceleration as at least 1e-3 of the size of the mechanism.
         """
         found = self.differences
         largest: dict[str, float] = {}
@@ -156,22 +158,23 @@ class Answers(Result):
 
     @property
     def open(self) -> tuple[Open, ...]:
-        """Quantities that what is given leaves open."""
+        """Quantities that the given ones do not determine."""
         return next((a.open for a in self.answers.values() if a.open), ())
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """Quantities that hang on local freedoms alone."""
+        """Quantities that depend on local freedoms alone."""
         return next((a.idle for a in self.answers.values() if a.idle), ())
 
     @property
     def assumed(self) -> dict[str, float]:
-        """What was taken for keys that were not given."""
+        """Key -> value used for keys that were not given."""
         return {k: x for a in self.answers.values() for k, x in a.assumed.items()}
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is open, what is idle, what was taken for keys that were not given, and where the witnesses differ, in words."""
+        """Sentences on open and idle quantities, on values used for keys not given, and on differences between
+        witnesses."""
         out = [f"open: {x.sentence}" for x in self.open]
         if self.idle:
             out.append(f"idle: {', '.join(self.idle)}: parts that turn freely, on which nothing else hangs")
@@ -183,7 +186,8 @@ class Answers(Result):
 
     @property
     def status(self) -> Status:
-        """The worst status of any witness that could answer; that witnesses differ is worse than any that answers."""
+        """The worst status of the witnesses that could answer; DISAGREE where all answered but differ beyond the
+        tolerance."""
         each = [a.status for a in self.answers.values() if not a.cannot] or [Status.NOT_CONVERGED]
         worst = max(each, key=lambda s: (s.exit_code, s is not Status.SOLVED))
         return Status.DISAGREE if worst.exit_code == 0 and self.apart else worst
@@ -212,7 +216,7 @@ def with_rates(units: Mapping[str, str]) -> dict[str, str]:
 
 
 def choose(questions: Sequence[Question], keys: set[str], owner: str) -> Question:
-    """The question that these keys ask; raises MechlabError that lists what can be asked."""
+    """The question that takes these keys; raises MechlabError, listing the questions, where none does."""
     fits = [q for q in questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     if fits:
         return max(fits, key=lambda q: len(q.given))
@@ -229,8 +233,8 @@ def choose(questions: Sequence[Question], keys: set[str], owner: str) -> Questio
 
 
 def one_spelling(questions: Sequence[Question], values: Mapping[str, Any], owner: str) -> dict[str, Any]:
-    """The values under the names of the questions: X_angle_rate is X_rate (X_accel likewise) where a question about X_angle takes
-    that. Raises MechlabError where both are given."""
+    """The values under the names that the questions use: X_angle_rate becomes X_rate where a question takes X_rate
+    (X_accel likewise). Raises MechlabError where both are given."""
     known = {k for q in questions if set(q.given) <= set(values) for k in q.optional}
     out: dict[str, Any] = {}
     for key, value in values.items():

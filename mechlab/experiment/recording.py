@@ -1,6 +1,6 @@
-"""What comes back from a run: states, channels, cost, and the health record that says whether it can be trusted.
+"""The recording of a run: states, channels, cost, and the health record that says whether the run can be trusted.
 
-`mechlab.formats` saves a Recording as one .npz file; how it is printed stands in `mechlab.experiment.report`.
+`mechlab.formats` saves a Recording as one .npz file; `mechlab.experiment.report` prints it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ SEVERITIES = ("ok", "warning", "error")
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding. severity "ok": within its limit; "warning": to be known; "error": the result must not be trusted."""
+    """One finding on a run. severity "ok": within its limit; "warning": may matter; "error": the run must not be
+    trusted."""
 
     name: str
     value: float
@@ -59,7 +60,7 @@ def limit_finding(name: str, value: float, limit: float, unit: str, what: str, w
 @dataclass(frozen=True)
 class Symptom:
     """One finding about a model file: a name, its severity ("error": results of the file as it is cannot be trusted; "warning";
-    "note": for other tools), a sentence with the numbers, and what to paste into the file ("" for nothing)."""
+    "note": concerns other tools), a sentence with the numbers, and text to paste into the file ("" for none)."""
 
     name: str
     severity: str
@@ -97,7 +98,7 @@ class Health:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run cost: CPU seconds of stepping, steps, evaluations of the equations of motion."""
+    """The cost of a run: CPU time of stepping [s], number of steps, evaluations of the equations of motion."""
 
     cpu_s: float = 0.0
     steps: int = 0
@@ -109,9 +110,10 @@ class Recording(Result):
     """A run of a mechanism.
 
     t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit;
-    `errors` name -> the largest error of a channel at any time of the run, as estimated, in its unit (a channel without one
-    has no estimate); `acts`: what acted, in a line (`mechlab.experiment.acting`); `sample_times` [s]: where `samples` reads the
-    channels; `notes`: warnings about the parameters. Files (`mechlab.formats.save_recording`) hold neither of these two.
+    `errors` name -> estimated largest error of a channel over the run, in its unit (absent: no estimate); `acts`: one
+    line on what acted (`mechlab.experiment.acting`); `sample_times` [s]: times at which `samples` reads the channels;
+    `notes`: warnings about the parameters. Files (`mechlab.formats.save_recording`) hold neither `sample_times` nor
+    `notes`.
     """
 
     mechanism: Mechanism
@@ -148,11 +150,11 @@ class Recording(Result):
 
     @property
     def message(self) -> str:
-        """What makes the run doubtful, in words; "finished" when nothing does."""
+        """The sentences of all findings of severity "error"; "finished" when there are none."""
         return "; ".join(f.sentence for f in self.health.findings if f.severity == "error") or "finished"
 
     def channel(self, name: str) -> Array:
-        """(n,) values of a channel; raises MechlabError that lists the channels."""
+        """(n,) values of a channel; raises MechlabError, listing the channels, for an unknown name."""
         if name not in self.channels:
             raise unknown(f"{self.name or self.mechanism.name}: channel", name, self.channels)
         return self.channels[name]
@@ -202,8 +204,8 @@ class Recording(Result):
 
 @dataclass(frozen=True)
 class Trace:
-    """q (n, nq), v (n, nv) of the mechanism at the first n of the output times; cpu_s: process CPU time of stepping,
-    setting up excluded; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of
+    """A run without channels: q (n, nq), v (n, nv) at the first n output times; cpu_s: process CPU time of stepping,
+    without setup; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of
     motion, 0 where the engine does not count them."""
 
     q: Array
@@ -222,8 +224,10 @@ class Trace:
 def basic_channels(
     mechanism: Mechanism, q: Array, v: Array, points: Array | None = None
 ) -> tuple[dict[str, Array], dict[str, str]]:
-    """Channels that every run has: value and `_rate` of each joint and shaft, `_x _y _z` of each frame; with units. points: as
-    of `frame_positions`, where they are known."""
+    """Channels of every run, with units: value and `_rate` of each joint and shaft, `_x _y _z` of each frame.
+
+    points (n, frames, 3): result of `frame_positions` if already known.
+    """
     channels: dict[str, Array] = {}
     units: dict[str, str] = {}
     slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}

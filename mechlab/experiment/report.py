@@ -1,7 +1,7 @@
-"""How answers and recordings are printed: in one line, as the tables of the command line, and in a notebook.
+"""Prints answers and recordings: as one line, as text for the command line, and as HTML for a notebook.
 
-In a notebook a Recording shows its page. This room knows no pages: `mechlab.results.offer_page` is told who draws one. Without
-an offer, or where the page cannot be shown, a table stands in and says why.
+In a notebook a Recording shows its page, by the function that was registered with `mechlab.results.offer_page`. Without
+one, or where the page cannot be shown, a table with the reason takes its place.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mechlab.results import offered_pages as _offered
 from mechlab.tables import html_sheet, number, table
 
 NEGLIGIBLE = 1e-9
-"""Share of the largest value of a channel: a value below it, and below its own error, is printed as 0."""
+"""A value below this share of the largest value of its channel, and below the channel's error, is printed as 0."""
 
 # -- answers ---------------------------------------------------------------------------------------------------------------
 
@@ -84,7 +84,7 @@ def _is_table(value: Any) -> bool:
 
 
 def _details(rows: list[Mapping[str, Any]]) -> Rows:
-    """The columns of what a witness lists, without those that hold tables themselves."""
+    """Heads and rows of a list of details of a witness, without columns that hold mappings."""
     heads = [k for k, x in rows[0].items() if not isinstance(x, Mapping)]
     return heads, [[x if isinstance(x := r[k], str) else number(x, 8) for k in heads] for r in rows]
 
@@ -127,7 +127,7 @@ def _(recording: Recording) -> str:
 
 
 def _negligible(recording: Recording) -> dict[str, float]:
-    """Of each channel the size up to which the table prints a value as 0."""
+    """Channel -> largest absolute value that the table prints as 0."""
     out = {}
     for name, values in recording.channels.items():
         largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
@@ -147,7 +147,7 @@ def _(recording: Recording) -> str:
 
 
 def recording_table(recording: Recording, *sentences: str) -> str:
-    """HTML: engine, health in words, and of every channel the unit, least, largest and last value."""
+    """HTML table of a recording: engine, health, and unit, least, largest and last value of every channel."""
     r = recording
     lines = [
         *sentences,

@@ -1,8 +1,8 @@
-"""How a scene is computed: engine, integrator, timestep, hardness of the constraints. Presets are data.
+"""Scenes and their settings, and the initial state of a scene.
 
-A scene: what happens to a mechanism, for how long, and what one wants to know of it.
-
-The state a scene starts from: given values and rates, and everything else from closure.
+A scene says what acts on a mechanism, for how long, and which channels are wanted. Settings say how it is computed:
+engine, integrator, timestep, hardness of the constraints. The initial state follows from given values and rates and
+from closure.
 """
 
 from __future__ import annotations
@@ -25,11 +25,12 @@ from mechlab.mechanism.newton import Assembly
 
 ENGINES = ("mujoco", "pinocchio", "analytic", "hybrid", "one_freedom")
 PEER_ENGINES = ("exudyn", "drake", "opensim")
-"""Other people's engines, which charts compare with; scenes are not run by them."""
+"""Engines of other projects, for the comparison in charts; they do not run scenes."""
 MUJOCO_INTEGRATORS = ("RK4", "implicitfast", "implicit", "Euler", "discrete")
 PINOCCHIO_INTEGRATORS = ("RK4", "DOP853", "semi_implicit_Euler")
 TRACE_INTEGRATORS = ("LSODA",)
-"""On the equations of either engine, for the traces that charts and error control make; its runner does not have them."""
+"""Integrators for traces of charts and error control, on the equations of either engine; runs of scenes do not use
+them."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Settings:
 
     @property
     def warning(self) -> str | None:
-        """What the user must know of a preset that is not accurate."""
+        """A sentence of warning for settings that are not accurate; None for others."""
         if self.preset == "draft":
             return "draft: first-order integration; energy and phase may be wrong by several per cent, only the look is meant"
         if self.timeconst is None:
@@ -85,7 +86,7 @@ PRESETS: dict[str, Settings] = {
 
 
 def preset(name: str, **changes: object) -> Settings:
-    """Settings of a preset, with changes; raises MechlabError that lists the presets."""
+    """Settings of a preset, with changes; raises MechlabError, listing the presets, for an unknown name."""
     if name not in PRESETS:
         raise unknown("preset", name, PRESETS)
     return replace(PRESETS[name], **changes)  # type: ignore[arg-type]
@@ -93,19 +94,20 @@ def preset(name: str, **changes: object) -> Settings:
 
 NEEDS = ("poses", "drive_forces", "tooth_loads", "reactions")
 DRIVES = ("hold", "free")
-"""What the declared drives of a mechanism do in a scene that has no law for them: hold their targets, or nothing."""
+"""Behaviour of declared drives without a law in the scene: they hold their targets, or give no force."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """initial: physical values of joints at t = 0, the others follow by assembly from the reference pose; initial_rates:
-    rates of joints or shafts, the others follow from the constraints (minimum norm). `needs` and `tolerance` [m or rad]
-    say what the run must answer and how well; `settings` is the recommended way to compute it. `keep_mode`: joints or
-    shafts with respect to which the assembly mode must not change; a run that changes it stops there, not to be trusted.
+    """A scene. duration [s]; initial: physical values of joints at t = 0, the others follow by assembly from the
+    reference pose; initial_rates: rates of joints or shafts, the others follow from the constraints (minimum norm).
+    `needs`, `tolerance` [m or rad]: what the run must answer, and its largest error; `settings`: the recommended way to
+    compute it. `keep_mode`: joints or shafts for which the assembly mode must not change; a run that changes it stops
+    there with an error.
 
-    drives: what the declared drives do whose joint or shaft has no law here: "hold" their targets (0, the reference pose)
-    or "free", released. A law on a driven joint or shaft takes the place of its drive; see `mechlab.experiment.acting`.
-    Raises MechlabError for another word.
+    drives: behaviour of declared drives without a law on their joint or shaft: "hold" their targets, or "free"
+    (no force). A law on a driven joint or shaft replaces its drive; see `mechlab.experiment.acting`. Raises
+    MechlabError for another word.
     """
 
     name: str
@@ -136,7 +138,7 @@ def initial_state(mechanism: Mechanism, scene: Scene) -> tuple[Array, Array]:
     `scene.initial` (physical values of joints or shafts) is approached from the reference pose by path continuation, so
     the assembly mode of the reference is kept. `scene.initial_rates` are met exactly, the other rates are the smallest
     ones that the constraints allow. Raises MechlabError for an unknown name, NoSolution when the pose does not close or
-    the rates contradict the constraints, naming what stays open.
+    the rates contradict the constraints, naming the row or value that is not met.
     """
     what = f"{mechanism.name}, scene {scene.name!r}"
     q = initial_pose(mechanism, scene.initial, what)
@@ -144,7 +146,8 @@ def initial_state(mechanism: Mechanism, scene: Scene) -> tuple[Array, Array]:
 
 
 def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -> Array:
-    """(nq,) closed coordinates that give the joints or shafts in `values` their physical values."""
+    """(nq,) assembled coordinates with these physical values of joints or shafts; raises NoSolution where there are
+    none."""
     q = mechanism.reference()
     _finite(values, what, "initial value")
     if all(float(mechanism.value(name, q)) == x for name, x in values.items()):
@@ -171,12 +174,13 @@ def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -
 
 @lru_cache(maxsize=32)
 def _closed(mechanism: Mechanism, values: tuple[tuple[str, float], ...]) -> Assembly:
-    """The pose with these values; the last ones are kept, for studies that run one scene many times."""
+    """The assembled pose with these values; cached, for studies that run one scene many times."""
     return close(mechanism, None, dict(values), steps=PATH_STEPS)
 
 
 def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], what: str) -> Array:
-    """(nv,) smallest rates with J v = 0 and the given rates of joints or shafts."""
+    """(nv,) minimum-norm rates with J v = 0 and the given rates of joints or shafts; raises NoSolution if they
+    contradict."""
     _finite(rates, what, "initial rate")
     names = list(rates)
     rows = np.array([mechanism.row(n) for n in names]).reshape(len(names), mechanism.nv)

@@ -1,5 +1,5 @@
-"""A mechanism at one state on the numpy tree of `mechlab.mechanism`: what laws see where no engine is at work, and a third
-implementation beside the engines in checks."""
+"""A mechanism at one state, computed by the numpy tree of `mechlab.mechanism`: the plant that laws see without an
+engine, and a third implementation besides the engines in checks."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from mechlab.mechanism.statics import passive_force
 
 
 class MassShare(NamedTuple):
-    """A mass [kg] that moves, its centre (3,) [m], its inertia tensor (3, 3) about the centre [kg m2], its momentum (3,) [kg m/s]
-    and its angular momentum (3,) about the centre [kg m2/s]; world axes."""
+    """A moving mass [kg], its centre (3,) [m], inertia tensor (3, 3) about the centre [kg m2], momentum (3,) [kg m/s]
+    and angular momentum `spin` (3,) about the centre [kg m2/s]; world axes."""
 
     mass: float
     centre: Array
@@ -30,10 +30,11 @@ class MassShare(NamedTuple):
 
 
 class TreePlant:
-    """Implements `mechlab.experiment.laws.Plant`, and with poses, closure and masses `mechlab.engines.protocol.StatePlant`.
+    """The numpy plant. Implements `mechlab.experiment.laws.Plant` and, with poses, closure and masses,
+    `mechlab.engines.protocol.StatePlant`.
 
-    `set(q, v, t)` only remembers the state: the tree is moved when something is asked of it, so that a law which looks at
-    values and rates alone costs no kinematics. `memory`: states of laws that have some.
+    `set(q, v, t)` only stores the state; the kinematics is computed on first use, so that a law which needs only values
+    and rates costs no kinematics. `memory`: law -> its states.
     """
 
     def __init__(self, mechanism: Mechanism, q: ArrayLike | None = None, v: ArrayLike | None = None) -> None:
@@ -56,7 +57,7 @@ class TreePlant:
         return zero + float(row @ self.q[self._columns])
 
     def rate(self, name: str) -> float:
-        """Rate of a joint or shaft."""
+        """Rate of a joint or shaft [rad/s or m/s]."""
         return float(self._row(name)[1] @ self.v)
 
     def _row(self, name: str) -> tuple[float, Array]:
@@ -85,7 +86,7 @@ class TreePlant:
         return np.asarray(self.tree.bias_force() - passive_force(self.tree))
 
     def residual(self) -> Array:
-        """(rows,) how far loops and relations are open [m, rad]."""
+        """(rows,) residual of loops and relations [m, rad]."""
         return self._tools[1].residual(self.tree)
 
     def jacobian(self) -> Array:
@@ -101,7 +102,7 @@ class TreePlant:
         return self.jacobian()[[self._tools[1].slices[r.name].start for r in self.mechanism.relations]]
 
     def closing(self) -> tuple[Array, Array, Array]:
-        """(rows,) residual, (rows, nv) its gradient, (nv,) the rates."""
+        """Residual (rows,), constraint Jacobian (rows, nv), rates (nv,)."""
         return self.residual(), self.jacobian(), self.v
 
     def pose(self, body: str) -> tuple[Array, Array]:
@@ -115,11 +116,11 @@ class TreePlant:
         return np.asarray(origin + rotation @ where.placement.translation)
 
     def point_jacobian(self, frame: str) -> Array:
-        """(6, nv) of a Frame: velocity of its origin, angular velocity."""
+        """(6, nv) Jacobian of a Frame: velocity of its origin, then angular velocity, world axes."""
         return self.tree.jacobian(self.mechanism.frame(frame).body, self.point(frame))
 
     def masses(self) -> list[MassShare]:
-        """Of every body with a joint on its way to the ground."""
+        """The masses of all bodies that can move: those with a joint between them and the ground."""
         moves = {"ground": False}
         out = []
         for b in self.mechanism.bodies:

@@ -1,4 +1,5 @@
-"""What the benchmark entries share: slender bars, tracked channels, and checks against references and printed values."""
+"""Parts of the benchmark entries: slender bars, tracked channels, checks against references and against printed
+values."""
 
 from __future__ import annotations
 
@@ -18,18 +19,20 @@ from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia
 
 THIN = 1e-3
-"""Share of the moment along a slender bar in that across it; it has no part in a planar motion, but MuJoCo wants it > 0."""
+"""Moment of inertia of a slender bar about its axis, relative to that across. Planar motion does not use it; MuJoCo
+needs > 0."""
 
 Channel = tuple[str, Callable[[Any, Recording], Array]]
 
 
 def planar(mass: float, moment: float, x: float = 0.0, y: float = 0.0) -> Inertia:
-    """Mass [kg] at (x, y) with a moment about z [kg m2]; the other two are 0.6 of it: any body of the plane has them."""
+    """A mass [kg] at (x, y) [m] with a moment about z [kg m2]. The other two moments, 0.6 of it, have no effect in the
+    plane."""
     return Inertia(mass, (x, y, 0.0), (0.6 * moment, 0.6 * moment, moment, 0.0, 0.0, 0.0))
 
 
 def slender(mass: float, length: float) -> Inertia:
-    """A uniform slender bar from the origin along +x: m L^2 / 12 across."""
+    """A uniform slender bar from the origin along +x; moment across the bar m L^2 / 12."""
     across = mass * length**2 / 12.0
     return Inertia(mass, (0.5 * length, 0.0, 0.0), (THIN * across, across, across, 0.0, 0.0, 0.0))
 
@@ -37,14 +40,15 @@ def slender(mass: float, length: float) -> Inertia:
 def planar_particles(
     mass: float, moment: float, centre: complex, velocity: complex, angle: float = 0.0, rate: float = 0.0
 ) -> Particles:
-    """What `planar` stands for, in motion, as particles: centre of mass and its velocity in the plane as x + i y."""
+    """The moving body of `planar` as particles; centre of mass [m] and its velocity [m/s] in the plane as x + i y."""
     return _flat(mass, (0.6 * moment, 0.6 * moment, moment), centre, velocity, angle, rate)
 
 
 def slender_particles(
     mass: float, length: float, start: complex, velocity: complex, angle: float, rate: float
 ) -> Particles:
-    """What `slender` stands for, in motion, as particles: its start and the velocity of that in the plane as x + i y."""
+    """The moving bar of `slender` as particles; its start point [m] and that point's velocity [m/s] in the plane as x +
+    i y."""
     across, middle = mass * length**2 / 12.0, 0.5 * length * cmath.exp(1j * angle)
     return _flat(mass, (THIN * across, across, across), start + middle, velocity + 1j * rate * middle, angle, rate)
 
@@ -57,17 +61,17 @@ def _flat(
 
 
 def in_plane(z: complex) -> tuple[float, float, float]:
-    """x + i y in the world."""
+    """The point x + i y of the plane in the world: (x, y, 0)."""
     return z.real, z.imag, 0.0
 
 
 def with_inertia(b: Builder, inertia: Inertia) -> None:
-    """The last body gets this inertia instead of that of its looks."""
+    """Replaces the inertia of the last body, which the builder derives from its shapes."""
     b.bodies[-1] = replace(b.bodies[-1], inertia=inertia)
 
 
 def tracked(frame: str, letters: str = "xy", prefix: str = "") -> dict[str, Channel]:
-    """Channels x, y (z) of a frame, the quantities that a benchmark compares."""
+    """Channels x, y (and z) of a frame [m], which a benchmark compares."""
 
     def follow(letter: str) -> Callable[[Any, Recording], Array]:
         return lambda p, recording: recording.channel(f"{frame}_{letter}")
@@ -88,9 +92,9 @@ def engine_check(
     share: float = 0.1,
     steps: int = 500,
 ) -> Callable[[Any], CheckResult]:
-    """A check: MuJoCo and Pinocchio over a `share` of the scene against the reference, tracked channels at the end.
+    """A check of the tracked channels after a `share` of the scene: MuJoCo and Pinocchio against the reference.
 
-    limit [m]: what `steps` steps of RK4 may miss; with the default parameters they miss less than a tenth of it.
+    limit [m]: largest error allowed for `steps` steps of RK4; with default parameters the error is below a tenth of it.
     """
 
     def check(p: Any) -> CheckResult:
@@ -123,7 +127,7 @@ def printed_check(
     printed: Mapping[float, tuple[float, ...]],
     tolerance: float,
 ) -> Callable[[Any], CheckResult]:
-    """A check of the reference with default parameters against values t [s] -> channels as printed."""
+    """A check of the reference with default parameters against printed values: time [s] -> channels."""
 
     def check(p: Any) -> CheckResult:
         default = parameters()

@@ -14,7 +14,8 @@ from mechlab.mechanism.geometry import Array
 
 @dataclass(frozen=True)
 class CheckedQuantity:
-    """One quantity: its absolute limit, its value from each witness, the expected value (None: that of the first witness)."""
+    """One quantity with its absolute limit, witness -> value, and the expected value (None: that of the first
+    witness)."""
 
     what: str
     limit: float
@@ -22,8 +23,8 @@ class CheckedQuantity:
     expected: ArrayLike | None = None
 
     def differences(self) -> dict[str, float]:
-        """Largest absolute difference of each witness; infinite for a value that is missing, not finite, or of another
-        shape, and when there is nothing to compare with."""
+        """Witness -> largest absolute difference; infinite for a value that is not finite or of another shape, and when
+        there is nothing to compare with."""
         if not self.values or (self.expected is None and len(self.values) < 2):
             return dict.fromkeys(self.values or {self.what: 0}, float("inf"))
         first, *others = self.values
@@ -39,8 +40,8 @@ def _difference(value: Array, reference: Array) -> float:
 
 
 def check_quantities(*quantities: CheckedQuantity, note: str = "") -> CheckResult:
-    """A CheckResult that passes when every witness keeps every limit. Its values are the worst difference of each witness
-    in units of the limit (so the tolerance is 1); its note lists every difference as measured."""
+    """A CheckResult that passes when every witness is within every limit. Its values are the largest difference of each
+    witness divided by the limit, so its tolerance is 1; its note lists all differences."""
     worst: dict[str, float] = {}
     sentences = []
     for q in quantities:

@@ -1,4 +1,4 @@
-"""Checks that follow from a declaration: witnesses at some poses, moving states in particles, the end of a run."""
+"""Checks for entries: answers of all witnesses at some poses, moving states as particles, the end of a run."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from mechlab.mechanism.geometry import Array
 def by_witnesses(
     p: Any, question: Question, given: Iterable[Mapping[str, Any]], tolerance: float, note: str, turned: bool = True
 ) -> CheckResult:
-    """Every answer of a question from every witness, at each of the given quantities.
+    """Compares all answers of a question between its witnesses, for each set of given quantities.
 
-    turned: angles by cosine and sine, so that they agree modulo a turn; otherwise as they are.
+    turned: angles are compared by cosine and sine, that is modulo 2 pi; else as they are.
     """
     angles = question.angles if turned else ()
     rows: dict[str, list[list[Any]]] = {witness: [] for witness in question.witnesses}
@@ -62,7 +62,7 @@ def moving_in_fidelities(
     state: Callable[[Any, str], mass_check.State | None],
     fidelities: Iterable[str],
 ) -> Check:
-    """The same in each fidelity: one moving state, None where it cannot be built."""
+    """As `moving_check`, with one moving state in each fidelity; state(p, fidelity) gives None where there is none."""
 
     def run(p: Any) -> CheckResult:
         states = {f: state(p, f) for f in fidelities}
@@ -72,7 +72,7 @@ def moving_in_fidelities(
 
 
 def closed_form_recording(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> Recording:
-    """Coordinates (n, nq) and rates (n, nv) in closed form at the times (n,) of a scene."""
+    """The Recording of a closed form: coordinates (n, nq) and rates (n, nv) at the times t (n,) [s] of a scene."""
     channels, units = basic_channels(m, q, v)
     how = Settings(engine="analytic")
     return Recording(m, t, q, v, channels, units, settings=how, scene=scene.name, fidelity="minimal")
@@ -89,7 +89,10 @@ def end_of_run(
     engines: Sequence[str] = ("mujoco",),
     times: Sequence[float] | None = None,
 ) -> CheckResult:
-    """Channels at the end of a scene from some engines, against a closed form or own equations. A single name: as a number."""
+    """Compares channels at the end of a scene between engines and a closed form or own equations (`truth`).
+
+    A single name gives a number, several names a list.
+    """
 
     def last(run: Recording) -> Any:
         return run.channel(names)[-1] if isinstance(names, str) else [run.channel(n)[-1] for n in names]
@@ -101,7 +104,7 @@ def end_of_run(
 def driven_run(
     m: Mechanism, scene: Scene, reference: Callable[[Any, Scene], Recording], p: Any, share: float
 ) -> CheckResult:
-    """Every joint and shaft after a share of a scene whose drives are led: MuJoCo against the closed form."""
+    """Every joint and shaft after a share of a scene with prescribed drive motions: MuJoCo against the closed form."""
     part = replace(scene, duration=share * scene.duration)
     truth = reference(p, part)
     names = [n for n in truth.mechanism.scalar_names if n in truth.channels]
@@ -111,8 +114,10 @@ def driven_run(
 
 
 def range_ends(inside: Callable[[float], bool], middle: float, reach: float, step: float = 1e-3) -> tuple[float, float]:
-    """Low and high end of the interval about `middle` in which a condition holds, at most `reach` away: by steps outwards
-    that are halved where the condition fails, down to 1e-9."""
+    """Low and high end of the interval about `middle` in which a condition holds, at most `reach` away.
+
+    Found by steps outwards that are halved where the condition fails, down to 1e-9.
+    """
     ends = []
     for sign in (-1.0, 1.0):
         way, h = 0.0, step

@@ -1,4 +1,4 @@
-"""Printed claims as data: what a source prints, how the witnesses compute it, and which comparison gives which verdict.
+"""Printed claims as data: what a source prints, how the witnesses compute it, and the verdict for each comparison.
 
     LEDGER = Ledger("Zinchenko 2009")
 
@@ -11,9 +11,9 @@
         ...
         return evidence({"largest shift of theta2 [deg]": shift, ...}, worst=worst)
 
-The verdicts are tried in the order in which they are written; the first whose comparison is true is given, and the last
-one has no comparison. A comparison names values: those that are reported (`computed`) or the facts beside them, which are
-not. A `*` in a name stands for any text, and then every value of such a name has to pass.
+The rules are tried in the order in which they are written; the first one whose comparison is true gives the verdict,
+and the last one has no comparison. A comparison names values: reported ones (`computed`), or facts, which are not
+reported. A `*` in a name stands for any text; then every value with a matching name has to pass.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the witnesses computed for a claim (reported), and facts that only comparisons and sentences use."""
+    """Values that the witnesses computed for a claim (reported), and facts that only comparisons and sentences use."""
 
     computed: dict[str, Any]
     facts: dict[str, Any]
@@ -47,7 +47,7 @@ def evidence(computed: Mapping[str, Any], **facts: Any) -> Evidence:
 
 
 def labelled(values: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """Values of witnesses under the names of a ledger: "numpy: largest difference [m]"."""
+    """Values of witnesses with keys such as "numpy: largest difference [m]"."""
     return {f"{witness}: {what}": value for witness, value in values.items()}
 
 
@@ -56,7 +56,7 @@ def labelled(values: Mapping[str, Any], what: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Comparison:
-    """`test(values, printed)` is true or false. Comparisons are joined with &, |, and negated with ~."""
+    """A condition `test(values, printed)`. Comparisons are combined by & and |, and negated by ~."""
 
     test: Callable[[Values, Any], bool]
 
@@ -75,7 +75,7 @@ class Comparison:
 
 
 def _named(values: Values, name: str) -> list[Any]:
-    """Values of a name, in which * stands for any text. Raises MechlabError when there is none."""
+    """The values of a name, in which * stands for any text. Raises MechlabError when no name matches."""
     if name in values:
         return [values[name]]
     pattern = re.compile(".*".join(map(re.escape, name.split("*"))))
@@ -91,7 +91,7 @@ def _each(names: tuple[str, ...], test: Callable[[Array], Any]) -> Comparison:
 
 
 def _against(name: str, of: Any, test: Callable[[Array, Array], Any]) -> Comparison:
-    """True when test(value, reference) is. of: None for the printed number, the name of a value, or a number."""
+    """True when test(value, reference) is true for all values. of: None for the printed number, a name, or a number."""
 
     def compare(values: Values, printed: Any) -> bool:
         reference = printed if of is None else _named(values, of)[0] if isinstance(of, str) else of
@@ -101,12 +101,12 @@ def _against(name: str, of: Any, test: Callable[[Array, Array], Any]) -> Compari
 
 
 def below(limit: float, *names: str) -> Comparison:
-    """Every value is less than the limit; not a number is not."""
+    """Every value is less than the limit; false for NaN."""
     return _each(names, lambda x: x < limit)
 
 
 def above(limit: float, *names: str) -> Comparison:
-    """Every value is greater than the limit; not a number is not."""
+    """Every value is greater than the limit; false for NaN."""
     return _each(names, lambda x: x > limit)
 
 
@@ -131,17 +131,17 @@ def near(name: str, limit: float, of: Any = None) -> Comparison:
 
 
 def factor(name: str, ratio: float, limit: float, of: Any = None) -> Comparison:
-    """The value is `ratio` times the printed number (or `of`), to the relative limit."""
+    """The value is `ratio` times the printed number (or `of`), within a relative limit."""
     return _against(name, of, lambda x, y: np.abs(x / (ratio * y) - 1.0) < limit)
 
 
 def shows(name: str, decimals: ArrayLike, of: Any = None) -> Comparison:
-    """The value, rounded to the decimals that are printed, is the printed number (or `of`)."""
+    """The value, rounded to the printed number of decimals, equals the printed number (or `of`)."""
     return _against(name, of, lambda x, y: same_digits(x, y, decimals))
 
 
 def same_digits(value: ArrayLike, printed: ArrayLike, decimals: ArrayLike) -> bool:
-    """True when every value, rounded to the decimals that are printed, is the printed number."""
+    """True when every value, rounded to this number of decimals, equals the printed number."""
     half = 0.5 * 10.0 ** -np.broadcast_to(np.asarray(decimals, dtype=float), np.shape(printed))
     return bool(np.all(np.abs(np.asarray(value) - np.asarray(printed)) <= half * (1.0 + 1e-9)))
 
@@ -151,7 +151,7 @@ def same_digits(value: ArrayLike, printed: ArrayLike, decimals: ArrayLike) -> bo
 
 @dataclass(frozen=True)
 class Rule:
-    """A verdict, its completion in words ({name} stands for a fact, formatted), and when it is given (None: always)."""
+    """A verdict, the words that complete it ({name} is replaced by a fact), and its condition `when` (None: always)."""
 
     verdict: Verdict
     because: str = ""
@@ -159,32 +159,33 @@ class Rule:
 
 
 def holds(because: str = "", when: Comparison | None = None) -> Rule:
-    """The claim is right as printed."""
+    """Rule: the claim is right as printed."""
     return Rule(Verdict.HOLDS, because, when)
 
 
 def only_if(because: str, when: Comparison | None = None) -> Rule:
-    """The claim holds only if what `because` says is met."""
+    """Rule: the claim holds only under the condition in `because`."""
     return Rule(Verdict.HOLDS_ONLY_IF, because, when)
 
 
 def misprint(correct: str, when: Comparison | None = None) -> Rule:
-    """The claim is a misprint; what is correct."""
+    """Rule: the claim is a misprint; `correct`: the right statement."""
     return Rule(Verdict.MISPRINT, correct, when)
 
 
 def fails(because: str = "", when: Comparison | None = None) -> Rule:
-    """The claim is wrong; why."""
+    """Rule: the claim is wrong; `because`: the reason."""
     return Rule(Verdict.FAILS, because, when)
 
 
 def cannot(because: str, when: Comparison | None = None) -> Rule:
-    """The source does not give what a test of the claim needs; what is missing."""
+    """Rule: the source does not give what a test of the claim needs; `because`: what is missing."""
     return Rule(Verdict.CANNOT, because, when)
 
 
 def settle(found: Evidence, printed: Any, rules: tuple[Rule, ...]) -> ClaimResult:
-    """The first rule whose comparison is true for the evidence. Raises MechlabError when none is."""
+    """The result by the first rule whose comparison is true for the evidence. Raises MechlabError when there is
+    none."""
     values = {**found.computed, **found.facts}
     for rule in rules:
         if rule.when is None or rule.when(values, printed):
@@ -207,10 +208,10 @@ class Ledger:
     def claim(
         self, id: str, where: str, text: str, printed: Any, *rules: Rule
     ) -> Callable[[Callable[[], Evidence]], Callable[[], Evidence]]:
-        """Decorator of the function that computes the claim's evidence anew each time that the claim is tested.
+        """Decorator that declares a claim; the decorated function computes its evidence at every test of the claim.
 
         id: unique in the ledger. where: place in the source. printed: the number or words as printed. Raises MechlabError
-        for an id that is taken and for rules that leave a case without a verdict.
+        for an id that exists already, and unless exactly the last rule has no comparison.
         """
         if any(id == c.id for c in self.entries):
             raise MechlabError(f"claim {id} is declared twice")

@@ -1,6 +1,6 @@
-"""What an entry of one drive generates from its closed form: question, own equation as a Recording, checks.
+"""Makes the question, scenes, reference Recording and checks of an entry with one drive from its closed form.
 
-The entry declares `pose(p, angle, rate, accel)`, the motion of everything when its drive moves so.
+The entry declares `pose(p, angle, rate, accel)`: the motion of all joints and shafts for this motion of the drive.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ Range = tuple[float, float]
 class CrankPose:
     """The motion of a mechanism of one drive, for numbers or arrays.
 
-    values: joint or shaft -> value, rate, acceleration. more: further answers, without rates. assembles: the loops close;
-    gap [m]: what they lack; regular: rates exist.
+    values: joint or shaft -> value, rate, acceleration. more: further answers, without rates. assembles: True where the
+    loops close; gap [m]: distance by which they do not; regular: True where rates exist.
     """
 
     values: Mapping[str, tuple[Any, Any, Any]]
@@ -46,10 +46,11 @@ class CrankPose:
 
 @dataclass(frozen=True)
 class Crank:
-    """build: of the entry. pose(p, angle, rate, accel): its closed form. answers: the joints and shafts that are asked for.
-    ranges(p): intervals of the drive [rad] that assemble, the first one is looked at. start(p): angle of the reference pose.
-    own(p): (angle, rate, torque) -> acceleration of the drive, the equation of the one freedom. ends(p, pose): point -> place
-    and velocity as x + i y; bars(p): from a point to a point, mass [kg], radius [m]. drive: its joint, NAME_angle."""
+    """An entry with one drive. build: that of the entry. pose(p, angle, rate, accel): the closed form. answers: joints
+    and shafts that the question answers. own(p): (angle, rate, torque) -> acceleration of the drive, the equation of
+    motion. ends(p, pose): point -> position [m] and velocity [m/s] as x + i y; bars(p): (point, point, mass [kg],
+    radius [m]) of each bar. start(p): drive angle of the reference pose [rad]. ranges(p): intervals of the drive [rad]
+    in which it assembles; checks use the first. drive: name of the drive joint, NAME_angle."""
 
     build: Callable[[Any, str], Mechanism]
     pose: Callable[..., CrankPose]
@@ -90,8 +91,11 @@ class Crank:
     # -- scenes --------------------------------------------------------------------------------------------------------
 
     def scenes(self, speed: str, torque: str, stiffness: float, damping: float) -> dict[str, SceneRecipe]:
-        """Two seconds of a driven crank, of a crank that is let go, of one that a torque starts. speed, torque: the parameters
-        that say how fast [rad/s] and how strong [N m]; stiffness [N m/rad], damping [N m s/rad] of the servo."""
+        """Three scenes of 2 s: the crank driven by a servo, released at speed, and started by a constant torque.
+
+        speed, torque: names of the parameters for the rate [rad/s] and the torque [N m]; stiffness [N m/rad] and
+        damping [N m s/rad] of the servo.
+        """
         on = self.drive
 
         def recipe(name: str, text: str, laws: Callable[[Any], tuple[Law, ...]]) -> SceneRecipe:
@@ -119,7 +123,8 @@ class Crank:
     # -- the own equation ----------------------------------------------------------------------------------------------
 
     def reference(self, p: Any, scene: Scene, method: str = "DOP853", tolerance: float = 1e-12) -> Recording:
-        """The equation of the one freedom, integrated to the relative tolerance; the closed form gives the other joints."""
+        """The Recording of the own equation of motion, integrated to a relative tolerance; the closed form gives the
+        other joints."""
         m = self.build(p, "minimal")
 
         def states(y: Array) -> tuple[Array, Array]:
@@ -164,7 +169,7 @@ class Crank:
         return Check(id, "free run against the equation of the one freedom", run, source)
 
     def mass_check(self, id: str) -> Check:
-        """Two moving states, the first at the reference pose."""
+        """The check of masses and momenta at two moving states, the first at the reference pose."""
 
         def states(p: Any) -> list[State]:
             start, ranges = self.start(p), self.ranges(p)

@@ -1,4 +1,5 @@
-"""Where the crank of a four-bar can stand: a start angle, a remark, and checks of the limits and of the gap beyond them."""
+"""The range of the crank of a four-bar: a start angle, a remark, and checks of the limits and of the gap beyond
+them."""
 
 from __future__ import annotations
 
@@ -14,18 +15,20 @@ from mechlab.kit.checks import range_ends
 
 Lengths = tuple[float, float, float, float]
 ROCKS: tuple[Lengths, ...] = ((1.0, 0.8, 0.5, 1.1), (0.9, 0.6, 1.2, 1.0))
-"""Crank, coupler, rocker, ground [m] of two four-bars whose crank only rocks."""
+"""Crank, coupler, rocker, ground [m] of two four-bars whose crank rocks without a full turn."""
 
 
 def start_angle(lengths: Lengths) -> float:
-    """A crank angle in the middle of those at which the four-bar assembles, 1 rad when it turns fully."""
+    """Crank angle [rad] in the middle of the range in which the four-bar assembles; 1 rad when the crank turns
+    fully."""
     limits = closed_form.crank_limits(*lengths)
     low, high = limits.ranges[0] if limits.ranges else (1.0, 1.0)
     return 1.0 if limits.full_turn else 0.5 * (low + high)
 
 
 def remark(lengths: Lengths) -> str:
-    """Grashof's class, and the crank angles that assemble when the crank does not turn fully."""
+    """A sentence: Grashof's class and, unless the crank turns fully, the crank angles at which the four-bar
+    assembles."""
     limits = closed_form.crank_limits(*lengths)
     arcs = ", ".join(f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in limits.ranges)
     swing = "" if limits.full_turn else f"; it assembles at crank angles {arcs}" if arcs else "; it assembles nowhere"
@@ -33,7 +36,7 @@ def remark(lengths: Lengths) -> str:
 
 
 def limits_check(id: str, lengths: Callable[[Any], Lengths]) -> Check:
-    """Where the crank can stand, of this four-bar and of two that only rock: by trying."""
+    """A check of the crank limits of this four-bar and of ROCKS: the closed form against a search for the limits."""
 
     def run(p: Any) -> CheckResult:
         expected, found = [], list[float]()
@@ -45,14 +48,15 @@ def limits_check(id: str, lengths: Callable[[Any], Lengths]) -> Check:
             for low, high in closed_form.crank_limits(crank, coupler, rocker, ground).ranges:
                 expected += [low, high]
                 found += range_ends(closes, 0.5 * (low + high), math.pi)
-        # The closure itself is blurred where the bars stretch: sqrt(1e-12).
+        # Where the bars are in line the limit is only known to the root of the closure error: sqrt(1e-12).
         return CheckResult({"tried": found}, 1e-6, expected, "ends of the ranges of the crank [rad]")
 
     return Check(id, "range of the crank", run, "by trying")
 
 
 def gap_check(id: str, lengths: Callable[[Any], Lengths], mode: Callable[[Any], int]) -> Check:
-    """The angle at C and what is missing where C does not exist, from the distance of B and D; also of a four-bar that rocks."""
+    """A check of the transmission angle, and of the gap where no assembly exists, by the law of cosines in triangle
+    BCD; for this four-bar and one that rocks."""
 
     def run(p: Any) -> CheckResult:
         values, expected, phi = list[Any](), list[Any](), np.linspace(-3.0, 3.0, 13)
@@ -63,7 +67,7 @@ def gap_check(id: str, lengths: Callable[[Any], Lengths], mode: Callable[[Any], 
             cosine = (coupler**2 + rocker**2 - far**2) / (2.0 * coupler * rocker)
             values += [np.where(found.assembles, found.transmission_angle, 0.0), found.gap]
             expected += [np.where(missing > 0.0, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0))), missing]
-        # Where the bars stretch the cosine blurs the angle: sqrt(1e-16).
+        # Where the bars are in line rounding of the cosine changes the angle by its root: sqrt(1e-16).
         return CheckResult({"analytic": values}, 1e-7, expected, "transmission angle [rad], gap [m] at 13 crank angles")
 
     return Check(id, "transmission angle and gap", run, "law of cosines")

@@ -13,15 +13,15 @@ from mechlab.units import UNITS
 REQUIRED = ("degree", "knots", "points")
 OPTIONAL = ("name", "unit")
 LARGEST = 1e9
-"""Of knots and coordinates: their squares and cubes must stay far from the range of a double."""
+"""Largest knot or coordinate: squares and cubes of it stay far inside the range of a double."""
 LENGTHS = tuple(k for k, u in UNITS.items() if u.si == "m")
 
 
 def read_curve(path: str | Path, coordinates: tuple[int, ...] = ()) -> BSpline:
     """The curve of a file: {"degree": p, "knots": [...], "points": [[x, y, ...], ...]}, points in metres or in "unit".
 
-    The unit applies to the first three coordinates; further ones are angles [rad]. coordinates: how many coordinates a
-    point may have, () for any. Raises MechlabError that names the file and what is wrong in it.
+    The unit applies to the first three coordinates; further ones are angles [rad]. coordinates: allowed numbers of
+    coordinates of a point, () for any. Raises MechlabError, naming the file and the error in it.
     """
     file = Path(path)
     try:

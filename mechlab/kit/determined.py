@@ -41,7 +41,7 @@ def quantities(m: Mechanism) -> tuple[str, ...]:
 
 
 def level(m: Mechanism, key: str) -> tuple[str, int]:
-    """The joint, shaft or frame coordinate of a quantity, and 0 for its value, 1 for its rate, 2 for its acceleration.
+    """The joint, shaft or frame coordinate of a quantity, and its order: 0 value, 1 rate, 2 acceleration.
 
     Raises MechlabError for a name that is no quantity of the mechanism.
     """
@@ -79,15 +79,17 @@ def split(m: Mechanism, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict
 SINGULAR = 1e-6
 """Directions whose scaled singular value is below this are open: as in `mechlab.mechanism.singularity`."""
 STEP = 0.1
-"""A freedom is tried by so much [rad, or share of the mechanism's size]."""
+"""Size of the trial motion along a freedom [rad, or relative to the mechanism's size]."""
 CHANGED = 1e-7
-"""A quantity that changes by more than this share of its size hangs on the freedom: Newton leaves 1e-12."""
+"""A quantity that changes by more than this, relative to its size, depends on the freedom; Newton's method leaves
+1e-12."""
 
 
 @dataclass(frozen=True)
 class Determined:
-    """open: what is not determined; idle: quantities that hang on local freedoms alone (the spin of a rod), which count as
-    neither; assumed: accelerations taken as 0 because their coordinate is given and they are not."""
+    """Result for the wanted quantities. open: those that are not determined; idle: those that depend on local freedoms
+    alone (the spin of a rod), not listed in open; assumed: accelerations set to 0, as their coordinate is given and
+    they are not."""
 
     open: tuple[Open, ...] = ()
     idle: tuple[str, ...] = ()
@@ -95,7 +97,7 @@ class Determined:
 
     @property
     def unfixed(self) -> frozenset[str]:
-        """All quantities that must not be answered."""
+        """All quantities that have no value: open and idle ones."""
         return frozenset(self.idle).union(*(x.quantities for x in self.open))
 
 
@@ -132,7 +134,7 @@ class _Named:
         return np.array([at[LETTERS.index(part)] - float(target)])
 
     def rows(self, name: str) -> Array:
-        """(rows, nv)."""
+        """(rows, nv) Jacobian of the quantity."""
         if name in self.m.scalar_names:
             return self.m.row(name)[None]
         body, at, _, part = self._point(name)
@@ -146,7 +148,7 @@ class _Named:
         return self._pick(self.tree.bias(body, at), part)
 
     def stack(self, names: Iterable[str]) -> Array:
-        """Constraint rows, then those of the names."""
+        """The constraint rows, then the rows of the names."""
         return np.vstack([self.closure(), *(self.rows(n) for n in names)])
 
 
@@ -171,28 +173,28 @@ class _Question:
         self._idle = [idle @ null_space(rows @ idle) for rows in given]  # one that is given is none
 
     def left(self, order: int, names: Sequence[str]) -> Array:
-        """(nv, k) directions that the constraints and the rows of the names leave, without the local freedoms."""
+        """(nv, k) directions that the constraints and the rows of the names leave free, without the local freedoms."""
         self.named.set(self.q)
         return null_space(np.vstack([self.named.stack(names), self._idle[order].T]), SINGULAR)
 
     def idle(self, order: int) -> Array:
-        """(nv, k) local freedoms that are not given."""
+        """(nv, k) directions of local freedoms that are not given."""
         return self._idle[order]
 
     def rates(self, q: Array) -> Array:
-        """(nv,) rates that have what is given, the smallest."""
+        """(nv,) minimum-norm rates with the given rates."""
         matrix = self.named.set(q).stack(self.rate)
         return _smallest(matrix, np.concatenate([np.zeros(len(matrix) - len(self.rate)), list(self.rate.values())]))
 
     def accelerations(self, q: Array, v: Array) -> Array:
-        """(nv,) accelerations that have what is given, the smallest."""
+        """(nv,) minimum-norm accelerations with the given accelerations."""
         named = self.named.set(q, v)
         bias = np.concatenate([named.constraints.bias(named.tree), *(named.bias(n) for n in self.accel)])
         wanted = np.concatenate([np.zeros(len(bias) - len(self.accel)), list(self.accel.values())])
         return _smallest(named.stack(self.accel), wanted - bias)
 
     def assume(self) -> tuple[str, ...]:
-        """Takes as 0 the accelerations that are not given of coordinates that are, as far as they are free; their keys."""
+        """Sets to 0 the free accelerations of coordinates whose value or rate is given; returns their keys."""
         self.named.set(self.q)
         free = self.left(1, list(self.rate))
         known = [n for n in self.position if not n.endswith("_rotation") and _still(self.named.rows(n), free)]
@@ -207,7 +209,7 @@ class _Question:
         return tuple(out)
 
     def moved(self, direction: Array) -> Array | None:
-        """A pose with the given values, a step along a direction away; None when there is none: it leads nowhere."""
+        """A pose with the given values, one step along a direction; None when no finite motion exists in it."""
         size = max(float(np.max(np.abs(direction))), 1e-12)
         for step in (STEP, -STEP, 0.1 * STEP):
             dv = direction * (step * step_size(self.m) / size)
@@ -236,9 +238,9 @@ class _Question:
 
 
 def determined(m: Mechanism, q: Array, given: Mapping[str, Any], wanted: Sequence[str]) -> Determined:
-    """What the given quantities determine of the wanted ones at a pose q (nq,) that has the given values.
+    """Which of the wanted quantities the given ones determine, at a pose q (nq,) that has the given values.
 
-    A mechanism in the mode of q: that others exist does not make a quantity open. Raises MechlabError for unknown names.
+    Only the assembly mode of q counts: other modes do not make a quantity open. Raises MechlabError for unknown names.
     """
     asked = _Question(m, np.asarray(q, dtype=float), given)
     moving = bool(asked.rate or asked.accel)
@@ -261,7 +263,7 @@ def determined(m: Mechanism, q: Array, given: Mapping[str, Any], wanted: Sequenc
 def _tried(
     asked: _Question, order: int, basis: Array, items: Mapping[str, tuple[str, int]], moving: bool
 ) -> Iterator[tuple[str, list[str]]]:
-    """Each freedom that is open at a level, by name, with the keys that change when it is moved."""
+    """Name of each open freedom at a level, with the keys that change along it."""
     keys, wanted = list(items), list(items.values())
     v = asked.rates(asked.q) if moving else np.zeros(asked.m.nv)
     a = asked.accelerations(asked.q, v) if moving else np.zeros(asked.m.nv)
@@ -286,7 +288,7 @@ def _tried(
 
 
 def _sizes(wanted: Sequence[tuple[str, int]], here: Array, now: Array) -> Array:
-    """(wanted,) what a change is measured by: the largest value of the same level."""
+    """(wanted,) scale of a change: the largest value of the same level, at least 1e-3."""
     orders = np.array([order for _, order in wanted], dtype=int)
     both = np.maximum(np.abs(here), np.abs(now))
     largest = [float(np.max(both[orders == k], initial=0.0)) for k in range(3)]
@@ -294,9 +296,10 @@ def _sizes(wanted: Sequence[tuple[str, int]], here: Array, now: Array) -> Array:
 
 
 def _freedoms(asked: _Question, order: int, basis: Array) -> Iterator[tuple[str, Array]]:
-    """A basis of open directions whose members are named: each moves its own name by 1 and none of the others' names.
+    """A basis of the open directions with a name for each: along a direction its own name changes by 1, the other names
+    by 0.
 
-    Names of given coordinates first (their rate is what one would give), then drives, joints and shafts, points, turning.
+    Names are chosen in this order: given coordinates (a user would give their rate), drives, joints and shafts, frames.
     """
     m, named = asked.m, asked.named.set(asked.q)
     points = [f"{f.name}_{a}" for f in m.frames for a in (LETTERS if order else LETTERS[:3])]
@@ -323,7 +326,7 @@ def _mover(m: Mechanism, direction: Array) -> str:
 
 
 def _idle(asked: _Question, items: Mapping[str, tuple[str, int]], orders: Sequence[int]) -> tuple[str, ...]:
-    """Keys that a local freedom moves."""
+    """Keys that change along a local freedom."""
     out = []
     asked.named.set(asked.q)
     for key, (name, order) in items.items():
@@ -334,7 +337,7 @@ def _idle(asked: _Question, items: Mapping[str, tuple[str, int]], orders: Sequen
 
 
 def _grouped(m: Mechanism, hangs: Mapping[str, Sequence[tuple[int, str]]]) -> tuple[Open, ...]:
-    """Open keys that hang on the same freedoms, together."""
+    """Open keys, grouped by the freedoms that they depend on."""
     groups: dict[tuple[tuple[int, str], ...], list[str]] = {}
     for key, on in hangs.items():
         if on:
@@ -348,7 +351,7 @@ def _grouped(m: Mechanism, hangs: Mapping[str, Sequence[tuple[int, str]]]) -> tu
 
 
 def _still(rows: Array, free: Array) -> bool:
-    """True when the directions do not move the rows."""
+    """True when the rows (k, nv) do not change along the directions (nv, n)."""
     return float(np.max(np.abs(rows @ free), initial=0.0)) <= CHANGED * max(
         1.0, float(np.max(np.abs(rows), initial=0.0))
     )

@@ -1,6 +1,5 @@
-"""What the entries of planetary gears share: discs, planets on a circle, runs under constant torques, their checks.
-
-Gear trains about one axis, z, at a moving state in particles, and how many of their meshes share a load.
+"""Parts of the entries of planetary gears, all about the z axis: discs, planets on a circle, runs under constant
+torques, moving states as particles, and checks of speeds, masses and redundant meshes.
 """
 
 from __future__ import annotations
@@ -36,24 +35,24 @@ def disc(inertia: float, radius: float) -> Inertia:
 
 
 def azimuth(k: int, planets: int) -> float:
-    """Angle of the axis of planet k round the sun [rad]."""
+    """Angle [rad] of the axis of planet k about the sun: 2 pi k / planets."""
     return 2.0 * math.pi * k / planets
 
 
 def on_circle(radius: float, angle: float, height: float = 0.0) -> tuple[float, float, float]:
-    """A point on a circle round the z axis [m]."""
+    """A point [m] on a circle about the z axis."""
     return radius * math.cos(angle), radius * math.sin(angle), height
 
 
 def constant_torques(fidelity: str, torques: Mapping[str, float]) -> Scene:
-    """Half a second from rest under constant torques [N m] on joints or shafts."""
+    """The scene of 0.5 s from rest under constant torques [N m] on joints or shafts."""
     laws = tuple(Constant(name, torque) for name, torque in torques.items())
     tolerance = 1e-6 if fidelity == "minimal" else 1e-4  # with a row for each mesh, MuJoCo's soft rows slip
     return Scene("constant-torques", fidelity, 0.5, laws, needs=("poses", "drive_forces"), tolerance=tolerance)
 
 
 def steady_recording(m: Mechanism, accelerations: Mapping[str, float], scene: Scene) -> Recording:
-    """The closed form of such a run in the minimal model: q = a t^2 / 2 for accelerations by joint [rad/s2]."""
+    """The closed form of `constant_torques` in the minimal model: q = a t^2 / 2; accelerations: joint -> a [rad/s2]."""
     a = np.array([accelerations[j.name] for j in m.joints])
     t = np.linspace(0.0, scene.duration, 251)
     q, v = 0.5 * t[:, None] ** 2 * a, t[:, None] * a
@@ -63,8 +62,10 @@ def steady_recording(m: Mechanism, accelerations: Mapping[str, float], scene: Sc
 def engine_speeds(
     engine: str, m: Mechanism, given: Mapping[str, Any], members: Sequence[str], planets: Mapping[str, str]
 ) -> Answer:
-    """Absolute speeds from the constraint Jacobian of a model with rows. A planet's joint counts from the carrier; planets:
-    key of the answer -> joint."""
+    """Absolute speeds [rad/s] from the constraint rows of a model, by one engine.
+
+    planets: key of the answer -> joint of the planet. Its rate is relative to the carrier, whose rate is added.
+    """
     joints = [f"{name}_rate" for name in planets.values()]
     found = engine_answer(engine, m, {k: float(x) for k, x in given.items()}, [*members, *joints])
     if found.cannot:
@@ -81,7 +82,7 @@ def speed_question(
     analytic: Callable[[Any, Mapping[str, Any]], Answer],
     engine: Callable[[str, Any, Mapping[str, Any]], Answer],
 ) -> Question:
-    """Absolute speeds of all members from some of them, asked of three witnesses."""
+    """The question for the absolute speeds of all members from some of them, by three witnesses."""
     answers = tuple(k for k in members if k not in given)
     units = dict.fromkeys(members, "rad/s")
     text = "absolute speeds of all members"
@@ -92,7 +93,8 @@ def speed_question(
 def measured_speeds(
     p: Any, questions: Sequence[Question], values: Sequence[float], tolerance: float, note: str
 ) -> CheckResult:
-    """All members from each pair (or one) of speeds, from all witnesses of the questions."""
+    """Compares the speeds of all members between witnesses; each question takes its given speeds from `values`
+    [rad/s]."""
     measured: dict[str, list[float]] = {}
     for question in questions:
         given = dict(zip(question.given, values, strict=True))
@@ -103,7 +105,7 @@ def measured_speeds(
 
 
 def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dict[str, Array]:
-    """Mass matrix (n, n) of each model in the speeds of n joints or shafts that fix it [kg m2]."""
+    """Model -> mass matrix (n, n) [kg m2], reduced to the speeds of n joints or shafts that determine the motion."""
     out = {}
     for label, m in models.items():
         tree = TreeKinematics(m)
@@ -124,7 +126,7 @@ def final_rates(build: Callable[[str], Mechanism], scene: Callable[[str], Scene]
 
 
 def distance(mechanism: Mechanism, one: str, other: str) -> float:
-    """Distance of the origins of two bodies in the reference pose [m]."""
+    """Distance [m] between the origins of two bodies in the reference pose."""
     tree = TreeKinematics(mechanism)
     return float(np.linalg.norm(tree.pose(one)[1] - tree.pose(other)[1]))
 
@@ -204,11 +206,15 @@ def expand_by(
 
 
 TURN, RATE = 0.7, 1.3
-"""Angle [rad] and rate [rad/s] of the carrier at which a train is looked at; other members turn as its teeth say."""
+"""Angle [rad] and rate [rad/s] of the carrier in the moving state of a train; the gear ratios give the other
+members."""
 
 
 def wheel(mass: float, moment: float, rate: float, at: Array | None = None, orbit_rate: float = 0.0) -> Particles:
-    """A flat part of revolution about z with its `moment`, turning at `rate`; its axis rides round the z axis from `at` (3,)."""
+    """A flat part of revolution as particles: mass [kg], `moment` about its axis [kg m2], turning at `rate` [rad/s].
+
+    Its axis is parallel to z through `at` (3,) [m], and orbits about z at `orbit_rate` [rad/s].
+    """
     centre = np.zeros(3) if at is None else np.asarray(at, dtype=float)
     velocity = orbit_rate * np.array([-centre[1], centre[0], 0.0])
     spread = spread_of(mass, (0.5 * moment, 0.5 * moment, moment))
@@ -216,31 +222,37 @@ def wheel(mass: float, moment: float, rate: float, at: Array | None = None, orbi
 
 
 def moving_disc(moment: float, radius: float, rate: float) -> Particles:
-    """A uniform flat disc about the z axis: mass 2 moment / radius^2."""
+    """A uniform flat disc about the z axis as particles; mass = 2 moment / radius^2."""
     return wheel(2.0 * moment / radius**2, moment, rate)
 
 
 def seats(radius: float, planets: int, turn: float = TURN) -> list[Array]:
-    """Where planets at equal angles stand when their carrier has turned by `turn`, each (3,) [m]."""
+    """Positions (3,) [m] of equally spaced planets when their carrier has turned by `turn` [rad]."""
     angles = (turn + 2.0 * math.pi * k / planets for k in range(planets))
     return [radius * np.array([math.cos(a), math.sin(a), 0.0]) for a in angles]
 
 
 def train_state(turns: Mapping[str, float], particles: Particles, rotors: float = 0.0, freedoms: int = 1) -> State:
-    """A train without gravity and springs: `turns` of joints and shafts for a turn of the carrier, what turns, and twice the
-    energy of its shafts at 1 rad/s of the carrier [kg m2]."""
+    """The moving state of a train without gravity and springs.
+
+    turns: joint or shaft -> turns for one turn of the carrier; particles: the moving masses; rotors [kg m2]: inertia of
+    the shafts reduced to the carrier.
+    """
     angles, rates = ({n: x * c for n, c in turns.items()} for x in (TURN, RATE))
     return State(angles, rates, particles, {}, (0.0, 0.0, 0.0), freedoms, 0.5 * rotors * RATE**2)
 
 
 def moving_check(name: str, build: Callable[[Any, str], Mechanism], state: Callable[[Any, str], State | None]) -> Check:
-    """A moving state in particles, in every fidelity."""
+    """The check of a moving state as particles, in every fidelity."""
     return moving_in_fidelities(name, build, state, FIDELITIES)
 
 
 def mesh_check(name: str, build: Callable[[Any, str], Mechanism], meshes: int, wheels: int) -> Check:
-    """Each ray of planets has so many `meshes` and `wheels`. The first one makes the train; every other one repeats as many
-    rows as it has meshes more than wheels: that many loads statics cannot share out."""
+    """A check of the numbers of rows and redundant rows. Each group of planets on one ray has `meshes` and `wheels`.
+
+    The first group makes the train; every further group adds (meshes - wheels) redundant rows, whose loads statics
+    cannot determine.
+    """
 
     def run(p: Any) -> CheckResult:
         measured: dict[str, list[int]] = {"numpy": [], "mujoco": []}

@@ -1,4 +1,5 @@
-"""The modes of a class III or IV group without its polynomial: counted by a scan along one turn, each one tried in its loops."""
+"""Checks the assembly modes of a class III or IV group without its polynomial: by a scan over one turn, and by
+closure."""
 
 from __future__ import annotations
 
@@ -44,8 +45,8 @@ def scan_modes(group: TwoLoops, points: int = 2880) -> int:
 
 
 def try_modes(group: TwoLoops, modes: Modes) -> CheckResult:
-    """Every mode over positions: length of the closing links over theirs, and det J over that of central differences of
-    (|z|^2 - l^2) / 2 by both turns."""
+    """Checks every mode over the positions by two ratios that must be 1: distance closed by a link over its length, and
+    det J over the determinant by central differences of (|z|^2 - l^2) / 2 in both angles."""
     step = 1e-4
     length, det = [], []
     for k in range(int(np.max(modes.count))):
@@ -58,7 +59,7 @@ def try_modes(group: TwoLoops, modes: Modes) -> CheckResult:
         )
         det.append((given / (by_t[0] * by_u[1] - by_u[0] * by_t[1]))[some])
     ratios = np.concatenate([np.ravel(x) for x in (*length, *det)])
-    # Central differences of a sine are short by step^2 / 6 = 2e-9; where modes come near det J is a difference of its parts.
+    # Central differences of a sine have the error step^2 / 6 = 2e-9; where two modes are close, det J suffers cancellation.
     return CheckResult({"analytic": ratios}, 1e-6, np.ones(len(ratios)), f"{len(np.concatenate(det))} modes")
 
 
@@ -67,7 +68,10 @@ def _changes(values: Array) -> int:
 
 
 def _arcs(w: float, p: float, q: float, l: float, middle: float) -> list[tuple[float, float]]:
-    """Arcs of theta_t where |q| and l can close |w + p t|: |q - l| <= |base| <= q + l; base is longest at `middle`."""
+    """Arcs of theta_t in which q and l can close the triangle: |q - l| <= |w + p exp(i theta_t)| <= q + l.
+
+    The base |w + p exp(i theta_t)| is longest at `middle`.
+    """
     longest, shortest = w + p, abs(w - p)
     if shortest > q + l or longest < abs(q - l):
         return []

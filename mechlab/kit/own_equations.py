@@ -1,4 +1,4 @@
-"""From own equations of motion to a Recording: the reference of an entry, integrated as sharply as one asks."""
+"""Integrates an entry's own equations of motion to a Recording, its reference, with a chosen tolerance."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TOLERANCE = 1e-13
 
 
 class _Joint:
-    """The one joint that moves by itself, as a law of the scene sees it."""
+    """The plant that a law sees: the only independent joint of the mechanism."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.t, self.phi, self.w = mechanism, 0.0, 0.0, 0.0
@@ -37,7 +37,10 @@ class _Joint:
 def one_freedom_slope(
     mechanism: Mechanism, scene: Scene, on: str, acceleration: Callable[[float, float, float], float]
 ) -> Callable[[float, Array], Array]:
-    """Rate (2,) of y = (phi, phi') of the joint `on` under the laws of a scene, for `acceleration(phi, phi', force)`."""
+    """The function slope(t, y) -> y' (2,) of y = (phi, phi') of the joint `on` under the laws of a scene.
+
+    acceleration(phi, phi', force): the equation of motion; force: sum of the laws on the joint [N m or N].
+    """
     plant: Any = _Joint(mechanism)
 
     def slope(t: float, y: Array) -> Array:
@@ -59,8 +62,8 @@ def record_own(
 ) -> Recording:
     """A Recording of y' = slope(t, y) from `start` over the duration of the scene, at SAMPLES even times.
 
-    states: (n, m) states -> coordinates (n, nq) and rates (n, nv) of the mechanism. `tolerance` is relative; absolute, a
-    tenth of it. The cost is that of the integration. Raises NoSolution when the integration cannot reach the end.
+    states: (n, m) states y -> coordinates (n, nq) and rates (n, nv) of the mechanism. `tolerance` is relative; the
+    absolute tolerance is a tenth of it. Raises NoSolution when the integration does not reach the end.
     """
 
     def counted(t: float, y: Array) -> Array:

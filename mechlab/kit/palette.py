@@ -1,4 +1,4 @@
-"""Colours of drawn parts (red, green, blue, opacity): few, quiet, told apart also by the colour-blind."""
+"""Colours of drawn parts (red, green, blue, opacity), which colour-blind readers can distinguish."""
 
 from __future__ import annotations
 

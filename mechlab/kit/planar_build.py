@@ -1,8 +1,8 @@
-"""From a planar linkage of Assur groups to a Mechanism: every link a body, every group closed by its loops.
+"""Makes a Mechanism from a planar linkage of Assur groups: a body for each link, loops for each group.
 
-The plane stands upright: x to the right, y of the linkage is z of the world, all axes one shared vector. Link L gives the
-joint or shaft `L_angle` (its direction in the plane) and, where its first pin moves, the joint `L_joint`; a slide S gives
-the joint `S_slide`. Points are frames.
+The plane is vertical: x of the linkage is x of the world, y of the linkage is z of the world; all joint axes are
+parallel. Link L gives the joint or shaft `L_angle` (its direction in the plane) and, where its first pin moves, the
+joint `L_joint`; a slide S gives the joint `S_slide`. Points become frames.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.parts import GROUND, Color, Shape
 
 AXIS = "-y"
-"""Axis of every turn: counter-clockwise as seen from the front."""
+"""Axis of every revolute joint: positive angles are counter-clockwise seen from the front."""
 
 COLORS: tuple[Color, ...] = (
     (0.16, 0.42, 0.75, 1.0), (0.90, 0.55, 0.13, 1.0), (0.20, 0.58, 0.56, 1.0), (0.62, 0.33, 0.64, 1.0),
@@ -32,8 +32,9 @@ UPRIGHT = axis_rotation((1.0, 0.0, 0.0), math.pi / 2)
 
 @dataclass(frozen=True)
 class Style:
-    """Masses and looks. names: link -> name of its angle instead of LINK_angle; width [m] of the bars. A link is made of
-    uniform round rods from its first pin to its others; a slider is a uniform box."""
+    """Masses and dimensions of the parts. names: link -> name of its angle instead of LINK_angle; width [m] of the
+    bars; mass_per_length [kg/m]; drive_stiffness, drive_damping: of the drives of the cranks. A link consists of
+    uniform round rods from its first pin to its other points; a slider is a uniform box."""
 
     mass_per_length: float = 1.0
     slider_mass: float = 0.1
@@ -45,12 +46,12 @@ class Style:
 
     @property
     def radius(self) -> float:
-        """Of the rods [m]."""
+        """Radius of the rods [m]."""
         return self.width / 4
 
     @property
     def block(self) -> tuple[float, float, float]:
-        """Edges of a slider: along its guide, along the axes of the turns, across [m]."""
+        """Edges of a slider [m]: along its guide, along the joint axes, across both."""
         return 2.4 * self.width, 1.2 * self.width, 1.4 * self.width
 
 
@@ -60,7 +61,7 @@ def angle_name(link: str, style: Style) -> str:
 
 
 class _Planar:
-    """Collects the parts while the steps of the linkage are walked."""
+    """Collects the parts of the Mechanism, step by step of the linkage."""
 
     def __init__(self, linkage: Linkage, motion: Motion, style: Style, summary: str) -> None:
         self.linkage, self.motion, self.style = linkage, motion, style
@@ -96,7 +97,7 @@ class _Planar:
         self.guess[joint] = value - self.turn[parent]
         if parent != GROUND:
             turning = [n for n in self.path[link] if not n.endswith("_slide")]
-            rest = value - sum(self.guess[n] for n in turning)  # what constant angles of slots add
+            rest = value - sum(self.guess[n] for n in turning)  # constant angles of slots
             self.builder.shaft(absolute, dict.fromkeys(turning, 1), zero=rest)
 
     def slider(self, name: str, body: str, parent: str, foot: complex, angle: float, value: float) -> None:
@@ -199,7 +200,8 @@ def _add(plan: _Planar, s: Step) -> None:
 
 
 def _slotted(plan: _Planar, s: Step) -> None:
-    """RPR: the lever needs a length to be seen and weighed: to its farthest point, or to the pin."""
+    """Adds an RPR group. Its lever extends to its declared points or, without any, to the pin in the reference pose, so
+    that it has a shape and a mass."""
     offset = float(s.sizes[0])
     slide = float(plan.motion.slides[s.name].x)
     own = plan.tips.get(s.name, [])
@@ -248,7 +250,7 @@ def _bracket(at: complex, width: float) -> Shape:
 
 
 def coordinates(m: Mechanism, linkage: Linkage, motion: Motion, style: Style) -> tuple[Array, Array]:
-    """q (n, nq) and v (n, nv) of a closed-form motion over (n,) positions, angles continuous from the reference pose."""
+    """q (n, nq) and v (n, nv) of a closed-form motion over n positions; angles are continuous along them."""
     value: dict[str, Array] = {}
     rate: dict[str, Array] = {}
     for link, turn in motion.turns.items():

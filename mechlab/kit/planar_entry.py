@@ -1,4 +1,5 @@
-"""What an entry needs around a planar linkage of dyads: build, question, driven scene, closed-form recording, checks."""
+"""Makes the parts of an entry from a planar linkage of dyads: build, question, scenes, closed-form recording,
+checks."""
 
 from __future__ import annotations
 
@@ -26,17 +27,19 @@ from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 
 START_OFFSET = 1e-3
-"""The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
+"""Offset of every coordinate of the engines' start from the closed form: small enough for the same mode, but no
+answer."""
 DRIVEN = Settings(timeconst=4.0)
-"""Of driven cranks: softer rows follow an acceleration that a law commands with less ringing."""
+"""Settings of driven cranks: softer rows follow a commanded acceleration with less ringing."""
 FREE = Settings(timestep=2.5e-4)
-"""Of free motion, within its tolerance by the estimate of its own steps."""
+"""Settings of free motion: by the estimated step error, this timestep meets the tolerance."""
 
 
 @dataclass(frozen=True)
 class Planar:
-    """linkage(p): the chain in the modes of the parameters; start(p): crank -> angle of the reference pose; style(p).
-    points: whose coordinates are answered. speeds(p): crank -> rate of the driven scene. p needs nothing else."""
+    """A planar linkage as an entry. linkage(p): the chain in the assembly modes of the parameters; start(p): crank ->
+    angle of the reference pose [rad]; style(p): masses and dimensions; speeds(p): crank -> rate of the driven scene
+    [rad/s]. points, links, slides: those that the question answers."""
 
     name: str
     summary: str
@@ -64,12 +67,12 @@ class Planar:
 
     @property
     def quantities(self) -> dict[str, str]:
-        """What is answered -> what the engines call it; each also with _rate and _accel."""
+        """Answer -> name of the quantity in the engines; rates and accelerations are answered too."""
         own = {f"{n}_angle": f"{n}_angle" for n in self.links} | {f"{n}_slide": f"{n}_slide" for n in self.slides}
         return own | {f"{n}_{a}": f"{n}_{b}" for n in self.points for a, b in (("x", "x"), ("y", "z"))}
 
     def question(self) -> Question:
-        """From crank angles, rates and accelerations to everything that moves, by three witnesses."""
+        """The question for all moving parts from crank angles, rates and accelerations, by three witnesses."""
         optional: dict[str, float | None] = {f"{c}{s}": 0.0 for c in self.cranks for s in ("_rate", "_accel")}
         given = {f"{c}_angle": f"{c}_angle" for c in self.cranks}
         given |= {f"{c}{s}": f"{c}_angle{s}" for c in self.cranks for s in ("_rate", "_accel")}
@@ -125,7 +128,7 @@ class Planar:
         return Answer(self.values(motion) | quality, modes=listed)
 
     def _start(self, p: Any, m: Mechanism, given: Mapping[str, Any]) -> Array | None:
-        """Coordinates of the closed form, a little off; None where it does not assemble."""
+        """Coordinates (nq,) of the closed form plus START_OFFSET; None where it does not assemble."""
         chain = self.linkage(p)
         motion = chain.solve(**self.inputs(given))
         if not all(np.all(d.assembles) for d in motion.dyads.values()):
@@ -135,7 +138,8 @@ class Planar:
     # -- scenes --------------------------------------------------------------------------------------------------------
 
     def scenes(self) -> dict[str, SceneRecipe]:
-        """driven-crank: every crank turns steadily by inverse dynamics; free-run: let go at that speed."""
+        """Scene driven-crank: every crank turns at constant rate by inverse dynamics; free-run: released at that
+        rate."""
 
         def make(name: str) -> Callable[[Any, str], Scene]:
             def scene(p: Any, fidelity: str) -> Scene:
@@ -161,7 +165,7 @@ class Planar:
         }
 
     def reference(self, p: Any, scene: Scene) -> Recording:
-        """The driven scene in closed form. Raises MechlabError for a scene that is not driven so."""
+        """The driven scene in closed form. Raises MechlabError for any other scene."""
         law = scene.laws[0] if scene.laws else None
         if not isinstance(law, ComputedTorque):
             raise MechlabError(f"{self.name}: scene {scene.name!r} has no closed form; engines: mujoco, pinocchio.")
@@ -179,8 +183,8 @@ class Planar:
     # -- checks --------------------------------------------------------------------------------------------------------
 
     def checks(self, letter: str) -> tuple[Check, ...]:
-        """Poses, rates and accelerations by three witnesses; a driven turn by MuJoCo against the closed form; masses, momenta,
-        energy and power of moving states."""
+        """Three checks: positions, rates and accelerations by three witnesses; a driven run of MuJoCo against the
+        closed form; masses, momenta, energy and power of moving states."""
         source = "closed form, dyads"
         return (
             Check(f"{letter}1", "positions, rates, accelerations from three witnesses", self._check_pose, source),

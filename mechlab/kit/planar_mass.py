@@ -1,4 +1,5 @@
-"""A planar linkage at a moving state in particles: its rods span points of the closed-form motion, its blocks ride on them."""
+"""A moving planar linkage as particles: its rods lie between points of the closed-form motion, its sliders at such
+points."""
 
 from __future__ import annotations
 
@@ -20,14 +21,14 @@ from mechlab.mechanism.parts import GROUND
 
 
 def compare_planar(m: Mechanism, chain: Linkage, positions: Sequence[dict[str, Any]], style: Style) -> CheckResult:
-    """The engines against the particles at some positions, the first of them the reference pose: input of the chain -> angle,
-    rate, acceleration."""
+    """Compares the engines with the particles. positions: input of the chain -> angle, rate, acceleration; the first
+    position is the reference pose."""
     states = [planar_state(m, chain, chain.solve(**at).require(), style) for at in positions]
     return compare([(m, replace(s, is_reference=s is states[0])) for s in states])
 
 
 def planar_state(m: Mechanism, chain: Linkage, motion: Motion, style: Style) -> State:
-    """The State of one position with rates. Of the mechanism only the names are used, and which body hangs on which."""
+    """The State of one position with rates. Only names and parents of bodies are taken from the mechanism."""
     values, rates = _named(m, motion, style)
     particles = sum(_rods(chain, motion, style), NOTHING) + sum(_blocks(chain, motion, style), NOTHING)
     points = {n: _upright(z.p) for n, z in motion.points.items()}
@@ -35,7 +36,10 @@ def planar_state(m: Mechanism, chain: Linkage, motion: Motion, style: Style) -> 
 
 
 def rods(chain: Linkage) -> Iterator[tuple[str, str]]:
-    """(link, point): a rod from the first pin of the link to the point. Raises MechlabError for a slotted link without one."""
+    """Pairs (link, point): a rod from the first pin of the link to the point.
+
+    Raises MechlabError for a slotted link without a point.
+    """
     pointed = {s.uses[0] for s in chain.steps if s.kind == "point"}
     for s in chain.steps:
         if s.kind in ("crank", "RRP"):
@@ -64,7 +68,7 @@ def _rods(chain: Linkage, motion: Motion, style: Style) -> Iterator[Particles]:
 
 
 def _blocks(chain: Linkage, motion: Motion, style: Style) -> Iterator[Particles]:
-    """Sliders: at a point, along a direction that turns."""
+    """Sliders as particles: boxes at a point, with an edge along a rotating direction."""
     for s in chain.steps:
         for at, angle, rate in _sliders(s, motion):
             along, up = (_upright(np.exp(1j * angle) * z) for z in (1.0, 1j))
@@ -74,7 +78,7 @@ def _blocks(chain: Linkage, motion: Motion, style: Style) -> Iterator[Particles]
 
 
 def _sliders(s: Step, motion: Motion) -> Iterator[tuple[Point, Any, Any]]:
-    """Point, direction and its rate of the sliders of a group."""
+    """Point, direction [rad] and rate of the direction [rad/s] of each slider of a group."""
     if s.kind == "RRP":
         turn = motion.guides[s.uses[1]].angle
         yield motion.points[s.name], turn.x, turn.v
@@ -95,7 +99,8 @@ def _sliders(s: Step, motion: Motion) -> Iterator[tuple[Point, Any, Any]]:
 
 
 def _named(m: Mechanism, motion: Motion, style: Style) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Values and rates of all joints and shafts: turns of links, turns against the link that carries them, slides."""
+    """Values and rates of all joints and shafts: absolute angles of links, angles relative to the parent link,
+    slides."""
     parent = {b.name: b.parent for b in m.bodies}
     turns = {link: (float(t.x), float(t.v)) for link, t in motion.turns.items()}
     found = {angle_name(link, style): t for link, t in turns.items()}
@@ -108,7 +113,7 @@ def _named(m: Mechanism, motion: Motion, style: Style) -> tuple[dict[str, Any], 
 
 
 def _upright(z: Any) -> Array:
-    """A vector of the linkage's plane in the world: y stands up."""
+    """A vector x + i y of the linkage's plane in the world: (x, 0, y)."""
     return np.array([np.real(z), 0.0, np.imag(z)], dtype=float)
 
 
@@ -118,10 +123,10 @@ def bars_state(
     bars: Iterable[tuple[str, str, float, float]],
     gravity: float,
 ) -> State:
-    """The State of a linkage of one freedom made of uniform round bars, in an upright plane.
+    """The State of a linkage of one degree of freedom made of uniform round bars, in a vertical plane.
 
-    values: joint or shaft -> value, rate. ends: point -> place [m], velocity [m/s] as x + i y, y up. bars: from a point to a
-    point, mass [kg], radius [m]. gravity [m/s2]: downwards.
+    values: joint or shaft -> value, rate, ... ends: point -> position [m], velocity [m/s] as x + i y, y upwards. bars:
+    (point, point, mass [kg], radius [m]). gravity [m/s2]: positive downwards.
     """
     at = {n: (_upright(z), _upright(dz)) for n, (z, dz) in ends.items()}
     parts = (rod(mass, at[a][0], at[b][0], at[a][1], at[b][1], radius) for a, b, mass, radius in bars)

@@ -1,4 +1,5 @@
-"""Phase portraits: thousands of initial states as one vectorised integration, sections, curves; arrays and figures."""
+"""Phase portraits: vectorised integration of thousands of initial states, Poincare sections, curves; arrays and
+figures."""
 
 from __future__ import annotations
 
@@ -19,15 +20,15 @@ from mechlab.tables import html_sheet, table
 
 Slope = Callable[[float, Array], Array]
 MOST_LINES = 400
-"""More curves than this make a black figure: a figure draws evenly chosen ones."""
+"""Largest number of curves in a figure; of more curves, evenly chosen ones are drawn."""
 HEADERS = ("array", "unit", "least", "largest", "shape")
 
 
 @dataclass(frozen=True)
 class Portrait:
-    """A portrait: `x` and `y` name two of `arrays`, each (curves, points); `marks`: points instead of lines.
+    """A portrait. `x`, `y`: names of the two drawn arrays, each (curves, points); `marks`: points instead of lines.
 
-    `arrays` holds everything that was computed, in SI; `notes` says how and how well.
+    `arrays`: all computed arrays in SI; `notes`: method and accuracy.
     """
 
     kind: str
@@ -41,13 +42,13 @@ class Portrait:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Curves, and points of each."""
+        """Number of curves, and of points on each."""
         size = np.atleast_2d(self.arrays[self.y]).shape
         return size[0], size[1]
 
 
 def flow(slope: Slope, start: ArrayLike, duration: float, timestep: float, samples: int = 101) -> tuple[Array, Array]:
-    """Times (m,) and states (m, ..., n) from initial states (..., n), all at once by RK4 (fourth order).
+    """Times (m,) [s] and states (m, ..., n) from initial states (..., n), all integrated together by RK4.
 
     The step is at most `timestep` and divides the time between two samples. Raises Untrustworthy when any state stops
     being finite.
@@ -58,7 +59,7 @@ def flow(slope: Slope, start: ArrayLike, duration: float, timestep: float, sampl
         )
     stride = max(1, int(np.ceil(duration / (samples - 1) / timestep - 1e-9)))
     steps = stride * (samples - 1)
-    y = np.asfortranarray(start, dtype=float)  # one state variable of all motions lies together: twice as fast
+    y = np.asfortranarray(start, dtype=float)  # each state variable of all motions is contiguous: twice as fast
     out = np.empty((samples, *y.shape))
 
     def keep(k: int, t: float, state: Array) -> None:
@@ -74,13 +75,14 @@ def flow(slope: Slope, start: ArrayLike, duration: float, timestep: float, sampl
 def section(slope: Slope, start: ArrayLike, period: float, turns: int, steps: int) -> Array:
     """(turns + 1, ..., n) states of a flow each time its independent variable has grown by `period`: a Poincare map.
 
-    `steps` of RK4 in each period, so that every section is a step: no interpolation.
+    RK4 takes `steps` steps in each period, so that every section is at the end of a step, without interpolation.
     """
     return flow(slope, start, period * turns, period / steps, turns + 1)[1]
 
 
 def estimated_error(slope: Slope, start: ArrayLike, duration: float, timestep: float, few: int = 20) -> float:
-    """Largest error of `flow` at the end, from a few of the initial states with half the step (Richardson: x 16/15)."""
+    """Estimated largest error of `flow` at the end: 16/15 of the change with half the step (Richardson), over about
+    `few` of the initial states."""
     y = np.asarray(start, dtype=float)
     y = y[:: max(1, len(y) // few)]
     coarse, fine = (flow(slope, y, duration, h, 2)[1][-1] for h in (timestep, 0.5 * timestep))
@@ -146,7 +148,7 @@ class PortraitResult(Shown):
 
     @property
     def head(self) -> str:
-        """The mechanism, what is shown, and how much of it."""
+        """One line: the mechanism, the title, the number of curves and points."""
         curves, points = self.portrait.shape
         return f"{self.name}: {self.portrait.title} ({curves} curves of {points} points)"
 

@@ -1,4 +1,4 @@
-"""Answers of the engines by a table of names, and sentences that closed forms share."""
+"""Witnesses of the engines by a table of names, and the answer of a closed form that does not assemble."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RATES = ("", "_rate", "_accel")
 
 
 def both_spellings(values: Mapping[str, Any]) -> dict[str, Any]:
-    """X_angle_rate also as X_rate, X_angle_accel also as X_accel."""
+    """The values, with X_angle_rate also as X_rate, and X_angle_accel also as X_accel."""
     return {**values, **{k.replace("_angle_", "_"): v for k, v in values.items() if "_angle_" in k}}
 
 
@@ -29,7 +29,7 @@ Start = Callable[[Any, Mechanism, Mapping[str, Any]], Array | None]
 
 
 def with_orders(names: Mapping[str, str]) -> dict[str, str]:
-    """A table of names, with the rate and the acceleration of each."""
+    """The table of names, extended by the rate and the acceleration of each."""
     return {f"{ours}{s}": f"{theirs}{s}" for ours, theirs in names.items() for s in RATES}
 
 
@@ -43,10 +43,10 @@ def by_engines(
 ) -> dict[str, Witness]:
     """The witnesses "pinocchio" and "mujoco" of a question.
 
-    given, answers: key of the question -> quantity of the engine (a joint, a shaft or a coordinate of a frame, with _rate or
-    _accel). Of `given` only the keys that are asked with count. start(p, mechanism, given) -> (nq,) pose from which the
-    engine assembles, None for the reference pose. output: as of `engine_answer`. A mechanism that cannot be built at these
-    parameters has no assembly.
+    given, answers: key of the question -> quantity of the engine (a joint, a shaft or a coordinate of a frame, with
+    _rate or _accel); keys of `given` that a user leaves out are ignored. start(p, mechanism, given) -> (nq,) pose from
+    which the engine assembles, None for the reference pose. output: as for `engine_answer`. Where the mechanism cannot
+    be built with these parameters, the status of the answer is NO_ASSEMBLY.
     """
     wanted = tuple(dict.fromkeys(answers.values()))
 
@@ -73,7 +73,8 @@ def for_engines(ask: Callable[[str, Any, Mapping[str, Any]], Answer]) -> dict[st
 
 
 def not_assembled(what: str, gap: ArrayLike, assembles: ArrayLike, modes: tuple[dict[str, Any], ...] = ()) -> Answer:
-    """The answer of a closed form that does not close everywhere. what: "the bars are"; gap [m]: what each position lacks."""
+    """The answer of a closed form that does not close at all positions. what: subject and verb of the sentence, as "the
+    bars are"; gap [m]: distance that each position lacks; assembles: mask of the positions that close."""
     largest = float(np.max(np.where(assembles, 0.0, gap)))
     text = f"{what} {up_to(gap)}{largest:.6g} m short of meeting"
     closed = np.asarray(assembles)

@@ -1,6 +1,6 @@
-"""An engine as a witness: it assembles the mechanism, then finds rates and accelerations, all by its own kinematics.
+"""An engine as a witness: it assembles the mechanism, then computes rates and accelerations by its own kinematics.
 
-Quantities are named as in `mechlab.kit.determined`. Only what the given ones determine is answered.
+Quantities are named as in `mechlab.kit.determined`. Only quantities that the given ones determine are answered.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ def engine_answer(
 ) -> Answer:
     """The wanted quantities from the given ones, by one engine.
 
-    start: pose to begin from (default: the reference pose), in whose assembly mode the answer is; the engine checks and
-    closes it itself. output: a frame whose singular positions are reported (kind serial). A pose that does not close has
-    no values: its status and a note say why. Of the wanted quantities those are answered that the given ones determine; the
-    others stand in `Answer.open` and `Answer.idle`. A given coordinate without a given acceleration has 0 (`Answer.assumed`).
+    start: pose from which the engine assembles (default: the reference pose); the answer is in its assembly mode.
+    output: a frame whose singular positions are reported (kind serial). Where no pose closes, the answer has no values,
+    but a status and a note. Wanted quantities that the given ones do not determine are listed in `Answer.open` and
+    `Answer.idle`. A given coordinate without a given acceleration gets the acceleration 0 (`Answer.assumed`).
     """
     if m.length_scale != 1.0:
         return _in_own_unit(witness, m, given, wanted, start, steps, output)
@@ -72,7 +72,10 @@ def _in_own_unit(
     steps: int,
     output: str | None,
 ) -> Answer:
-    """`engine_answer` in the unit of length that fits the mechanism, so that its limits do; lengths are told in metres."""
+    """`engine_answer` with the length scale of the mechanism as unit of length, for which its tolerances are made.
+
+    Given and answered lengths are in metres.
+    """
     unit = m.length_scale
 
     def length(key: str) -> float:
@@ -86,7 +89,7 @@ def _in_own_unit(
 
 
 def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:
-    """How near the search came: what of the given is missed, or what stays open."""
+    """A note on a failed assembly: its status, the given value that is missed most, the residual of the loops."""
     missed = {n: abs(float(m.value(n, found.q)) - float(given[n])) for n in given if n in m.scalar_names}
     worst = max(missed, key=lambda n: missed[n]) if missed else ""
     reached = f"; {worst} is missed by {missed[worst]:.4g}" if worst and missed[worst] > 1e-9 else ""

@@ -1,4 +1,4 @@
-"""Numbers of a design by name, as all studies ask for them: its parameters, and the answer of one witness to a question."""
+"""Numbers of a design by name, for all studies: its parameters, and the answer of one witness to a question."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mechlab.experiment.question import Answer, Question
 from mechlab.lab.design import Design
 
 SINGLE_NUMBERS = ("number", "integer", "ratio")
-"""Kinds of parameters that are one number, so that a study can vary them."""
+"""Kinds of parameters that are a single number, which a study can vary."""
 
 
 def parameter_infos(design: Design) -> dict[str, ParameterInfo]:
@@ -24,7 +24,7 @@ def parameter_values(design: Design) -> dict[str, Any]:
 
 
 def keys_to_give(design: Design) -> set[str]:
-    """What a user can give: parameters, keys of questions, axes and limits of the workspace."""
+    """Keys that a user can give: parameters, keys of questions, axes and limits of the workspace."""
     recipe = design.entry.workspace
     keys = {k for q in design.entry.questions for k in (*q.given, *q.optional)} | {*parameter_infos(design)}
     return keys | ({*recipe.grid, *recipe.limits} if recipe else set())

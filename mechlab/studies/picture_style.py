@@ -1,4 +1,4 @@
-"""What the pictures of the studies share: figures without a window, plain axes, borders of cells, files that are whole."""
+"""Helpers for the pictures of all studies: figures without a window, plain axes, cell borders, complete files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mechlab.mechanism.geometry import Array
 
 
 def new_figure(width: float, height: float, dpi: int = 130, **options: Any) -> Any:
-    """A white matplotlib figure [inch] that draws without a window."""
+    """A white matplotlib figure of width and height [inch] that draws without a window."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -23,7 +23,7 @@ def new_figure(width: float, height: float, dpi: int = 130, **options: Any) -> A
 
 
 def open_frame(axes: Any) -> None:
-    """Takes away the frame of the axes above and to the right."""
+    """Hides the top and right sides of the frame of the axes."""
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
 
@@ -39,7 +39,7 @@ def cell_borders(values: Sequence[float] | Array, log: bool = False) -> Array:
 
 
 def save_figure(figure: Any, path: Path, **options: Any) -> Path:
-    """Writes a figure; its kind follows the suffix. The file is there whole or not at all."""
+    """Writes a figure in the format of the suffix. An error leaves no incomplete file."""
     with unfinished(path) as temporary:
         figure.savefig(temporary, **options)
     return path

@@ -23,7 +23,7 @@ PagePrinter = Callable[[Design, Recording, Path], Path]
 
 @dataclass(frozen=True, repr=False)
 class RunResult(Shown):
-    """Of the whole pipeline: the files by kind, the checks, the run of the default scene, and the exit code of the files."""
+    """The result of the pipeline: files by kind, checks, the run of the default scene, exit code of the model files."""
 
     folder: Path
     files: Mapping[str, Path]
@@ -53,7 +53,7 @@ def _(result: RunResult) -> str:
 
 @text_of.register
 def _(result: RunResult) -> str:
-    """The table of checks, the health of the run, where everything is."""
+    """The table of checks, the health of the run, the table of files."""
     run = result.simulation
     lines = [result.checks.text(), "", f"run of scene {run.scene}; what acts: {run.acts}"]
     lines += [f"  {f.severity:8s}{f.sentence}" for f in run.health.findings]
@@ -64,7 +64,8 @@ def _(result: RunResult) -> str:
 def pipeline(
     design: Design, out: Path, page: PagePrinter, progress: Callable[[str], None], fidelity: str | None = None
 ) -> RunResult:
-    """Generate, check, simulate, view; `page(design, recording, path)` writes the page. Prints a line before each stage.
+    """Generate, check, simulate, view; `page(design, recording, path)` writes the page. Calls `progress` before each
+    stage.
 
     The folder gets everything or, when a stage raises, nothing.
     """

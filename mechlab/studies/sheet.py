@@ -14,7 +14,7 @@ CHARTED = ("andrews", "bricard", "flyball", "fourbar", "n_fourbar")
 
 
 def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, picture: str, motion: str) -> str:
-    """The README of models/NAME as markdown: picture, what it is, freedoms, parameters, formulas, scenes, checks, claims.
+    """The README of models/NAME as markdown: picture, summary, freedoms, parameters, formulas, scenes, checks, claims.
 
     picture, motion: file names of the picture and of the plots of the default scene.
     """

@@ -1,4 +1,5 @@
-"""Synthesis: tasks that turn wanted properties into dimensions. Each is a function of key=value to a SynthesisResult."""
+"""Synthesis: tasks that find dimensions for wanted properties. Each is a function from key=value to a
+SynthesisResult."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ MOST_TEETH = 2000
 
 @dataclass(frozen=True, repr=False)
 class SynthesisResult(Shown):
-    """What a task found: `data` is its JSON form, `headers` and `rows` its table, `message` one sentence."""
+    """The result of a task: `data` is its JSON form, `headers` and `rows` its table, `message` one sentence."""
 
     task: str
     status: Status
@@ -36,7 +37,7 @@ class SynthesisResult(Shown):
 
     @property
     def exit_code(self) -> int:
-        """0 found, 4 out of reach."""
+        """0 when dimensions were found, 4 when the wanted properties are out of reach."""
         return self.status.exit_code
 
     def to_dict(self) -> dict[str, Any]:
@@ -45,7 +46,7 @@ class SynthesisResult(Shown):
 
 
 def synthesize(task: str, values: Mapping[str, Any]) -> SynthesisResult:
-    """Run a task. Raises MechlabError for an unknown task or key (listing those that exist) or a bad value,
+    """Run a task. Raises MechlabError for an unknown task or key, listing those that exist, or for a bad value;
     NoSolution when no dimensions have the wanted properties."""
     if task not in TASKS:
         raise unknown("the task", task, TASKS)
@@ -57,7 +58,7 @@ def synthesize(task: str, values: Mapping[str, Any]) -> SynthesisResult:
 
 
 class _Given:
-    """The given values, converted at the first access."""
+    """The given values of a task, converted and checked on access."""
 
     def __init__(self, task: str, values: Mapping[str, Any]) -> None:
         self.task, self.values = task, values
@@ -92,8 +93,10 @@ class _Given:
         return int(value)
 
     def teeth(self, key: str, default: range) -> tuple[int, ...]:
-        """Tooth counts: a number, a list (each of its items), low:high (every whole number), low:high:n (n of them, evenly
-        spaced; refused where they are not whole)."""
+        """Tooth counts of a number, a list, low:high (every whole number), or low:high:n (n evenly spaced numbers).
+
+        Raises MechlabError for a count that is not a whole number from 1 to MOST_TEETH.
+        """
         value = self._raw(key, default, "low:high")
         if isinstance(value, Range):
             low, high = self._whole(key, value.low), self._whole(key, value.high)
@@ -213,7 +216,7 @@ def closed_differential(given: _Given) -> SynthesisResult:
 
 
 def _counts(teeth: tuple[int, ...]) -> str:
-    """Tooth counts as they are written: low:high where none is left out between."""
+    """Tooth counts as text: low:high for a contiguous range, else a list."""
     low, high = min(teeth), max(teeth)
     return f"{low}:{high}" if len(set(teeth)) == high - low + 1 else ",".join(map(str, teeth))
 
@@ -248,7 +251,7 @@ def _(result: SynthesisResult) -> str:
 
 @text_of.register
 def _(result: SynthesisResult) -> str:
-    """The sentence and a table; long tables are cut, and say so."""
+    """The sentence and a table of the first SHOWN rows."""
     parts = [f"{result.message}."]
     if result.rows:
         cells = [[number(x, 10) for x in row] for row in result.rows[:SHOWN]]

@@ -1,6 +1,7 @@
-"""The question `toolpath` on a curve in a file: its length, its spans, a place on it, and where to begin to brake.
+"""The question `toolpath` on a curve in a file: its length and spans, a place on it, and the point where braking must
+begin.
 
-A curve has no bodies, drives or scenes, so it is no entry of the catalog: it is one Question, whose parameter is a file.
+A curve has no bodies, drives or scenes, so it is no catalog entry but a single Question whose parameter is a file.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ from mechlab.mechanism import Status
 NAME = "toolpath"
 BRAKING = {"speed": "m/s", "exit_speed": "m/s", "deceleration": "m/s2"}
 PLACE = {"fraction": "", "distance": "m", "parameter": ""}
-"""One of them chooses a place on the curve: a fraction of its length, the arc length from its start, or the parameter u."""
+"""Keys that choose a place on the curve, one at a time: a fraction of its length, the arc length from its start [m], or
+the parameter u."""
 KEYS = PLACE | BRAKING
 PANELS = 64
 
@@ -47,7 +49,8 @@ class Path:
 def solve_toolpath(values: Mapping[str, Any]) -> Answers:
     """The answers to curve=FILE.json [fraction=... | distance=... | parameter=...] [speed=... deceleration=... exit_speed=...].
 
-    Raises MechlabError for an unknown or missing key, a bad file, a place off the curve, or speeds that are no braking.
+    Raises MechlabError for an unknown or missing key, a bad file, a place outside its limits, or speeds that need no
+    braking.
     """
     for key in values:
         if key not in ("curve", *KEYS):
@@ -70,7 +73,7 @@ def solve_toolpath(values: Mapping[str, Any]) -> Answers:
 
 
 def _number(key: str, value: Any) -> Any:
-    """A float; of a place also an array of them."""
+    """A number without or with its right unit; for a place also an array. Raises MechlabError for anything else."""
     number = numeric(key, value)
     items = value if isinstance(value, tuple | list) else (value,)
     strange = [x for x in items if getattr(x, "unit", KEYS[key]) != KEYS[key]]
@@ -101,7 +104,8 @@ def _refuse_place(curve: BSpline, given: Mapping[str, Any]) -> None:
 
 
 def _analytic(path: Path, given: Mapping[str, Any]) -> Answer:
-    """Gauss-Legendre between the slow points of the curve, Newton for the parameter."""
+    """Answer by Gauss-Legendre quadrature between the slow points of the curve, and Newton's method for the
+    parameter."""
     curve = path.curve
     report = arc_length(curve)
     values: dict[str, Any] = {"length": report.length, "spans": report.spans}
@@ -134,7 +138,7 @@ def _analytic(path: Path, given: Mapping[str, Any]) -> Answer:
 
 
 def _quadrature(path: Path, given: Mapping[str, Any]) -> Answer:
-    """Adaptive Gauss-Kronrod and a bracketing root, on scipy's evaluation of the spline."""
+    """Answer by adaptive Gauss-Kronrod quadrature and a bracketing root search, on scipy's evaluation of the spline."""
     curve = path.curve
     spans = quadrature_spans(curve)
     length = float(spans.sum())
@@ -179,7 +183,8 @@ def _place(
     length_at: Callable[[Any], Any],
     parameter_at: Callable[[Any], Any],
 ) -> Answer:
-    """The place that one of PLACE chooses, by a witness's own s(u) and u(s); nothing when none is given."""
+    """The place chosen by one key of PLACE, by a witness's own s(u) [m] and u(s); an empty answer without such a
+    key."""
     chosen = next((k for k in PLACE if k in given), None)
     if chosen is None:
         return Answer()

@@ -1,4 +1,4 @@
-"""Force laws as data: what drives and loads a mechanism. A law is evaluated at every stage of a step, never held."""
+"""Force laws as data: what drives and loads a mechanism. A law is evaluated anew at every stage of a step."""
 
 from mechlab.experiment.laws.control import ComputedTorque, Servo, drive_forces
 from mechlab.experiment.laws.loads import (

@@ -46,8 +46,8 @@ class ComputedTorque:
 
         acc = target acc + velocity_gain (target rate - rate) + position_gain (target - value)
 
-    and the drives give the forces that make it so under the constraints. `commands` name joints or shafts, one Motion
-    each, as many as the drives; gains are pairs (position_gain [1/s2], velocity_gain [1/s]).
+    and inverse dynamics under the constraints gives the forces of the drives. `commands`: pairs of a joint or shaft and
+    its motion, as many as drives; `gains`: pairs (position_gain [1/s2], velocity_gain [1/s]).
     """
 
     drives: tuple[str, ...]
@@ -85,8 +85,8 @@ class ComputedTorque:
 def drive_forces(plant: Plant, rows: Array, accelerations: Array, drives: tuple[str, ...]) -> Array:
     """(drives,) forces that give `rows @ a = accelerations` (k, nv), (k,) under the constraints.
 
-    Solves M a + h = B^T f + J^T r together with J a + b = 0; redundant rows are met in the least-squares sense. Of a state
-    that is lost (not finite) nan, which ends the run as one that blew up.
+    Solves M a + h = B^T f + J^T r together with J a + b = 0; redundant rows are met in the least-squares sense. For a
+    state that is not finite the forces are NaN, which ends the run as blown up.
     """
     m = plant.mechanism
     jacobian, bias = plant.jacobian(), plant.constraint_bias()

@@ -1,7 +1,5 @@
-"""Laws of loads: given in time, or by the rate or position of what they act on.
-
-The forces of the laws of a scene at every evaluation of the equations of motion: what can be is prepared once.
-"""
+"""Laws of loads that depend on time, rate or position; and the sum of all laws for repeated evaluation
+(`AppliedForce`)."""
 
 from __future__ import annotations
 
@@ -27,14 +25,14 @@ class Constant(OnOne):
     kind: ClassVar[str]
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
-        """The constant."""
+        """The constant force."""
         return {self.on: self.value}
 
 
 @register("harmonic")
 @dataclass(frozen=True)
 class Harmonic(OnOne):
-    """offset + amplitude sin(frequency t + phase), frequency in rad/s."""
+    """A force offset + amplitude sin(frequency t + phase) [N m or N]; frequency [rad/s]."""
 
     on: str
     amplitude: float
@@ -51,7 +49,7 @@ class Harmonic(OnOne):
 @register("table")
 @dataclass(frozen=True)
 class TableLaw(OnOne):
-    """A force given at times, linear between, held at the ends."""
+    """A force [N m or N] given at times [s]: linear interpolation between them, constant beyond the ends."""
 
     on: str
     times: tuple[float, ...]
@@ -66,7 +64,7 @@ class TableLaw(OnOne):
 @register("constant_power")
 @dataclass(frozen=True)
 class ConstantPower(OnOne):
-    """power / rate, limited to `limit` near standstill."""
+    """A force power / rate, limited to +-limit [N m or N] near standstill; power [W]."""
 
     on: str
     power: float
@@ -111,7 +109,7 @@ class OneSidedStop(OnOne):
     kind: ClassVar[str]
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
-        """The push."""
+        """The force of the stop, directed against `side`."""
         depth = self.side * (plant.value(self.on) - self.at)
         if depth <= 0:
             return {self.on: 0.0}
@@ -120,10 +118,10 @@ class OneSidedStop(OnOne):
 
 
 class AppliedForce:
-    """`applied_force` for many states: `self(t, plant)` is the (nv,) generalised force of all laws, and the force on
-    each joint or shaft by name.
+    """`applied_force` for many states: `self(t, plant)` gives the (nv,) generalised force of all laws, and joint or
+    shaft -> force.
 
-    `constant`: all laws are constant loads; then the two are the same objects at every call, not to be written to.
+    `constant`: all laws are constant loads; every call then returns the same two objects, which must not be changed.
     Raises MechlabError when a law acts on a name that does not exist.
     """
 

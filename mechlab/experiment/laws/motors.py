@@ -1,4 +1,4 @@
-"""Laws of motors: a falling line, and a direct-current motor with memory."""
+"""Laws of motors: a linear torque-speed characteristic, and a direct-current motor with its current as a state."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mechlab.mechanism.geometry import Array
 @register("motor")
 @dataclass(frozen=True)
 class Motor(OnOne):
-    """A motor with a straight characteristic: stall (1 - rate / no_load_rate)."""
+    """A motor with a linear characteristic: torque = stall (1 - rate / no_load_rate)."""
 
     on: str
     stall: float
@@ -57,7 +57,7 @@ class DcMotor(OnOne):
             )
 
     def static(self) -> DcMotor:
-        """The motor on its static line: without inductance, whose time constant it remembers as `neglected`."""
+        """The motor without inductance; `neglected` then holds the time constant inductance / resistance [s]."""
         return replace(self, inductance=0.0, neglected=self.neglected + self.inductance / self.resistance)
 
     def start(self) -> tuple[float, ...]:
@@ -65,7 +65,7 @@ class DcMotor(OnOne):
         return (self.current,) if self.inductance else ()
 
     def rest(self, plant: Plant) -> Array:
-        """(1,) the current that belongs to the present rate when it does not change."""
+        """(1,) steady current [A] at the present rate."""
         return np.array([(self.voltage - self.constant * plant.rate(self.on)) / self.resistance])
 
     def state_rate(self, t: float, plant: Plant, state: Array) -> Array:
@@ -73,7 +73,7 @@ class DcMotor(OnOne):
         return (self.rest(plant) - state) * (self.resistance / self.inductance)
 
     def after(self, t: float, plant: Plant, state: Array, h: float) -> Array:
-        """(1,) current after h seconds at the present rate, exactly: stable for every step."""
+        """(1,) current [A] after h seconds at the present rate: the exact solution, stable for every step."""
         rest = self.rest(plant)
         return np.asarray(rest + (state - rest) * math.exp(-h * self.resistance / self.inductance))
 

@@ -1,4 +1,4 @@
-"""What a law is, what it sees, and the table of all laws by name."""
+"""The protocols of a law and of the state that it sees, and the table of all laws by name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Plant(Protocol):
         ...
 
     def rate(self, name: str) -> float:
-        """Rate of a joint or shaft."""
+        """Rate of a joint or shaft [rad/s or m/s]."""
         ...
 
     def mass_matrix(self) -> Array:
@@ -64,7 +64,7 @@ T = TypeVar("T", bound=type)
 
 
 def register(kind: str) -> Callable[[T], T]:
-    """Class decorator: the law is known as `kind`."""
+    """Class decorator that registers a law under the name `kind`."""
 
     def add(cls: T) -> T:
         cls.kind = kind  # type: ignore[attr-defined]

@@ -10,9 +10,11 @@ from mechlab.tables import counted
 
 
 def flat_defaults(points: Sequence[ChartPoint], target: float, unit: str, rows: bool = True) -> list[str]:
-    """Sentences on engines whose defaults stay wrong however small the step: the model is wrong there, not the step.
+    """A sentence on MuJoCo's default settings where their error does not fall with the timestep; an empty list where it
+    does.
 
-    rows: the mechanism has loops or relations; without them what is soft is the dry friction.
+    rows: True when the mechanism has loops or relations, which are then the soft part; else the soft part is dry
+    friction.
     """
     soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
     out = []
@@ -35,7 +37,8 @@ def flat_defaults(points: Sequence[ChartPoint], target: float, unit: str, rows: 
 
 
 def is_flat(points: Sequence[ChartPoint], target: float) -> bool:
-    """Errors of one method at ever smaller steps do not fall: the last half no better than a third of the best before."""
+    """True when the error of a method does not fall with the step: the least error of the finer half of its steps is
+    above 10 times the target and above 0.3 times the least error of the coarser half."""
     errors = [p.error for p in sorted(points, key=lambda p: -p.step)]
     half = len(errors) // 2
     return min(errors) > 10.0 * target and min(errors[half:]) > 0.3 * min(errors[:half])
@@ -44,8 +47,11 @@ def is_flat(points: Sequence[ChartPoint], target: float) -> bool:
 def recommend(
     points: Sequence[ChartPoint], target: float, unit: str, paste: Callable[[ChartPoint], str] | None = None
 ) -> Recommendation:
-    """The cheapest point that meets the target; one that its own smaller steps confirm, if it costs no more than half as
-    much again. The most accurate point when none meets it."""
+    """The cheapest point that meets the target, or the most accurate point when none does.
+
+    A point whose method meets the target at every smaller step too is preferred if it costs at most 1.5 times as much.
+    Raises MechlabError when no run reached the end.
+    """
     usable = [p for p in points if p.ok]
     if not usable:
         raise MechlabError("chart: no method came through; the problem is too hard for every step tried.")
@@ -94,7 +100,8 @@ def mjcf_settings(p: ChartPoint) -> str:
 
 
 def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
-    """Methods at an engine's defaults whose error does not fall however small the step: name -> points that came through."""
+    """Methods at an engine's defaults whose error does not fall however small the step: name -> its points, largest
+    step first."""
     out = {}
     for name in dict.fromkeys(p.method for p in chart.points if p.default and p.control == "step"):
         points = [p for p in chart.points if p.method == name and p.ok]
@@ -123,7 +130,8 @@ def with_prefix(value: float, unit: str, digits: int = 2) -> str:
 
 
 def headline(chart: Chart) -> str:
-    """The chart in one sentence: what the defaults do where they do not converge, else what the target costs."""
+    """The chart in one sentence: the error of defaults that do not converge; else the CPU time that the target
+    costs."""
     flat = flat_methods(chart)
     if flat:
         return f"{_whose(chart, flat)} stay {final_error(flat, chart.unit)} wrong, however small the step"
@@ -134,7 +142,7 @@ def headline(chart: Chart) -> str:
 
 
 def _whose(chart: Chart, flat: dict[str, list[ChartPoint]]) -> str:
-    """Whose error is flat: all default integrators, or which."""
+    """Subject of the headline: the file's settings, MuJoCo's defaults, or its defaults with the integrators by name."""
     if any("as in the file" in n for n in flat):
         return "The file's own settings"
     through = {p.method for p in chart.points if p.default and p.ok}

@@ -12,7 +12,7 @@ from mechlab.results import ResultInFiles, Shown
 
 @dataclass(frozen=True)
 class Published:
-    """Program, machine, CPU seconds; the sources print no trajectory error beside the time."""
+    """A published CPU time [s] with its program and machine; the sources print no trajectory error with it."""
 
     program: str
     machine: str
@@ -35,13 +35,17 @@ PUBLISHED: dict[str, tuple[Published, ...]] = {
 """MBSbenchmarksInOpenSim (RehabEngGroup), with the parameters of the IFToMM library."""
 
 FEWEST = 4
-"""Step sizes of every method, at least."""
+"""Least number of step sizes of a method."""
 OK, DIVERGED, NOT_RUN = "ok", "diverged", "not run"
 
 
 @dataclass(frozen=True)
 class ChartPoint:
-    """One method at one step [s] (or tolerance, see `control`); evaluations of the equations, 0 where nobody counts."""
+    """One method at one step [s], or at one tolerance where `control` is "tolerance".
+
+    error: largest deviation of a tracked quantity [m or rad]; e_g, energy [J], gap [m]: see `score.Score`; default: an
+    engine's default settings; evaluations: of the equations of motion, 0 where they are not counted.
+    """
 
     method: str
     step: float
@@ -91,8 +95,9 @@ class Recommendation:
 class Chart(ResultInFiles):
     """All points of a scene, the reference that their errors are measured against, and what follows from them.
 
-    unit: of the errors; tracked: the quantities whose largest error counts; reference_error: the error of the reference, as far
-    as it is known; skipped: method -> why it could not run. `save` writes .svg, .png, .csv or .json, or all of them into a folder.
+    unit: of the errors; tracked: the quantities whose largest error counts; reference_error: estimated error of the
+    reference; skipped: method -> why it could not run. `save` writes .svg, .png, .csv or .json, or all of them into a
+    folder.
     """
 
     name: str
@@ -137,7 +142,7 @@ class Chart(ResultInFiles):
 
 
 def pareto(points: Sequence[ChartPoint]) -> tuple[ChartPoint, ...]:
-    """The points that none other beats in both cost and error, cheapest first."""
+    """The points that no other point beats in both cost and error, cheapest first."""
     out: list[ChartPoint] = []
     for p in sorted((p for p in points if p.ok), key=lambda p: (p.cpu_s, p.error)):
         if not out or p.error < out[-1].error:
@@ -147,8 +152,10 @@ def pareto(points: Sequence[ChartPoint]) -> tuple[ChartPoint, ...]:
 
 @dataclass(frozen=True)
 class PeerRow:
-    """One target [m or rad]: ours and the fastest peer that meets it; `peer` is empty when none does, with the best that
-    they reach in `peer_error`. Missing numbers are nan."""
+    """One target [m or rad]: our run and the fastest peer that meets the target.
+
+    When no peer meets it, `peer` is empty and `peer_error` is the least error of all peers. Missing numbers are nan.
+    """
 
     target: float
     ours_cpu_s: float
@@ -176,7 +183,11 @@ class PeerRow:
 
 @dataclass(frozen=True, repr=False)
 class PeerTable(Shown):
-    """The comparison of a scene: a row for each target, every point of the peers, what could not be run and why."""
+    """Comparison with other engines on a scene: a row for each target, all points of the peers, and peer -> why it was
+    not run.
+
+    costly: CPU time [s] of one run at which the search for a peer's best setting ends.
+    """
 
     rows: tuple[PeerRow, ...]
     points: tuple[ChartPoint, ...]

@@ -1,7 +1,8 @@
 """The chart of any MJCF file: every integrator of MuJoCo, with the constraints of the file and with hard ones.
 
-The reference is a fine run with hard constraints, extrapolated in the step, of one integrator; another integrator,
-extrapolated too, says how far it can be trusted. What it cannot see is an error that all integrators of MuJoCo share.
+The reference is a run of one integrator with small steps and hard constraints, extrapolated in the step. The difference
+to another integrator, extrapolated too, estimates its error. An error that all integrators of MuJoCo share stays
+unseen.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 OUTPUTS = 100
 DURATION = 1.0
 PUSH = 1.0
-"""Start rate of a model that nothing moves [rad/s or m/s]."""
+"""Start rate [rad/s or m/s] of every joint of a model that would otherwise stand still."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def chart_of_mjcf_file(
 ) -> Chart:
     """The chart of an MJCF file over `duration` (default 1 s). target [m]: default a thousandth of the model's size.
 
-    Raises MechlabError for a file that MuJoCo refuses, NoSolution when no fine run comes through.
+    Raises MechlabError for a file that MuJoCo refuses, NoSolution when no run with small steps reaches the end.
     """
     engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.model_file.trace import INTEGRATORS, file_order, read_model, trace_file
@@ -100,12 +101,13 @@ def chart_of_mjcf_file(
 
 
 def _still(trace: FileTrace, model: FileModel) -> bool:
-    """Whether all but nothing happens: no point moves by more than a thousandth of the model's size."""
+    """True when the run reaches the end and no point moves by more than a thousandth of the model's size."""
     return not trace.reason and float(np.ptp(trace.points, axis=0).max(initial=0.0)) < 1e-3 * model.extent
 
 
 def _extrapolated(run: Any, integrator: str, hard: bool, order: int, each: int) -> tuple[Array, Array, float]:
-    """Richardson's limit of runs at h and h/2 for points and energy, and what it moved."""
+    """Richardson extrapolation from `each` and 2 `each` steps between outputs: points [m], energy [J], and the largest
+    change of a coordinate by it [m]. Raises NoSolution when a run ends early."""
     coarse, fine = (run(integrator, hard, n) for n in (each, 2 * each))
     if coarse.reason or fine.reason:
         raise NoSolution(fine.reason or coarse.reason)
@@ -115,7 +117,11 @@ def _extrapolated(run: Any, integrator: str, hard: bool, order: int, each: int) 
 
 
 def _reference(run: Any, hard: bool) -> _Truth:
-    """RK4 with hard constraints extrapolated, checked by implicitfast; the other way round where RK4 does not come through."""
+    """The reference: of the first two integrators that reach the end, the one that extrapolation changes less.
+
+    The other one checks it. Raises NoSolution when no integrator reaches the end.
+    """
+    # hard constraint rows lower the order of RK4 from 4 to 2
     orders = {"RK4": 2 if hard else 4, "implicitfast": 1, "discrete": 1}
     found: dict[str, tuple[Array, Array, float]] = {}
     for integrator, order in orders.items():
@@ -136,7 +142,7 @@ def _reference(run: Any, hard: bool) -> _Truth:
     for other in found.keys() - {name}:
         apart = float(np.max(np.abs(found[other][0] - points)))
         text += f"; {other}, extrapolated, agrees to {apart:.1e} m"
-    # the sharper of two estimates when the other integrator is itself the rougher one
+    # where the other integrator's own error explains the difference, the estimate from the extrapolation is the better one
     error = moved if apart <= 3.0 * max(found[n][2] for n in found) else apart
     return _Truth(points, energy, text, error)
 

@@ -1,7 +1,8 @@
-"""Error control against other people's engines: what a stated error costs with `--max-error`, and with the fastest of them.
+"""CPU time for a stated error: `--max-error` against the fastest of the other engines.
 
-Our cost is that of the whole `solve_to`, its probing and its check included. For a peer the search for its best setting is free:
-the largest step (or tolerance) that meets the target is found against the reference, and only the run with it counts.
+Our cost is that of the whole `solve_to`, its trial runs and its check included. For another engine (a peer) the search
+for its best setting is free: the largest step (or tolerance) that meets the target is found with the reference, and
+only its run counts.
 """
 
 from __future__ import annotations
@@ -31,9 +32,11 @@ COSTLY = (0.3, 3.0)
 """A peer is refined until a run costs FAR times as much CPU time as ours; the limit lies within these bounds [s]."""
 FAR = 20.0
 REPEATS, ENOUGH_S, REPEATS_LIMIT = 5, 0.05, 50
-"""A median is of REPEATS runs; of quick ones there are more, until they take ENOUGH_S together, up to REPEATS_LIMIT."""
+"""A median is taken of REPEATS runs; short runs are repeated until they take ENOUGH_S [s] together, REPEATS_LIMIT at
+most."""
 CONTENDERS = 2
-"""How many of the cheapest peers of a target are run again, with up to BISECTIONS settings between two of the sweep."""
+"""Number of cheapest peers of a target that are timed again, after up to BISECTIONS settings between two of the
+sweep."""
 BISECTIONS = 3
 
 
@@ -59,8 +62,8 @@ def compare(problem: Problem, truth: Reference, progress: Callable[[str], None] 
 
 @dataclass(frozen=True)
 class Ours:
-    """What error control gave: CPU time [s] (of one run, or the median of several), true error, method, whether it says that
-    the target is reached."""
+    """A run with error control: CPU time [s], true error [m or rad], the method that it chose, and whether it reports
+    the target as reached."""
 
     cpu_s: float
     error: float
@@ -80,7 +83,8 @@ def _solved(problem: Problem, target: float) -> Solution:
 
 
 def _once_more(times: list[float], repeats: int, costly: float) -> bool:
-    """Whether a run is to be repeated for its median; costly [s]: no more than two of what takes longer together."""
+    """True while the median needs another run: up to `repeats` runs, but only two where they take `costly` [s]
+    together; runs that take less than ENOUGH_S [s] together go on, up to REPEATS_LIMIT."""
     spent, n = sum(times), len(times)
     if n < repeats:
         return n < 2 or spent < costly
@@ -98,8 +102,10 @@ def _row(target: float, x: Ours, search: _Search) -> PeerRow:
 
 
 def _duel(search: _Search, target: float, best: ChartPoint | None) -> tuple[float, float]:
-    """Median CPU times [s] of ours and of the peer's best setting, some runs of each in turns: what slows the machine for a
-    while slows both. Each has run before."""
+    """Median CPU times [s] of our run and of the peer's best setting.
+
+    The runs alternate in groups, so that a slow phase of the machine slows both.
+    """
     mine, theirs = list[float](), list[float]()
     while True:
         before = len(mine) + len(theirs)
@@ -115,7 +121,8 @@ def _duel(search: _Search, target: float, best: ChartPoint | None) -> tuple[floa
 
 @dataclass
 class _Search:
-    """Runs of peers on a problem, each with its error against the reference."""
+    """Runs of peers on a problem, with their errors against the reference; costly [s]: CPU time at which a sweep
+    ends."""
 
     problem: Problem
     truth: Reference
@@ -159,8 +166,10 @@ class _Search:
         return next(m for m in PEER_METHODS if m.name == name)
 
     def fastest(self, target: float) -> ChartPoint | None:
-        """The cheapest setting of all peers that meets the target: the medians of the cheapest ones of the sweep, and of
-        settings between theirs and the next coarser one."""
+        """The cheapest setting of all peers that meets the target, None when no peer meets it.
+
+        The cheapest CONTENDERS of the sweep are refined towards the next coarser setting and timed again.
+        """
         cheapest: dict[str, ChartPoint] = {}
         for p in sorted((p for p in self.points if p.ok and p.error <= target), key=lambda p: p.cpu_s):
             cheapest.setdefault(p.method, p)
@@ -184,7 +193,7 @@ class _Search:
         return found if found.ok and found.error <= target else good
 
     def _on_grid(self, m: Method, value: float) -> float:
-        """A step that divides the distance of the outputs."""
+        """The nearest step [s] that divides the time between outputs; a tolerance is returned unchanged."""
         if m.control == "tolerance":
             return value
         between = self.problem.scene.duration / self.problem.outputs

@@ -24,7 +24,7 @@ SIZE = 9.6
 
 
 def line_label(name: str, points: Sequence[ChartPoint]) -> str:
-    """The method, and from which step on it diverges: what is missing is sentence, not dropped."""
+    """The name of the method and, where some of its runs diverge, the smallest step or tolerance at which they do."""
     lost = [p.step for p in points if p.status == "diverged"]
     if not lost:
         return name
@@ -33,9 +33,9 @@ def line_label(name: str, points: Sequence[ChartPoint]) -> str:
 
 
 def spaced_apart(wanted: Sequence[float], low: float, high: float, gap: float) -> list[float]:
-    """Places as near as can be to the wanted ones, in their order, at least `gap` apart and within low..high.
+    """Places closest to the wanted ones (least squares), in the same order, at least `gap` apart and within low..high.
 
-    Where they do not fit, they stand at equal distances. Least squares with an order: pool adjacent violators.
+    Where they do not fit, they are equally spaced. Method: isotonic regression by pooling adjacent violators.
     """
     n = len(wanted)
     if n == 0:
@@ -102,8 +102,7 @@ def draw_flat_band(axes: Any, chart: Chart) -> None:
 
 
 def draw_recommended(axes: Any, chart: Chart) -> None:
-    """A ring around the recommended point; its words stand to the lower left, where no point can be that it does not
-    dominate."""
+    """A ring around the recommended point; its text stands to the lower left, where only better points could lie."""
     p = chart.recommendation.point
     if p.error <= 0:
         return
@@ -127,7 +126,7 @@ def draw_recommended(axes: Any, chart: Chart) -> None:
 
 
 def draw_published(axes: Any, chart: Chart) -> None:
-    """Stars on the axis: their sources print a time, but no error."""
+    """Published CPU times as stars on the time axis: their sources print no error."""
     for x in chart.published:
         axes.axvline(x.cpu_s, color=GOLD, lw=0.9, ls=":", zorder=1)
         axes.plot([x.cpu_s], [axes.get_ylim()[0]], "*", ms=17, color=GOLD, clip_on=False, zorder=6)
@@ -280,7 +279,7 @@ def _free_end(axes: Any, shown: list[ChartPoint], target: float) -> bool:
 
 
 def _foot(chart: Chart, figure: Any, lost: list[str]) -> None:
-    """The legend of the signs, methods that are not drawn, and the reference of the errors."""
+    """The text below the picture: meaning of the signs, methods that are not drawn, the reference of the errors."""
     engines = ", ".join(f"{n} {chart.versions[n]}" for n in ("mujoco", "pin") if n in chart.versions)
     signs = "Grey: nothing is better in both. × 25 ms: diverges at that step and above."
     if lost:

@@ -1,9 +1,9 @@
-"""Runs every method on a scene at ever smaller steps and makes a chart of speed against accuracy of them.
+"""Runs every method on a scene at ever smaller steps and makes the chart of speed against accuracy.
 
-x: CPU time [s] of stepping alone, one thread, the median of several runs, the same output times for all methods. Which runs are
-made, counted work decides, so that every machine makes the same ones. y: the largest position error against a reference of
-another formulation, given together with e_G, energy and loop gap. Each method has at least four step sizes; a run that
-diverges is listed as missing; an engine's defaults are always shown.
+x: CPU time [s] of stepping alone, one thread, median of several runs, the same output times for all methods. y: the
+largest position error against a reference of another formulation; e_G, energy and loop gap are listed with it. Counted
+work, not time, limits the runs, so that every machine makes the same ones. Each method has at least four step sizes; a
+run that diverges is listed without numbers; an engine's defaults are always shown.
 """
 
 from __future__ import annotations
@@ -159,7 +159,10 @@ def _median(run: Callable[[float], Trace], value: float, first: float, work: flo
 
 
 def _confirm(points: Sequence[ChartPoint], truth: Reference, own: set[str]) -> tuple[float, str]:
-    """The error of the reference as far as it is known: another formulation agrees to this."""
+    """Estimated error of the reference, nan where there is no estimate, and text on the methods that agree with it.
+
+    The least of: its own estimate, the error of its own formulation (`own`), and that of the closest other method.
+    """
     others = [p for p in points if p.ok and p.method not in own and p.error > 0.0]
     mine = [p for p in points if p.ok and p.method in own]
     known = [] if math.isnan(truth.own_error) else [truth.own_error]

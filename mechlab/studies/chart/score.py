@@ -1,4 +1,4 @@
-"""The reference of a chart, and the errors of a run against it: tracked quantities, energy, open loops at the same times."""
+"""The reference of a chart, and the errors of a run against it: tracked quantities, energy, loop residuals."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from mechlab.mechanism.geometry import Array
 EVERY = 4
 """Energy and loops are taken at every fourth output time only: each takes the kinematics of the whole tree."""
 THRESHOLD = 1e-3
-"""The least size [m or rad] of a tracked value in the relative error e_G: smaller ones count as this."""
+"""Lower bound [m or rad] of the reference value that the relative error e_G divides by."""
 
 
 @dataclass(frozen=True)
 class Score:
     """error: largest deviation of a tracked quantity [m or rad]; e_g: root mean square of the deviations relative to
-    max(|reference|, 1e-3) (Gonzalez et al.); energy: largest deviation from the reference's [J]; gap: open loops [m]."""
+    max(|reference|, 1e-3) (Gonzalez et al.); energy: largest deviation from the reference's [J]; gap: largest residual
+    of loops and relations [m or rad]."""
 
     error: float
     e_g: float
@@ -34,8 +35,11 @@ class Score:
 
 @dataclass(frozen=True)
 class Reference:
-    """The truth of a chart: tracked values (n, channels), energies, where they come from, and their own error as far as it
-    is known from the reference alone."""
+    """The reference of a chart: tracked values (n, names), energies [J] at every fourth output time, and `text`, their
+    origin.
+
+    own_error: estimate from a second reference run with a larger tolerance; nan without one.
+    """
 
     names: tuple[str, ...]
     unit: str
@@ -46,7 +50,7 @@ class Reference:
 
 
 def tracked_names(problem: Problem) -> tuple[str, ...]:
-    """Channels of the scene, or the positions of all frames, or all joints."""
+    """The scene's channels in m or rad; without any, the positions of all frames; without frames, all joints."""
     entry, m = problem.design.entry, problem.mechanism
     named = tuple(n for n in problem.scene.channels if n in entry.channels and entry.channels[n][0] in ("m", "rad"))
     frames = tuple(f"{f.name}_{a}" for f in m.frames for a in "xyz")
@@ -69,7 +73,7 @@ def energies(problem: Problem, q: Array, v: Array) -> Array:
 
 
 def score(problem: Problem, reference: Reference, trace: Trace) -> Score:
-    """How far a run is from the reference; infinite for one that ended early or is not finite."""
+    """Errors of a run against the reference; infinite for a run that ended early or is not finite."""
     if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != len(reference.values):
         return Score(math.inf, math.inf, math.inf, math.inf)
     deviation = np.abs(tracked(problem, reference.names, trace.q, trace.v) - reference.values)
@@ -81,8 +85,9 @@ def score(problem: Problem, reference: Reference, trace: Trace) -> Score:
 
 
 def reference_of(problem: Problem) -> Reference:
-    """Own equations of the entry where it has them, else rigid dynamics by Pinocchio at a sharp tolerance, with located
-    events where there is dry friction."""
+    """A run of the entry's own equations where it has them, else of Pinocchio's rigid dynamics at tolerance 1e-12, with
+    located stick-slip events where there is dry friction. Raises MechlabError or NoSolution when neither is
+    possible."""
     names = tracked_names(problem)
     entry = problem.design.entry
     unit = "m" if all(n in entry.channels or n.rpartition("_")[2] in ("x", "y", "z") for n in names) else "m or rad"
@@ -94,7 +99,8 @@ def reference_of(problem: Problem) -> Reference:
 
 
 def _own(problem: Problem, names: tuple[str, ...], unit: str) -> Reference | None:
-    """None when there is none to compare with: the scene has no closed form, or in other coordinates, or at other times."""
+    """The entry's own reference; None when it does not cover the scene, or has other coordinates or other output
+    times."""
     entry, times = problem.design.entry, np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
     assert entry.reference is not None
     try:

@@ -56,7 +56,7 @@ class CheckOutcome:
 
     @property
     def verdict(self) -> str:
-        """One word."""
+        """ "pass", "not checked" (an engine is missing) or "FAIL"."""
         return "pass" if self.passed else "not checked" if self.missing else "FAIL"
 
     def to_dict(self) -> dict[str, Any]:
@@ -73,13 +73,13 @@ class CheckOutcome:
 
 @dataclass(frozen=True, repr=False)
 class CheckReport(Shown):
-    """All outcomes."""
+    """The outcomes of all checks that ran."""
 
     outcomes: tuple[CheckOutcome, ...]
 
     @property
     def exit_code(self) -> int:
-        """3 when a check failed."""
+        """3 when a check failed, else 0."""
         return 3 if any(o.verdict == "FAIL" for o in self.outcomes) else 0
 
     @property
@@ -102,7 +102,7 @@ def checks_of(entry: Entry) -> tuple[Check, ...]:
 def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:
     """Run every check of the designs: their own, and the generic ones.
 
-    A check that raises has failed, unless what it lacks is an engine.
+    A check that raises MechlabError has failed; one that raises EngineMissing counts as not checked.
     """
     outcomes = []
     for design in designs:

@@ -1,4 +1,4 @@
-"""Checks that any Mechanism can be put to: three independent implementations of kinematics and dynamics must agree."""
+"""Checks for any Mechanism: numpy, Pinocchio and MuJoCo must agree in kinematics, dynamics and constraint rows."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ from mechlab.mechanism.structure import null_space, rank, sample_poses
 
 
 def generic_checks(entry: Entry) -> tuple[Check, ...]:
-    """G1 poses, G2 mass matrix, G3 forces, G4 closure, G5 constraint Jacobian, G6 rows of the engines, each for every fidelity
-    that has a Mechanism."""
+    """G1 poses, G2 mass matrix, G3 forces, G4 closure, G5 constraint Jacobian, G6 motions that the constraint rows
+    allow.
+
+    Each check covers every fidelity that has a Mechanism.
+    """
 
     def of_each(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
         return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})
 
     def in_own_unit(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
-        """Lengths in the unit that fits the mechanism, as its tolerances are (see `mechlab.mechanism.length_unit`)."""
+        """Measure with the mechanism's length scale as unit of length: tolerances are set for bodies of size 1."""
         return of_each(lambda m: measure(m if m.length_scale == 1.0 else in_unit_of_length(m, m.length_scale)))
 
     three = "three implementations"
@@ -38,7 +41,7 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
 
 
 def _together(found: dict[str, CheckResult]) -> CheckResult:
-    """The measurements of all fidelities as one; a fidelity that differs from another only in its name is told once."""
+    """The measurements of all fidelities as one result: values concatenated, notes joined."""
     if len(found) == 1:
         return next(iter(found.values()))
     witnesses = list(next(iter(found.values())).values)
@@ -108,8 +111,8 @@ def _jacobian(m: Mechanism) -> CheckResult:
 
 
 def _allowed(m: Mechanism) -> CheckResult:
-    """Freedoms by the rank of each implementation's rows, and the worst violation of the engines' rows by motions that ours
-    allow: equal ranks and no violation mean that the rows span the same space."""
+    """Degrees of freedom by the rank of each implementation's rows, and the largest residual of those rows under a
+    motion that our rows allow. Equal ranks and no residual mean that the rows span the same space."""
     constraints, tree = ConstraintSet(m), TreeKinematics(m)
     found: dict[str, list[float]] = {name: [] for name in IMPLEMENTATIONS}
     for q, v in _states(m):

@@ -40,9 +40,9 @@ ZERO = 1e-11
 
 @dataclass(frozen=True, repr=False)
 class CycleResult(Result):
-    """A cycle: columns name -> (n,) in SI along the values of the drive, with units and what there is to say.
+    """A cycle: columns name -> (n,) in SI units at the positions of the drive, with units and notes.
 
-    Columns that vanish all the way are left out of `columns` and named in `zero`.
+    Force, moment and position columns that are zero at every position are left out of `columns` and named in `zero`.
     """
 
     mechanism: Mechanism
@@ -67,8 +67,10 @@ class CycleResult(Result):
         return self.columns[name]
 
     def extremum(self, name: str, sign: int) -> Extremum | None:
-        """The largest (sign 1) or least (-1) value of a column along the path, between the positions too, and where it is;
-        None where no value is finite. Without a course it is that of the positions."""
+        """The largest (sign 1) or least (-1) value of a column, and the position of the drive where it occurs.
+
+        With a course the search covers the path between the positions too. None where no value is finite.
+        """
         column = None if self.course is None else lambda phi: self.course.columns(np.array([phi]), {name})[name][0]  # type: ignore[union-attr]
         phi, values = self.columns[self.drive], self[name]
         same = abs(values[-1] - values[0]) <= 1e-9 * max(1.0, float(np.ptp(values)))
@@ -77,7 +79,7 @@ class CycleResult(Result):
 
     @property
     def message(self) -> str:
-        """What was done, in a sentence."""
+        """One sentence: number of positions, the drive and its range."""
         phi = self.columns[self.drive]
         unit = self.units[self.drive]
         return f"{self.name}: {len(phi)} positions of {self.drive} from {phi[0]:.6g} to {phi[-1]:.6g} {unit}"
@@ -93,7 +95,8 @@ class CycleResult(Result):
 
 @dataclass(frozen=True)
 class Sample:
-    """Columns (n,) with units at positions of the drive, the motion q (n, nq), v (n, nv) and the reactions behind them."""
+    """Columns (n,) with units at positions of the drive, the motion q (n, nq), v (n, nv), and the table of
+    reactions."""
 
     columns: dict[str, Array]
     units: dict[str, str]
@@ -104,7 +107,11 @@ class Sample:
 
 @dataclass(frozen=True)
 class Course:
-    """What gives the columns anywhere on the path: rate and acceleration of the drive, constant loads (nv,), the output."""
+    """Computes the columns at any position of the path, from rate and acceleration of the drive and constant loads
+    (nv,).
+
+    aim: the output joint of the transmission, None without one.
+    """
 
     path: ClosedPath
     rate: float
@@ -118,7 +125,7 @@ class Course:
         return _normal(self.path.mechanism, self.path.start)
 
     def turns(self, phis: Array) -> bool:
-        """Whether the positions are those of a full turn, after which the mechanism is back in its pose."""
+        """True when the positions span a full turn of the drive and the mechanism is then back in its pose."""
         return bool(abs(phis[-1] - phis[0] - 2.0 * np.pi) < 1e-9) and self.path.full_turn() is not None
 
     def sample(self, phis: Array) -> Sample:
@@ -144,7 +151,7 @@ class Course:
         return Sample(columns, units, q, v, found)
 
     def columns(self, phis: Array, names: Collection[str]) -> dict[str, Array]:
-        """Some columns at positions (n,): motion and transmission alone where they are enough."""
+        """At least the named columns at positions (n,); reactions are computed only when a name needs them."""
         m, drive = self.path.mechanism, self.path.coordinate
         poses, q, v, a = self._motion(phis)
         found = {drive: phis} | _motion(m, q, v, a)[0]
@@ -170,10 +177,10 @@ def run_cycle(
 ) -> CycleResult:
     """A cycle of a mechanism with one freedom, from its reference pose, at `points` equal steps of the drive.
 
-    motion: X_rate (default 1) and X_accel (0) of the drive X (crank_rate means crank_angle_rate where there is no crank),
-    X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first that turns fully.
-    output: the joint whose load the transmission angle is about. span: from and to [rad or m], default a full turn, or what
-    lies between the limit positions.
+    motion: X_rate (default 1) and X_accel (0) of the drive X (crank_rate means crank_angle_rate where there is no
+    crank), X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first
+    that turns fully. output: the joint that carries the load of the transmission angle. span: first and last position
+    of the drive [rad or m], default a full turn, or the range between the limit positions less 1 % at each end.
 
     Columns: X, X_rate, X_accel of joints and shafts; DRIVE_force; of every loop and joint _fx _fy _fz _mx _my _mz (on
     the body from its parent, about the joint, world axes; loops: on body b) and _reaction, the size of the force;
@@ -208,7 +215,7 @@ def run_cycle(
 
 
 def _acts(m: Mechanism, drive: str, motion: Mapping[str, float]) -> str:
-    """What acts, in a line: the drive moves as given and the force for it is named, so no declared drive holds."""
+    """One line on what acts: the constant loads, and the drive on its given motion in place of its declared law."""
     loads = tuple(
         Constant(k.removesuffix("_force"), float(x)) for k, x in motion.items() if k.endswith("_force") and float(x)
     )

@@ -23,7 +23,8 @@ COMPARED = 9
 
 @dataclass(frozen=True)
 class ReactionTable:
-    """columns name -> (n,), their units; `forces` loop or joint -> (n, 6) force and moment; `drive` (n,)."""
+    """Reactions at n positions: columns name -> (n,) with their units; forces: loop or joint -> (n, 6) force [N] and
+    moment [N m]; drive: force of the drive (n,) [N or N m]."""
 
     columns: dict[str, Array]
     units: dict[str, str]
@@ -68,9 +69,10 @@ def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: 
 def witness_difference(
     m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array, found: ReactionTable
 ) -> float:
-    """Largest difference of drive force, loop forces and joint wrenches [N, N m] to those of MuJoCo, at nine positions.
+    """Largest difference of drive force, loop forces and joint wrenches [N, N m] from those of MuJoCo, at nine
+    positions.
 
-    Of a body with several joints the last is compared. Raises MechlabError where MuJoCo cannot say.
+    For a body with several joints only the last is compared. Raises MechlabError where MuJoCo cannot compute them.
     """
     engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.reactions import InverseDynamicsSolver
@@ -87,7 +89,7 @@ def witness_difference(
 
 
 MANY = 7
-"""With more moving bodies only their centres against the ground are given."""
+"""With more moving bodies than this, only the instant centres relative to the ground are given."""
 
 
 def shaking(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
@@ -111,9 +113,10 @@ def shaking(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
 
 
 def instant_centres(m: Mechanism, poses: Sequence[PathPoint], normal: Array) -> dict[str, Array]:
-    """centre_A_B_x, _y, _z (n,): where body B turns about A at the instant, for all pairs (many bodies: the ground's).
+    """centre_A_B_x, _y, _z (n,) [m]: the instant centre of body B relative to A, for all pairs of bodies.
 
-    In the plane through the world's origin; not a number where the pair does not turn: the centre is at infinity.
+    With more than MANY moving bodies A is always the ground. The centre lies in the plane of motion through the world's
+    origin; NaN where the pair has no relative rotation (centre at infinity).
     """
     moving = [b.name for b in m.bodies if b.joints]
     names = [GROUND, *moving]
@@ -140,8 +143,8 @@ POINT_LOOPS = ("spherical", "revolute")
 
 
 def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], named: str | None) -> str | None:
-    """The joint whose load the transmission is about: the one that is named, else the last on the ground that moves and is not the
-    drive, else None. Raises MechlabError for a name that does not exist or does not move."""
+    """The output joint of the transmission: the named one; else the last joint on the ground that moves and is not the
+    drive; else None. Raises MechlabError for a name that does not exist, does not move, or is the drive."""
     moves = {n: any(abs(m.row(n) @ p.u) > 1e-9 for p in poses) for n in m.scalar_names}
     if named is not None:
         m.row(named)
@@ -161,9 +164,9 @@ def transmission(
     """velocity_ratio d(output)/d(drive), mechanical_advantage (load on the output per force of the drive, its inverse),
     and LOOP_transmission_angle (n,) in [0, pi/2] for each loop that is a pin.
 
-    The angle: with a load on the output alone (no mass, no weight), pi/2 less the angle between the force that the loop
-    passes on and the velocity of its point. In a four-bar it is the angle of coupler and rocker. Not a number where the
-    loop passes no force or its point stands.
+    The angle is pi/2 less the angle between the loop force and the velocity of its point, with a load on the output
+    alone (no mass, no weight). In a four-bar it is the angle between coupler and rocker. NaN where the loop carries no
+    force or its point does not move.
     """
     engine("pinocchio")  # raises EngineMissing where it is not installed
     from mechlab.engines.pinocchio import PinPlant
@@ -195,13 +198,13 @@ def transmission(
 
 
 FINE = 1e-7
-"""Width at which the search for a place ends, as a share of the distance of two samples: at a smooth extremum the value is
-then right to rounding, at a kink to this share of the change from sample to sample."""
+"""Width at which the search for an extremum ends, relative to the interval searched. The value is then exact to
+rounding at a smooth extremum; at a kink its error is this share of the change between samples."""
 
 
 @dataclass(frozen=True)
 class Extremum:
-    """A value, and the position where it is met."""
+    """A largest or least value, and the position where it occurs."""
 
     value: float
     at: float
@@ -212,9 +215,10 @@ def extremum(
 ) -> Extremum | None:
     """The largest (sign 1) or least (-1) value; None where no sample is finite.
 
-    positions, values (n,): samples, NaN where there is no value. function(position): the curve; where it is given, every
-    sample that is better than its neighbours is followed between them (Brent), unless even twice its lead over a neighbour
-    would not make it the best. closed: the last sample is the first one again, so that both are neighbours.
+    positions, values (n,): samples, NaN where there is no value. function(position): the curve between them. Where it
+    is given, every local extremum of the samples is refined between its neighbours (Brent's method), unless adding
+    twice its lead over a neighbour would still not make it the best. closed: the last sample repeats the first
+    (periodic curve).
     """
     x, y = np.asarray(positions, dtype=float), sign * np.asarray(values, dtype=float)
     if not np.isfinite(y).any():
@@ -230,7 +234,7 @@ def extremum(
     inner = np.arange(1, len(x) - 1)
     top = inner[(y[inner] >= y[inner - 1]) & (y[inner] >= y[inner + 1]) & np.isfinite(y[inner])]
     top = top[~np.isneginf(y[top - 1]) | ~np.isneginf(y[top + 1])]
-    if not closed:  # leads an end the extremum may lie between the end and its neighbour
+    if not closed:  # where an end sample leads, the extremum may lie between it and its neighbour
         top = np.union1d(top, [k for k in (1, len(x) - 2) if y[0 if k == 1 else -1] >= y[k] > -np.inf]).astype(int)
     for k in top[np.argsort(-y[top])]:
         leads = [d for d in (abs(y[k] - y[k - 1]), abs(y[k] - y[k + 1])) if np.isfinite(d)]

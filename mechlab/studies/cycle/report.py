@@ -21,7 +21,7 @@ from mechlab.tables import number, table
 
 @save_result.register
 def _(cycle: CycleResult, path: Path) -> Path:
-    """Write the file that the ending says; raises MechlabError for an ending other than .csv, .svg, .dxf."""
+    """Write the file in the format of its suffix; raises MechlabError for a suffix other than .csv, .svg, .dxf."""
     kinds = {".csv": _csv, ".svg": _svg, ".dxf": _dxf}
     kind = path.suffix.lower()
     if kind not in kinds:
@@ -32,7 +32,8 @@ def _(cycle: CycleResult, path: Path) -> Path:
 
 
 def _csv(cycle: CycleResult) -> str:
-    """A line of `name [unit]`, then 17 significant digits; what is not finite is left empty."""
+    """A header line of `name [unit]`, then one line a position, in full precision; values that are not finite are
+    empty."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([f"{n} [{cycle.units[n]}]" if cycle.units.get(n) else n for n in cycle.columns])
@@ -42,7 +43,8 @@ def _csv(cycle: CycleResult) -> str:
 
 
 def curves(cycle: CycleResult) -> dict[str, Array]:
-    """Frame -> (n, 2) curve in the plane of a planar mechanism (right, up), or (n, 3); frames that stand are left out."""
+    """Frame -> curve [m]: (n, 2) right and up in the plane of a planar mechanism, else (n, 3). Fixed frames are left
+    out."""
     out = {}
     for frame in cycle.mechanism.frames:
         points = np.column_stack([cycle[f"{frame.name}_{x}"] for x in "xyz"])
@@ -52,7 +54,7 @@ def curves(cycle: CycleResult) -> dict[str, Array]:
 
 
 def plane(normal: tuple[float, float, float]) -> Array:
-    """(2, 3) directions to the right and up in a plane, seen so that z, or in a level plane y, points up."""
+    """(2, 3) unit vectors right and up in a plane. Up is the world's z, or its y in a nearly horizontal plane."""
     n = np.array(normal)
     up = np.array([0.0, 1.0, 0.0]) if abs(n[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
     up = up - (up @ n) * n
@@ -114,7 +116,7 @@ def _draw_curves(ax: Any, paths: dict[str, Array]) -> None:
 
 
 def _groups(cycle: CycleResult) -> list[tuple[str, str, list[str]]]:
-    """Title, unit and columns of each chart that has something to show."""
+    """Title, unit and columns of each chart that has at least one column."""
     names = [n for n in cycle.columns if n != cycle.drive]
     joints = list(cycle.mechanism.scalar_names)
     unit = cycle.units[f"{cycle.drive}_force"]

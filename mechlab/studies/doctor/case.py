@@ -1,4 +1,5 @@
-"""A diagnosis as data, and the file that is examined: its text, the model that MuJoCo compiles of it, the Mechanism read from it."""
+"""A diagnosis as data, and the examined file: its XML, the model that MuJoCo compiles from it, the Mechanism read from
+it."""
 
 from __future__ import annotations
 
@@ -21,13 +22,15 @@ from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
 
 ORDER = {"error": 0, "warning": 1, "note": 2}
-"""Severities: "error": results of the file as it is cannot be trusted; "warning": to be known; "note": for other tools."""
+"""Severities. "error": results of the file as it is cannot be trusted; "warning": may matter; "note": concerns other
+tools."""
 
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis(Shown):
-    """The diagnosis of a file. `freedoms` is None where no rank could be taken; `gap` [m, rad] is the largest residual of
-    a loop or coupling in the reference pose, None where nothing closes; `paste` the whole of the recommended settings."""
+    """The diagnosis of a file. `freedoms` is None where no rank could be computed; `idle`: names of local freedoms;
+    `gap` [m, rad]: largest residual of a loop or coupling in the reference pose, None without any; `paste`: all
+    recommended settings."""
 
     name: str
     kind: str
@@ -78,8 +81,8 @@ ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 @dataclass(frozen=True)
 class ExaminedFile:
-    """What is known of a file: the root of its XML (None for other sources), the compiled model or why MuJoCo refuses it,
-    the Mechanism or why mechlab cannot hold it."""
+    """An examined file: the root of its XML (None for other sources), the compiled model or MuJoCo's error (`refused`),
+    the Mechanism or the reason why mechlab cannot read it as one (`unread`)."""
 
     name: str
     kind: str
@@ -91,7 +94,8 @@ class ExaminedFile:
 
 
 def read_case(path: Path) -> ExaminedFile:
-    """The case of an .xml or .urdf file; raises MechlabError for a file that cannot be read, or is neither."""
+    """Read and compile an .xml (MJCF) or .urdf file; raises MechlabError for a file that cannot be read or is not such
+    XML."""
     try:
         content = path.read_text()
     except (OSError, UnicodeDecodeError) as error:
@@ -108,7 +112,7 @@ def read_case(path: Path) -> ExaminedFile:
 
 
 def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
-    """The case of a Mechanism: the MJCF that mechlab would write of it."""
+    """The examined file of a Mechanism: the MJCF that mechlab writes for it."""
 
     root = ET.fromstring(to_mjcf(mechanism))
     return ExaminedFile(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
@@ -125,7 +129,7 @@ def _as_mechanism(content: str, kind: str) -> tuple[Mechanism | None, str]:
 
 
 def bare(root: ET.Element) -> ET.Element:
-    """A URDF without its looks: meshes need not be there to look at its mechanics."""
+    """A copy of a URDF without visual and collision elements, so that it compiles when its mesh files are missing."""
     root = copy.deepcopy(root)
     for link in root.findall("link"):
         for tag in ("visual", "collision"):

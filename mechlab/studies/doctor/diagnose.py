@@ -22,13 +22,14 @@ from mechlab.studies.doctor.case import ORDER, Diagnosis, ExaminedFile
 from mechlab.studies.doctor.file_text import compiler_settings, other_readers, urdf
 
 OPEN, TORN = 1e-9, 1e-4
-"""Gap in the reference pose, over the size of the model, to be known; and one that makes the first steps wrong."""
+"""Gap in the reference pose relative to the size of the model: above OPEN a warning, above TORN an error."""
 LOCKING = 1e-6
-"""A row that others repeat but for more than this is an inconsistent one, not one with too few digits."""
+"""A nearly redundant row whose independent part is larger than this is inconsistent; a smaller part is too few
+digits."""
 
 
 def diagnose(case: ExaminedFile) -> Diagnosis:
-    """The diagnosis of a case."""
+    """The diagnosis of an examined file."""
     model = case.model
     own = structure(case.mechanism) if case.mechanism is not None else None
     seen, trial = None, None
@@ -46,7 +47,7 @@ def diagnose(case: ExaminedFile) -> Diagnosis:
         findings += _structure(seen, case.mechanism, own, model)
         findings += masses.masses(model)
         findings += options.limits(model, start)
-        if case.kind != "URDF":  # which says nothing of integrators and softness
+        if case.kind != "URDF":  # a URDF has no integrator and no softness
             trial = run_trial(model) if model.nv else None
             findings += _engine(model, start, trial)
     if case.unread:

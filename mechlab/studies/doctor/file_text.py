@@ -1,4 +1,5 @@
-"""Findings in the text of a file: what a URDF cannot express, compiler settings of an MJCF, what other readers would lose of it."""
+"""Findings in the text of a file: what a URDF cannot express, compiler settings of an MJCF, what other readers drop
+from it."""
 
 from __future__ import annotations
 
@@ -105,7 +106,7 @@ def _name(e: ET.Element) -> str:
 
 
 def compiler_settings(root: ET.Element) -> Iterator[Symptom]:
-    """Findings "masses_changed" and "degrees" of the <compiler> element and the numbers that it rules."""
+    """Findings "masses_changed" and "degrees" of the <compiler> element and of the angles that it applies to."""
     merged: dict[str, str] = {}
     for element in root.findall("compiler"):
         merged |= element.attrib
@@ -121,7 +122,7 @@ def compiler_settings(root: ET.Element) -> Iterator[Symptom]:
 
 
 def _degrees(root: ET.Element, radian: bool, unit_given: bool) -> Iterator[Symptom]:
-    """Angles of hinges that look like those of the other unit."""
+    """Angles of hinges and balls that look like radians in a file in degrees, or degrees in a file in radians."""
     angles: dict[str, list[float]] = {}
     for e in root.iter("joint"):
         if e.get("type", "hinge") in ("hinge", "ball"):
@@ -146,7 +147,7 @@ def _degrees(root: ET.Element, radian: bool, unit_given: bool) -> Iterator[Sympt
 
 
 def _of_pi(x: float) -> bool:
-    """Whether a number is a multiple of pi/12 that was written with at least three digits."""
+    """True for a nonzero multiple of pi/12 written with more than one decimal: such an angle is probably in radians."""
     turns = abs(x) / (np.pi / 12)
     return round(turns) > 0 and abs(turns - round(turns)) < 1e-3 * turns and abs(x - round(x, 1)) > 1e-9
 

@@ -1,4 +1,4 @@
-"""A diagnosis as one line and as text: the structure, the findings by severity, the text to paste."""
+"""A diagnosis as one line and as text: the structure, the findings by severity, the settings to paste."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def _(diagnosis: Diagnosis) -> str:
 
 @text_of.register
 def _(diagnosis: Diagnosis) -> str:
-    """The structure, the findings by severity, the text to paste."""
+    """The structure, the findings by severity, the settings to paste."""
     lines = [f"{diagnosis.name} ({diagnosis.kind})"]
     if diagnosis.freedoms is not None:
         lines.append(

@@ -1,7 +1,7 @@
 """Small motions about an equilibrium: linear equations on the constraint manifold, and their modes.
 
-With an M-orthonormal basis they are y'' + C y' + K y = 0: one mode for each freedom, two eigenvalues each. `Dynamics` is what an
-engine must give for that.
+With an M-orthonormal basis they are y'' + C y' + K y = 0: one mode for each degree of freedom, two eigenvalues each.
+`Dynamics` is the interface that an engine implements for it.
 """
 
 from __future__ import annotations
@@ -21,26 +21,29 @@ from mechlab.mechanism.newton import Assembly
 from mechlab.mechanism.structure import null_space
 
 STEP = 1e-3
-"""Step of the difference quotients of fourth order, in radians, or in sizes of the mechanism: their error is 1e-12."""
+"""Step of the fourth-order difference quotients [rad], or relative to the size of the mechanism: their error is
+1e-12."""
 
 
 class Dynamics(Protocol):
-    """M a + g(x, v) = J^T reactions of a mechanism under laws at rest. `mechlab.engines.pinocchio.linearise` and
-    `mechlab.engines.mujoco.linearise` implement it, each over its own coordinates x and displacements."""
+    """Equations M a + g(x, v) = J^T reactions of a mechanism under constant laws, in the coordinates x of one engine.
+
+    Implemented by `mechlab.engines.pinocchio.linearise` and `mechlab.engines.mujoco.linearise`.
+    """
 
     mechanism: Mechanism
     nv: int
 
     def pose(self, q: ArrayLike) -> Array:
-        """The engine's pose of coordinates q (nq,)."""
+        """The engine's coordinates x for the Mechanism's coordinates q (nq,)."""
         ...
 
     def coordinates(self, x: Array) -> Array:
-        """(nq,) coordinates of the Mechanism."""
+        """The Mechanism's coordinates (nq,) for x."""
         ...
 
     def rates(self, basis: Array) -> Array:
-        """Columns of displacements in the order of the Mechanism's rates."""
+        """Columns of displacements (nv, k), reordered to the Mechanism's rates."""
         ...
 
     def moved(self, x: Array, dv: Array) -> Array:
@@ -66,10 +69,10 @@ class Dynamics(Protocol):
 
 @dataclass(frozen=True)
 class LinearMotion:
-    """M y'' + C y' + K y = -g for small y, with displacement = basis y; basis (nv, f) is M-orthonormal, so mass = 1.
+    """y'' + C y' + K y = -g for small y, with displacement = basis y; basis (nv, f) is M-orthonormal, so the mass is 1.
 
-    damping C (f, f), stiffness K (f, f), gradient g (f,); load: size of the generalised forces in play [N m or N];
-    stiffest: largest entry of the stiffness per unit of displacement: both set the level of rounding.
+    damping C (f, f), stiffness K (f, f), gradient g (f,). load: largest generalised force [N m or N], stiffest: largest
+    derivative of a generalised force by a displacement; both set the level of rounding.
     """
 
     basis: Array
@@ -81,7 +84,8 @@ class LinearMotion:
 
 
 def step_size(mechanism: Mechanism) -> float:
-    """STEP in radians; where parts slide, no more than STEP sizes of the mechanism."""
+    """Step of the difference quotients: STEP [rad]; with prismatic joints at most STEP times the size of the mechanism
+    [m]."""
     if all(j.kind != "prismatic" for j in mechanism.joints):
         return STEP
     lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
@@ -125,7 +129,7 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMot
 
 
 def _normalised(dynamics: Dynamics, free: Array, x: Array) -> Array:
-    """The basis turned and scaled so that the kinetic energy is half the sum of squares."""
+    """The basis combined and scaled to N^T M N = 1. Raises Untrustworthy for a motion without inertia."""
     if not free.shape[1]:
         return free
     mass = free.T @ dynamics.mass(x) @ free
@@ -142,7 +146,8 @@ def _normalised(dynamics: Dynamics, free: Array, x: Array) -> Array:
 
 OSCILLATING, OVERDAMPED, UNSTABLE, RIGID = "oscillating", "overdamped", "unstable", "rigid"
 ROUNDING_LOAD, ROUNDING_STIFFNESS = 1e-11, 1e-12
-"""Stiffness that rounding and difference quotients make: shares of the loads and of the largest stiffness."""
+"""Stiffness that can be rounding or error of the difference quotients: shares of the load and of the largest
+stiffness."""
 GROWTH = 1e-8
 """Rates of growth below this share of the frequency are rounding."""
 
@@ -151,9 +156,10 @@ GROWTH = 1e-8
 class VibrationMode:
     """Motions exp(r t) along one shape for the two eigenvalues r of `eigenvalues` [1/s].
 
-    omega = sqrt |r1 r2| [rad/s], the undamped frequency; damping = -(r1 + r2) / (2 omega), the damping ratio (None for a
-    rigid mode). kind: oscillating; overdamped (two real, none positive); unstable (one grows); rigid (no stiffness at all).
-    shape: (nv,) complex in the order of the Mechanism's rates, its largest entry 1.
+    omega = sqrt |r1 r2| [rad/s], the undamped frequency; damping = -(r1 + r2) / (2 omega), the damping ratio
+    (None for a rigid mode). kind: oscillating; overdamped (two real eigenvalues, none positive); unstable (an
+    eigenvalue has a positive real part); rigid (no stiffness). shape: (nv,) complex in the order of the Mechanism's
+    rates, its largest entry 1.
     """
 
     omega: float
@@ -174,7 +180,7 @@ class VibrationMode:
 
 
 def modes(linear: LinearMotion, rates: Callable[[Array], Array]) -> tuple[VibrationMode, ...]:
-    """All modes, slowest first. `rates` takes columns of displacements to the order of the Mechanism's rates."""
+    """All modes, slowest first. `rates` reorders columns of displacements to the Mechanism's rates."""
     count = len(linear.stiffness)
     if not count:
         return ()
@@ -204,7 +210,7 @@ Root = tuple[complex, Array]
 
 
 def _pairs(linear: LinearMotion) -> list[tuple[Root, Root]]:
-    """Eigenvalues two by two, with their shapes: conjugates, and real ones by the likeness of their shapes."""
+    """Pairs of eigenvalues with their shapes: conjugate ones, and real ones whose shapes are most alike."""
     k, c = linear.stiffness, linear.damping
     count = len(k)
     symmetric = np.max(np.abs(k - k.T)) <= 1e-8 * max(float(np.max(np.abs(k))), 1e-300)
@@ -223,7 +229,7 @@ def _pairs(linear: LinearMotion) -> list[tuple[Root, Root]]:
 
 
 def _real_pairs(roots: list[Root]) -> list[tuple[Root, Root]]:
-    """Real roots paired greedily by the likeness of their shapes."""
+    """Real eigenvalues in pairs; those with the most similar shapes are paired first."""
     units = [y / max(float(np.linalg.norm(y)), 1e-300) for _, y in roots]
     alike = [(abs(np.vdot(units[i], units[j])), i, j) for i in range(len(roots)) for j in range(i)]
     out: list[tuple[Root, Root]] = []

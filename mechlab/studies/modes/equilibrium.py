@@ -1,4 +1,4 @@
-"""The equilibrium of a mechanism at rest, and the laws of a scene as they act on one.
+"""The equilibrium of a mechanism at rest, and the laws of a scene in the form that acts on a mechanism at rest.
 
 Newton's method on the constraint manifold finds the pose in which weight, springs, servos and constant loads balance.
 """
@@ -18,14 +18,14 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, linear
 
 STEPPED = ("held_rates",)
-"""Laws that hold by force bounds: they have no stiffness to linearise."""
+"""Kinds of laws that hold a rate by bounded forces: they have no stiffness to linearise."""
 
 
 def laws_at_rest(m: Mechanism, scene: Scene) -> tuple[tuple[Law, ...], tuple[str, ...]]:
-    """The laws of a scene as they can be linearised, and sentences on what was changed.
+    """The laws of a scene in a form that can be linearised, and sentences on what was changed in them.
 
-    Raises NoSolution for a law that follows a motion or changes with time (a steady motion has no rest), MechlabError for one
-    that cannot be linearised.
+    Raises NoSolution for a law whose force changes with time (there is then no rest), MechlabError for a law that
+    cannot be linearised.
     """
     laws, notes = [], []
     for law in scene.laws:
@@ -66,14 +66,15 @@ def _refuse_steady(m: Mechanism, scene: Scene, laws: tuple[Law, ...]) -> None:
 
 ITERATIONS = 300
 LARGEST = 0.3
-"""No coordinate moves farther in one step [rad or m]."""
+"""Largest change of a coordinate in one step [rad or m]."""
 BALANCED = 1e-9
-"""Share of the load that may stay when rounding stops the descent."""
+"""Largest unbalanced force, relative to the load, that is accepted when rounding stops the descent."""
 
 
 @dataclass(frozen=True)
 class Rest:
-    """An equilibrium: the engine's pose x, what stays unbalanced along the motions that are allowed [N m or N], steps."""
+    """An equilibrium: the engine's coordinates x, the unbalanced force along the allowed motions [N m or N], number of
+    steps."""
 
     x: Array
     residual: float
@@ -81,11 +82,12 @@ class Rest:
 
 
 def settle(dynamics: Dynamics, q: Array) -> Rest:
-    """The equilibrium that one reaches downhill from coordinates q (nq,); one that q already is stays, stable or not.
+    """The equilibrium reached by descent of the potential from coordinates q (nq,); if q is an equilibrium, stable or
+    not, q.
 
-    Newton where the potential is convex; elsewhere the curvatures are taken positive, so that the step goes downhill and
-    away from a saddle. Directions without any force stay where they are. Raises NoSolution when the pose does not close, or
-    when no rest is found: something keeps pushing.
+    Newton's method where the potential is convex; elsewhere it uses the absolute values of the curvatures, so that the
+    step goes downhill and away from a saddle. Directions without force and stiffness stay. Raises NoSolution when q
+    cannot be assembled, or when no equilibrium is found.
     """
     found = dynamics.closed(dynamics.pose(q))
     if not found.closed:
@@ -109,14 +111,14 @@ def settle(dynamics: Dynamics, q: Array) -> Rest:
 
 
 def _unbalanced(dynamics: Dynamics, now: LinearMotion) -> float:
-    """Largest generalised force along the allowed motions, each scaled to a largest coordinate of 1."""
+    """Largest generalised force along the allowed motions [N m or N], each motion scaled to a largest entry of 1."""
     if not len(now.gradient):
         return 0.0
     return float(np.max(np.abs(now.gradient) / np.max(np.abs(now.basis), axis=0)))
 
 
 def _direction(now: LinearMotion, load: float) -> Array:
-    """Displacement in the coordinates of `now`, downhill."""
+    """Descent step y (f,) in the basis of `now`."""
     g, values, vectors = now.gradient, *np.linalg.eigh(0.5 * (now.stiffness + now.stiffness.T))
     sizes = np.max(np.abs(now.basis @ vectors), axis=0)
     floor = 1e-9 * max(load, now.stiffest) * sizes**2
@@ -130,7 +132,8 @@ def _direction(now: LinearMotion, load: float) -> Array:
 
 
 def _step(dynamics: Dynamics, x: Array, now: LinearMotion, y: Array) -> Array:
-    """The next pose: the step is halved while it does not close, or while it passes the bottom by far."""
+    """The next pose. The step is halved while the pose cannot be assembled or while it overshoots the minimum along the
+    step: the slope there must not exceed half the slope at the start."""
     dv = now.basis @ y
     biggest = float(np.max(np.abs(dv), initial=0.0))
     scale = min(1.0, LARGEST / biggest) if biggest > 0.0 else 1.0
@@ -147,7 +150,7 @@ def _step(dynamics: Dynamics, x: Array, now: LinearMotion, y: Array) -> Array:
 
 
 def _slope(dynamics: Dynamics, x: Array, dv: Array) -> float:
-    """Slope of the potential at x along dv, as far as the constraints allow dv there."""
+    """Slope of the potential at x along the part of dv that the constraints allow there."""
     rows = dynamics.rows(x)
     along = dv - np.linalg.lstsq(rows, rows @ dv, rcond=1e-11)[0] if len(rows) else dv
     return float(dynamics.force(x) @ along)

@@ -1,4 +1,4 @@
-"""Modes made visible: a recording that swings through them one after another, with all loops closed at every instant."""
+"""A recording that shows the modes one after another, with all loops closed in every frame."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from mechlab.studies.modes.eigen import OSCILLATING, RIGID, UNSTABLE, VibrationM
 from mechlab.studies.modes.result import ModesResult
 
 SECONDS, SWINGS, FRAMES = 4.0, 4, 80
-"""Each mode: seconds, swings within them, frames."""
+"""For each mode: duration [s], number of oscillations, number of frames."""
 
 
 LARGEST_TURN, LARGEST_SHIFT = 0.35, 0.12
-"""Amplitude: no joint turns farther [rad], no centre of mass moves farther [sizes of the mechanism]."""
+"""Largest amplitude: of a joint [rad], and of a centre of mass relative to the size of the mechanism."""
 
 
 MOST = 8
@@ -32,8 +32,9 @@ MOST = 8
 def mode_motion(result: ModesResult, chosen: Sequence[int] = ()) -> Recording:
     """A Recording of the chosen modes (numbers from 1; default: the slowest that are not rigid, at most eight).
 
-    Each swings q = rest + a w(t) Re(shape exp(i phase(t))), w = sin^2 over its seconds, and is closed again by assembly. The
-    tempo is the page's, not the mode's; the findings say which is which. Raises MechlabError for a number that does not exist.
+    Motion of each: q = rest + a w(t) Re(shape exp(i phase(t))) with w = sin^2 over its SECONDS; every frame is
+    assembled again. The time scale is that of the display, not of the mode; the findings give the frequency of each
+    mode and its start in the recording. Raises MechlabError for a number that does not exist.
     """
     numbers = list(chosen) or _default(result.modes)
     for k in numbers:
@@ -82,7 +83,7 @@ def _finding(k: int, mode: VibrationMode, start: float) -> Finding:
 
 
 def _amplitude(m: Mechanism, q: Array, shape: Array) -> float:
-    """Factor of the shape that is large enough to see and small enough to be a small motion."""
+    """Factor of the shape (nv,) that reaches the first of LARGEST_TURN and LARGEST_SHIFT; 1 where nothing moves."""
     points = _centres(m, q)
     size = float(np.max(np.ptp(np.vstack([points, np.zeros((1, 3))]), axis=0))) or 1.0
     h = 1e-4

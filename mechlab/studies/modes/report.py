@@ -17,7 +17,7 @@ def _(found: ModesResult) -> str:
 
 @text_of.register
 def _(found: ModesResult) -> str:
-    """The table for a person."""
+    """The equilibrium, a table of modes, the frequencies of each witness, notes and warnings."""
     lines = [f"{found.name}, {found.scene}, fidelity {found.fidelity}: equilibrium and small motions about it"]
     lines += [f"what acts: {found.acts}"] if found.acts else []
     rows = [[n, number(v, 7)] for n, v in found.equilibrium.items()]

@@ -15,12 +15,13 @@ from mechlab.studies.modes.eigen import VibrationMode
 from mechlab.tables import counted, number
 
 AGREED = 1e-6
-"""Largest relative difference of eigenvalues between witnesses that is trusted."""
+"""Largest relative difference of eigenvalues between witnesses at which the result is trusted."""
 
 
 @dataclass(frozen=True)
 class ModesWitness:
-    """What one witness found: coordinates q (nq,) at rest, what stays unbalanced, modes; or why it cannot."""
+    """The result of one witness: coordinates q (nq,) at rest, unbalanced force [N m or N], modes; or why it has
+    none."""
 
     q: Array = field(default_factory=lambda: np.zeros(0))
     residual: float = 0.0
@@ -30,7 +31,8 @@ class ModesWitness:
 
 @dataclass(frozen=True, repr=False)
 class ModesResult(Shown):
-    """Modes of a mechanism about its rest. The numbers are those of the first witness that could answer; the others confirm them."""
+    """Modes of a mechanism about its equilibrium. The numbers are those of the first witness with a result; the others
+    check."""
 
     name: str
     mechanism: Mechanism
@@ -70,12 +72,13 @@ class ModesResult(Shown):
 
     @property
     def max_difference(self) -> float | None:
-        """Largest difference between two witnesses of any equilibrium value [rad or m] or eigenvalue [1/s]; None for one."""
+        """Largest difference between two witnesses, of an equilibrium value [rad or m] or eigenvalue [1/s]; None with
+        one witness."""
         return self._differences()[0]
 
     @property
     def relative_difference(self) -> float | None:
-        """Largest difference of an eigenvalue between two witnesses, as a share of its mode's."""
+        """Largest difference of an eigenvalue between two witnesses, relative to the largest eigenvalue of its mode."""
         return self._differences()[1]
 
     @property
@@ -108,11 +111,11 @@ class ModesResult(Shown):
         return (max(absolute), max(relative, default=0.0)) if absolute else (None, None)
 
     def shape(self, mode: VibrationMode) -> dict[str, float]:
-        """Joint and shaft -> what it does in a mode (real part), the largest joint 1."""
+        """Joint or shaft -> real part of its displacement in a mode; the largest joint entry is 1."""
         return self._parts(np.real(mode.shape))
 
     def phase(self, mode: VibrationMode) -> dict[str, float]:
-        """Joint -> angle [rad] by which it leads, for a mode whose parts do not move in step; empty otherwise."""
+        """Joint -> phase lead [rad], for a mode whose parts move out of phase; empty for a real shape."""
         if np.max(np.abs(np.imag(mode.shape)), initial=0.0) < 1e-6:
             return {}
         return dict(zip(self.mechanism.rate_names, np.angle(mode.shape).tolist(), strict=True))
@@ -160,7 +163,11 @@ def values_at(m: Mechanism, q: Array) -> dict[str, Any]:
 
 
 def eigenvalue_gaps(a: tuple[VibrationMode, ...], b: tuple[VibrationMode, ...]) -> list[tuple[float, float]]:
-    """For each mode of a, its distance to the nearest mode of b that is still free, absolute [1/s] and as a share of omega."""
+    """For each mode of a, the eigenvalue difference to the nearest mode of b not yet assigned: absolute [1/s] and
+    relative.
+
+    A last pair of infinities stands for unequal numbers of modes.
+    """
     left = list(b)
     out: list[tuple[float, float]] = []
     for mode in sorted(a, key=lambda m: -m.omega):

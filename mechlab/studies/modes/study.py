@@ -30,7 +30,8 @@ STEP = 1e-3
 
 @dataclass(frozen=True)
 class _Balance:
-    """Along the path at phi: inertia J, push Q, its slopes in phi and phi', tangent u (nv,), coordinates q (nq,)."""
+    """At phi on the path: inertia J, generalised force Q, stiffness -dQ/dphi, damping -dQ/dphi', tangent u (nv,), q
+    (nq,)."""
 
     inertia: float
     push: float
@@ -41,9 +42,10 @@ class _Balance:
 
 
 def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> tuple[Array, tuple[VibrationMode, ...]]:
-    """Coordinates (nq,) of the rest reached downhill from q, and its one mode: omega^2 = V''(phi) / J(phi).
+    """Equilibrium (nq,) reached by descent from q, and its one mode: omega^2 = V''(phi) / J(phi).
 
-    Raises NoSolution where the path ends or no rest is found, MechlabError for other than one freedom.
+    Raises NoSolution where the path ends or no equilibrium is found, MechlabError unless there is one degree of
+    freedom.
     """
     path = OneFreedom(mechanism, laws, q)
     phi, load, last = path.path.start.phi, 0.0, np.inf
@@ -88,9 +90,10 @@ def find_modes(
 ) -> ModesResult:
     """Equilibrium and modes of a design.
 
-    Without a scene the drives hold their targets from the reference pose; with one what acts in it, from its start. free:
-    neither; weight, springs and dampers alone. extra: X_0 (start of the search), X_force (constant loads). Raises
-    NoSolution for a motion that does not rest or a start without equilibrium near, MechlabError for bad input.
+    Without a scene the search starts at the reference pose and the drives hold their targets; with a scene it starts at
+    the scene's start under the scene's laws. free: only weight, springs and dampers act. extra: X_0
+    (start of the search), X_force (constant loads). Raises NoSolution for laws that leave no rest or a start that leads
+    to no equilibrium, MechlabError for bad input.
     """
     chosen = design if scene is None else design.for_scene(scene)
     m, made, laws, notes = _situation(chosen, scene, fidelity, dict(extra or {}), free)
@@ -111,7 +114,7 @@ def find_modes(
 def _situation(
     design: Design, scene: str | None, fidelity: str | None, extra: dict[str, float], free: bool
 ) -> tuple[Mechanism, Scene, tuple[Law, ...], tuple[str, ...]]:
-    """The mechanism, the start, what acts, and notes."""
+    """The mechanism, the scene with the start, the laws that act, and notes."""
     moving = [k for k in extra if k.endswith("_rate_0")]
     if moving:
         raise MechlabError(
@@ -129,7 +132,7 @@ def _situation(
 
 
 def _ask(work: Callable[[], ModesWitness]) -> ModesWitness:
-    """A witness that is not installed, or has no path, says so; other errors are the user's."""
+    """Run a witness; one whose engine is not installed returns the reason, other errors are raised."""
     try:
         return work()
     except EngineMissing as error:

@@ -1,4 +1,4 @@
-"""The picture of a front: two goals, the designs that no other one beats, the start, and all that was tried."""
+"""The picture of a front: two goals, the non-dominated designs, the start, and all designs that were tried."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def draw(found: Optimum, path: Path) -> Path:
 
 
 def _fixed(found: Optimum) -> str:
-    """Parameters that the user or the task set."""
+    """Text on the parameters that the user or the task fixed; angles in degrees."""
     infos = parameter_infos(found.problem.base)
     free = {v.name for v in found.problem.variables}
     set_ = {k: v for k, v in found.problem.base.given.items() if k not in free and isinstance(v, int | float)}
@@ -91,7 +91,7 @@ def _fixed(found: Optimum) -> str:
 
 
 def _window(front: Any, start: Any) -> tuple[Any, Any]:
-    """The front and the start with some room; what was tried far away is left out."""
+    """Lower and upper limits of the axes: the front and the start with a margin; designs far outside are not shown."""
     both = np.vstack([front, start])
     low, high = both.min(axis=0), both.max(axis=0)
     room = 0.08 * np.where(high > low, high - low, np.maximum(np.abs(high), 1.0))

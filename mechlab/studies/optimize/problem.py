@@ -1,4 +1,4 @@
-"""An optimisation as data: variables, goal, bounds, every design that was tried; and the tasks that mechanisms bring."""
+"""An optimisation as data: variables, goal, bounds, every design that was tried; and predefined tasks of mechanisms."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from mechlab.studies.optimize.quantity import QuantitySet
 from mechlab.values import Range, parse_number
 
 MET = 1e-8
-"""A constraint holds when it is missed by no more than this share of its bound."""
+"""A constraint holds when its violation is at most this share of its bound."""
 _CONSTRAINT = re.compile(r"\s*([\w.\[\] -]+?)\s*(>=|<=)\s*(\S.*)")
 
 
 @dataclass(frozen=True)
 class DesignVariable:
-    """A parameter that may be chosen in low .. high; whole: only whole numbers."""
+    """A parameter that the search may choose from low to high [unit]; whole: whole numbers only."""
 
     name: str
     low: float
@@ -44,7 +44,7 @@ class OptimisationGoal:
 
     @property
     def text(self) -> str:
-        """In words."""
+        """The goal in words."""
         return f"{'largest' if self.sign > 0 else 'smallest'} {self.quantity}"
 
 
@@ -57,25 +57,25 @@ class QuantityBound:
     bound: float
 
     def slack(self, values: Mapping[str, float]) -> float:
-        """How far it is kept, as a share of the bound (of 1 for a bound of 0); negative: missed."""
+        """Distance to the bound relative to |bound| (to 1 for a bound of 0); negative where the bound is violated."""
         return self.sign * (values[self.quantity] - self.bound) / (abs(self.bound) or 1.0)
 
     @property
     def text(self) -> str:
-        """As it is written."""
+        """The bound as a user writes it."""
         return f"{self.quantity}{'>=' if self.sign > 0 else '<='}{self.bound:.9g}"
 
 
 @dataclass(frozen=True)
 class TriedDesign:
-    """A design that was tried: its variables, and its quantities or why it has none."""
+    """A design that was tried: its variables, and its quantities or the reason why it has none (`failure`)."""
 
     x: tuple[float, ...]
     values: Mapping[str, float]
     failure: str = ""
 
     def worst(self, constraints: Sequence[QuantityBound]) -> float:
-        """The smallest slack; -inf for a design that has no numbers."""
+        """The smallest slack of the constraints; -inf for a design without quantities."""
         if self.failure:
             return -np.inf
         return min((c.slack(self.values) for c in constraints), default=np.inf)
@@ -103,7 +103,7 @@ class OptimisationProblem:
         return design(self.base.entry, dict(self.base.given) | values)
 
     def trial(self, x: ArrayLike) -> TriedDesign:
-        """The numbers of a design."""
+        """The quantities of a design, computed once and kept in `trials`."""
         key = self.inside(x)
         if key not in self.trials:
             try:
@@ -115,18 +115,19 @@ class OptimisationProblem:
         return self.trials[key]
 
     def inside(self, x: ArrayLike) -> tuple[float, ...]:
-        """x moved into the ranges; whole numbers rounded."""
+        """x clipped to the ranges; whole variables rounded."""
         low, high = self.box
         clipped = np.clip(np.asarray(x, dtype=float), low, high)
         return tuple(float(round(a)) if v.whole else float(a) for v, a in zip(self.variables, clipped, strict=True))
 
     @property
     def box(self) -> tuple[Array, Array]:
-        """Low and high ends (n,)."""
+        """Lower and upper bounds of the variables, (n,) each."""
         return np.array([v.low for v in self.variables]), np.array([v.high for v in self.variables])
 
     def best(self, goal: OptimisationGoal, constraints: Sequence[QuantityBound]) -> TriedDesign | None:
-        """The best of all trials that meet the constraints; one that keeps them to the last digit, where it is as good."""
+        """The best of all trials that meet the constraints within MET; one that meets them exactly where it is as
+        good."""
         good = [t for t in self.trials.values() if t.meets(constraints)]
         strict = [t for t in good if t.worst(constraints) >= 0.0]
         first, other = (max(x, key=lambda t: goal.sign * t.values[goal.quantity], default=None) for x in (good, strict))
@@ -137,7 +138,8 @@ class OptimisationProblem:
 
 
 def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[DesignVariable, ...]:
-    """Variables from ranges; raises MechlabError for a parameter that cannot vary, and for ends out of its limits."""
+    """Variables from ranges; raises MechlabError for a parameter that cannot vary, and for a range beyond its
+    limits."""
     infos = parameter_infos(base)
     out = []
     for name, r in ranges.items():
@@ -156,7 +158,8 @@ def variables_of(base: Design, ranges: Mapping[str, Range]) -> tuple[DesignVaria
 
 
 def read_goal(text: str, sign: int = 1) -> OptimisationGoal:
-    """`QUANTITY`, or `max:QUANTITY`, `min:QUANTITY`, which outranks `sign`."""
+    """The goal of the text `QUANTITY`, `max:QUANTITY` or `min:QUANTITY`; a prefix overrides `sign`. Raises
+    UsageError."""
     first, colon, rest = text.partition(":")
     if colon and first not in ("max", "min"):
         raise UsageError(f"{text!r}: expected QUANTITY, max:QUANTITY or min:QUANTITY.")
@@ -189,7 +192,7 @@ def read_constraints(text: str | Sequence[str], units: Mapping[str, str]) -> tup
 
 
 def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Range], dict[str, Any], dict[str, Any]]:
-    """Ranges of parameters, fixed parameters, and what is no parameter."""
+    """`values` in three parts: ranges of parameters, fixed parameters, and keys that are no parameters."""
     names = parameter_infos(base)
     ranges: dict[str, Range] = {}
     fixed: dict[str, Any] = {}
@@ -208,7 +211,11 @@ def given_ranges(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Ran
 
 @dataclass(frozen=True)
 class OptimisationTask:
-    """Variables, what is fixed, goal, constraints, the second goal of its front; text: why so. evaluations: of the search."""
+    """A predefined optimisation: variables, goal, constraints (`subject`), fixed values (`given`), second goal
+    (`front`).
+
+    text: the task in words; evaluations: number of designs in the search.
+    """
 
     text: str
     variables: Mapping[str, Range]

@@ -1,4 +1,4 @@
-"""From the name of a quantity to what computes it, with its unit."""
+"""Finds the source that computes a quantity, and its unit, by the name of the quantity."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from mechlab.studies.workspace.grid import product
 from mechlab.values import Range
 
 FEW = 4
-"""Positions or steps that tell what columns there are."""
+"""Number of positions or steps of the short run that lists the columns of a design."""
 
 
 @dataclass(frozen=True)
 class QuantitySet:
-    """All quantities of a problem: what computes them, and their units."""
+    """All quantities of a problem: the sources that compute them, and their units."""
 
     sources: tuple[QuantitySource, ...]
     units: Mapping[str, str]
 
     def numbers(self, design: Design) -> dict[str, float]:
-        """Quantity -> value. Raises MechlabError where the design has none."""
+        """Quantity -> value in SI. Raises MechlabError where the design has no value."""
         out: dict[str, float] = {}
         for source in self.sources:
             out |= source.numbers(design)
         return out
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
-        """Quantity -> what other ways to compute it say."""
+        """Quantity -> other way of computing it -> value."""
         out: dict[str, dict[str, float]] = {}
         for source in self.sources:
             out |= source.checked(design)
@@ -47,10 +47,10 @@ class QuantitySet:
 
 
 def quantity_set(design: Design, names: Sequence[str], given: Mapping[str, Any]) -> QuantitySet:
-    """What computes `names`, cheapest first. given: what is no parameter: keys of questions, axes and limits of the
-    workspace, X_rate, X_force of a cycle, X_0 of a run.
+    """The sources that compute `names`, cheapest first. given: keys that are no parameters: keys of questions, axes and
+    limits of the workspace, X_rate, X_force of a cycle, X_0 of a run.
 
-    Names: a parameter; an answer of the question that the given keys make; voxels, volume, columns (xy_nodes), margin,
+    Names: a parameter; an answer of the question that fits the given keys; voxels, volume, columns (xy_nodes), margin,
     MAP_smallest, MAP_median, MAP_largest, reach, dexterity of a workspace; cycle.REDUCE.COLUMN; run.REDUCE.CHANNEL,
     run.health.FINDING. Raises MechlabError for any other, listing what exists, and for given keys that nothing takes.
     """
@@ -105,8 +105,10 @@ def _kind(design: Design, name: str) -> str:
 
 
 def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, float]) -> None:
-    """Raises MechlabError, listing what exists, for a column, a channel, a finding or a key that this design does not have. A
-    design that has no cycle or no run at all tells nothing about the others."""
+    """Raises MechlabError, listing what exists, for a column, channel, finding or key that this design does not have.
+
+    A design whose cycle or run has no solution passes: other designs may have one.
+    """
     try:
         if kind == "cycle":
             found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
@@ -126,7 +128,7 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
 
 
 def workspace_names(design: Design) -> tuple[str, ...]:
-    """Quantities of the design's own workspace; none where it brings none."""
+    """Quantities of the design's own workspace; empty where the entry defines no workspace."""
     recipe = design.entry.workspace
     if recipe is None:
         return ()
@@ -148,7 +150,10 @@ def _workspace_unit(design: Design, name: str) -> str:
 
 
 def _question_for(design: Design, name: str, given: Mapping[str, Any]) -> tuple[Question | None, tuple[str, ...], str]:
-    """The question, the given keys it takes, the unit of the answer."""
+    """The question that gives the answer `name` (None: the generic question), the given keys it takes, and the unit.
+
+    Of several fitting questions it takes the one that uses most of the given keys. Raises MechlabError where none fits.
+    """
     fits = []
     for q in design.entry.questions:
         if set(q.given) <= set(given) and (name in q.answers or name in _further_answers(design, q, given)):

@@ -1,4 +1,4 @@
-"""Reach and dexterity of a workspace region, without a grid: continuous in the parameters, so that an optimiser can follow."""
+"""Reach and dexterity of a workspace region without a grid: continuous in the parameters, as an optimiser needs."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from mechlab.experiment.entry import WorkspaceMap, WorkspaceRecipe
 from mechlab.mechanism.geometry import Array
 
 RAYS, ROUNDS, CLOSER = 72, 3, 17
-"""Number of directions; rounds of refinement around the worst one, and directions in each: its angle is found to 2e-4 rad, the
-radius to 1e-9."""
+"""Number of directions; rounds of refinement around the worst one, and directions in each. The worst angle is found to
+2e-4 rad, the radius to 1e-9."""
 STEPS = 64
 FULL_TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
 class Plane:
-    """The clauses of a region that depend on its first two axes alone, and the largest radius that is considered."""
+    """The clauses of a region that depend on its first two axes alone; top: the largest radius considered [m]."""
 
     axes: tuple[str, str]
     clauses: tuple[Clause, ...]
     top: float
 
     def margin(self, u: Array, v: Array) -> Array:
-        """Smallest margin [m] of the clauses."""
+        """Smallest margin of the clauses [m] at points u, v; negative outside."""
         points = dict(zip(self.axes, (u, v), strict=True))
         parts = [c.margin({k: points[k] for k in c.axes}) for c in self.clauses]
         return np.asarray(np.minimum.reduce(np.broadcast_arrays(*parts)))
 
 
 def plane_of(region: Region, recipe: WorkspaceRecipe, owner: str) -> Plane:
-    """Raises MechlabError where no clause depends on the first two axes alone."""
+    """The plane of the first two axes of a region. Raises MechlabError where no clause depends on these axes alone."""
     u, v, *_ = recipe.grid
     clauses = tuple(c for c in region.clauses if set(c.axes) <= {u, v})
     if not clauses:
@@ -46,8 +46,8 @@ def plane_of(region: Region, recipe: WorkspaceRecipe, owner: str) -> Plane:
 
 
 def reach(plane: Plane, rays: int = RAYS) -> float:
-    """Radius [m] of the largest disc about the axis in which every clause holds; where one fails on the axis itself, its
-    margin there, which is negative."""
+    """Radius [m] of the largest disc about the axis in which every clause holds; where a clause fails on the axis
+    itself, the (negative) margin there."""
     centre = float(plane.margin(np.zeros(1), np.zeros(1))[0])
     if centre < 0.0:
         return centre
@@ -56,7 +56,10 @@ def reach(plane: Plane, rays: int = RAYS) -> float:
 
 
 def exits(plane: Plane, angles: Array) -> Array:
-    """(n,) where a ray from the axis first leaves the plane's region [m]; `top` where it does not."""
+    """Radius (n,) [m] at which a ray from the axis first leaves the region; `top` where it does not.
+
+    Only rays that may be the shortest are refined; the others are given to a grid step.
+    """
     radii = np.linspace(0.0, plane.top, STEPS + 1)
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     outside = plane.margin(c * radii, s * radii) < 0.0
@@ -88,7 +91,7 @@ def least_within(item: WorkspaceMap, radius: float, rays: int = RAYS) -> float:
 
 
 def _worst(function: Callable[[Array], Array], angles: Array) -> float:
-    """The smallest value over all angles: on a grid, then closer around the best of it."""
+    """The smallest value over all angles: on a grid, then refined around its minimum."""
     width = angles[1] - angles[0]
     values = function(angles)
     best, at = float(values.min()), float(angles[int(np.argmin(values))])

@@ -54,7 +54,7 @@ def _(found: Optimum) -> str:
 
 
 def rows(found: Optimum) -> list[list[str]]:
-    """The front as a table in SI: goals, other quantities, variables."""
+    """The front as a table in SI with a header row: goals, other quantities, variables."""
     assert found.second is not None
     p = found.problem
     first = [p.goal.quantity, found.second.quantity]

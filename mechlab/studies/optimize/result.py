@@ -14,15 +14,17 @@ from mechlab.studies.named import parameter_values
 from mechlab.studies.optimize.problem import OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 ACTIVE = 1e-4
-"""A constraint or an end of a range is active when the best design is nearer, as a share of the bound or of the range."""
+"""A constraint (or the end of a range) is active when the best design is this close to it, relative to the bound
+(range)."""
 AGREES = 1e-6
-"""Largest difference, as a share of the value, between the reported number and another way to compute it."""
+"""Largest relative difference allowed between the reported number and another way to compute it."""
 
 
 @dataclass(frozen=True, repr=False)
 class Optimum(Shown):
-    """best: None where no design meets the constraints; nearest: the design that misses them least. checks: quantity -> what
-    other ways to compute it say at the best design. front: non-dominated designs, for `second`."""
+    """The result of an optimisation. best: None where no design meets the constraints; nearest: then the design that
+    violates them least. checks: quantity -> other way to compute it -> value at the best design. front: non-dominated
+    designs of the goal and `second`."""
 
     problem: OptimisationProblem
     best: TriedDesign | None
@@ -43,7 +45,7 @@ class Optimum(Shown):
 
     @property
     def disagreement(self) -> str:
-        """The first quantity for which another way to compute it says something else; empty when all agree."""
+        """A sentence on the first quantity for which another way to compute it disagrees; empty when all agree."""
         if self.best is None:
             return ""
         for name, others in self.checks.items():
@@ -56,7 +58,7 @@ class Optimum(Shown):
 
     @property
     def tolerances(self) -> dict[str, float]:
-        """Where a check may differ by more: extremes over a cycle are those of its positions."""
+        """Quantity -> relative difference allowed instead of AGREES: 1e-2 for quantities of a cycle."""
         return {n: 1e-2 for n in self.checks if n.startswith("cycle.")}
 
     @property
@@ -68,7 +70,7 @@ class Optimum(Shown):
 
     @property
     def active(self) -> tuple[str, ...]:
-        """Constraints and ends of ranges that hold the best design."""
+        """Active constraints and active ends of ranges at the best design."""
         if self.best is None:
             return ()
         out = [c.text for c in self.problem.constraints if c.slack(self.best.values) <= ACTIVE]
@@ -128,7 +130,7 @@ class Optimum(Shown):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the best design itself warns of."""
+        """Warnings of the best design."""
         return () if self.best is None else self.problem.design(self.best.x).warnings
 
     def _named(self, t: TriedDesign) -> dict[str, float]:
@@ -143,12 +145,12 @@ def with_unit(value: float, unit: str) -> str:
 
 
 def missed(constraints: tuple[QuantityBound, ...], t: TriedDesign) -> dict[str, float]:
-    """Constraint -> the value that misses it."""
+    """Violated constraint -> value of its quantity."""
     return {c.text: t.values[c.quantity] for c in constraints if not t.failure and c.slack(t.values) < 0.0}
 
 
 def infeasible(p: OptimisationProblem, nearest: TriedDesign | None) -> str:
-    """Which constraint cannot be met, and the nearest that was found."""
+    """Sentences: which constraints cannot be met in these ranges, and the nearest design."""
     known = [t for t in p.trials.values() if not t.failure]
     if nearest is None or not known:
         reasons = [t.failure for t in p.trials.values() if t.failure]

@@ -1,9 +1,10 @@
 """The search of an optimisation, and the front of two goals; both with constraints.
 
-Differential evolution over the whole box (Storn & Price 1997, constraints by the rules of Lampinen 2002), then COBYQA from the
-best (Ragonneau & Zhang 2023), which takes no derivatives, so that goals with kinks (a least angle, a reach) need no care. The
-front is made of epsilon-constraint searches, which also find its parts that bulge inwards: the second goal becomes a constraint
-that is tightened step by step, each step starting from the designs that are known (Haimes, Lasdon & Wismer 1971).
+Differential evolution over the whole box (Storn & Price 1997, constraints by the rules of Lampinen 2002), then COBYQA
+from the best design (Ragonneau & Zhang 2023), which takes no derivatives and so allows goals with kinks
+(a least angle, a reach). The front comes from epsilon-constraint searches, which also find its non-convex parts: the
+second goal becomes a constraint that is tightened step by step, each search starting from the known designs (Haimes,
+Lasdon & Wismer 1971).
 """
 
 from __future__ import annotations
@@ -17,22 +18,22 @@ from mechlab.mechanism.geometry import Array
 from mechlab.studies.optimize.problem import MET, OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 MEMBERS = 12
-"""Members of the population for each variable, at least 20."""
+"""Members of the population for each variable; the population has at least 20."""
 
 
 def fewest(variables: int) -> int:
-    """Designs of the shortest global search: a population and one generation after it."""
+    """Number of designs of the shortest global search: the first population and one generation."""
     return 2 * max(20, MEMBERS * variables)
 
 
 POLISH = 60
-"""Most evaluations of the local search for each variable and one more."""
+"""The local search takes at most POLISH (n + 1) evaluations for n variables."""
 ROUNDS, SETTLED = 5, 1e-7
-"""Local searches, each from the best so far, until one gains less than this share; narrow ridges take several."""
+"""Largest number of local searches, each from the best design so far; relative gain below which they end."""
 RADIUS, FINEST = 0.02, 1e-11
-"""Trust region of the local search, first and last, as shares of the ranges."""
+"""First and last trust radius of the local search, relative to the ranges."""
 FAR = 1e3
-"""Violation, in shares of the bounds, that stands for a design which cannot exist."""
+"""Constraint violation, relative to the bounds, that is assigned to a design which cannot exist."""
 
 
 def search(
@@ -46,10 +47,11 @@ def search(
 ) -> TriedDesign | None:
     """The best trial that meets the constraints, None where none was found.
 
-    starts: known designs, which the search begins with. polish: evaluations of the local search for each variable and one
-    more. Every trial stays in `problem.trials`, and the answer is the best of them all.
+    starts: known designs, part of the first population. polish: as POLISH. Every trial stays in `problem.trials`, and
+    the best of all of them is returned.
     """
     evolve(problem, lambda t: -goal.sign * t.values[goal.quantity], constraints, evaluations, seed, starts)
+    # no design meets the constraints yet: search for the one that violates them least
     if problem.best(goal, constraints) is None:
         evolve(problem, lambda t: -t.worst(constraints), (), evaluations, seed + 1, starts)
     found = problem.best(goal, constraints)
@@ -73,7 +75,7 @@ def evolve(
     seed: int,
     starts: Sequence[TriedDesign] = (),
 ) -> None:
-    """Differential evolution; its trials are kept by the problem."""
+    """Minimise `cost` by differential evolution; the trials are kept in `problem.trials`."""
     low, high = problem.box
     size = max(20, MEMBERS * len(low))
 
@@ -96,7 +98,7 @@ def evolve(
 
 
 def _population(problem: OptimisationProblem, size: int, seed: int, starts: Sequence[TriedDesign]) -> Array:
-    """(size, n): a Latin hypercube, in which the starts replace the last members."""
+    """First population (size, n): a Latin hypercube in which the starts replace the last members."""
     from scipy.stats.qmc import LatinHypercube
 
     low, high = problem.box
@@ -114,7 +116,10 @@ def refine(
     start: TriedDesign,
     evaluations: int,
 ) -> None:
-    """COBYQA in the unit box around a trial; whole numbers stay. Its trials are kept by the problem."""
+    """Local search by COBYQA from a trial, with the ranges scaled to 0..1; whole variables stay fixed.
+
+    The trials are kept in `problem.trials`.
+    """
     low, high = problem.box
     free = np.array([not v.whole for v in problem.variables])
     if not free.any():
@@ -145,9 +150,9 @@ def refine(
 
 LEVELS = 12
 CLOSE = 1e-3
-"""Designs of a front that are nearer in the second goal, as a share of its range, are one."""
+"""Designs of a front that are closer in the second goal than this share of its range count as one."""
 SHARE = 6
-"""A level may take this part of the evaluations of a whole search."""
+"""The search at one level takes 1 / SHARE of the evaluations of a whole search."""
 
 
 def front(
@@ -158,7 +163,10 @@ def front(
     seed: int,
     levels: int = LEVELS,
 ) -> tuple[TriedDesign, ...]:
-    """Non-dominated designs, the best of the first goal first; one alone where the goals do not conflict."""
+    """Non-dominated designs, the best of the first goal first; a single design where the goals do not conflict.
+
+    Empty where no design meets the constraints.
+    """
     goal = problem.goal
     bounded = problem.best(goal, problem.constraints)
     known = [bounded] if bounded is not None else []
@@ -176,7 +184,7 @@ def front(
 
 
 def apart(trials: Sequence[TriedDesign], second: OptimisationGoal) -> tuple[TriedDesign, ...]:
-    """Without those that differ from the one before in the last digits alone."""
+    """The designs without those closer than CLOSE to the one before in the second goal."""
     values = [t.values[second.quantity] for t in trials]
     room = CLOSE * abs(values[-1] - values[0]) if trials else 0.0
     out: list[TriedDesign] = []
@@ -189,7 +197,7 @@ def apart(trials: Sequence[TriedDesign], second: OptimisationGoal) -> tuple[Trie
 def non_dominated(
     trials: Sequence[TriedDesign], first: OptimisationGoal, second: OptimisationGoal
 ) -> tuple[TriedDesign, ...]:
-    """Those that no other one beats in both goals, the best of the first goal first."""
+    """The designs that no other design beats in both goals, the best of the first goal first."""
     order = sorted(
         trials, key=lambda t: (-first.sign * t.values[first.quantity], -second.sign * t.values[second.quantity])
     )

@@ -1,4 +1,4 @@
-"""Where the numbers of a design come from: its parameters, a question, its workspace, a cycle, a run."""
+"""Sources of the numbers of a design: its parameters, a question, its workspace, a cycle, a run."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ DEXTERITY = "inverse_condition"
 COUNTED = ("voxels", "volume", "columns", "margin")
 STATISTICS = ("smallest", "median", "largest")
 POLE = 1e3
-"""A column of a cycle has a pole where it is larger between its positions than at any of them by this factor."""
+"""A column of a cycle has a pole where a value between positions exceeds every value at a position by this factor."""
 
 
 class QuantitySource(Protocol):
-    """Gives numbers by the name of the quantity; raises MechlabError where the design has none."""
+    """Computes quantities of a design by name; raises MechlabError where the design has no value."""
 
     def numbers(self, design: Design) -> dict[str, float]:
         """Quantity -> value in SI."""
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
-        """Quantity -> what another way to compute it says, by the name of that way."""
+        """Quantity -> other way of computing it -> value in SI."""
 
 
 @dataclass(frozen=True)
 class ParameterSource:
-    """Parameters themselves."""
+    """Parameters of the design."""
 
     names: tuple[str, ...]
 
@@ -54,14 +54,14 @@ class ParameterSource:
 
 @dataclass(frozen=True)
 class AnswerSource:
-    """Answers of a question (None: the generic one), by its first witness; the others check."""
+    """Answers of a question (None: the generic one) by its first witness; the other witnesses check it."""
 
     names: tuple[str, ...]
     question: str | None
     given: Mapping[str, Any]
 
     def numbers(self, design: Design) -> dict[str, float]:
-        """The answers. Raises NoSolution with the status where there is none."""
+        """The answers. Raises NoSolution with the status where there is no solution."""
         answer = witness_answer(self._question(design), design, self.given)
         if answer.cannot:
             raise MechlabError(f"{design.name}: {answer.cannot}")
@@ -71,7 +71,7 @@ class AnswerSource:
         return {n: _single(design, n, answer) for n in self.names}
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
-        """What every witness says."""
+        """Answer -> witness -> value."""
         found = ask(design, self.given)
         answers = {w: a for w, a in found.answers.items() if not a.cannot and not a.status.exit_code}
         return {
@@ -96,7 +96,7 @@ def _single(design: Design, name: str, answer: Answer) -> float:
 
 @dataclass(frozen=True)
 class WorkspaceSource:
-    """Counts on a grid (`COUNTED`, MAP_smallest ..), and reach and dexterity without one.
+    """Workspace quantities on a grid (`COUNTED`, MAP_smallest ..), and reach and dexterity without a grid.
 
     asked: axes, fixed coordinates, limits, as `mechlab.studies.workspace.workspace` takes them."""
 
@@ -105,7 +105,7 @@ class WorkspaceSource:
     rays: int = RAYS
 
     def numbers(self, design: Design) -> dict[str, float]:
-        """The numbers; those of a grid are 0 where no node is inside."""
+        """Their values; quantities of the grid are 0 where no node is inside."""
         out: dict[str, float] = {}
         if {"reach", "dexterity"} & {*self.names}:
             out |= self._without_grid(design)
@@ -144,25 +144,26 @@ class WorkspaceSource:
 
 @dataclass(frozen=True)
 class CycleSource:
-    """Numbers of the columns of a cycle: cycle.REDUCE.COLUMN; least, largest, peak, span between the positions too."""
+    """Quantities cycle.REDUCE.COLUMN of a cycle; least, largest, peak and span cover the path between positions too."""
 
     names: tuple[str, ...]
     motion: Mapping[str, float]
     points: int = 72
 
     def numbers(self, design: Design) -> dict[str, float]:
-        """The numbers."""
+        """Their values."""
         found = run_cycle(design.mechanism(None), design.name, self.motion, points=self.points)
         return {n: _of_cycle(found, n.split(".")[1], n.split(".", 2)[2]) for n in self.names}
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
-        """With three times as many positions."""
+        """The values with three times as many positions."""
         finer = replace(self, points=3 * self.points)
         return {n: {"finer": v} for n, v in finer.numbers(design).items()}
 
 
 def _of_cycle(found: CycleResult, how: str, column: str) -> float:
-    """`reduced` of a column, with extrema of the curve. Raises NoSolution where it grows without bound."""
+    """One number of a column, with extrema of the curve between positions. Raises NoSolution where the curve has a
+    pole."""
     values = found[column]
     if how in ("mean", "final"):
         return reduced(how, values, found[found.drive])
@@ -182,13 +183,13 @@ def _of_cycle(found: CycleResult, how: str, column: str) -> float:
 
 @dataclass(frozen=True)
 class RunSource:
-    """Numbers of the channels of the default scene: run.REDUCE.CHANNEL, and run.health.FINDING."""
+    """Quantities of a run of the default scene: run.REDUCE.CHANNEL, and run.health.FINDING."""
 
     names: tuple[str, ...]
     extra: Mapping[str, float]
 
     def numbers(self, design: Design) -> dict[str, float]:
-        """The numbers. Raises Untrustworthy for a run that must not be trusted."""
+        """Their values. Raises Untrustworthy for a run with a finding of severity "error"."""
 
         r = run_chosen(design, None, extra=dict(self.extra), estimate=False)
         if not r.health.trusted:
@@ -207,7 +208,7 @@ class RunSource:
         return out
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:
-        """The run has checked itself."""
+        """Nothing: the health of the run is its check."""
         return {}
 
 

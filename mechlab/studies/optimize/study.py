@@ -1,4 +1,4 @@
-"""The study: from keys and values to the best design, checked."""
+"""The optimisation study: from keys and values to the best design and its checks."""
 
 from __future__ import annotations
 
@@ -50,10 +50,11 @@ def optimize(
 ) -> Optimum:
     """The best design.
 
-    values: parameters as ranges (the variables) or fixed, and what the quantities need beside them. What is not said is
-    taken from the task of the mechanism, where it has one: variables, goal with constraints, what is fixed. front: the
-    second goal. out: a folder for optimum.json, and front.csv, front.png, front.svg. The same seed gives the same answer.
-    Raises MechlabError for what cannot be asked; that no design meets the constraints is an answer (exit code 4).
+    values: parameters as ranges (the variables) or fixed values, and the keys that the quantities need. Without a goal,
+    the predefined task of the mechanism supplies the goal and every variable, constraint and fixed value not given.
+    front: the second goal. out: a folder for optimum.json, and front.csv, front.png, front.svg. The same seed gives the
+    same answer. Raises MechlabError for invalid input; when no design meets the constraints the result says so
+    (exit code 4).
     """
     ranges, fixed, rest = given_ranges(base, values)
     rest = in_si(base, rest)
@@ -125,7 +126,7 @@ def optimize(
 
 
 def _second(front: str | OptimisationGoal | None, usual: OptimisationGoal | None) -> OptimisationGoal | None:
-    """The second goal; without max: or min: its direction is that of the task, else the largest."""
+    """The second goal; without max: or min: it takes the direction of the task, else the largest."""
     if front is None or isinstance(front, OptimisationGoal):
         return front
     read = read_goal(front)
@@ -133,7 +134,7 @@ def _second(front: str | OptimisationGoal | None, usual: OptimisationGoal | None
 
 
 def _spelled(base: Design) -> Callable[[str], str]:
-    """xy_nodes, as the workspace verb says it, are the columns of the grid."""
+    """A function that replaces the workspace verb's name of the grid columns, as xy_nodes, by "columns"."""
     recipe = base.entry.workspace
     if recipe is None or "columns" not in workspace_names(base):
         return lambda name: name
@@ -142,7 +143,7 @@ def _spelled(base: Design) -> Callable[[str], str]:
 
 
 def _start(problem: OptimisationProblem) -> TriedDesign:
-    """The design as it is, though it may lie outside the ranges."""
+    """The quantities of the given design, which may lie outside the ranges."""
     x = tuple(float(getattr(problem.base.parameters, v.name)) for v in problem.variables)
     try:
         return TriedDesign(x, problem.measured.numbers(problem.base))
@@ -151,7 +152,7 @@ def _start(problem: OptimisationProblem) -> TriedDesign:
 
 
 def _checked(problem: OptimisationProblem, best: TriedDesign) -> dict[str, dict[str, float]]:
-    """The best design computed anew, without what is kept from the search, and in other ways."""
+    """The best design computed again, without cached values, and in other ways: quantity -> way -> value."""
     made = problem.design(best.x)
     again = problem.measured.numbers(made)
     other = problem.measured.checked(made)
@@ -159,7 +160,7 @@ def _checked(problem: OptimisationProblem, best: TriedDesign) -> dict[str, dict[
 
 
 def _write(found: Optimum, folder: Path) -> Optimum:
-    """optimum.json; with a front its table and pictures."""
+    """Write optimum.json and, with a front, its table and pictures; the result with the paths of the files."""
     names = {"optimum": "optimum.json"}
     if found.front:
         names |= {"front": "front.csv", "picture": "front.png", "drawing": "front.svg"}

@@ -1,6 +1,7 @@
-"""Derivatives of many outputs by one input, by differences and Richardson's extrapolation, and true solutions within tolerances.
+"""Derivatives of many outputs by one input, from differences with Richardson extrapolation; and solutions within
+tolerances.
 
-The true solutions are at the ends of the inputs and at the corners of their box.
+The solutions within tolerances are computed at both ends of each input and at corners of the tolerance box.
 """
 
 from __future__ import annotations
@@ -14,18 +15,20 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 
 ALL = 5
-"""So many inputs that matter have all their 2^n corners solved; of more, the ends of each and the worst corners to first order."""
+"""Up to this number of inputs with an effect, all 2^n corners are solved; beyond it, only the worst corners to first
+order."""
 NAMED = 4
-"""Ends without an answer that are named."""
+"""Largest number of points without an answer that a message names."""
 
 Move = tuple[tuple[str, int], ...]
-"""Inputs at an end: (name, -1 or 1), ...; the others are at their values."""
+"""Inputs at an end of their tolerance: (name, -1 or 1), ...; all others are at their nominal values."""
 
 
 @dataclass(frozen=True)
 class ToleranceCorners:
-    """worst: answer -> largest size of its change [unit of the answer] at any end or corner that has an answer; missing: ends and
-    corners without one, in words; whole: whether all corners of the inputs that matter were solved; solved: how many."""
+    """Solutions at ends and corners of the tolerance box. worst: answer -> largest |change| [unit of the answer];
+    missing: points without an answer, in words; whole: True when all corners of the inputs with an effect were solved;
+    solved: number of points."""
 
     worst: Mapping[str, Array]
     missing: tuple[str, ...]
@@ -40,8 +43,8 @@ def corners(
 ) -> ToleranceCorners:
     """Solve at the ends of the box +-widths.
 
-    slopes: answer -> input -> derivative, of which the signs are used; change(input -> step): answer -> its true change (NaN
-    where it has none). Where one end of an input has no answer, corners with it are not tried.
+    slopes: answer -> input -> derivative, of which only the signs are used; change(input -> step): answer -> its change
+    (NaN where there is no answer). Corners at an end that alone has no answer are not tried.
     """
     found: dict[Move, Mapping[str, Array]] = {}
 
@@ -70,7 +73,8 @@ def corners(
 
 
 def _steepest(row: Mapping[str, Array], active: Sequence[str]) -> list[Move]:
-    """The two corners where an answer is largest and smallest to first order (of an array: at its steepest entry)."""
+    """The two corners where an answer is smallest and largest to first order; for an array, its steepest entry by each
+    input."""
     signs = {}
     for name in active:
         slope = np.ravel(np.asarray(row.get(name, 0.0), dtype=float))
@@ -88,21 +92,21 @@ def _words(move: Move, widths: Mapping[str, float]) -> str:
 
 
 FIRST = 0.005
-"""First step, as a share of the input's size."""
+"""First step, relative to the input's size."""
 LEVELS = 6
-"""Steps: each is half of the one before."""
+"""Number of steps; each is half of the one before."""
 SHRINK = (1.0, 0.1, 0.01)
-"""Factors of the first step: where an output is missing next to the input, both sides are tried again nearer to it."""
+"""Factors of the first step, tried in turn until both sides of the input have outputs."""
 ENOUGH = 1e-9
 """Relative error at which no smaller step is tried."""
 NOISE = 1e-13
-"""Changes of an output that are smaller, as a share of its size (at least 1), are rounding."""
+"""Changes of an output below this share of max(1, |output|) are rounding."""
 
 
 @dataclass(frozen=True)
 class Slope:
-    """Derivatives (n,) and their estimated errors (n,); NaN where the output is missing next to the input. sides: 2 for
-    central differences, 1 where only one side has an answer, 0 where none has."""
+    """Derivatives (n,) and their estimated errors (n,); NaN where there is no output next to the input. sides: 2 for
+    central differences, 1 where only one side has outputs, 0 where neither has."""
 
     value: Array
     error: Array
@@ -110,13 +114,15 @@ class Slope:
 
 
 def slope(change: Callable[[float], Array], size: float, outputs: Array) -> Slope:
-    """Derivatives at 0 of change(d) (n,), the outputs at input + d less those at the input; NaN: no such output.
+    """Derivatives at 0 of change(d) (n,), the outputs at input + d less those at the input (NaN where there is no
+    output).
 
-    size: of the input. outputs (n,): the outputs themselves. An input whose first step changes nothing at all has none.
+    size: of the input. outputs (n,): values at the input. Where the first step changes no output, the derivatives are
+    0.
 
-    Ridders' scheme: D(h) = (f(h) - f(-h)) / (2h) at h, h/2, ...; the tableau of extrapolations removes h^2, h^4, ...; of each
-    output the entry is taken that changes least against its neighbours, and that change is the error. Where one side is
-    missing, (4 f(h) - f(2h)) / (2h), with errors h^2, h^3, ... Source: Ridders 1982.
+    Ridders' scheme: D(h) = (f(h) - f(-h)) / (2h) at h, h/2, ...; a tableau of extrapolations removes h^2, h^4, ... For
+    each output the entry that differs least from its neighbours is taken, and that difference is its error. Where one
+    side has no outputs: (4 f(h) - f(2h)) / (2h), with error terms h^2, h^3, ... Source: Ridders 1982.
     """
     floor = NOISE * np.maximum(1.0, np.abs(outputs))
     for share in SHRINK:

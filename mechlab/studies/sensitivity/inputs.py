@@ -1,4 +1,4 @@
-"""The inputs of answers: parameters that are numbers, entry by entry, given quantities where they are wanted; their tolerances."""
+"""The inputs of answers (numeric parameters, entry by entry, and chosen given quantities) and their tolerances."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WHY = {
 @dataclass(frozen=True)
 class AnswerInput:
     """A number that answers depend on. name: the parameter, PARAMETER[k] for an entry of a list, or a given quantity;
-    size: what its steps are measured by."""
+    size: scale of the difference steps [unit]; index: entry of the list; given: True for a given quantity."""
 
     name: str
     key: str
@@ -47,7 +47,8 @@ class AnswerInput:
 def inputs_of(
     base: Design, asked: Mapping[str, Any], units: Mapping[str, str], also: Collection[str] = ()
 ) -> tuple[tuple[AnswerInput, ...], dict[str, str]]:
-    """The inputs, and the parameters that are none with the reason. also: given quantities to count as inputs."""
+    """The inputs, and parameter -> reason for parameters that are no inputs. also: given quantities that are inputs
+    too."""
     found: list[AnswerInput] = []
     skipped: dict[str, str] = {}
     infos = describe(base.entry.parameters)
@@ -73,7 +74,7 @@ def inputs_of(
 
 
 def _sizes(base: Design, infos: tuple[ParameterInfo, ...]) -> dict[str, float]:
-    """The largest parameter of each unit: what a step from zero is measured by."""
+    """Unit -> largest |value| of a parameter: the scale of steps for an input near zero."""
     out: dict[str, float] = {}
     for info in infos:
         value = getattr(base.parameters, info.name)
@@ -84,15 +85,15 @@ def _sizes(base: Design, infos: tuple[ParameterInfo, ...]) -> dict[str, float]:
 
 
 def _size(value: float, unit: str, sizes: Mapping[str, float]) -> float:
-    """Own size; for angles, and where it is next to nothing, that of its like."""
+    """Scale of an input: 1 for angles; else |value|, or for a value near zero the largest parameter of its unit."""
     like = 1.0 if unit == "rad" else sizes.get(unit, 0.0) or 1.0
     return like if unit == "rad" or abs(value) < 1e-3 * like else abs(value)
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Half widths +-t of inputs in SI, by name (a name without [k] means every entry of a list); share: t / |p| of every
-    parameter that is not named, 0 for none."""
+    """Half widths t of inputs p +- t in SI, by name (a name without [k] means every entry of a list); share: t / |p| of
+    every parameter that is not named, 0 for none."""
 
     named: Mapping[str, Any] = field(default_factory=dict)
     share: float = 0.0
@@ -106,7 +107,8 @@ class Tolerances:
 
     @classmethod
     def of(cls, given: Tolerances | Mapping[str, Any] | float | None) -> Tolerances:
-        """From a mapping of half widths, or one number: the share of every parameter."""
+        """Tolerances from a mapping of half widths, or from one number, the share of every parameter; None: no
+        tolerances."""
         if isinstance(given, Tolerances):
             return given
         if isinstance(given, Mapping):

@@ -1,4 +1,4 @@
-"""What a sensitivity study found: derivatives of answers by inputs, from each witness, and tolerances of answers."""
+"""The result of a sensitivity study: derivatives of answers by inputs, from each witness, and tolerances of answers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from mechlab.results import Shown
 from mechlab.studies.sensitivity.derivatives import NAMED, ToleranceCorners
 
 APART = 1e-3
-"""Witnesses whose derivatives differ by more, as a share of the change that all inputs make together, are not to be trusted."""
+"""Largest difference of derivatives between witnesses that is trusted, relative to the change by all inputs
+together."""
 
 
 LINEAR = 0.1
-"""A worst case to first order that is off by more, as a share of the true one at the corners, is not to be trusted."""
+"""Largest relative error of the worst case to first order, against the solutions at the corners, that is trusted."""
 SMALLEST = 1e-9
-"""Changes of an answer below this, as a share of 1 or of its size, are rounding, and are not compared."""
+"""Changes of an answer below this [unit of the answer] are rounding and are not compared."""
 
 
 @dataclass(frozen=True)
 class AnswerDerivative:
-    """Derivative of an answer by an input: dA/dp, its estimated error, and p/A dA/dp (None where A is 0), by the first
-    witness that has it; `witnesses`: each one's own. Arrays where arrays are given."""
+    """Derivative of an answer A by an input p: dA/dp, its estimated error, and p/A dA/dp (None where A is 0), from the
+    first witness that has it; `witnesses`: dA/dp of each. Arrays for an answer that is an array."""
 
     derivative: Any
     error: Any
@@ -51,7 +52,7 @@ class AnswerTolerance:
 
     @property
     def is_linear(self) -> bool:
-        """Whether the worst case to first order is the true one at the corners within `LINEAR`."""
+        """True when the worst case to first order equals the one at the corners within `LINEAR`."""
         first, true = np.asarray(self.worst_case, dtype=float), np.asarray(self.at_corners, dtype=float)
         return bool(np.all(np.abs(first - true) <= LINEAR * true + SMALLEST))
 
@@ -65,8 +66,8 @@ class AnswerTolerance:
 
 @dataclass(frozen=True, repr=False)
 class Sensitivity(Shown):
-    """cells: answer -> input -> Cell; spreads: answer -> Spread; widths: input -> half width used; max_difference: largest
-    difference of a derivative between witnesses, as a share of sum_p |dA/dp p|."""
+    """Sensitivities. cells: answer -> input -> derivative; spreads: answer -> tolerance; widths: input -> half width
+    used; max_difference: largest difference of a derivative between witnesses, relative to sum_p |dA/dp| size(p)."""
 
     answers: Answers
     cells: Mapping[str, Mapping[str, AnswerDerivative]]
@@ -83,8 +84,7 @@ class Sensitivity(Shown):
 
     @property
     def exit_code(self) -> int:
-        """That of the answers; 3 when witnesses disagree on a derivative, and where tolerances are not what they are to first
-        order."""
+        """That of the answers; at least 3 when witnesses disagree on a derivative or the linear tolerances fail."""
         return max(self.answers.exit_code, 3 if self._apart or self.bent else 0)
 
     @property
@@ -93,7 +93,7 @@ class Sensitivity(Shown):
 
     @property
     def bent(self) -> str:
-        """Where the linear tolerances fail, in a sentence; empty where they hold."""
+        """A sentence on where the tolerances to first order fail; empty where they hold."""
         if self.box is not None and self.box.missing:
             more = f" and {len(self.box.missing) - NAMED} more" if len(self.box.missing) > NAMED else ""
             return f"within the tolerances there is no answer at {'; '.join(self.box.missing[:NAMED])}{more}"

@@ -1,4 +1,4 @@
-"""Derivatives of the answers of every witness by every input, and what tolerances of the inputs make of the answers."""
+"""Derivatives of the answers of every witness by every input, and the tolerances of the answers that follow."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from mechlab.studies.sensitivity.inputs import AnswerInput, Tolerances, inputs_o
 from mechlab.studies.sensitivity.result import AnswerDerivative, AnswerTolerance, Sensitivity
 
 ROUNDING = 1e-6
-"""Added to the change that all inputs make together, where witnesses are compared: below it there is only rounding."""
+"""Added to the change by all inputs together when witnesses are compared, so that rounding of zero changes does not
+count."""
 
 
 def sensitivity(
@@ -29,10 +30,10 @@ def sensitivity(
 ) -> Sensitivity:
     """First-order sensitivity of every answer of every witness to every parameter that is a number.
 
-    asked: what `mechlab.lab.ask.ask` takes. A given quantity that has a tolerance is an input too. Angles are compared
-    modulo 2 pi. only: inputs by name, default all. progress(done, total) in inputs. Raises as `ask`; a design or an answer
-    that does not exist next to an input makes its derivative one-sided, or, on both sides, leaves it out with a note. With
-    tolerances the ends and corners of their box are solved too (`mechlab.studies.sensitivity.derivatives`).
+    asked: as for `mechlab.lab.ask.ask`. A given quantity with a tolerance is an input too. Angles are compared modulo 2
+    pi. only: inputs by name, default all. progress(done, total) counts inputs. Raises what `ask` raises. Where no
+    answer exists on one side of an input its derivative is one-sided; on both sides, it is left out with a note. With
+    tolerances, the ends and corners of their box are solved too (`mechlab.studies.sensitivity.derivatives`).
     """
     chosen = tolerance or Tolerances()
     given = {k: numeric(k, v) for k, v in in_si(base, asked).items()}
@@ -61,7 +62,7 @@ def sensitivity(
 
 
 class _Layout:
-    """Where the numbers of all witnesses stand in one flat array."""
+    """Places of the answers of all witnesses in one flat array."""
 
     def __init__(self, answers: Answers) -> None:
         self.angles = answers.angles
@@ -78,11 +79,11 @@ class _Layout:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Answers, each once."""
+        """Names of the answers, each once."""
         return tuple(dict.fromkeys(key for _, key in self.slots))
 
     def change(self, answers: Answers) -> Array:
-        """Flat differences from the reference; NaN where a witness has no answer."""
+        """Differences from the reference as a flat array; angles modulo 2 pi; NaN where a witness has no answer."""
         out = np.full(len(self.reference), np.nan)
         for (witness, key), (where, shape) in self.slots.items():
             answer = answers.answers.get(witness)
@@ -148,7 +149,7 @@ def _box(
     cells: Mapping[str, Mapping[str, AnswerDerivative]],
     widths: Mapping[str, float],
 ) -> ToleranceCorners:
-    """The corners of the tolerances, each answer by the first witness that has it."""
+    """Solutions at the corners of the tolerances, each answer from the first witness that has it."""
     by_name = {i.name: i for i in inputs}
     first = {key: place for (_, key), place in reversed(layout.slots.items())}
 
@@ -176,7 +177,7 @@ def _spread(row: Mapping[str, AnswerDerivative], widths: Mapping[str, float], co
 
 
 def _apart(cells: Mapping[str, Mapping[str, AnswerDerivative]], sizes: Mapping[str, float]) -> float | None:
-    """Largest difference of witnesses in |dA/dp| size(p), as a share of its sum over all inputs."""
+    """Largest difference of dA/dp size(p) between witnesses, relative to the sum of |dA/dp| size(p) over all inputs."""
     worst: float | None = None
     for row in cells.values():
         changes = [sizes[p] * np.max(np.abs(list(c.witnesses.values())), axis=0) for p, c in row.items()]

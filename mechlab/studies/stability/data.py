@@ -12,7 +12,7 @@ from mechlab.results import ResultInFiles
 
 
 class RunOutcome(Enum):
-    """What became of one run."""
+    """The outcome of one run."""
 
     RIGHT = "stable and right"
     DRIFTING = "drifting"
@@ -24,7 +24,8 @@ class RunOutcome(Enum):
 
 @dataclass(frozen=True)
 class StabilityAxis:
-    """What is varied: `values` (n,) in `unit`; `text` says of what, `nominal` is the value of the mechanism as given."""
+    """The quantity that is varied: `values` (n,) in `unit`, `text` in words, `nominal`: value of the mechanism as
+    given."""
 
     name: str
     unit: str
@@ -45,7 +46,7 @@ class StabilityAxis:
 
 @dataclass(frozen=True)
 class StabilityCell:
-    """One run: its outcome, the number of the map (nan where there is none), and why, where it failed."""
+    """One run: its outcome, its value for the map (nan where there is none), and the reason of a failure."""
 
     outcome: RunOutcome
     value: float = math.nan
@@ -54,7 +55,7 @@ class StabilityCell:
 
 @dataclass(frozen=True)
 class Theory:
-    """A boundary known in theory: y over x, in words and as a formula; `methods`: whose panels it belongs to."""
+    """A theoretical boundary: the points (x, y), its name and formula; `methods`: the methods that it holds for."""
 
     name: str
     formula: str
@@ -85,8 +86,8 @@ class MethodPanel:
         }
 
     def limit(self, row: int, x: tuple[float, ...], fails: frozenset[RunOutcome]) -> tuple[float, float]:
-        """Measured boundary in a row: the largest x up to which no run has an outcome in `fails`, and the next one that
-        has; 0 and infinity where there is none. Cells that were not run count for neither."""
+        """Measured boundary in a row: the largest x below the first run with an outcome in `fails`, and the x of that
+        run; 0 and infinity where there is none. Cells that were not run count for neither."""
         good, bad = 0.0, math.inf
         for value, cell in sorted(zip(x, self.cells[row], strict=True), key=lambda pair: pair[0]):
             if cell.outcome in fails:
@@ -99,7 +100,8 @@ class MethodPanel:
 
 @dataclass(frozen=True)
 class StabilityMap:
-    """One map: x is the timestep; `value_name` says what the numbers are, `right` and `wrong` are their limits."""
+    """One map: x is the timestep [s], y the varied quantity. `value_name` names the measured value; up to `right` a run
+    is right, above `wrong` it is wrong."""
 
     kind: str
     title: str
@@ -132,7 +134,7 @@ class StabilityMap:
 
 @dataclass(frozen=True, repr=False)
 class Stability(ResultInFiles):
-    """All maps of a mechanism, and why it gets no others."""
+    """All maps of a mechanism; without: kind of map -> why it is missing."""
 
     name: str
     title: str
@@ -150,7 +152,7 @@ class Stability(ResultInFiles):
         return 0 if self.maps else 4
 
     def map(self, kind: str) -> StabilityMap:
-        """The map of a kind; raises MechlabError that lists those there are, and why the kind is missing."""
+        """The map of a kind; raises MechlabError with the reason why it is missing, or with the kinds that exist."""
         for found in self.maps:
             if found.kind == kind:
                 return found

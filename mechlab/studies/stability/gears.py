@@ -1,4 +1,5 @@
-"""Maps of gears, springs and friction: gear ratio, light parts under load, stiffness with the limits of theory, sticking."""
+"""Maps of gears, springs and friction: gear ratio, light parts under load, stiffness with theoretical limits,
+sticking."""
 
 from __future__ import annotations
 
@@ -34,12 +35,12 @@ from mechlab.studies.stability.vary import (
 RATIOS = (1e-2, 1e-1, 1.0, 1e1, 1e2)
 LIGHT = (1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1)
 LAG = 1e-3
-"""A lag of a relation [rad or m] that is still right."""
+"""Largest lag of a relation [rad or m] that counts as right."""
 PROBE = 1e-3
 
 
 def with_relations(case: StabilityCase) -> StabilityCase | str:
-    """The case at its own fidelity, or at the cheapest that has gear relations as rows; or why there is none."""
+    """The case at its own fidelity, or at the first one that has gear relations as rows; or why there is none."""
     if case.mechanism.relations:
         return _smooth(case)
     for level in case.design.entry.fidelities:
@@ -52,7 +53,7 @@ def with_relations(case: StabilityCase) -> StabilityCase | str:
 
 
 def _smooth(case: StabilityCase) -> StabilityCase:
-    """Without dry friction, which has a map of its own."""
+    """The case without dry friction, which has a map of its own."""
     m = case.mechanism
     if not rough_parts(m):
         return case
@@ -60,7 +61,8 @@ def _smooth(case: StabilityCase) -> StabilityCase:
 
 
 def free_gear(case: StabilityCase) -> str | None:
-    """A joint in a relation that carries nothing, is in no loop, and is neither driven, loaded nor set by the scene."""
+    """A joint of a relation that carries no other body, is in no loop, and is not driven, loaded or set by the
+    scene."""
     m, scene = case.mechanism, case.scene
     parents = {b.parent for b in m.bodies}
     looped = {n for x in m.loops for n in loop_bodies(m, x)}
@@ -73,7 +75,7 @@ def free_gear(case: StabilityCase) -> str | None:
 
 
 def plan_gear_ratio(case: StabilityCase) -> StabilityPlan | str:
-    """A gear that turns ever faster than it does."""
+    """The map of the gear ratio: one gear turns faster or slower than given. A text says why there is no map."""
     found = with_relations(case)
     if isinstance(found, str):
         return found
@@ -94,7 +96,10 @@ def plan_gear_ratio(case: StabilityCase) -> StabilityPlan | str:
 
 
 def plan_light_parts(case: StabilityCase) -> StabilityPlan | str:
-    """A gear ever lighter under the same load: the lag r = (1-d) tc^2 zeta^2 A f of its soft row."""
+    """The map of light parts: one gear with scaled inertia under the same load. A text says why there is no map.
+
+    Its value is the lag of the soft row, r = (1-d) tc^2 zeta^2 A f.
+    """
     found = with_relations(case)
     if isinstance(found, str):
         return found
@@ -125,14 +130,15 @@ def plan_light_parts(case: StabilityCase) -> StabilityPlan | str:
 
 
 def _load(m: Mechanism, scene: Scene) -> float:
-    """The largest reaction of the relations as the scene is, or the weight at a hand's breadth where there is none."""
+    """Load [N m] for the light gear: the largest reaction of a relation in the scene, at least that of the total weight
+    at a lever of 1 mm."""
 
     loads = [x.load for x in predicted_lags(m, scene, Settings())]
     return max([*loads, 1e-3 * m.total_mass * 9.81])
 
 
 def _step(m: Mechanism, scene: Scene, body: str, factor: float, way: Method) -> float:
-    """The timestep at which the predicted lag of the worst relation is LAG: it goes with h^2."""
+    """Timestep h [s] at which the largest predicted lag of a relation is LAG; the lag is proportional to h^2."""
     lags = predicted_lags(scale_mass(m, body, factor), scene, way.settings(PROBE))
     return PROBE * (LAG / max([x.lag for x in lags] + [1e-300])) ** 0.5
 
@@ -144,7 +150,7 @@ def _fidelity(case: StabilityCase) -> str:
 
 FACTORS = (1e-2, 10**-1.5, 1e-1, 10**-0.5, 1.0, 10**0.5, 1e1, 10**1.5, 1e2)
 FEW = (DIVISIONS[:7], FACTORS[::2])
-"""With servos: laws are evaluated in Python, at every stage of every step."""
+"""Coarser grid for scenes with servos: their laws are evaluated in Python at every stage of every step."""
 
 
 def stiff_parts(mechanism: Mechanism) -> dict[str, tuple[float, str]]:
@@ -157,7 +163,7 @@ def stiff_parts(mechanism: Mechanism) -> dict[str, tuple[float, str]]:
 
 
 def plan_stiffness(case: StabilityCase) -> StabilityPlan | str:
-    """The map, or why there is none: nothing in the scene is stiff."""
+    """The map of stiffness, or a text that says why there is none."""
     m, scene = case.mechanism, case.scene
     springs = stiff_parts(m)
     servos = {w.on: w.stiffness for w in scene.laws if isinstance(w, Servo | OneSidedStop) and w.stiffness}
@@ -211,7 +217,7 @@ LONGEST = 0.3
 
 
 def plan_sticking(case: StabilityCase) -> StabilityPlan | str:
-    """The map, or why there is none."""
+    """The map of dry friction, or a text that says why there is none."""
     m = case.mechanism
     rough = rough_parts(m)
     if not rough:

@@ -1,9 +1,9 @@
-"""What theory says: the largest stable timestep of a method on the linearised springs, dampers and servos of a scene.
+"""The largest stable timestep of a method in theory, on the linearised springs, dampers and servos of a scene.
 
-Near a pose, on the motions that the constraints allow, M a + C v + K q = 0. One step of a method is a matrix; it is stable
-while the spectral radius of the matrix does not exceed the growth exp(h Re lambda) of the motion itself. For one undamped
-mode omega this gives h = 2 / omega (semi-implicit Euler) and 2.828 / omega (RK4); for one decay of time constant tau, 2.785
-tau (RK4). Hairer & Wanner, Solving ODEs II, IV.2.
+Near a pose, for motions that the constraints allow, M a + C v + K q = 0. One step of size h is a matrix. The method is
+stable while the spectral radius of this matrix does not exceed the growth exp(h Re lambda) of the motion itself. For
+one undamped mode omega: h = 2 / omega (semi-implicit Euler), 2.828 / omega (RK4); for one decay with time constant tau:
+2.785 tau (RK4). Hairer & Wanner, Solving ODEs II, IV.2.
 """
 
 from __future__ import annotations
@@ -29,9 +29,12 @@ STIRRED = 1e-6
 
 @dataclass(frozen=True)
 class LinearisedScene:
-    """M, and stiffness and damping (n, n) of the model and of the laws, on the n motions that the constraints allow.
-    `joint_damping`: the share of the model's damping that stands in joints; `held_stiffness`, `held_damping`: the share of
-    the laws that MuJoCo's own actuators do, drives that hold."""
+    """Mass, stiffness and damping matrices (n, n) of the model and of the laws, on the n motions that the constraints
+    allow.
+
+    `joint_damping`: the part of the model's damping in joints; `held_stiffness`, `held_damping`: the part of the laws
+    that MuJoCo's own actuators apply (drives that hold).
+    """
 
     mass: Array
     stiffness: Array
@@ -43,7 +46,7 @@ class LinearisedScene:
     held_damping: Array
 
     def matrix(self) -> Array:
-        """(2n, 2n) A of d(q, v)/dt = A (q, v)."""
+        """System matrix A (2n, 2n) of d(q, v)/dt = A (q, v)."""
         n = len(self.mass)
         k, c = self.stiffness + self.law_stiffness, self.damping + self.law_damping
         lower = -np.linalg.solve(self.mass, np.hstack([k, c]))
@@ -51,15 +54,15 @@ class LinearisedScene:
 
     @property
     def fastest(self) -> complex:
-        """The eigenvalue of the largest size [1/s], with an imaginary part >= 0; 0 for nothing stiff."""
+        """The eigenvalue of largest absolute value [1/s], with imaginary part >= 0."""
         values = np.linalg.eigvals(self.matrix())
         k = int(np.argmax(np.abs(values)))
         return complex(values[k].real, abs(values[k].imag))
 
 
 def linearise(mechanism: Mechanism, scene: Scene) -> LinearisedScene:
-    """Springs, dampers, servos and loads of a scene about its initial pose. Gravity and velocity terms are left out: they
-    are not what limits a timestep. Raises as `initial_state`."""
+    """Springs, dampers and servos of a scene, linearised about its initial pose. Gravity and velocity terms are left
+    out: they do not limit the timestep. Raises as `initial_state`."""
     q, v = initial_state(mechanism, scene)
     tree = TreeKinematics(mechanism, q, v)
     basis = (
@@ -111,10 +114,11 @@ StepMap = Callable[[float], Array]
 
 
 def step_map(linear: LinearisedScene, method: Method) -> StepMap | None:
-    """One step of the method as a matrix of h; None for a method with error control, which chooses its own step.
+    """A function that gives the matrix (2n, 2n) of one step h [s]; None for a method with error control.
 
-    Damping that a method of MuJoCo treats implicitly: Euler that of joints, implicit and implicitfast all of the model,
-    discrete all of the model and its springs; drives that hold are actuators of the model. Other laws are explicit.
+    MuJoCo treats implicitly: with Euler the damping of joints; with implicit and implicitfast all damping of the model;
+    with discrete all damping and springs of the model. Drives that hold are actuators of the model. Other laws are
+    explicit.
     """
     n = len(linear.mass)
     k, c = linear.stiffness + linear.law_stiffness, linear.damping + linear.law_damping
@@ -150,7 +154,8 @@ def step_map(linear: LinearisedScene, method: Method) -> StepMap | None:
 
 
 def largest_step(linear: LinearisedScene, method: Method) -> float:
-    """The largest stable timestep [s] of a method on a linear system; infinite where none is too large (or none matters)."""
+    """The largest stable timestep [s] of a method on a linear system; infinite where every step tried is stable, where
+    nothing is stiff, or for a method with error control."""
     step = step_map(linear, method)
     fastest = abs(linear.fastest)
     if step is None or fastest < 1e-9:
@@ -172,7 +177,7 @@ def largest_step(linear: LinearisedScene, method: Method) -> float:
 
 
 def formula(linear: LinearisedScene, method: Method) -> str:
-    """The boundary in words: the printed special case where the fastest mode is one."""
+    """The boundary as text: the formula of the textbook case where the fastest mode is undamped or a pure decay."""
     mode = linear.fastest
     undamped, decay = abs(mode.imag) > 20.0 * abs(mode.real), abs(mode.real) > 20.0 * abs(mode.imag)
     if method.integrator == "RK4":

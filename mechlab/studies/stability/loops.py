@@ -1,8 +1,8 @@
 """Maps of mechanisms with loops: mass ratio, redundant rows, softness of the rows, distance to a singular position.
 
-The distance is made by the length of one link of each loop. For a mechanism whose drive turns fully, bisection finds the length
-at which it stops turning, and the map comes ever closer to it. A mechanism whose own motion passes a singular position (a
-parallelogram) gets links that differ ever less from the singular ones.
+The length of one link of each loop sets the distance to the singular position. For a mechanism whose drive turns fully,
+bisection finds the length at which it no longer does; the rows of the map approach this length. Where the motion itself
+passes a singular position (a parallelogram), the rows approach the given length.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from mechlab.studies.stability.vary import link_length, scale_mass, shift_loops
 
 MASSES = (1e-4, 1e-2, 1.0, 1e1, 1e2, 1e3, 1e4)
 CAP = 1e-4
-"""1 - d of MuJoCo's rows is never smaller (mjMAXIMP)."""
+"""Least value of 1 - d, with impedance d, in MuJoCo (mjMAXIMP)."""
 
 
 def ancestors(mechanism: Mechanism, body: str) -> list[str]:
-    """The body and its parents up to the ground, without it."""
+    """The body and its ancestors, without the ground."""
     parent = {b.name: b.parent for b in mechanism.bodies}
     out = []
     while body != GROUND:
@@ -40,13 +40,17 @@ def ancestors(mechanism: Mechanism, body: str) -> list[str]:
 
 
 def loop_bodies(mechanism: Mechanism, loop: Loop) -> list[str]:
-    """Bodies around a loop, in order."""
+    """The bodies around a loop, in order, without the ground."""
     a, b = ancestors(mechanism, loop.body_a), ancestors(mechanism, loop.body_b)
     return [x for x in a if x not in b] + [x for x in reversed(b) if x not in a]
 
 
 def plan_mass_ratio(case: StabilityCase) -> StabilityPlan | str:
-    """The part in the middle of the longest loop ever lighter and heavier; the energy that goes astray."""
+    """The map of the mass ratio: the body in the middle of the longest loop with scaled mass; measured is the energy
+    error.
+
+    A text says why there is no map.
+    """
     m = case.mechanism
     if not m.loops:
         return "it has no loops: the mass ratio of a tree is no difficulty"
@@ -69,7 +73,8 @@ def plan_mass_ratio(case: StabilityCase) -> StabilityPlan | str:
 
 
 def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
-    """Rows that repeat each other, with more and less regularisation."""
+    """The map of redundant rows: the timestep against the regularisation of the rows. A text says why there is no
+    map."""
     m = case.mechanism
     redundant = structure(m).redundant if m.loops or m.relations else ()
     if not redundant:
@@ -114,7 +119,11 @@ def _takes_mu(case: StabilityCase) -> bool:
 
 
 def plan_softness(case: StabilityCase) -> StabilityPlan | str:
-    """The time constant of MuJoCo's rows against the timestep: below 2 h the engine takes 2 h (refsafe)."""
+    """The map of softness: the timestep h against the time constant of MuJoCo's rows. Below 2 h the engine uses 2 h
+    (refsafe).
+
+    A text says why there is no map.
+    """
     m = case.mechanism
     if not m.loops and not m.relations:
         return "it has no loops and no gear relations: no soft rows"
@@ -142,21 +151,22 @@ def plan_softness(case: StabilityCase) -> StabilityPlan | str:
 
 
 DISTANCES = (1e-4, 1e-3, 1e-2, 1e-1)
-"""Of the length that is changed."""
+"""Distances to the singular position, relative to the length that is changed."""
 TRIED = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
 CLOSE = 1e-5
 DIVISIONS = (3, 5, 8, 13, 21, 34, 55, 89, 144)
 LONGEST = 10.0
 HALF_WAY = 0.6
-"""Of a turn: the crank passes the line of its ground link once on either side."""
+"""Part of the duration that is simulated where the drive turns: in about half a turn the crank passes the line of its
+ground link once."""
 SINGULAR = 2e-2
 SAMPLES = 200
 
 
 @dataclass(frozen=True)
 class SingularLength:
-    """`shift` [m] of the loops at which the mechanism becomes singular, how that is known, and whether its drive turns
-    fully on the near side."""
+    """Change of length `shift` [m] of the loops at which the mechanism becomes singular; `text`: in words; `turns`:
+    True where the drive turns fully up to that length."""
 
     shift: float
     text: str
@@ -164,7 +174,7 @@ class SingularLength:
 
 
 def plan_singular(case: StabilityCase) -> StabilityPlan | str:
-    """The map, or why there is none."""
+    """The map of the distance to a singular position, or a text that says why there is none."""
     m = case.mechanism
     if not m.loops:
         return "it has no loops: a tree has no singular position"
@@ -193,13 +203,17 @@ def plan_singular(case: StabilityCase) -> StabilityPlan | str:
 
 
 def _first_rate(scene: Scene) -> Scene:
-    """With one freedom one rate says all; more of them would contradict another length."""
+    """The scene with its first initial rate alone: it fixes the motion, and others would contradict it at another
+    length."""
     return replace(scene, initial_rates=dict(list(scene.initial_rates.items())[:1]))
 
 
 @lru_cache(maxsize=16)
 def change_point(mechanism: Mechanism, prefer: tuple[str, ...], length: float) -> SingularLength | None:
-    """The nearest change of length at which the drive no longer turns fully; None for a mechanism that does not turn."""
+    """The smallest change of length [m] at which the drive no longer turns fully.
+
+    None where the drive does not turn fully as given, or no change tried stops it.
+    """
 
     try:
         path, turn = choose_path(mechanism, None, prefer)
@@ -229,7 +243,8 @@ def change_point(mechanism: Mechanism, prefer: tuple[str, ...], length: float) -
 
 
 def _on_the_way(case: StabilityCase) -> SingularLength | str:
-    """The motion of the scene passes a singular position: the smallest singular value of the rows nearly vanishes."""
+    """Zero shift where the scene's motion passes a singular position (its smallest singular value falls below
+    SINGULAR); else the reason why there is no map."""
     m = case.mechanism
     problem = Problem(case.design, case.scene, SAMPLES)
     try:
@@ -247,6 +262,6 @@ def _on_the_way(case: StabilityCase) -> SingularLength | str:
 
 
 def _smallest(jacobian: np.ndarray, full: int) -> float:
-    """The `full`-th singular value relative to the first; rank of the rows falls where it vanishes."""
+    """The `full`-th singular value relative to the first; where it vanishes, the rank of the rows falls."""
     values = np.linalg.svd(jacobian, compute_uv=False)
     return float(values[full - 1] / values[0]) if rank(jacobian) >= full else 0.0

@@ -22,20 +22,22 @@ from mechlab.studies.stability.vary import rough_parts
 
 REFERENCE_TOLERANCE = 1e-9
 REFERENCE_SHARE = 0.6
-"""Of the work of a map, for all its reference runs."""
+"""Share of the work of a map for all its reference runs."""
 RUNAWAY = 1e2
-"""A run has blown up when its error exceeds the whole motion, or its energy error the energy turned over, by this factor."""
+"""A run has blown up when its error exceeds the extent of the motion, or its energy error the turnover, by this
+factor."""
 TRUSTED = 1e-4
-"""Share of its energy that a reference run may lose."""
+"""Largest energy error of a conservative reference run, relative to its turnover."""
 EVERY = 2
 SMALLEST_SPAN = 1e-3
-"""A motion of less than this [rad or m] counts as one of this size."""
+"""Lower bound of the extent of a motion [rad or m] that errors are divided by."""
 
 
 @dataclass(frozen=True)
 class ReferenceRun:
-    """A reference run: coordinates and energies at the outputs, how far each coordinate moves with those of its kind, and
-    the energy that is turned over [J]."""
+    """A reference run: coordinates q (n, nq); energies [J] at every second output; spans (nq,): largest extent of
+    motion among joints of the same kind [rad or m]; turnover: largest kinetic energy or span of the potential energy
+    [J]."""
 
     q: Array
     energies: Array
@@ -58,10 +60,9 @@ def sharp_method(problem: Problem) -> Method:
 
 
 def reference_run(problem: Problem, reference: str = "") -> ReferenceRun:
-    """The reference run of a row. Where nothing takes or gives energy, the run must keep its own: one that does not (it
-    passed a singular position) is replaced by the next best.
+    """The reference run of a row: the first method that reaches the end and, in a conservative scene, keeps its energy.
 
-    Raises MechlabError when no reference reaches the end or keeps its energy.
+    A method can lose energy where the motion passes a singular position. Raises MechlabError when no method qualifies.
     """
     reasons = []
     named = {m.name: m for m in METHODS}
@@ -85,14 +86,14 @@ def reference_run(problem: Problem, reference: str = "") -> ReferenceRun:
 
 
 def conservative(problem: Problem) -> bool:
-    """Whether nothing gives or takes energy in the scene."""
+    """True when the scene has no laws, no damping and no dry friction."""
     m = problem.mechanism
     damped = [x.damping for x in m.joints] + [x.damping for x in m.shafts] + [x.damping for x in m.springs]
     return not problem.scene.laws and not any(damped) and not rough_parts(m)
 
 
 def _truth(problem: Problem, run: Trace, way: Method) -> tuple[ReferenceRun, float]:
-    """The run as a reference, and how much energy it lost that it should have kept."""
+    """The run as a reference, and its energy error relative to the turnover (0 unless the scene is conservative)."""
     m = problem.mechanism
     kinetic, potential = kinetic_energy(m, run.q, run.v), potential_energy(m, run.q)
     turnover = max(float(np.max(kinetic)), float(np.ptp(potential)), 1e-12)
@@ -104,7 +105,7 @@ def _truth(problem: Problem, run: Trace, way: Method) -> tuple[ReferenceRun, flo
 
 
 def _spans(m: Mechanism, q: Array) -> Array:
-    """(nq,) for each coordinate how far the one of its kind that moves largest goes."""
+    """(nq,) for each coordinate, the largest extent of motion among joints of the same kind [rad or m]."""
     reach = np.ptp(q, axis=0)
     largest: dict[str, float] = {}
     for joint in m.joints:
@@ -113,7 +114,7 @@ def _spans(m: Mechanism, q: Array) -> Array:
 
 
 def outcome_of(plan: StabilityPlan, problem: Problem, truth: ReferenceRun | None, run: Trace) -> StabilityCell:
-    """The outcome of a run that came back."""
+    """The outcome of a run, by its error, energy error or gap against the limits of the plan."""
     count_work(OBSERVED_POSE.of(problem.mechanism) * len(run.q) / EVERY)
     if not run.complete or not np.all(np.isfinite(run.q)) or not np.all(np.isfinite(run.v)):
         return StabilityCell(RunOutcome.BLOWN_UP, math.nan, run.reason or "the state is not finite")
@@ -141,7 +142,7 @@ def _gap(m: Mechanism, q: Array) -> float:
 
 @dataclass(frozen=True)
 class ReadyRow:
-    """A row of a plan made ready: its problem and its reference, or why there is none."""
+    """A row of a plan with its problem and reference run, or the reason why it has none."""
 
     y: float
     problem: Problem | None
@@ -172,7 +173,8 @@ def rows_of(plan: StabilityPlan, seconds: float) -> list[ReadyRow]:
 def panels(
     plan: StabilityPlan, seconds: float, progress: Callable[[str], None]
 ) -> tuple[tuple[MethodPanel, ...], dict[str, str]]:
-    """All methods of a plan over its grid, coarse timesteps first, within `seconds` of work; and why methods are missing."""
+    """All methods of a plan over its grid, large timesteps first, within `seconds` of counted work; and method -> why
+    missing."""
     began = work_done()
     rows = rows_of(plan, seconds)
     usable = next((r.problem for r in rows if r.problem is not None), None)

@@ -1,4 +1,5 @@
-"""The picture of a stability map: one panel a method, timestep to the right, outcomes in colours, boundaries of theory."""
+"""The picture of a stability map: a panel for each method, timestep to the right, outcomes as colours, theoretical
+limits."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ LOOKS: dict[RunOutcome, tuple[str, str]] = {
     RunOutcome.REFUSED: ("#d9d9d9", "-"),
     RunOutcome.NOT_RUN: ("#ffffff", ""),
 }
-"""Colour (blue to orange to dark brown: distinguished without red and green, and by lightness) and mark."""
+"""Colour and mark of an outcome. From blue over orange to dark brown the colours differ without red and green, and in
+lightness."""
 
 
 COLUMNS = 3
@@ -82,7 +84,8 @@ def _panel(axes: Any, made: StabilityMap, panel: MethodPanel) -> None:
 
 
 def _theory(axes: Any, made: StabilityMap, panel: MethodPanel, x: np.ndarray, y: np.ndarray) -> None:
-    """Boundaries of theory, each with its formula; the text says where a line lies outside the panel."""
+    """Draw the theoretical boundaries of a method with their formulas; the label says where a line lies outside the
+    panel."""
     from matplotlib.patheffects import withStroke
 
     outline = [withStroke(linewidth=3.0, foreground="white")]

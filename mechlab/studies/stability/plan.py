@@ -1,4 +1,5 @@
-"""What one map needs before anything is run: its rows, methods and timesteps; and methods with other softness of the constraints."""
+"""The plan of a stability map: its rows, methods and timesteps; and methods with another softness of the
+constraints."""
 
 from __future__ import annotations
 
@@ -19,14 +20,15 @@ from mechlab.studies.stability.vary import with_mechanism, without_ranges
 
 @dataclass(frozen=True)
 class SoftenedMethod(Method):
-    """time_constant [s] and impedance of MuJoCo's rows (0: as the method has it), `mu` of Pinocchio's (0: as it has it)."""
+    """A method with another softness of its constraint rows. MuJoCo: time_constant [s] and impedance; Pinocchio: `mu`.
+    A value of 0 keeps that of the method."""
 
     time_constant: float = 0.0
     impedance: float = 0.0
     mu: float = 0.0
 
     def settings(self, value: float) -> Settings:
-        """Settings at a step [s], with the softness set by hand."""
+        """Settings at a step [s], with this softness."""
         base = Method.settings(self, value)
         if self.time_constant:
             base = replace(base, timeconst=self.time_constant / value)
@@ -35,7 +37,7 @@ class SoftenedMethod(Method):
         return base
 
     def run(self, problem: Problem, value: float) -> Trace:
-        """The problem at a step [s] that divides the output distance."""
+        """Run the problem at a step [s] that divides the time between outputs."""
         if self.engine != "pinocchio" or not self.mu:
             return Method.run(self, problem, value)
         engine("pinocchio")  # raises EngineMissing where it is not installed
@@ -48,18 +50,18 @@ class SoftenedMethod(Method):
 def with_softness(
     method: Method, time_constant: float = 0.0, impedance: float = 0.0, mu: float = 0.0
 ) -> SoftenedMethod:
-    """The method with these set; see `Tuned`."""
+    """The method with this softness; see `SoftenedMethod`."""
     kept = {f.name: getattr(method, f.name) for f in fields(Method)}
     return SoftenedMethod(**kept, time_constant=time_constant, impedance=impedance, mu=mu)
 
 
 OUTPUTS = 10
-"""Output times of every run; a timestep divides their distance."""
+"""Number of output intervals of every run; a timestep divides an interval."""
 DIVISIONS = (1, 2, 3, 5, 8, 13, 21, 34, 55)
-"""Steps between two outputs: timesteps over almost two decades."""
+"""Numbers of steps between two outputs: timesteps over almost two decades."""
 STEERING = ("servo", "computed_torque", "held_rates")
 LONGEST = 2.0
-"""Simulated time [s] of the maps that need no particular one, at most."""
+"""Longest simulated time [s] of maps that set none of their own."""
 FALL = 3.0
 """Simulated time of a mechanism whose servos are left out, in units of sqrt(size / g)."""
 FREE = "without the servos of the scene"
@@ -67,10 +69,12 @@ FREE = "without the servos of the scene"
 
 @dataclass(frozen=True)
 class StabilityPlan:
-    """problem(y) makes the row of y; tune(method, y) the method as it is used there. measure: "error" (of the coordinates,
-    relative to how far they move), "energy" (relative to the energy turned over) or "gap" (of loops and relations, rad or
-    m); `right` and `wrong`: limits of it. theory(methods, steps) -> boundaries to draw. reference: the method that
-    gives the reference runs ("": see `measure.sharp_method`)."""
+    """The plan of a map. problem(y): the problem of row y; tune(method, y): the method as used there.
+
+    measure: "error" (of coordinates, relative to their motion), "energy" (error relative to the turnover) or "gap"
+    (residual of loops and relations [rad or m]); `right`, `wrong`: its limits. theory(methods): boundaries to draw.
+    reference: name of the method of the reference runs ("": see `measure.sharp_method`).
+    """
 
     kind: str
     title: str
@@ -93,13 +97,14 @@ class StabilityPlan:
 
 
 def steps_of(duration: float, divisions: tuple[int, ...] = DIVISIONS) -> tuple[float, ...]:
-    """Timesteps [s], ascending, that divide the distance of the output times."""
+    """Timesteps [s], ascending, that divide the time between outputs."""
     return tuple(sorted(duration / OUTPUTS / k for k in divisions))
 
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """A scene of a design: where the plans come from. `only`: names of the methods that the user chose."""
+    """The design and scene that plans are made for. `only`: names of the methods that the user chose
+    (empty: no choice)."""
 
     design: Design
     scene: Scene
@@ -112,14 +117,14 @@ class StabilityCase:
         return self.design.mechanism(self.scene.fidelity)
 
     def problem(self, mechanism: Mechanism | None = None, scene: Scene | None = None, duration: float = 0.0) -> Problem:
-        """The case with another mechanism, scene or duration [s]; joints have no ends of their ranges."""
+        """The problem of the case, with another mechanism, scene or duration [s]; ranges of joints are removed."""
         design = with_mechanism(self.design, without_ranges(mechanism or self.mechanism))
         used = scene or self.scene
         return Problem(design, replace(used, duration=duration or used.duration), OUTPUTS)
 
     @property
     def free(self) -> StabilityCase:
-        """The same start without servos and computed torques: what they limit is seen in the map of stiffness."""
+        """The same start without servos, computed torques and held rates, whose limits the map of stiffness shows."""
         kept = tuple(law for law in self.scene.laws if law.kind not in STEERING)
         if len(kept) == len(self.scene.laws):
             return replace(self, scene=replace(self.scene, duration=min(self.scene.duration, LONGEST)))
@@ -133,7 +138,7 @@ class StabilityCase:
 
 
 def usual_methods(case: StabilityCase) -> tuple[Method, ...]:
-    """What most maps show: each way to step once, the engine's defaults among them."""
+    """The methods of most maps: with loops or relations, MuJoCo's defaults and hard rows, and Pinocchio's."""
     if case.mechanism.loops or case.mechanism.relations:
         return case.methods(
             "MuJoCo implicitfast, defaults", "MuJoCo implicitfast, hard", "MuJoCo discrete, hard", "MuJoCo RK4, hard",
@@ -143,7 +148,7 @@ def usual_methods(case: StabilityCase) -> tuple[Method, ...]:
 
 
 def tree_methods(case: StabilityCase) -> tuple[Method, ...]:
-    """The same for mechanisms without rows, and for what rows have no part in."""
+    """The methods for mechanisms without constraint rows, and for maps that do not depend on the rows."""
     rows = "hard" if case.mechanism.loops or case.mechanism.relations else "defaults"
     names = [f"MuJoCo {i}, {rows}" for i in ("Euler", "implicitfast", "discrete", "RK4")]
     return case.methods(*names, "Pinocchio semi-implicit Euler", "Pinocchio RK4, soft stabilisation")

@@ -17,7 +17,7 @@ BAD = frozenset({RunOutcome.BLOWN_UP, RunOutcome.WRONG, RunOutcome.DRIFTING, Run
 
 
 def sentences(made: StabilityMap, remark: str = "") -> tuple[str, ...]:
-    """Theory against measurement first where there is theory, then each method in one sentence."""
+    """Sentences on a map: for stiffness first theory against measurement, then each method, then the remark."""
     row = nominal_row(made)
     out = []
     if made.kind == "stiffness":
@@ -29,7 +29,7 @@ def sentences(made: StabilityMap, remark: str = "") -> tuple[str, ...]:
 
 
 def nominal_row(made: StabilityMap) -> int:
-    """The row nearest the mechanism as given; the last where it has none."""
+    """Index of the row closest to the nominal value of y; the last row where y has no nominal value."""
     if made.y.nominal is None:
         return len(made.y.values) - 1
     nominal = made.y.nominal
@@ -53,7 +53,7 @@ def _boundary(made: StabilityMap, theory: Theory, name: str, row: int) -> str:
 
 
 def _summary(made: StabilityMap, panel: MethodPanel, row: int) -> str:
-    """How far a method is right, along the row as given and at both ends."""
+    """A sentence: the timesteps up to which a method is right, in the nominal row and in the first and last rows."""
     run = [c for r in panel.cells for c in r if c.outcome not in (RunOutcome.NOT_RUN, RunOutcome.REFUSED)]
     if not run:
         return f"{panel.method}: nothing could be run ({_reason(panel)})."
@@ -102,7 +102,7 @@ def _(found: Stability) -> str:
 
 @text_of.register
 def _(found: Stability) -> str:
-    """Every map as rows of letters, and what follows from it."""
+    """Every map as rows of letters, with its sentences."""
     legend = ", ".join(f"{letter} {o.value}" for o, letter in LETTERS.items())
     lines = [f"{found.name}, scene {found.scene}: where methods fail", f"what acts: {found.acts}", legend]
     for made in found.maps:

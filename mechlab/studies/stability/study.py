@@ -1,6 +1,7 @@
-"""Stability maps of a mechanism: timestep against what may make a method fail, by measurement, within a budget of counted work.
+"""Stability maps of a mechanism: outcome over the timestep and a varied quantity, within a budget of counted work.
 
-`KINDS` are the maps that the structure of a mechanism calls for; a range of a parameter, mass, stiffness or friction adds one.
+`KINDS` are the maps that follow from the structure of a mechanism; a range of a parameter, mass, stiffness or friction
+adds a map.
 """
 
 from __future__ import annotations
@@ -47,11 +48,11 @@ from mechlab.values import Range, in_unit
 
 FEWEST, MOST, USUAL = 2, 40, 7
 LOG_FROM = 100.0
-"""A range that spans more than this is spaced evenly in its logarithm."""
+"""Ratio high / low above which a range is spaced evenly in its logarithm."""
 
 
 def spaced(key: str, given: Range) -> tuple[float, ...]:
-    """The values of a range, ends included, ascending: in the logarithm where it spans more than two decades.
+    """The values of a range, ends included, ascending; evenly spaced, or logarithmically above two decades.
 
     Raises MechlabError for an empty range or too many values.
     """
@@ -68,7 +69,7 @@ def spaced(key: str, given: Range) -> tuple[float, ...]:
 
 
 def plan_range(case: StabilityCase, key: str, given: Range) -> StabilityPlan:
-    """The map of a range. Raises MechlabError for a key that names nothing, listing what can be varied."""
+    """The plan of a map over a range. Raises MechlabError for an unknown key, listing what can be varied."""
     infos = parameter_infos(case.design)
     values = spaced(key, given)
     duration = min(case.scene.duration, LONGEST)
@@ -107,7 +108,8 @@ Part = tuple[float, str, str, Callable[[float], Problem]]
 
 
 def _parts(case: StabilityCase, duration: float) -> dict[str, Part]:
-    """BODY_mass, X_stiffness, friction: what it is now, its unit, in words, and the problem with it times a factor."""
+    """BODY_mass, X_stiffness, friction -> present value, unit, text, and a function that gives the problem with the
+    value times a factor."""
     m, scene = case.mechanism, case.scene
 
     def mass(name: str, factor: float) -> Problem:
@@ -150,11 +152,11 @@ KINDS: dict[str, Callable[[StabilityCase], StabilityPlan | str]] = {
     "light-parts": plan_light_parts,
     "sticking": plan_sticking,
 }
-"""Maps that the structure of a mechanism calls for. Adding a kind is adding a row."""
+"""Kind of map -> function that plans it or says why it does not fit."""
 BUDGET = 26.0
-"""Counted work of a study [s] (`mechlab.integrate.work`) where none is given."""
+"""Default for the counted work of a study [s] (`mechlab.integrate.work`)."""
 WEIGHTS = {"stiffness": 2.0, "softness": 0.6, "redundancy": 0.6}
-"""Shares of the budget, where they are not 1: stiff references are slow."""
+"""Weights in the budget other than 1: stiff reference runs are slow."""
 
 
 def study(
@@ -168,12 +170,12 @@ def study(
     budget: float = BUDGET,
     progress: Callable[[str], None] = lambda line: None,
 ) -> Stability:
-    """Stability maps of a scene of a design: timestep against what may make a method fail.
+    """Stability maps of a scene of a design: outcome over the timestep and a varied quantity.
 
-    kinds: of KINDS (default: all that fit; with `ranges`, those alone). methods: names, or parts of names, of
-    `mechlab.lab.methods`. ranges: parameter, BODY_mass, X_stiffness or friction -> Range. budget [s]: of counted work, about seconds
-    of CPU, but the same map comes out on every machine.
-    Raises MechlabError for unknown names, and for a kind that does not fit the mechanism, saying why.
+    kinds: keys of KINDS (default: all that fit; with `ranges`, none). methods: names, or parts of names, of
+    `mechlab.lab.methods`. ranges: parameter, BODY_mass, X_stiffness or friction -> Range. budget [s]: counted work,
+    about seconds of CPU; every machine makes the same map. Raises MechlabError for unknown names, and for a kind that
+    does not fit the mechanism, saying why.
     """
     if not budget > 0:
         raise MechlabError(f"budget: expected seconds of work > 0, got {budget!r}.")
@@ -208,7 +210,7 @@ def study(
 
 
 def make_map(plan: StabilityPlan, seconds: float, progress: Callable[[str], None] = lambda line: None) -> StabilityMap:
-    """Run a plan within `seconds` of work."""
+    """Run a plan within `seconds` of counted work."""
     shown, skipped = panels(plan, seconds, progress)
     able = tuple(m for m in plan.methods if m.name in {p.method for p in shown})
     theory = plan.theory(able)
@@ -227,7 +229,7 @@ def make_map(plan: StabilityPlan, seconds: float, progress: Callable[[str], None
 
 
 def chosen_methods(names: Sequence[str]) -> tuple[str, ...]:
-    """Names of the methods meant: a full name, or a part that several may share. Raises MechlabError that lists them."""
+    """Names of all methods that match: a full name, or a part of names. Raises MechlabError, listing the methods."""
     out: list[str] = []
     for name in names:
         every = [m.name for m in METHODS if m.control == "step"]

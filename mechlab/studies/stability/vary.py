@@ -1,4 +1,4 @@
-"""The same mechanism or scene with one property scaled: what the second axis of a stability map turns."""
+"""A mechanism or scene with one property scaled, for the second axis of a stability map."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from mechlab.mechanism.parts import GROUND, Coefficients, Loop
 
 
 def with_mechanism(design: Design, mechanism: Mechanism) -> Design:
-    """The design with this mechanism at every fidelity, and without its own equations, which know nothing of the change."""
+    """The design with this mechanism at every fidelity, without its own equations, which would not include the
+    change."""
     return replace(design, entry=replace(design.entry, build=lambda p, fidelity: mechanism, reference=None))
 
 
@@ -32,8 +33,8 @@ def scale_mass(mechanism: Mechanism, body: str, factor: float) -> Mechanism:
 
 
 def scale_springs(mechanism: Mechanism, factor: float, only: Collection[str] | None = None) -> Mechanism:
-    """Stiffness of springs, joints and shafts times `factor`, the damping beside it times its square root: the damping
-    ratio stays. only: names of those that are scaled (default: all)."""
+    """Stiffness of springs, joints and shafts times `factor`, and their damping times its square root, so that the
+    damping ratio stays. only: names of the scaled parts (default: all)."""
 
     def scaled(item: Any) -> Any:
         if not item.stiffness or (only is not None and item.name not in only):
@@ -57,7 +58,7 @@ def scale_servos(scene: Scene, factor: float) -> Scene:
 
 
 def without_ranges(mechanism: Mechanism) -> Mechanism:
-    """The same without the ends of the joints' ranges: MuJoCo has soft stops there, the reference runs have none."""
+    """The mechanism without ranges of joints: MuJoCo puts soft stops there, the reference runs have none."""
     if all(j.range is None for j in mechanism.joints):
         return mechanism
     bodies = tuple(replace(b, joints=tuple(replace(j, range=None) for j in b.joints)) for b in mechanism.bodies)
@@ -65,7 +66,7 @@ def without_ranges(mechanism: Mechanism) -> Mechanism:
 
 
 def rough_parts(mechanism: Mechanism) -> dict[str, float]:
-    """Dry friction [N m or N] of every joint and shaft that has some."""
+    """Joint or shaft with dry friction -> its size [N m or N]."""
     out = {j.name: j.friction for j in mechanism.joints if j.friction}
     return out | {s.name: s.friction for s in mechanism.shafts if s.friction}
 
@@ -81,8 +82,11 @@ def scale_friction(mechanism: Mechanism, factor: float) -> Mechanism:
 
 
 def faster_joint(mechanism: Mechanism, joint: str, ratio: float) -> Mechanism:
-    """The joint turns `ratio` times as fast in every relation that it takes part in; relations that repeat each other go
-    on doing so. Its coefficients are divided by the ratio, as the decimal that it is written as."""
+    """The mechanism with a joint that turns `ratio` times as fast in all of its relations; redundant relations stay
+    redundant.
+
+    Its coefficients are divided by the ratio, taken exactly as the decimal that it prints as.
+    """
     mechanism.joint(joint)
     by = Fraction(str(float(ratio)))
 
@@ -94,8 +98,10 @@ def faster_joint(mechanism: Mechanism, joint: str, ratio: float) -> Mechanism:
 
 
 def shift_loops(mechanism: Mechanism, amount: float) -> Mechanism:
-    """Every loop closes `amount` [m] farther out on the body it ends on (that body's link is longer), assembled again from
-    the reference pose. Raises MechlabError when it does not close."""
+    """The mechanism with one link of every loop longer by `amount` [m], assembled again from the reference pose.
+
+    Raises MechlabError when it cannot be assembled.
+    """
     b = Builder(mechanism.name, mechanism.gravity, mechanism.summary)
     b.bodies, b.shafts, b.springs = list(mechanism.bodies), list(mechanism.shafts), list(mechanism.springs)
     b.drives, b.frames = list(mechanism.drives), list(mechanism.frames)
@@ -105,7 +111,7 @@ def shift_loops(mechanism: Mechanism, amount: float) -> Mechanism:
 
 
 def _longer(loop: Loop, amount: float) -> Loop:
-    """The end of a loop moved away from the origin of its body, on the side that moves and is longer."""
+    """The loop with one end moved by `amount` [m] away from the origin of its body: the longer end on a moving body."""
     sides = [("placement_a", loop.body_a, loop.placement_a), ("placement_b", loop.body_b, loop.placement_b)]
     moving = [(field, place) for field, body, place in sides if body != GROUND]
     field, place = max(moving, key=lambda x: float(np.linalg.norm(x[1].translation)))
@@ -118,7 +124,7 @@ def _longer(loop: Loop, amount: float) -> Loop:
 
 
 def link_length(mechanism: Mechanism) -> float:
-    """Shortest length [m] that `shift_loops` changes."""
+    """Shortest distance [m] of a loop end from the origin of its moving body; 0 where all ends lie at the origins."""
     ends = [(x.body_a, x.placement_a) for x in mechanism.loops] + [(x.body_b, x.placement_b) for x in mechanism.loops]
     sizes = [float(np.linalg.norm(place.translation)) for body, place in ends if body != GROUND]
     return min((x for x in sizes if x > 1e-9), default=0.0)

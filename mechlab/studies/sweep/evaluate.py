@@ -1,6 +1,6 @@
 """Computes one block of a sweep: closed forms for many points at once; answers, runs and checks point by point.
 
-Every scheduler calls the same function, `evaluate`, so that all of them give the same bits.
+Every scheduler calls the same function, `evaluate`, so that all give bitwise equal numbers.
 """
 
 from __future__ import annotations
@@ -34,14 +34,15 @@ from mechlab.studies.sweep.request import (
 from mechlab.studies.sweep.rollout import roll_block
 
 PARTS = 4
-"""Points of which one has no answer, and the closed form does not say which, are divided into this many parts, again and
-again, down to single points."""
+"""When some points have no answer and the closed form does not say which, they are divided into this many parts,
+recursively, down to single points."""
 DIFFERENCE = "max_difference"
-"""As a quantity: the largest difference between any two witnesses."""
+"""Name of the quantity that is the largest difference between any two witnesses."""
 
 
 def question_of(design: Design, keys: set[str], given: Mapping[str, Any]) -> Question:
-    """The question that the keys ask: one of the entry's, or the generic one. Raises MechlabError for other keys."""
+    """The question that takes these keys: one of the entry's, or the generic one. Raises MechlabError for other
+    keys."""
     fits = [q for q in design.entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     return max(fits, key=lambda q: len(q.given)) if fits else generic_question(design, given)
 
@@ -49,7 +50,7 @@ def question_of(design: Design, keys: set[str], given: Mapping[str, Any]) -> Que
 def closed_form(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
-    """All points of a group at once, in parts where some have no answer."""
+    """Compute all points of a group at once; where some have no answer, in parts."""
     question = question_of(design, set(rest), rest)
     arrays = {k: v for k, v in rest.items() if np.ndim(v)}
     fixed = {k: v for k, v in rest.items() if not np.ndim(v)}
@@ -86,7 +87,7 @@ def closed_form(
 def answers_one_by_one(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
-    """One question for each point, to one witness, or to all of them where their difference is a quantity."""
+    """Ask the question at each point: one witness, or all where their difference is a quantity."""
     for i, at in enumerate(where):
         given = {k: float(v[i]) if np.ndim(v) else v for k, v in rest.items()}
         spot = np.array([at])
@@ -151,13 +152,13 @@ def _take(request: SweepRequest, answer: Answer, where: np.ndarray, out: SweepBl
 
 
 STEP_ERROR = "step_error"
-"""The finding that takes more runs; it is made only where it is a quantity of the sweep."""
+"""The finding that needs extra runs; it is computed only where it is a quantity of the sweep."""
 
 
 def runs_one_by_one(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
-    """The run of each point, and the checks of its design."""
+    """Run each point, and the checks of its design."""
     for i, at in enumerate(where):
         extra = {k: float(v[i]) if np.ndim(v) else float(v) for k, v in rest.items()}
         try:
@@ -193,7 +194,7 @@ def _point(request: SweepRequest, design: Design, extra: Mapping[str, float], at
 
 
 def check(design: Design, id: str) -> Any:
-    """A check of the entry, or a generic one where it has none of its own; raises MechlabError that lists them."""
+    """The check `id`, of the entry or generic; raises MechlabError, listing the checks, for an unknown one."""
     checks = {c.id: c for c in checks_of(design.entry)}
     if id not in checks:
         raise unknown(f"{design.name}: check", id, checks)
@@ -201,7 +202,7 @@ def check(design: Design, id: str) -> Any:
 
 
 def of_recording(quantity: SweepQuantity, design: Design, recording: Recording) -> float:
-    """A quantity of a run."""
+    """The value of a quantity in a run. Raises Untrustworthy where the run lacks the finding."""
     if quantity.kind == "trusted":
         return float(recording.health.trusted)
     if quantity.kind == "finding":
@@ -213,7 +214,7 @@ def of_recording(quantity: SweepQuantity, design: Design, recording: Recording) 
 
 
 def channel(design: Design, recording: Recording, name: str) -> Array:
-    """(n,) a channel of the run, or one of the entry that the scene does not ask for."""
+    """A channel (n,) of the run, or one of the entry that the scene does not record."""
     if name not in recording.channels and name in design.entry.channels:
         return np.asarray(design.entry.channels[name][1](design.parameters, recording))
     return recording.channel(name)
@@ -223,9 +224,9 @@ _bases: dict[str, Design] = {}
 
 
 def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
-    """The numbers of a block. threads: of engines that have their own; they do not change a bit.
+    """The numbers of a block. threads: number of the engine's own threads; the numbers do not depend on it.
 
-    What goes wrong at a point is recorded in the block; raises MechlabError only for what concerns all points.
+    An error at a point is recorded in the block; raises MechlabError only for an error that concerns all points.
     """
 
     out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
@@ -260,8 +261,8 @@ def with_parameters(chosen: Design, changes: tuple[tuple[str, Any], ...]) -> Des
 
 
 def groups(request: SweepRequest, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:
-    """The points of a block that share a design: where they stand in the block (m,), the parameters that change, and
-    what else is given: numbers, or arrays (m,) of the axes."""
+    """Groups of points of a block that share a design: indices in the block (m,), changed parameters, and the other
+    given values, each a number or an array (m,) of an axis."""
     places = request.places(block)
     outer = [a for a in request.work if a.role == "parameter"]
     inner = [a for a in request.work if a.role != "parameter"]

@@ -22,14 +22,15 @@ from mechlab.studies.sweep.request import SweepBlock, SweepRequest
 from mechlab.studies.sweep.result import SweepResult, need_xarray
 
 EVERY = 2.0
-"""Seconds between two writes; what was finished since the last one is written when a sweep ends in any way but a kill."""
+"""Seconds between two writes of finished blocks; the rest is written when the sweep ends, unless the process is
+killed."""
 
 
 class Parts:
-    """The folder of one sweep. `finished`: block -> what it gave."""
+    """The folder with the finished blocks of one sweep. `finished`: index -> block."""
 
     def __init__(self, folder: Path, request: SweepRequest, resume: bool) -> None:
-        """Raises MechlabError where the folder holds another sweep, or one that was not wanted to be resumed."""
+        """Raises MechlabError where the folder holds another sweep, or this one and `resume` is False."""
         self.folder, self.request = folder, request
         self.finished: dict[int, SweepBlock] = {}
         self._waiting: dict[int, SweepBlock] = {}
@@ -52,7 +53,7 @@ class Parts:
             self.write()
 
     def write(self) -> None:
-        """Write what is not written yet."""
+        """Write the blocks that are not written yet."""
         self._last = time.monotonic()
         if not self._waiting:
             return
@@ -70,7 +71,7 @@ class Parts:
         self._waiting.clear()
 
     def remove(self) -> None:
-        """The sweep is complete and written: its parts go."""
+        """Delete the folder; for a sweep whose dataset is written."""
         self._waiting.clear()
         if (self.folder / "request.json").is_file():
             shutil.rmtree(self.folder)
@@ -95,7 +96,7 @@ def refuse_another(kept: Mapping[str, Any], request: SweepRequest, where: Path) 
 
 
 def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
-    """What a sweep was wanted, from its JSON; raises MechlabError that names the file."""
+    """The description of a request from its JSON; raises MechlabError, naming the file, for other content."""
     try:
         text = content if isinstance(content, str) else content.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -104,7 +105,7 @@ def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
 
 
 def _read(file: Path, request: SweepRequest) -> dict[int, SweepBlock]:
-    """Finished blocks; raises MechlabError for a file that is damaged or of other blocks."""
+    """The finished blocks of a file; raises MechlabError for a file that is damaged or has blocks of another size."""
     try:
         with file.open("rb") as raw, np.load(raw, allow_pickle=False) as arrays:
             return {int(k): _block(arrays, int(k), request) for k in arrays["indices"].tolist()}
@@ -129,14 +130,14 @@ def _block(arrays: Any, k: int, request: SweepRequest) -> SweepBlock:
 
 
 def write_dataset(result: SweepResult, path: Path) -> Path:
-    """Write netCDF-3 (64-bit offset), which every netCDF reader opens; the file is there complete or not at all."""
+    """Write netCDF-3 (64-bit offset), which every netCDF reader opens. An error leaves no incomplete file."""
     with unfinished(path) as temporary:
         result.dataset.to_netcdf(temporary, format="NETCDF3_64BIT", engine="scipy")
     return path
 
 
 def read_dataset(path: Path) -> Any:
-    """The dataset of a file, in memory; raises MechlabError for what is no netCDF file."""
+    """The dataset of a file, loaded into memory; raises MechlabError for a file that is not netCDF."""
     xarray = need_xarray()
     try:
         with xarray.open_dataset(path, engine="scipy") as found:

@@ -1,4 +1,4 @@
-"""The picture of a sweep: lines over one axis, a map over two; gaps are drawn differently from numbers."""
+"""The picture of a sweep: lines over one axis, a colour map over two; points without a number are marked as gaps."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def refuse(result_axes: int, quantities: int, path: Path) -> None:
 
 
 def draw(result: SweepResult, path: Path) -> Path:
-    """Write the picture; its kind follows the suffix."""
+    """Write the picture in the format of the suffix."""
 
     r = result.request
     refuse(len(r.axes), len(r.quantities), path)

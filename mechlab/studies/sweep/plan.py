@@ -1,4 +1,4 @@
-"""From keys and words to a request: which keys are axes, which question or run they mean, which quantities are computed."""
+"""Makes the request of a sweep from keys and words: its axes, its question or runs, and its quantities."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from mechlab.values import Quantity as Written
 from mechlab.values import Range, has_unit
 
 MOST_NUMBERS = 200_000_000
-"""More numbers than this (1.6 GB) are refused."""
+"""Largest number of values of a sweep (1.6 GB)."""
 
 
 def plan(
@@ -55,10 +55,10 @@ def plan(
     witness: str | None = None,
     **run: Any,
 ) -> SweepRequest:
-    """The request that keys and quantities make. run: scene, engine, fidelity, duration, timestep.
+    """The request for these keys and quantities. run: scene, engine, fidelity, duration, timestep.
 
-    A range or a list is an axis (for a parameter that is itself a list: a fixed value). Raises MechlabError for unknown
-    keys and quantities, listing what exists, and where there is nothing to sweep.
+    A range or a list is an axis; for a parameter that is itself a list, it is a fixed value. Raises MechlabError for
+    unknown keys and quantities, listing what exists, and where there is no axis.
     """
     _refuse_too_many(base.name, values)
     parameters, rest = parameters_and_rest(base.entry.parameters, values)
@@ -114,14 +114,14 @@ def _too_many(name: str, points: int, quantities: int) -> MechlabError:
 
 
 def _refuse_too_many(name: str, values: Mapping[str, Any]) -> None:
-    """Before the values of the axes are made."""
+    """Raises MechlabError for more than MOST_NUMBERS points, before the values of the axes are made."""
     count = math.prod(x.count for x in values.values() if isinstance(x, Range) and x.count is not None)
     if count > MOST_NUMBERS:
         raise _too_many(name, count, 1)
 
 
 def parameters_fixed(fixed: Mapping[str, Any], chosen: Design) -> dict[str, Any]:
-    """The fixed parameters as the design has them."""
+    """The fixed parameters with the values of the design."""
     return {k: chosen.given[k] for k in fixed}
 
 
@@ -163,7 +163,7 @@ def _unit(points: Sequence[Any]) -> str:
 
 
 def _with_unit(axis: SweepAxis, question: Question | None, chosen: Design, axes: Sequence[SweepAxis]) -> SweepAxis:
-    """An axis of givens or initial values with the unit that the question or the joint has."""
+    """An axis of given quantities or initial values with the unit of the question or of the joint."""
     if axis.unit or axis.role == "parameter":
         return axis
     if question is not None and axis.key in question.units:
@@ -185,7 +185,10 @@ def _with_unit(axis: SweepAxis, question: Question | None, chosen: Design, axes:
 def _question(
     chosen: Design, axes: Sequence[SweepAxis], rest: Mapping[str, Any], given: Mapping[str, Any]
 ) -> Question | None:
-    """The question of the given keys; with none, the one that needs none. Raises MechlabError for keys that make none."""
+    """The question that takes the given keys; without keys, the first that needs none, or None.
+
+    Raises MechlabError for keys that fit no question.
+    """
     first = dict(given) | {a.key: float(a.values[0]) for a in axes if a.role == "given"}
     if rest:
         cause: MechlabError | None = None
@@ -208,7 +211,7 @@ def _with_quantities(
     answers_only: bool,
     starts: Sequence[str],
 ) -> SweepRequest:
-    """The request with its quantities, and with how it is computed."""
+    """The request with its quantities and its method of computation."""
     words = [w.strip() for q in quantities for w in split_words(str(q)) if w.strip()]
     by_witness = _witness(question, witness, chosen) if question is not None else ""
     answers, left_open = answers_of(draft, chosen, question, by_witness) if question is not None else ({}, ())
@@ -247,11 +250,12 @@ def _with_quantities(
 
 
 OF_RUNS = ("scene", "engine", "fidelity", "duration", "timestep")
-"""Options that only a simulation looks at."""
+"""Options that only simulations use."""
 
 
 def _refuse_idle(request: SweepRequest, rest: Sequence[str], starts: Sequence[str]) -> None:
-    """Raises MechlabError, naming them, for options of runs in a sweep that runs nothing. starts: keys that would start runs."""
+    """Raises MechlabError for options of runs in a sweep without runs, naming them. starts: keys that would make it one
+    of runs."""
     asks = request.method in (ANSWERS, CLOSED_FORM)
     if not asks and not all(q.of_check for q in request.quantities):
         return

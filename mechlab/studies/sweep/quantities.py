@@ -1,4 +1,4 @@
-"""The quantities of a sweep: which ones exist, found out at a few of its points, and which ones the user's words mean."""
+"""The quantities of a sweep: finds out at a few points which exist, and which of them the user's words mean."""
 
 from __future__ import annotations
 
@@ -22,12 +22,15 @@ from mechlab.studies.sweep.evaluate import STEP_ERROR, question_of
 from mechlab.studies.sweep.request import REDUCTIONS, SweepAxis, SweepQuantity, SweepRequest
 
 PROBES = 8
-"""The number of points that are tried, to learn which channels and findings a run has."""
+"""Number of end points that are tried to learn which answers, channels and findings exist."""
 PROBE_STEPS = 4
 
 
 def corners(chosen: Design, axes: Sequence[SweepAxis]) -> list[Design]:
-    """Designs at a few points of the parameter axes: the middle first, then ends, then as the design is."""
+    """Designs at a few points of the parameter axes: the middle first, then combinations of ends.
+
+    The given design alone where no parameter varies. Raises MechlabError when none of the points gives a design.
+    """
     outer = [a for a in axes if a.role == "parameter"]
     if not outer:
         return [chosen]
@@ -46,7 +49,7 @@ def corners(chosen: Design, axes: Sequence[SweepAxis]) -> list[Design]:
 
 
 def a_mechanism(chosen: Design, axes: Sequence[SweepAxis]) -> Mechanism | None:
-    """A mechanism of the sweep, for its names."""
+    """The mechanism of the first design that can be built, for the names in it; None where none can."""
     for one in [*corners(chosen, axes), chosen]:
         try:
             return one.mechanism(
@@ -60,7 +63,7 @@ def a_mechanism(chosen: Design, axes: Sequence[SweepAxis]) -> Mechanism | None:
 
 
 def known_initial_keys(chosen: Design, axes: Sequence[SweepAxis]) -> set[str]:
-    """X_0, X_rate_0, X_force of what the mechanism has."""
+    """The keys X_0, X_rate_0, X_force of the joints and shafts of the mechanism."""
     found = a_mechanism(chosen, axes)
     return set() if found is None else set(initial_keys(found))
 
@@ -68,8 +71,10 @@ def known_initial_keys(chosen: Design, axes: Sequence[SweepAxis]) -> set[str]:
 def answers_of(
     draft: SweepRequest, chosen: Design, question: Question, witness: str
 ) -> tuple[dict[str, str], tuple[Open, ...]]:
-    """Answers that are single numbers -> unit, from a few points, and those that are open; where none has an answer, those
-    that the question names."""
+    """Answers that are single numbers -> unit, and the open answers, at the first of a few points that has any.
+
+    Where none has, the answers that the question declares.
+    """
     inner = [a for a in draft.axes if a.role == "given"]
     picks = [tuple(a.values[len(a.values) // 2] for a in inner)]
     picks += itertools.islice(itertools.product(*((a.values[0], a.values[-1]) for a in inner)), PROBES)
@@ -91,7 +96,7 @@ def answers_of(
 
 
 def short_run(draft: SweepRequest, chosen: Design, step_error: bool) -> Recording | None:
-    """A few steps of one of the runs, to learn its channels and findings; None where none of a few points runs."""
+    """A few steps of one run, which show its channels and findings; None where no point tried can run."""
     inner = [a for a in draft.axes if a.role == "initial"]
     extra = {k: float(v) for k, v in draft.given.items()} | {a.key: float(a.values[len(a.values) // 2]) for a in inner}
     cause: MechlabError | None = None
@@ -110,7 +115,7 @@ def short_run(draft: SweepRequest, chosen: Design, step_error: bool) -> Recordin
 
 
 def names_of(chosen: Design, probe: Recording | None) -> tuple[dict[str, str], dict[str, str]]:
-    """Channels and findings with their units."""
+    """Channel -> unit, and finding -> unit."""
     channels = {n: unit for n, (unit, _) in chosen.entry.channels.items()}
     if probe is None:
         return channels, {}
@@ -120,7 +125,7 @@ def names_of(chosen: Design, probe: Recording | None) -> tuple[dict[str, str], d
 
 
 def scene_channels(chosen: Design, draft: SweepRequest, recipe: Any) -> list[str]:
-    """Channels that the scene names."""
+    """The channels that the scene declares."""
     for one in [*corners(chosen, draft.axes), chosen]:
         try:
             return list(chosen_scene(one, draft.scene, draft.fidelity).channels)
@@ -134,12 +139,15 @@ OF_CHECK = ("difference", "passed")
 
 
 def split_words(text: str) -> list[str]:
-    """Words between the commas that stand outside parentheses."""
+    """The text split at commas outside parentheses."""
     return re.split(r",(?![^()]*\))", text)
 
 
 def quantities_of_runs(draft: SweepRequest, chosen: Design, words: Sequence[str]) -> tuple[SweepQuantity, ...]:
-    """Channels, checks and findings by the words; by default the final channels of the scene."""
+    """The channels, checks and findings that the words name; without words, the final values of the scene's channels.
+
+    Raises MechlabError for an unknown word, listing what exists.
+    """
     checks = {c.id for c in checks_of(chosen.entry)}
     calls = {w: m for w in words if (m := CALL.fullmatch(w))}
     only_checks = bool(words) and all(
@@ -197,7 +205,7 @@ def _finding(
 
 
 def distinct(asked: Sequence[SweepQuantity], axes: Sequence[SweepAxis]) -> tuple[SweepQuantity, ...]:
-    """Labels that no axis and no other variable of the dataset has."""
+    """The quantities, each once, with labels that differ from the axes and other variables of the dataset."""
     taken = {a.key for a in axes} | {"reason", "outcome"}
     unique = {q.label: q for q in asked}
     return tuple(replace(q, label=f"{q.reduce}({q.name})") if q.label in taken else q for q in unique.values())

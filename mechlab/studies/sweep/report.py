@@ -20,7 +20,7 @@ def _(result: SweepResult) -> str:
 
 @text_of.register
 def _(result: SweepResult) -> str:
-    """Range of each quantity and where it is met; gaps and their reasons; files."""
+    """Least and largest value of each quantity with their points; gaps and their reasons; files."""
     r = result.request
     axes = " x ".join(f"{a.key} ({len(a.values)})" for a in r.axes)
     rows = []
@@ -47,7 +47,7 @@ def _where(result: SweepResult, point: int) -> str:
 
 
 def _common_reasons(result: SweepResult) -> list[str]:
-    """Reasons of the gaps; those that differ in numbers alone are one."""
+    """The most frequent reasons of gaps with a point of each; reasons that differ in numbers alone count as one."""
     first: dict[str, int] = {}
     times: Counter[str] = Counter()
     for point, text in result.reasons.items():
@@ -65,4 +65,4 @@ NUMBER = re.compile(r"-?\d[\d.]*(?:e[+-]?\d+)?")
 
 
 REASONS_SHOWN = 5
-"""How many reasons of gaps the text gives."""
+"""Number of reasons of gaps in the text."""

@@ -1,6 +1,6 @@
 """A sweep as data: axes, quantities, fixed values and the way to compute it, in one picklable object with a fingerprint.
 
-A block is the unit of work: a range of points, with their numbers, how each of them went, and why some have no number.
+A block is the unit of work: a range of points with their numbers, their outcomes, and the reasons of missing numbers.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
 
 GOOD, BAD_INPUT, UNTRUSTED, NO_SOLUTION = 0, 1, 3, 4
-"""How a point went; the numbers are those of exit codes."""
+"""Outcomes of a point, numbered like the exit codes."""
 LONGEST = 300
-"""Characters of a sentence that are kept."""
+"""Largest number of characters kept of a reason."""
 
 
 @dataclass
 class SweepBlock:
-    """values (m, quantities), NaN where there is none; outcomes (m,); reasons: point in the block -> sentence."""
+    """Results of m points: values (m, quantities), NaN where there is none; outcomes (m,); reasons: index of the point
+    in the block -> sentence."""
 
     values: Array
     outcomes: np.ndarray
@@ -36,18 +37,18 @@ class SweepBlock:
 
     @classmethod
     def empty(cls, points: int, quantities: int) -> SweepBlock:
-        """All gaps without reason."""
+        """A block in which every value is NaN, every outcome GOOD, and no reason is set."""
         return cls(np.full((points, quantities), np.nan), np.zeros(points, dtype=np.int8), {})
 
     def gap(self, points: Any, outcome: int, reason: str) -> None:
-        """Points (an index or indices) have no numbers, and why."""
+        """Set the outcome and reason of points (an index or indices) without a number."""
         self.outcomes[points] = outcome
         sentence = " ".join(reason.split())
         short = sentence if len(sentence) <= LONGEST else f"{sentence[: LONGEST - 3]}..."
         self.reasons |= dict.fromkeys(np.atleast_1d(points).tolist(), short)
 
     def failed(self, points: Any, cause: BaseException) -> None:
-        """Points that raised. A missing engine is nothing that other points could do better: it is raised again."""
+        """Record the exception of points. A missing engine would stop every other point too, so it is raised again."""
         if isinstance(cause, EngineMissing):
             raise cause
         if isinstance(cause, MechlabError):
@@ -65,11 +66,13 @@ METHODS = {
     ROLLOUT: "mujoco.rollout steps a block of initial states in the engine",
     RUNS: "one run or check for each point",
 }
-"""How points are computed, and what that means."""
+"""Methods of computation, with an explanation of each."""
 BLOCK = {CLOSED_FORM: 16384, ANSWERS: 256, ROLLOUT: 1024, RUNS: 32}
-"""Most points of a block: the unit of work, of what is kept when a sweep is interrupted, and of what a lost worker costs."""
+"""Largest number of points in a block. An interrupted sweep keeps whole blocks; a lost worker costs the blocks it works
+on."""
 FEWEST_BLOCKS = 64
-"""Sweeps point by point have as many blocks, or one for each point: workers share them evenly."""
+"""Sweeps point by point have at least this number of blocks (or one for each point), so that workers share them
+evenly."""
 
 
 @dataclass(frozen=True)
@@ -84,19 +87,20 @@ class SweepAxis:
 
     @property
     def is_text(self) -> bool:
-        """Whether the values are words."""
+        """True when a value is text."""
         return any(isinstance(x, str) for x in self.values)
 
     @property
     def coordinates(self) -> Array | list[str]:
-        """The values as a dataset has them: (n,) floats, or words."""
+        """The values as coordinates of a dataset: floats (n,), or texts."""
         return [str(x) for x in self.values] if self.is_text else np.array([float(x) for x in self.values])
 
 
 @dataclass(frozen=True)
 class SweepQuantity:
-    """One number to find at every point. `label` names it in the dataset; kind: "answer", "channel", "difference" or "passed"
-    (of the check `name`), "finding" (of the health record) or "trusted"; `reduce`: what is made of a channel."""
+    """A number to compute at every point. `label`: its name in the dataset; kind: "answer", "channel", "difference" or
+    "passed" (of the check `name`), "finding" (of the health record) or "trusted"; `reduce`: reduction of a channel, of
+    REDUCTIONS."""
 
     label: str
     kind: str
@@ -106,22 +110,22 @@ class SweepQuantity:
 
     @property
     def of_run(self) -> bool:
-        """Whether it takes a simulation."""
+        """True when it needs a simulation."""
         return self.kind in ("channel", "finding", "trusted")
 
     @property
     def of_check(self) -> bool:
-        """Whether it takes a check."""
+        """True when it needs a check."""
         return self.kind in ("difference", "passed")
 
 
 @dataclass(frozen=True)
 class SweepRequest:
-    """A sweep, complete: every scheduler computes the same blocks of it, in any order.
+    """The complete definition of a sweep: every scheduler computes the same blocks, in any order.
 
-    load(source) gives the design without changes; both must be picklable to leave this process. identity: what the source
-    holds, as text. parameters, given: what is the same at all points. Points are numbered in the order of `work`: axes of
-    parameters outside, so that neighbours share a design.
+    load(source) gives the unchanged design; both must be picklable to leave this process. identity: content of the
+    source as text. parameters, given: values that are the same at all points. Points are numbered in the order of
+    `work`: parameter axes vary slowest, so that neighbouring points share a design.
     """
 
     load: Callable[..., Design]
@@ -149,21 +153,21 @@ class SweepRequest:
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """Points on each axis, in the user's order."""
+        """Number of values on each axis, in the user's order."""
         return tuple(len(a.values) for a in self.axes)
 
     @cached_property
     def count(self) -> int:
-        """Points."""
+        """Number of points."""
         return math.prod(self.shape)
 
     @property
     def blocks(self) -> int:
-        """Blocks."""
+        """Number of blocks."""
         return -(-self.count // self.block)
 
     def span(self, block: int) -> tuple[int, int]:
-        """First point of a block, and the one after its last."""
+        """Index of the first point of a block, and of the one after its last."""
         return block * self.block, min(self.count, (block + 1) * self.block)
 
     def places(self, block: int) -> dict[str, np.ndarray]:
@@ -172,14 +176,14 @@ class SweepRequest:
         return {a.key: i for a, i in zip(self.work, index, strict=True)}
 
     def in_users_order(self, flat: Array) -> Array:
-        """An array over the points (count, ...) as one over the axes in the user's order."""
+        """An array over the points (count, ...), reshaped to the axes in the user's order."""
         shaped = flat.reshape(*(len(a.values) for a in self.work), *flat.shape[1:])
         keys = [a.key for a in self.work]
         order = [keys.index(a.key) for a in self.axes]
         return np.asarray(shaped.transpose(*order, *range(len(keys), shaped.ndim)))
 
     def description(self) -> dict[str, Any]:
-        """What makes this request what it is, as plain data: two requests with the same one have the same numbers."""
+        """Everything that the numbers depend on, as plain data: requests with equal descriptions give equal numbers."""
         return {
             "mechanism": self.identity, "axes": {a.key: [_plain(x) for x in a.values] for a in self.axes},
             "quantities": [[q.label, q.kind, q.name, q.reduce] for q in self.quantities],
@@ -196,7 +200,7 @@ class SweepRequest:
 
 
 def block_size(method: str, count: int) -> int:
-    """Points of a block. It depends on the request alone, never on who computes it."""
+    """Number of points of a block. It depends on the request alone, so that blocks are the same for every scheduler."""
     if method in (CLOSED_FORM, ROLLOUT):
         return BLOCK[method]
     return max(1, min(BLOCK[method], count // FEWEST_BLOCKS))

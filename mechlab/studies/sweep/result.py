@@ -18,14 +18,14 @@ from mechlab.results import Shown
 from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
 
 SMALL = 2000
-"""The JSON document lists all points of a sweep of up to this many; of a larger one it gives the ranges alone."""
+"""Largest number of points that the JSON document lists; for a larger sweep it gives ranges only."""
 
 
 @dataclass(frozen=True, repr=False)
 class SweepResult(Shown):
     """A finished sweep. `flat` (points, quantities), `outcomes` (points,) and `reasons` (point -> sentence) are in the order
-    of work; `ds[label]`, `outcome` and `dataset` are over the axes as the user gave them. evaluated: points that were
-    computed now; the others were kept from before."""
+    of work; `result[label]`, `outcome` and `dataset` are over the axes in the user's order. evaluated: number of points
+    computed now; the others come from an earlier, interrupted sweep."""
 
     request: SweepRequest
     flat: Array
@@ -37,7 +37,7 @@ class SweepResult(Shown):
     warnings: tuple[str, ...] = ()
 
     def __getitem__(self, label: str) -> Array:
-        """A quantity over the axes."""
+        """A quantity over the axes, NaN at gaps. Raises MechlabError for an unknown label."""
         labels = [q.label for q in self.request.quantities]
         if label not in labels:
             raise unknown(f"{self.request.name}: quantity of the sweep", label, labels)
@@ -45,12 +45,12 @@ class SweepResult(Shown):
 
     @cached_property
     def outcome(self) -> np.ndarray:
-        """How each point went, over the axes: 0 good, 1 bad input, 3 not to be trusted, 4 no solution."""
+        """The outcome of each point, over the axes: 0 good, 1 bad input, 3 not to be trusted, 4 no solution."""
         return self.request.in_users_order(self.outcomes)
 
     @cached_property
     def reason(self) -> np.ndarray:
-        """Why a point has a gap, over the axes; "" where it has none."""
+        """The reason of each gap, over the axes; "" at points without a gap."""
         flat = np.full(self.request.count, "", dtype=object)
         for i, text in self.reasons.items():
             flat[i] = text
@@ -58,13 +58,13 @@ class SweepResult(Shown):
 
     @cached_property
     def dataset(self) -> Any:
-        """As an xarray.Dataset with names, units and provenance. Raises EngineMissing where xarray is not installed."""
+        """The result as an xarray.Dataset with names, units and provenance. Raises EngineMissing without xarray."""
 
         return dataset(self)
 
     @cached_property
     def counts(self) -> dict[str, int]:
-        """Points by how they went."""
+        """Outcome -> number of points."""
         return {
             "good": int(np.count_nonzero(self.outcomes == GOOD)),
             "untrusted": int(np.count_nonzero(self.outcomes == UNTRUSTED)),
@@ -74,7 +74,8 @@ class SweepResult(Shown):
 
     @property
     def exit_code(self) -> int:
-        """3 when a point cannot be trusted, 0 when any is good, 4 when none has a solution, 1 when none is good input."""
+        """3 when a point cannot be trusted; else 0 when a point is good; else 4 when a point has no solution; else
+        1."""
         found = self.counts
         if found["untrusted"]:
             return 3
@@ -82,7 +83,7 @@ class SweepResult(Shown):
 
     @property
     def message(self) -> str:
-        """How many points went how, in one sentence."""
+        """One sentence: the number of points of each outcome."""
         c = self.counts
         parts = [f"{c['good']} of {self.request.count} points are good"]
         parts += [f"{c[k]} {text}" for k, text in (
@@ -91,7 +92,7 @@ class SweepResult(Shown):
         return ", ".join(parts) + (f"; {common[0][0]}" if not c["good"] and common else "")
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-able form; the points themselves when they are few."""
+        """JSON-able form; with all points when there are at most SMALL."""
         r = self.request
         out: dict[str, Any] = {
             "mechanism": r.name, "method": r.method, "points": r.count, "evaluated": self.evaluated, "counts": self.counts,
@@ -122,7 +123,7 @@ HOW = "pip install 'mechlab[cluster]'"
 
 
 def need_xarray() -> Any:
-    """The package xarray; raises EngineMissing with what to install."""
+    """The package xarray; raises EngineMissing, saying what to install."""
     try:
         import xarray
     except ModuleNotFoundError as missing:
@@ -131,7 +132,8 @@ def need_xarray() -> Any:
 
 
 def dataset(result: SweepResult) -> Any:
-    """An xarray.Dataset: a variable for each quantity over the axes, `outcome`, `reason`, and where all this comes from."""
+    """An xarray.Dataset: a variable for each quantity over the axes, `outcome`, `reason`, and the provenance as
+    attributes."""
     r = result.request
     dims = tuple(a.key for a in r.axes)
     variables: dict[str, Any] = {}
@@ -150,7 +152,7 @@ def dataset(result: SweepResult) -> Any:
 
 
 def provenance(request: SweepRequest, command: str) -> dict[str, Any]:
-    """Attributes that say what was computed, by what, from what."""
+    """Attributes of the dataset: mechanism, command, method, fixed values, settings, versions, fingerprint."""
     given = request.description()
     return {
         "title": f"sweep of {request.name} over {', '.join(a.key for a in request.axes)}", "mechanism": request.name,
@@ -163,6 +165,6 @@ def provenance(request: SweepRequest, command: str) -> dict[str, Any]:
 
 
 def _attributes(axis: SweepAxis) -> dict[str, str]:
-    """Attributes of an axis."""
+    """Attributes of an axis in the dataset."""
     attributes = {"long_name": axis.text or axis.key, "role": axis.role}
     return attributes | ({"units": axis.unit} if axis.unit else {})

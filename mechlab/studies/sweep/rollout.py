@@ -1,4 +1,4 @@
-"""Points that differ in initial state and constant loads alone: MuJoCo steps a block of them inside the engine."""
+"""Runs of points that differ only in initial state and constant loads: MuJoCo steps a whole block inside the engine."""
 
 from __future__ import annotations
 
@@ -23,15 +23,16 @@ from mechlab.mechanism.geometry import Array
 from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest, reduced
 
 FEWEST = 16
-"""Fewer motions are run one by one, each with its whole health record."""
+"""Least number of motions for a rollout; fewer are run one by one, each with a complete health record."""
 NUMBERS = 20_000_000
-"""Motions are rolled out together as long as their samples are no more numbers than this (160 MB)."""
+"""Largest number of values in the samples of motions that are rolled out together (160 MB)."""
 FINDINGS = ("energy_balance", "relation_residual")
-"""Findings that a rollout makes; with them, whether the motion came to its end."""
+"""Findings that a rollout computes; it also tells whether a motion reached its end."""
 
 
 def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
-    """What `run_scene` would run, without initial values and loads of the points."""
+    """Design, mechanism, scene and settings that `run_scene` would use, without initial values and loads of the
+    points."""
     in_scene = design.for_scene(request.scene)
     scene = in_scene.scene(request.scene, request.fidelity, request.duration)
     mechanism = in_scene.mechanism(scene.fidelity)
@@ -42,7 +43,7 @@ def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, 
 
 
 def why_not(request: SweepRequest, design: Design) -> str:
-    """Why the points of a request are not rolled out; empty when they are."""
+    """The reason why the points of a request cannot be rolled out; empty when they can."""
     varied = [a for a in request.axes if a.role != "parameter"]
     if int(np.prod([len(a.values) for a in varied])) < FEWEST:
         return f"fewer than {FEWEST} initial states or loads for each design"
@@ -122,7 +123,7 @@ class _States(dict[str, Array]):
 def roll_block(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock, threads: int
 ) -> None:
-    """All motions of a group."""
+    """Roll out all motions of a group and put their numbers into the block."""
     engine("mujoco")  # raises EngineMissing where it is not installed
     from mechlab.engines.mujoco.stepping import grid
 
@@ -189,7 +190,10 @@ def _roll(
 def starts(
     mechanism: Mechanism, scene: Scene, values: Mapping[str, Array], where: np.ndarray, out: SweepBlock
 ) -> tuple[Array, Array, Array]:
-    """q (n, nq), v (n, nv) of the initial states, and which of the n points have one; the reasons of the others go into the block."""
+    """Initial states q (n, nq), v (n, nv), and a mask (n,) of the points that have one.
+
+    The reasons of the others are recorded in the block.
+    """
     n = len(where)
     first: dict[str, Any] = dict(scene.initial)
     rates: dict[str, Any] = dict(scene.initial_rates)

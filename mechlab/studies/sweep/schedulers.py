@@ -1,4 +1,4 @@
-"""Where blocks are computed: in this process while that is quick, else in a pool of processes, or on a Dask cluster."""
+"""Schedulers of blocks: this process while little work is left, else a pool of processes; or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from mechlab.studies.sweep.evaluate import evaluate
 from mechlab.studies.sweep.request import ANSWERS, RUNS, SweepBlock, SweepRequest
 
 WORTH_IT = 4.0
-"""Seconds of work that must be left for a pool of processes, which takes a second or two to come up."""
+"""Remaining work [s] above which a pool of processes pays: it takes a second or two to start."""
 AHEAD = 4
-"""Blocks that each worker has waiting."""
+"""Number of blocks submitted to the pool for each worker."""
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run_on_cores(
     request: SweepRequest, blocks: Sequence[int], workers: int | None = None
 ) -> Iterator[tuple[int, SweepBlock]]:
-    """(block, what it gave), as they are finished. workers: processes, by default one for each core; 1: no pool.
+    """Yield (index, block) as blocks are finished. workers: number of processes, default one for each core; 1: no pool.
 
-    The engine's own threads are used for rollouts, processes for questions and runs point by point. A pool that breaks
-    (a worker was killed) costs nothing but time: its blocks are computed here.
+    Rollouts use the engine's own threads; questions and runs point by point use processes. When the pool breaks
+    (a worker was killed), the remaining blocks are computed in this process.
     """
     if workers is not None and workers < 1:
         raise MechlabError(f"workers: expected a whole number >= 1, got {workers}.")
@@ -65,7 +65,7 @@ def run_on_cores(
 
 
 def _travels(request: SweepRequest) -> bool:
-    """Whether the request can go to another process: a function without a name there cannot."""
+    """True when the request can be pickled for another process; a lambda or local function cannot."""
     try:
         pickle.dumps(request)
     except (pickle.PicklingError, TypeError, AttributeError):
@@ -74,7 +74,7 @@ def _travels(request: SweepRequest) -> bool:
 
 
 def _begin() -> None:
-    """A worker leaves Ctrl-C to its parent, which cancels the rest, and ends when the parent is gone, however that ended."""
+    """Start of a worker: it ignores Ctrl-C, which the parent handles, and ends when the parent process ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if (parent := parent_process()) is not None:
         Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
@@ -87,7 +87,7 @@ def _end_with(sentinel: int) -> None:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Ctrl-C waits until a worker has started: a half-started one would complain."""
+    """Blocks Ctrl-C while a worker starts: a worker interrupted in its start would print a traceback."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -119,7 +119,7 @@ def _pool(request: SweepRequest, blocks: Sequence[int], workers: int) -> Iterato
 
 
 def _end(process: int) -> None:
-    """What a worker is busy with is not waited for when the sweep ends early."""
+    """Terminate a worker by its process number, so that a sweep that ends early need not wait for it."""
     try:
         os.kill(process, signal.SIGTERM)
     except (ProcessLookupError, PermissionError):
@@ -127,9 +127,9 @@ def _end(process: int) -> None:
 
 
 RETRIES = 3
-"""How often a block that fails in a worker goes to another one; of workers that die, Dask itself limits the number."""
+"""Number of times that a failed block is tried again; Dask itself limits retries after workers that die."""
 CONNECT = 20
-"""Seconds to wait for the scheduler."""
+"""Time to wait for the scheduler and for a first worker [s]."""
 HOW = "pip install 'mechlab[cluster]'"
 
 
@@ -140,13 +140,16 @@ def _opened(shipped: bytes) -> SweepRequest:
 
 
 def task(shipped: bytes, block: int) -> SweepBlock:
-    """One block, in a worker. The request comes as bytes with every task: what a lost worker held is needed by none."""
+    """Compute one block in a worker. Every task carries the pickled request, so that no task depends on a lost
+    worker."""
     return evaluate(_opened(shipped), block)
 
 
 def run_on_cluster(request: SweepRequest, blocks: Sequence[int], address: str) -> Iterator[tuple[int, SweepBlock]]:
-    """(block, what it gave), as they are finished. A worker that is lost costs the blocks that it was busy with, which are
-    computed again elsewhere. Raises MechlabError where there is no scheduler, or versions in the workers are others."""
+    """Yield (index, block) as blocks are finished. The blocks of a lost worker are computed again elsewhere.
+
+    Raises EngineMissing without Dask; MechlabError where no scheduler answers, or a worker has other versions.
+    """
     try:
         from distributed import Client, as_completed
     except ModuleNotFoundError as missing:
@@ -181,7 +184,7 @@ def run_on_cluster(request: SweepRequest, blocks: Sequence[int], address: str) -
 
 
 def _same_versions(client: Any, address: str) -> None:
-    """Numbers are promised to be those of this machine: that takes the same versions."""
+    """Raises MechlabError where a worker has other versions: its numbers would differ from those of this machine."""
     mine = versions()
     try:
         client.wait_for_workers(1, timeout=CONNECT)

@@ -1,4 +1,4 @@
-"""Runs a sweep: blocks go to a scheduler, come back in any order, are kept in files, and become one result."""
+"""Runs a sweep: a scheduler computes the blocks in any order, files keep them, and they are joined to one result."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SUFFIX = ".nc"
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C, and what is left of the sweep."""
+    """Ctrl-C during a sweep; its text says how many points are finished and whether they are kept."""
 
 
 def sweep(
@@ -34,11 +34,11 @@ def sweep(
     warnings: tuple[str, ...] = (),
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SweepResult:
-    """Compute a request. out: a netCDF file; plot: a picture of one or two axes; resume: go on where an interrupted sweep into
-    the same file was; scheduler: address of a Dask cluster; workers: processes on this machine.
+    """Compute a request. out: a netCDF file; plot: a picture of one or two axes; resume: continue an interrupted sweep
+    into the same file; scheduler: address of a Dask cluster; workers: number of processes on this machine.
 
-    Raises MechlabError for files that do not fit, and where no point of the sweep is sound input; NoSolution is not raised: a
-    sweep without any solution is a result, with the exit code 4.
+    Raises MechlabError for files of another sweep, and where every point is bad input. A sweep without any solution is
+    a result with exit code 4, not an exception.
     """
     if resume and out is None:
         raise MechlabError("--resume needs the file that the interrupted sweep was for: -o FILE.nc.")

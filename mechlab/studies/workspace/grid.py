@@ -1,4 +1,5 @@
-"""The grid that a workspace is counted on: named axes, taken in slabs so that memory does not grow with the grid."""
+"""The grid that a workspace is counted on: named axes, evaluated slab by slab so that memory does not grow with the
+grid."""
 
 from __future__ import annotations
 
@@ -15,9 +16,9 @@ from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
 
 SLAB = 2_000_000
-"""Nodes that are evaluated at once: about 150 MB at its peak, however fine the grid."""
+"""Largest number of nodes evaluated at once: about 150 MB at the peak."""
 COUNT = 41
-"""Nodes of an axis that is given as low:high."""
+"""Number of nodes of an axis given as low:high."""
 MOST = 10**11
 
 
@@ -25,7 +26,7 @@ MOST = 10**11
 class WorkspaceGrid:
     """Axes by name: (low, high, count); fixed: coordinates that are the same everywhere.
 
-    Nodes are ((n - 1 - i) low + i high) / (n - 1): both ends are exact, and on the source's grid -1:1:201 so is i / 100."""
+    Node i is ((n - 1 - i) low + i high) / (n - 1): both ends are exact, and so are hundredths on the grid -1:1:201."""
 
     axes: Mapping[str, tuple[float, float, int]]
     fixed: Mapping[str, float] = field(default_factory=dict)
@@ -48,17 +49,17 @@ class WorkspaceGrid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Nodes along each axis."""
+        """Number of nodes along each axis."""
         return tuple(n for _, _, n in self.axes.values())
 
     @property
     def size(self) -> int:
-        """All nodes."""
+        """Number of all nodes."""
         return prod(self.shape)
 
     @property
     def steps(self) -> tuple[float, ...]:
-        """Distance of two nodes, by axis."""
+        """Distance between two nodes, by axis."""
         return tuple((high - low) / (n - 1) for low, high, n in self.axes.values())
 
     @property
@@ -76,7 +77,7 @@ class WorkspaceGrid:
         return tuple(out)
 
     def points(self, *cuts: slice) -> dict[str, Array]:
-        """Coordinates by axis, shaped to broadcast; `cuts`: a part of each axis, the first axes first."""
+        """Coordinates by axis, shaped to broadcast; `cuts`: slices of the first axes, the other axes are whole."""
         dims = len(self.axes)
         out = {}
         for k, name in enumerate(self.axes):
@@ -85,7 +86,8 @@ class WorkspaceGrid:
         return out | {name: np.full((1,) * dims, value) for name, value in self.fixed.items()}
 
     def slabs(self, most: int = SLAB) -> Iterator[tuple[slice, ...]]:
-        """Parts of the first axis (and of the second, where one layer alone is too large) that cover the grid once."""
+        """Slices of the first axis (and of the second, where one layer is larger than `most`) that cover the grid
+        once."""
         layer = self.size // self.shape[0]
         thick = max(1, most // layer)
         inner = [slice(None)]

@@ -1,4 +1,4 @@
-"""From key=value to a region on a grid: the mechanism's own recipe, or a question that is asked at every node."""
+"""Makes a region on a grid from key=value: by the mechanism's own recipe, or by a question asked at every node."""
 
 from __future__ import annotations
 
@@ -22,18 +22,19 @@ from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.values import Range
 
 BLOCK = 4096
-"""Nodes that a closed form takes in one call."""
+"""Number of nodes that a closed form takes in one call."""
 PARTS = 4
-"""A block in which a node has no answer is divided into this many parts, again and again, down to single nodes."""
+"""A block in which a node has no answer is divided into this many parts, recursively, down to single nodes."""
 SLAB = 200_000
-"""Nodes of a slab where a question is asked: an engine takes them one by one."""
+"""Number of nodes of a slab where a question is asked."""
 WITNESSES = ("analytic", "pinocchio", "mujoco")
 SOLVED = "solved"
 
 
 @dataclass
 class QuestionOnGrid:
-    """Asks one witness. limits: answer -> (low, high), either may be None. `statuses` counts the nodes by the status of their answer."""
+    """A question that one witness answers at the nodes. limits: answer -> (low, high), either may be None; `statuses`:
+    status of an answer -> number of nodes."""
 
     design: Design
     question: Question
@@ -61,7 +62,8 @@ class QuestionOnGrid:
         return margin
 
     def _value(self, points: Coordinates, name: str) -> Array:
-        """SOLVED, or an answer (NaN where there is none); the answers of the last nodes are kept."""
+        """Values at the nodes: of an answer (NaN where there is none), or the margin SOLVED. The last nodes are
+        cached."""
         arrays = tuple(points.values())
         if self._last is None or any(a is not b for a, b in zip(arrays, self._last[0], strict=True)):
             self._last = (arrays, self._ask_all(points))
@@ -78,7 +80,7 @@ class QuestionOnGrid:
         return {k: v.reshape(shape) for k, v in out.items()}
 
     def _ask(self, flat: Mapping[str, Array], i: int, j: int, out: dict[str, Array]) -> None:
-        """Nodes i to j - 1. A closed form answers many at once when all have an answer; else in parts."""
+        """Ask at nodes i to j - 1: together where all have an answer, else in parts."""
         nodes = {k: float(v[i]) if j - i == 1 else v[i:j] for k, v in flat.items()}
         answer = self._answer(nodes)
         if answer.cannot:
@@ -107,7 +109,8 @@ class QuestionOnGrid:
 
 @dataclass(frozen=True)
 class WorkspacePlan:
-    """What is counted. text: what a node is; how: who answers; margin_unit: "m" where all margins are lengths, else ""."""
+    """The region, grid and maps of a workspace. text: meaning of a node; how: the witness or "closed form";
+    margin_unit: "m" where all margins are lengths, else ""."""
 
     design: Design
     region: Region
@@ -122,7 +125,8 @@ class WorkspacePlan:
 
 
 def plan(design: Design, asked: Mapping[str, Any], witness: str | None = None) -> WorkspacePlan:
-    """The plan for quantities that are no parameters. Raises MechlabError that lists what can be given."""
+    """The plan for keys that are no parameters. Raises MechlabError, listing what can be given, where they fit
+    nothing."""
     asked = in_si(design, asked)
     recipe = design.entry.workspace
     if recipe is not None and witness is None and set(asked) <= {*recipe.grid, *recipe.limits}:
@@ -161,7 +165,7 @@ def _scalar(design: Design, name: str, value: Any, unit: str) -> float:
 
 
 def _question(design: Design, asked: Mapping[str, Any]) -> Question:
-    """The question whose given keys are all there; what is left over must be limits on its answers."""
+    """The question whose keys are all given; every other given key must be a limit on one of its answers."""
     fits = []
     for q in design.entry.questions:
         known = {*q.given, *q.optional}
@@ -210,14 +214,15 @@ def _of_question(design: Design, question: Question, asked: Mapping[str, Any], w
 
 
 def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float | None, float | None]]:
-    """The ranges of joints that the question answers."""
+    """Joint -> range, for joints that are answers of the question."""
     level = design.entry.default_fidelity
     joints = design.mechanism("minimal" if level == "kinematic" else level).joints
     return {j.name: j.range for j in joints if j.range is not None and j.name in question.answers}
 
 
 def _unit(question: Question, name: str) -> str:
-    """The unit of a quantity, as far as the question states it; answers that are angles are in rad."""
+    """The unit of a quantity as the question states it; else rad for angles and m for others, per s or s2 by the
+    suffix."""
     if name in question.units:
         return question.units[name]
     rates = {"_rate": "/s", "_accel": "/s2"}

@@ -1,4 +1,4 @@
-"""A workspace in numbers: what was counted, its clauses, maps, comparison and files; text and JSON."""
+"""The result of a workspace study: counts, clauses, maps, comparison and files."""
 
 from __future__ import annotations
 
@@ -31,14 +31,15 @@ class WorkspaceResult(Shown):
 
     @property
     def exit_code(self) -> int:
-        """0; 3 when a witness did not converge somewhere, so that nodes may be missing; 4 when no node is inside."""
+        """3 when the witness did not converge at some nodes, so that nodes may be missing; 4 when no node is inside;
+        else 0."""
         if self.doubtful:
             return 3
         return 0 if self.survey.voxels else 4
 
     @property
     def doubtful(self) -> int:
-        """Nodes where the witness could not say."""
+        """Number of nodes at which the witness did not converge."""
         poses = self.plan.poses
         return sum(n for s, n in poses.statuses.items() if s.exit_code == 3) if poses else 0
 

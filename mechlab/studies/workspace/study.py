@@ -1,4 +1,5 @@
-"""Counts the workspace of a design, compares two designs, and makes the border a closed surface (marching cubes) for CAD."""
+"""Counts the workspace of a design, compares two designs, and makes a closed surface of the border (marching cubes) for
+CAD."""
 
 from __future__ import annotations
 
@@ -36,7 +37,10 @@ def workspace(
 def compared(
     result: WorkspaceResult, other: Design, asked: Mapping[str, Any], changes: Mapping[str, Any]
 ) -> tuple[WorkspaceResult, WorkspacePlan]:
-    """The result with a second design beside it, on the same grid; changes: what the second one has different."""
+    """The result with the comparison to a second design on the same grid, and the plan of the second.
+
+    changes: parameters in which the second design differs. Raises MechlabError where the axes differ.
+    """
     witness = None if result.plan.poses is None else result.plan.how
     second = plan(other, asked, witness)
     grid: WorkspaceGrid = result.plan.grid
@@ -58,7 +62,7 @@ def with_surfaces(
 
 
 MOST = 20_000_000
-"""Nodes of the field that a surface is cut from (80 MB); of a finer grid every second, third ... node is taken."""
+"""Largest number of nodes for a surface (80 MB); of a finer grid every second, third ... node is taken."""
 
 
 KINDS = (".stl", ".glb", ".ply", ".obj")
@@ -79,7 +83,7 @@ class WorkspaceSurface:
 
 
 def surface(region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey) -> WorkspaceSurface:
-    """The border of the region; where it leaves the grid it is closed by the grid's side.
+    """The border of the region; where the region reaches beyond the grid, the side of the grid closes the surface.
 
     Raises EngineMissing without scikit-image, MechlabError unless there are three axes, NoSolution for an empty region.
     """
@@ -91,7 +95,7 @@ def surface(region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey) -> Work
     values, nodes = _field(region, grid, found)
     steps = [float(v[1] - v[0]) if len(v) > 1 else s for v, s in zip(nodes, grid.steps, strict=True)]
     bound = max(steps)
-    padded = np.pad(np.clip(values, -bound, bound), 1, constant_values=-1e3 * bound)  # the lid lies on the grid's side
+    padded = np.pad(np.clip(values, -bound, bound), 1, constant_values=-1e3 * bound)  # puts the lid on the grid's side
     vertices, faces, _, _ = cubes(padded, 0.0, spacing=tuple(steps), gradient_direction="ascent")
     origin = np.array([v[0] for v in nodes]) - np.array(steps)
     return WorkspaceSurface(vertices.astype(float) + origin, faces.astype(np.int64))
@@ -123,7 +127,7 @@ def _marching_cubes() -> Any:
 def _field(
     region: Region, grid: WorkspaceGrid, found: WorkspaceSurvey
 ) -> tuple[NDArray[np.float32], tuple[Array, ...]]:
-    """Margins (float32) around the inside and the coordinates they stand at."""
+    """Margins (float32) in the box around the inside nodes, and the coordinates of the box by axis."""
     wide = [slice(max(0, a - 1), b + 2) for a, b in zip(found.low, found.high, strict=True)]
     nodes = [v[w] for v, w in zip(grid.nodes, wide, strict=True)]
     stride = int(np.ceil((np.prod([float(len(v)) for v in nodes]) / MOST) ** (1.0 / 3.0)))

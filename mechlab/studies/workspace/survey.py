@@ -1,4 +1,5 @@
-"""Counts a region on a grid: nodes inside, columns, which clause decides; maps of quantities over it, and two regions compared."""
+"""Counts a region on a grid (nodes inside, columns, deciding clauses), maps quantities over it, and compares two
+regions."""
 
 from __future__ import annotations
 
@@ -19,8 +20,8 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class ClauseCount:
-    """keeps: nodes where the clause holds; decides_outside, decides_inside: nodes where it is the most violated one, or the
-    tightest one; alone: nodes that are outside only because of it."""
+    """Numbers of nodes for one clause. keeps: where it holds; decides_outside: where it is the most violated clause;
+    decides_inside: where it is the tightest; alone: that are outside only because of it."""
 
     keeps: int = 0
     decides_outside: int = 0
@@ -34,9 +35,9 @@ class ClauseCount:
 
 @dataclass(frozen=True)
 class WorkspaceSurvey:
-    """What the nodes say. voxels: nodes inside. columns: nodes of all axes but the last where every clause holds that does
-    not look at the last axis (None when there is no last axis apart). low, high: indices of the box of the inside.
-    deepest: the node with the largest margin, and that margin [m]."""
+    """Counts of a region on a grid. voxels: nodes inside. columns: nodes of the first two of three axes at which every
+    clause that does not depend on the last axis holds (None for other numbers of axes). low, high: indices of the
+    smallest box with all inside nodes. deepest: the node with the largest margin; margin: its value."""
 
     grid: WorkspaceGrid
     voxels: int
@@ -70,7 +71,7 @@ def survey(
     slab: int = SLAB,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> WorkspaceSurvey:
-    """Count the region on the grid; memory is that of one slab of at most `slab` nodes. progress(done, total) in nodes."""
+    """Count the region on the grid, at most `slab` nodes at a time. progress(done, total) counts nodes."""
     tally = _Tally(region, grid)
     for cut in grid.slabs(slab):
         tally.add(cut)
@@ -79,7 +80,7 @@ def survey(
 
 
 class _Tally:
-    """Sums over the slabs seen so far."""
+    """Sums over the slabs counted so far."""
 
     def __init__(self, region: Region, grid: WorkspaceGrid) -> None:
         self.region, self.grid, self.dims = region, grid, len(grid.shape)
@@ -91,7 +92,7 @@ class _Tally:
         self.deepest: tuple[float, ...] = ()
 
     def add(self, cut: tuple[slice, ...]) -> None:
-        """One slab."""
+        """Count one slab."""
         points = self.grid.points(*cut)
         found = self.region.decide(points)
         inside = found.inside
@@ -114,7 +115,7 @@ class _Tally:
             self.deepest = tuple(float(points[n].ravel()[i]) for n, i in zip(self.grid.names, index, strict=True))
 
     def _alone(self, kept: list[Mask], shape: tuple[int, ...]) -> list[int]:
-        """Nodes that break one clause only, by clause."""
+        """By clause, the number of nodes that violate this clause only."""
         broken = np.zeros(shape, dtype=np.int8)
         for k in kept:
             broken += ~k
@@ -122,7 +123,7 @@ class _Tally:
         return [int(np.count_nonzero(once & ~k)) for k in kept]
 
     def _columns(self, kept: list[Mask], shape: tuple[int, ...]) -> int:
-        """Columns where every clause holds that does not look along the last axis."""
+        """Number of columns at which every clause that does not depend on the last axis holds."""
         last = self.grid.names[-1]
         flat = np.ones((*shape[:-1], 1), dtype=bool)
         for clause, k in zip(self.region.clauses, kept, strict=True):
@@ -131,7 +132,7 @@ class _Tally:
         return int(flat.sum())
 
     def result(self) -> WorkspaceSurvey:
-        """What was counted."""
+        """The counts of all slabs."""
         voxels = int(self.along[0].sum())
         by_name = {n: ClauseCount(*(int(x) for x in self.counts[:, i])) for i, n in enumerate(self.names)}
         columns = self.columns if self.dims == 3 else None
@@ -144,13 +145,13 @@ class _Tally:
 
 
 MOST_IN_MAP = 1_000_000
-"""A map with more nodes than this skips nodes: it takes every second, third ... node of each axis."""
+"""Largest number of nodes of a map; on a finer grid it takes every second, third ... node of each axis."""
 
 
 @dataclass(frozen=True)
 class MapSummary:
-    """A quantity over the part of its axes where every clause holds that looks at these axes alone: extremes, median, and
-    `values` over `nodes` (the coordinates of its axes), NaN where a clause fails."""
+    """A quantity over its axes, where every clause that depends on these axes alone holds: extremes, median, and
+    `values` at `nodes` (axis -> coordinates), NaN where a clause fails."""
 
     axes: tuple[str, ...]
     unit: str
@@ -170,7 +171,7 @@ class MapSummary:
 
 
 def map_over(region: Region, grid: WorkspaceGrid, item: WorkspaceMap) -> MapSummary | None:
-    """The map over the grid; None where no node keeps the clauses."""
+    """The map over the grid; None where no node satisfies the clauses."""
     free = [n for n in item.axes if n in grid.axes]
     size = prod(grid.axes[n][2] for n in free)
     stride = int(np.ceil((size / MOST_IN_MAP) ** (1.0 / max(1, len(free))))) if size > MOST_IN_MAP else 1
@@ -194,7 +195,7 @@ def map_over(region: Region, grid: WorkspaceGrid, item: WorkspaceMap) -> MapSumm
 
 @dataclass(frozen=True)
 class WorkspaceComparison:
-    """Nodes of both regions, of the first alone, of the second alone; a cell is the volume of a node."""
+    """Numbers of nodes in both regions, in the first only, in the second only; cell: volume of a node."""
 
     both: int
     only_first: int
@@ -203,12 +204,12 @@ class WorkspaceComparison:
 
     @property
     def union(self) -> int:
-        """Nodes of at least one."""
+        """Number of nodes in at least one region."""
         return self.both + self.only_first + self.only_second
 
     @property
     def voxels(self) -> dict[str, int]:
-        """Nodes by part."""
+        """Part -> number of nodes."""
         return {"both": self.both, "only_first": self.only_first, "only_second": self.only_second, "union": self.union}
 
     def to_dict(self) -> dict[str, object]:
@@ -217,7 +218,7 @@ class WorkspaceComparison:
 
 
 def compare(first: Region, second: Region, grid: WorkspaceGrid, slab: int = SLAB) -> WorkspaceComparison:
-    """Count both on the grid, slab by slab."""
+    """Count both regions on the grid, slab by slab."""
     both = alone = other = 0
     for cut in grid.slabs(slab):
         points = grid.points(*cut)

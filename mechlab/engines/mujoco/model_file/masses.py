@@ -14,9 +14,9 @@ from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 
 LARGE, SMALL_G = 50.0, 100.0
-"""A mechanism larger than LARGE [m] under weight is drawn in millimetres; weight beyond SMALL_G [m/s^2] is in mm/s^2."""
+"""A model larger than LARGE [m] is probably in millimetres; gravity above SMALL_G [m/s^2] is probably in mm/s^2."""
 FAR = 20.0
-"""Radius of gyration, over the size of the model, that no part has."""
+"""Radius of gyration of a body, relative to the size of the model, above which its inertia must be in other units."""
 
 
 def masses(model: mujoco.MjModel) -> Iterator[Symptom]:
@@ -46,11 +46,12 @@ def _body(model: mujoco.MjModel, b: int) -> str:
 
 PASTE = '<default><geom contype="0" conaffinity="0"/></default>'
 DEEP = 1e-3
-"""Overlap, over the size of the model, that is more than standing on a floor."""
+"""Overlap of two shapes, relative to the size of the model, that is deeper than a resting contact."""
 
 
 def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "contacts": an error where two moving parts overlap, a warning for other contacts of the start."""
+    """Finding "contacts": an error where two moving parts overlap, a warning for other contacts in the pose qpos
+    (nq,)."""
     probe = copy.copy(model)
     data = mujoco.MjData(probe)
     data.qpos[:] = qpos
