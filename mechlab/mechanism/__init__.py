@@ -7,7 +7,7 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.gears import GearMesh, belt, mimic, relation, screw
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, body_poses, integrate
+from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import (
@@ -37,7 +37,7 @@ from mechlab.mechanism.tree import depth_first
 __all__ = [
     "GROUND", "IDENTITY", "AngleBasis", "Assembly", "Body", "Builder", "ConstraintSet", "Drive", "Frame", "GearMesh",
     "Inertia", "Joint", "Kinematics", "LinearRelation", "Loop", "Mechanism", "Placement", "Reduction", "Shaft", "Shape",
-    "Spring", "Status", "Structure", "TreeKinematics", "Winding", "as_fraction", "belt", "body_poses", "close",
+    "Spring", "Status", "Structure", "TreeKinematics", "Winding", "as_fraction", "belt", "close",
     "dependent_angles", "depth_first", "floating", "follow", "integrate", "mimic", "mode_sign", "newton", "prismatic",
     "reduce", "relation", "revolute", "same_mode", "screw", "shape", "singularity", "spherical", "structure", "universal",
 ]  # fmt: skip

@@ -254,16 +254,3 @@ def integrate(mechanism: Mechanism, q: ArrayLike, dv: ArrayLike) -> Array:
         else:
             out[qs] = q[qs] + dv[vs]
     return out
-
-
-def body_poses(mechanism: Mechanism, q: ArrayLike) -> Array:
-    """(n, bodies, 4, 4) poses along coordinates q (n, nq), bodies in the order of the Mechanism."""
-    q = np.atleast_2d(np.asarray(q, dtype=float))
-    tree = TreeKinematics(mechanism)
-    out = np.zeros((len(q), len(mechanism.bodies), 4, 4))
-    out[..., 3, 3] = 1.0
-    for k, row in enumerate(q):
-        tree.set(row)
-        out[k, :, :3, :3] = tree.rotations
-        out[k, :, :3, 3] = tree.origins
-    return out

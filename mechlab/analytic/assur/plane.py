@@ -116,10 +116,3 @@ def rigid(base: Point, turn: Scalar, distance: ArrayLike, angle: ArrayLike = 0.0
 def driver(pivot: Point, crank: ArrayLike, angle: ArrayLike, rate: ArrayLike = 0.0, accel: ArrayLike = 0.0) -> Point:
     """Class I: the pin of a crank of that length about a pivot that may move."""
     return rigid(pivot, scalar(angle, rate, accel), length(crank, "crank"))
-
-
-def link_turn(base: Point, end: Point) -> Scalar:
-    """Angle in (-pi, pi], rate and acceleration of the link from `base` to `end`, whose length does not change."""
-    r, v, a = end.p - base.p, end.v - base.v, end.a - base.a
-    square = dot(r, r)
-    return Scalar(np.angle(r), cross(r, v) / square, cross(r, a) / square)

@@ -285,7 +285,6 @@ def _foot(chart: Chart, figure: Any, lost: list[str]) -> None:
     if lost:
         signs += f" Not drawn, diverged or over the budget: {', '.join(lost)}."
     reference = chart.reference.split(";")[0]
-    reference = chart.reference.split(";")[0]
     text = [*textwrap.wrap(signs, 165), f"Held against: {reference}. {engines}."]
     figure.text(0.022, 0.012, "\n".join(text), fontsize=8.8, color=FAINT, va="bottom", linespacing=1.3)
 

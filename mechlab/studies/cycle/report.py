@@ -79,9 +79,9 @@ def _svg(cycle: CycleResult) -> str:
 
     groups = _groups(cycle)
     paths = curves(cycle)
+    rows = (len(groups) + bool(paths) + 1) // 2
     with matplotlib.rc_context({"svg.hashsalt": "mechlab", "svg.fonttype": "none"}):
-        figure = Figure(figsize=(11.0, 3.1 * ((len(groups) + bool(paths) + 1) // 2)), layout="constrained")
-        rows = (len(groups) + bool(paths) + 1) // 2
+        figure = Figure(figsize=(11.0, 3.1 * rows), layout="constrained")
         axes = list(figure.subplots(rows, 2, squeeze=False).ravel())
         if paths:
             _draw_curves(axes.pop(0), paths)
