@@ -12,7 +12,8 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Question
 from mechlab.kit.determined import quantities
 from mechlab.lab.design import Design
-from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
+from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lab.run import run_scene
 from mechlab.studies.cycle.cycle import run_cycle
 from mechlab.studies.named import SINGLE_NUMBERS, keys_to_give, parameter_infos, witness_answer
 from mechlab.studies.optimize import sources
@@ -115,7 +116,7 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
             columns, findings = {*found.columns, *found.zero}, set[str]()
         else:
             step = chosen_scene(design.for_scene(None), None).settings.timestep
-            recording = run_chosen(design, None, duration=FEW * step, extra=dict(own))
+            recording = run_scene(design, None, duration=FEW * step, extra=dict(own))
             columns, findings = set(recording.channels), {f.name for f in recording.health.findings}
     except MechlabError as cause:
         if cause.exit_code > 2:

@@ -12,7 +12,7 @@ from mechlab.errors import MechlabError, NoSolution, Untrustworthy, unknown
 from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
-from mechlab.lab.fidelity.choose import run_chosen
+from mechlab.lab.run import run_scene
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.cycle.cycle import CycleResult, run_cycle
 from mechlab.studies.named import witness_answer
@@ -191,7 +191,7 @@ class RunSource:
     def numbers(self, design: Design) -> dict[str, float]:
         """Their values. Raises Untrustworthy for a run with a finding of severity "error"."""
 
-        r = run_chosen(design, None, extra=dict(self.extra), estimate=False)
+        r = run_scene(design, None, extra=dict(self.extra), estimate=False)
         if not r.health.trusted:
             bad = "; ".join(f.sentence for f in r.health.findings if f.severity == "error")
             raise Untrustworthy(f"{design.name}: {bad}")

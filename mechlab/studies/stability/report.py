@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mechlab.errors import MechlabError
 from mechlab.files import whole_folder, write
-from mechlab.results import line_of, save_files, text_of
+from mechlab.results import line_of, save_result, text_of
 from mechlab.studies.stability.data import MethodPanel, RunOutcome, Stability, StabilityMap, Theory
 from mechlab.studies.stability.picture import draw
 
@@ -129,7 +129,7 @@ def _map(made: StabilityMap) -> list[str]:
     return lines + [f"  {s}" for s in made.sentences]
 
 
-@save_files.register
+@save_result.register
 def _(found: Stability, folder: Path) -> dict[str, Path]:
     """Write stability_NAME.json and stability_NAME_KIND.png for each map into a folder.
 

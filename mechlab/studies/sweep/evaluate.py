@@ -15,7 +15,7 @@ from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.recording import Recording
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design, design
-from mechlab.lab.fidelity.choose import run_chosen
+from mechlab.lab.run import run_scene
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.check.check import checks_of
@@ -173,7 +173,7 @@ def _point(request: SweepRequest, design: Design, extra: Mapping[str, float], at
     bad = ""
     if any(q.of_run for q in request.quantities):
         estimate = any(q.name == STEP_ERROR for q in request.quantities)
-        recording = run_chosen(
+        recording = run_scene(
             design, request.scene, engine=request.engine, fidelity=request.fidelity, duration=request.duration,
             timestep=request.timestep, extra=extra, estimate=estimate,
         )  # fmt: skip

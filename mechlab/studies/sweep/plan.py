@@ -14,7 +14,7 @@ from mechlab.experiment.parameters import checked, entry_units
 from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
 from mechlab.lab.design import Design, design
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.studies.named import parameter_infos
 from mechlab.studies.sweep.evaluate import DIFFERENCE, question_of
 from mechlab.studies.sweep.quantities import (

@@ -14,7 +14,8 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Open, Question
 from mechlab.experiment.recording import Recording
 from mechlab.lab.design import Design, design, initial_keys
-from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
+from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lab.run import run_scene
 from mechlab.mechanism import Mechanism
 from mechlab.studies.check.check import checks_of
 from mechlab.studies.named import witness_answer
@@ -103,7 +104,7 @@ def short_run(draft: SweepRequest, chosen: Design, step_error: bool) -> Recordin
     for one in corners(chosen, draft.axes):
         try:
             step = draft.timestep or chosen_scene(one.for_scene(draft.scene), draft.scene, None).settings.timestep
-            return run_chosen(
+            return run_scene(
                 one, draft.scene, engine=draft.engine, fidelity=draft.fidelity, duration=PROBE_STEPS * step,
                 timestep=draft.timestep, extra=extra, estimate=step_error,
             )  # fmt: skip
