@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -136,6 +137,10 @@ class StatePlant(Plant, Protocol):
         """Residual, rows and rates as in `EngineState`."""
         ...
 
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest displacement in the sense of the kinetic energy that takes a residual, as of `closing`, away."""
+        ...
+
     def relation_rows(self) -> Array:
         """(relations, nv) rows of the gear relations, in their order."""
         ...
@@ -210,6 +215,11 @@ class Engine:
     def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> Any:
         """Forces, rows and masses near a rest, as `mechlab.studies.modes.eigen.Dynamics`."""
         raise self._refusal("answers for no small motions")
+
+    def file_size(self, path: Path) -> tuple[float, int]:
+        """Mass [kg] and number of rates of a model file (MJCF, URDF) as the engine itself reads it. Pinocchio drops the mass of
+        what is welded to the ground. Raises MechlabError for a file that it refuses."""
+        raise self._refusal("reads no model files")
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) accelerations under the generalised force (nv,) by the engine's own forward dynamics."""

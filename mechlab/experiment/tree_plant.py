@@ -15,6 +15,7 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import lightest_correction
 from mechlab.mechanism.statics import passive_force
 
 
@@ -104,6 +105,10 @@ class TreePlant:
     def closing(self) -> tuple[Array, Array, Array]:
         """Residual (rows,), constraint Jacobian (rows, nv), rates (nv,)."""
         return self.residual(), self.jacobian(), self.v
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest displacement in the sense of the kinetic energy that takes `residual` (rows,) away."""
+        return lightest_correction(self.mass_matrix(), self.jacobian(), residual)
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation (3, 3), body axes to world, and origin (3,) of a body."""

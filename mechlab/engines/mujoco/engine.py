@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.linearise import MujocoSmallMotions
+from mechlab.engines.mujoco.model import file_size
 from mechlab.engines.mujoco.plant import StateOfMujoco
 from mechlab.engines.mujoco.runner import run, versions
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
@@ -78,6 +80,10 @@ class Mujoco(Engine):
     def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> MujocoSmallMotions:
         """See `mechlab.engines.mujoco.linearise`."""
         return MujocoSmallMotions(mechanism, laws)
+
+    def file_size(self, path: Path) -> tuple[float, int]:
+        """Of an MJCF file."""
+        return file_size(path)
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """qacc of mj_forward, with the engine's soft rows."""

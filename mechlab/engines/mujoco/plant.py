@@ -27,6 +27,7 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import lightest_correction
 
 Terms = tuple[tuple[int, float], ...]
 
@@ -177,6 +178,14 @@ class StateOfMujoco(MujocoPlant):
         data, order = self.data, np.concatenate([self.map.dof, self.map.other_dof])
         rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         return data.efc_pos[rows].copy(), equality_jacobian(self.model, data)[:, order], data.qvel[order]
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest displacement in the sense of the kinetic energy, connectors included, that takes `residual` away."""
+        order = np.concatenate([self.map.dof, self.map.other_dof])
+        mass = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, mass)
+        dq = lightest_correction(mass[np.ix_(order, order)], self.closing()[1], residual)
+        return dq[: self.mechanism.nv]
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation (3, 3), body axes to world, and origin (3,) of a body."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.jacobians import accelerations_of, rates
 from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.linearise import PinSmallMotions
+from mechlab.engines.pinocchio.model import file_size
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
 from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
@@ -78,6 +80,10 @@ class Pinocchio(Engine):
     def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> PinSmallMotions:
         """See `mechlab.engines.pinocchio.linearise`."""
         return PinSmallMotions(mechanism, laws)
+
+    def file_size(self, path: Path) -> tuple[float, int]:
+        """Of a URDF file."""
+        return file_size(path)
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) by the factored equations; of a tree without shafts by the articulated-body algorithm (pin.aba)."""

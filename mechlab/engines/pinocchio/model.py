@@ -161,7 +161,7 @@ def rate_columns(mechanism: Mechanism) -> NDArray[np.intp]:
     return np.array(columns, dtype=np.intp)
 
 
-def urdf_mass(path: Path) -> tuple[float, int]:
+def file_size(path: Path) -> tuple[float, int]:
     """Mass [kg] of everything that moves in a URDF file, and the number of rates, as Pinocchio reads it. Raises MechlabError."""
     try:
         tree = pin.buildModelFromUrdf(str(path))
