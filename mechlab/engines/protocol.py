@@ -258,6 +258,10 @@ class NumpyTree(Engine):
         """The numpy tree in the reference pose."""
         return TreePlant(mechanism)
 
+    def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
+        """(nv,) by least squares of the constrained equations, rigid rows, without dry friction."""
+        return TreePlant(mechanism, q, v).accelerations(np.zeros(mechanism.nv) if force is None else force)
+
 
 ENGINES = {"numpy": NumpyTree()}
 

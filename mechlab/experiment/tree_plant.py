@@ -106,6 +106,15 @@ class TreePlant:
         """Residual (rows,), constraint Jacobian (rows, nv), rates (nv,)."""
         return self.residual(), self.jacobian(), self.v
 
+    def accelerations(self, force: ArrayLike) -> Array:
+        """(nv,) accelerations under the generalised `force` (nv,), without dry friction: M a + h = force + J^T r, J a = -dJ/dt v."""
+        tree, rows, nv = self.tree, self.jacobian(), len(self.v)
+        matrix, side = np.zeros((nv + len(rows), nv + len(rows))), np.zeros(nv + len(rows))
+        matrix[:nv, :nv], matrix[:nv, nv:], matrix[nv:, :nv] = tree.mass_matrix(), rows.T, rows
+        side[:nv] = np.asarray(force, dtype=float) + passive_force(tree) - tree.bias_force()
+        side[nv:] = -self.constraint_bias()
+        return np.asarray(np.linalg.lstsq(matrix, side, rcond=1e-12)[0][:nv])
+
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest displacement in the sense of the kinetic energy that takes `residual` (rows,) away."""
         return lightest_correction(self.mass_matrix(), self.jacobian(), residual)

@@ -13,7 +13,8 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Health, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
 from mechlab.lab.design import Design
-from mechlab.lab.problem_settings import FASTEST, drive_step, motor_findings, settings_for, with_static_motors
+from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.problem_settings import FASTEST, motor_findings, settings_for, with_static_motors
 from mechlab.mechanism.geometry import Array
 
 MOST_STEPS = 5e7

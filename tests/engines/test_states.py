@@ -11,6 +11,7 @@ from mechlab import api
 from mechlab.engines.protocol import IMPLEMENTATIONS, engine
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.newton import lightest_correction
+from mechlab.mechanism.structure import null_space
 
 OPENED = 1e-5
 """Displacement [rad or m] by which a closed pose is torn open; what a correction leaves is of the order of its square."""
@@ -45,6 +46,17 @@ def test_the_correction_closes_with_the_least_kinetic_energy(name: str, model: s
     expected = by_kkt(m, q)
     # of the second order in the opening: the engines' rows at an open pose differ by that
     assert np.max(np.abs(dq - expected)) < 1e-3 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize(("model", "fidelity"), [("fourbar", None), ("planetary", "parts"), ("flyball", None)])
+def test_accelerations_of_the_numpy_tree_are_those_of_pinocchio(model: str, fidelity: str | None) -> None:
+    m = api.load(model).mechanism(fidelity)
+    rng = np.random.default_rng(3)
+    q = m.reference()
+    free = null_space(ConstraintSet(m).jacobian(TreeKinematics(m, q)))
+    v, force = free @ rng.standard_normal(free.shape[1]), rng.standard_normal(m.nv)
+    ours, theirs = (engine(name).accelerations(m, q, v, force) for name in ("numpy", "pinocchio"))
+    assert np.max(np.abs(ours - theirs)) < 1e-9 * np.max(np.abs(theirs))  # rounding of two solvers
 
 
 def test_a_correction_with_a_singular_mass_matrix_is_the_smallest_displacement() -> None:

@@ -22,8 +22,8 @@ from mechlab.experiment.laws import Constant, Servo
 from mechlab.experiment.motion import Hold, Sine
 from mechlab.experiment.scene import Scene
 from mechlab.formats import from_json, from_mjcf, to_json, to_mjcf
+from mechlab.lab.fastest_rate import drive_step
 from mechlab.lab.methods import Problem, method
-from mechlab.lab.problem_settings import drive_step
 from mechlab.lab.run import run_scene
 from mechlab.mechanism import Builder, Inertia, prismatic
 from mechlab.mechanism.parts import Winding

@@ -15,10 +15,10 @@ from mechlab.experiment.findings import GAP_LIMIT
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.design import AUTO, Design
 from mechlab.lab.problem_settings import rough_names, settings_for
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest, reduced
 
