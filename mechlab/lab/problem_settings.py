@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mechlab.engines.protocol import is_rough
 from mechlab.experiment.laws import DcMotor, Law
 from mechlab.experiment.recording import Finding, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
@@ -33,7 +34,7 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
     else:
         return settings
     resolving = max(FASTEST, min((x for x in map(motor_lag, scene.laws) if x), default=math.inf))
-    if rough_names(mechanism):
+    if is_rough(mechanism):
         return replace(wanted, timestep=min(base.timestep, FRICTION_STEP, resolving))
     if resolving < base.timestep:
         return replace(wanted, timestep=min(PRESETS["stiff"].timestep, resolving))
@@ -41,12 +42,6 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
     if step < FINEST:
         return replace(wanted, timestep=min(base.timestep, PRESETS["stiff"].timestep))
     return replace(base, timestep=step) if step < base.timestep else base
-
-
-def rough_names(mechanism: Mechanism) -> tuple[str, ...]:
-    """Names of the joints and shafts with dry friction."""
-    joints = [j.name for j in mechanism.joints if j.friction]
-    return (*joints, *(s.name for s in mechanism.shafts if s.friction))
 
 
 def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
