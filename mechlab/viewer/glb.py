@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.files import write
-from mechlab.viewer.feature_edges import SplitMesh, split_at_edges
+from mechlab.shapes.feature_edges import SplitMesh, split_at_edges
 from mechlab.viewer.pack import geometry_key, quaternions
 from mechlab.viewer.story import Color, Part, Story
 
