@@ -20,12 +20,13 @@ from mechlab.analytic.impulse.equations import (
     resonances,
     slope,
 )
-from mechlab.analytic.impulse.limits import OneWayLimits, limits
 from mechlab.analytic.impulse.model import Impulse, OutputConstants, first_integral, shape, slip_speed
 from mechlab.analytic.impulse.regime import (
+    OneWayLimits,
     OneWayRegime,
     Orbit,
     frictionless_mean_speed,
+    limits,
     periodic_orbit,
     section_points,
     unidirectional,
