@@ -4,9 +4,9 @@ The group has two unknown unit numbers t = e^(i theta_t), u = e^(i theta_u) and 
 
     z_i = w_i + p_i t + q_i u,   |z_i| = l_i,   i = 0, 1
 
-w_i moves with the rest of the mechanism, p_i, q_i, l_i belong to the group. Eliminating u gives t A^2 - B C = 0 of degree 6;
-roots come in pairs t, 1/conj(t), so there are 0, 2, 4 or 6 modes (with merged ones counted twice). It is solved at all
-positions at once, and each root polished by Newton.
+w_i moves with the rest of the mechanism, p_i, q_i, l_i belong to the group. Eliminating u gives t A^2 - B C = 0 of
+degree 6; roots come in pairs t, 1/conj(t), so there are 0, 2, 4 or 6 modes (with merged ones counted twice). The
+polynomial is solved at all positions at once, and each root polished by Newton.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""Problems in space. A04: Bricard's overconstrained loop of six hinges on the edges of a cube, by screws in world axes and the
-null vector of the loop equation. The state holds angles and rates of all six hinges; the motion stays on the curve of closed
-poses. A05: a flyball governor with stiff spring-dampers between slider and arms; both arms move alike.
+"""Benchmark problems in space.
+
+A04: Bricard's overconstrained loop of six hinges on the edges of a cube, by screws in world axes and the null vector
+of the loop equation. The state holds angles and rates of all six hinges; the motion stays on the curve of closed poses.
+A05: a flyball governor with stiff spring-dampers between slider and arms; both arms move alike.
 """
 
 from __future__ import annotations

@@ -5,8 +5,9 @@ a = z1/(z1+z3) and b = z4/(z4+z6) all its constraints are
 
     w_H1 = a w1 + (1-a) w3,    w_H2 = b w1 + (1-b) w3,
 
-hence two degrees of freedom. Speeds are absolute, positive in one common sense. The ratio input : output is a / b while the
-drum 36 is braked and (1 - a) / (1 - b) while the suns 14 are. Rings fit when z3 = z1 + 2 z2, z6 = z4 + 2 z5; so a, b < 1/2.
+hence two degrees of freedom. Speeds are absolute, positive in one common sense. The ratio input : output is a / b
+while block 36 is braked and (1 - a) / (1 - b) while block 14 is. Rings fit when z3 = z1 + 2 z2, z6 = z4 + 2 z5; so
+a, b < 1/2.
 """
 
 from __future__ import annotations

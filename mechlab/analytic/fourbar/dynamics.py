@@ -1,8 +1,10 @@
-"""The four-bar as one freedom, J(phi) phi'' + J'(phi) phi'^2 / 2 = torque + sum of m g . dr/dphi, and the forces in its pins.
+"""The four-bar as one freedom, and the forces in its pins.
 
-The pins follow dyad by dyad, the crank last. The dyad B-C-D is in dynamic equilibrium: the moments on the coupler about C
-give the component of the force in B across the coupler, those on the rocker that in D across the rocker; the forces on both
-give the components along the bars.
+    J(phi) phi'' + J'(phi) phi'^2 / 2 = torque + sum of m g . dr/dphi
+
+The pin forces follow dyad by dyad, the crank last. The dyad B-C-D is in dynamic equilibrium: the moments on the coupler
+about C give the component of the force in B across the coupler, those on the rocker that in D across the rocker; the
+forces on both give the components along the bars.
 """
 
 from __future__ import annotations

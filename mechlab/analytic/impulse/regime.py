@@ -1,6 +1,7 @@
-"""Motions at constant input speed: one-way rotation under dry friction in closed form (half-phases, mean speed) and its limits
-(existence, sticking, zero mean speed); periodic orbits without friction by shooting, with Floquet multipliers, and Poincare
-sections.
+"""Motions at constant input speed.
+
+One-way rotation under dry friction in closed form (half-phases, mean speed) and its limits (existence, sticking, zero
+mean speed); periodic orbits without friction by shooting, with Floquet multipliers, and Poincare sections.
 """
 
 from __future__ import annotations
