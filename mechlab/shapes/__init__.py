@@ -11,10 +11,10 @@ from mechlab.shapes import bevel, gears, joints, links, simple
 from mechlab.shapes.build import Kind, Parameter, Times, obj_text, write_obj
 from mechlab.shapes.feature_edges import SplitMesh, split_at_edges, split_faces
 from mechlab.shapes.phases import bevel_phase, external_phase, internal_phase, pitch_angles, rack_phase
-from mechlab.shapes.solid import Mesh, area, bounds, is_watertight, merge, moved, volume
+from mechlab.shapes.solid import Mesh, bounds, is_watertight, merge, moved, volume
 
 __all__ = [
-    "KINDS", "Kind", "Mesh", "Parameter", "SplitMesh", "Times", "area", "bevel_phase", "bounds", "external_phase",
+    "KINDS", "Kind", "Mesh", "Parameter", "SplitMesh", "Times", "bevel_phase", "bounds", "external_phase",
     "internal_phase", "is_watertight", "merge", "mesh", "moved", "obj_text", "pitch_angles", "rack_phase",
     "split_at_edges", "split_faces", "volume", "write_obj",
 ]  # fmt: skip

@@ -6,21 +6,25 @@ one-way rotation under dry friction with its existence limit, small-parameter ha
 
 from __future__ import annotations
 
-from mechlab.analytic.impulse.equations import (
+from mechlab.analytic.impulse.model import (
+    Impulse,
+    OutputConstants,
     accelerations,
     angles,
     coefficients,
     constant_speed_acceleration,
     constant_speed_torque,
+    first_integral,
     harmonic_amplitudes,
     harmonic_motion,
     load,
     motor_rate,
     motor_torque_at,
     resonances,
+    shape,
+    slip_speed,
     slope,
 )
-from mechlab.analytic.impulse.model import Impulse, OutputConstants, first_integral, shape, slip_speed
 from mechlab.analytic.impulse.regime import (
     OneWayLimits,
     OneWayRegime,

@@ -13,8 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from mechlab.analytic.impulse.equations import constant_speed_acceleration, harmonic_motion
-from mechlab.analytic.impulse.model import Impulse, first_integral, shape, slip_speed
+from mechlab.analytic.impulse.model import (
+    Impulse,
+    constant_speed_acceleration,
+    first_integral,
+    harmonic_motion,
+    shape,
+    slip_speed,
+)
 from mechlab.errors import MechlabError, NoSolution
 
 Array = NDArray[np.float64]

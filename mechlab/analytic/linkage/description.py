@@ -1,6 +1,6 @@
 """Planar linkages as data: elements with names, sizes and modes, each built on those before it, and their motion.
 
-`Description` holds the elements, `Motion` their points, turns, slides and group results by name; `ACTIONS` has the
+`LinkageDescription` holds the elements, `Motion` their points, turns, slides and group results by name; `ACTIONS` has the
 function of each kind of element that adds its part to the Motion.
 """
 
