@@ -23,7 +23,7 @@ from mechlab.mechanism.structure import structure
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
 from mechlab.studies.modes.result import ModesResult, ModesWitness
-from mechlab.studies.named import parameter_values
+from mechlab.studies.named.number import parameter_values
 
 STEP = 1e-3
 

@@ -9,7 +9,8 @@ from typing import Any
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import ParameterInfo, describe
-from mechlab.lab.design import Design, design
+from mechlab.lab.design import Design
+from mechlab.studies.named.number import varied
 
 WHY = {
     "integer": "a whole number",
@@ -41,7 +42,7 @@ class AnswerInput:
             entries = list(getattr(base.parameters, self.key))
             entries[self.index] = value
             value = tuple(entries)
-        return design(base.entry, dict(base.given) | {self.key: value}), dict(asked)
+        return varied(base, {self.key: value}), dict(asked)
 
 
 def inputs_of(
