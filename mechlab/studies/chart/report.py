@@ -69,7 +69,8 @@ def _step(p: ChartPoint) -> str:
 
 
 def _cell(value: float) -> str:
-    return "-" if value != value else number(value)
+    """A number for the table, "-" where it is missing."""
+    return "-" if math.isnan(value) else number(value)
 
 
 def csv_text(chart: Chart) -> str:
@@ -114,10 +115,6 @@ def _write(chart: Chart, path: Path) -> None:
         draw(chart, path)
 
 
-def _shown(x: float) -> str:
-    return number(x) if math.isfinite(x) else "-"
-
-
 @line_of.register
 def _(peers: PeerTable) -> str:
     return f"Comparison with {', '.join(peers.versions) or 'no other engine'} at {counted(len(peers.rows), 'target')}"
@@ -129,8 +126,8 @@ def _(peers: PeerTable) -> str:
     rows = [
         [
             f"{r.target:.0e}", number(r.ours_cpu_s), number(r.ours_error) + ("" if r.ours_reached else " (not reached)"),
-            r.ours_method, r.peer or f"none reaches it in {peers.costly:.2g} s", _shown(r.peer_cpu_s), _shown(r.peer_error),
-            _shown(r.ratio),
+            r.ours_method, r.peer or f"none reaches it in {peers.costly:.2g} s", _cell(r.peer_cpu_s), _cell(r.peer_error),
+            _cell(r.ratio),
         ]
         for r in peers.rows
     ]  # fmt: skip

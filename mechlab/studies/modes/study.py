@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -159,5 +158,3 @@ def _one_freedom(m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
         return ModesWitness(cannot=str(error))
     return ModesWitness(np.asarray(rest), 0.0, found)
 
-
-__all__: list[Any] = ["find_modes"]
