@@ -93,6 +93,18 @@ def shaking(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
     return force, moment
 
 
+def planar_normal(m: Mechanism, pose: PathPoint) -> Array | None:
+    """Normal (3,) of a planar mechanism, None for a spatial one."""
+    tree = TreeKinematics(m, pose.q)
+    turning = tree.axes[tree.turns > 0]
+    if not len(turning) or any(j.kind == "spherical" for j in m.joints):
+        return None
+    n = turning[0]
+    across = tree.axes[tree.turns == 0] @ n
+    planar = np.all(np.abs(np.abs(turning @ n) - 1.0) < 1e-12) and np.all(np.abs(across) < 1e-12)
+    return n if planar else None
+
+
 def instant_centres(m: Mechanism, poses: Sequence[PathPoint], normal: Array) -> dict[str, Array]:
     """centre_A_B_x, _y, _z (n,) [m]: the instant centre of body B relative to A, for all pairs of bodies.
 

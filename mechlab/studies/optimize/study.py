@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -32,6 +30,7 @@ from mechlab.studies.optimize.report import draw, rows
 from mechlab.studies.optimize.result import Optimum
 from mechlab.studies.optimize.search import LEVELS, MEMBERS, SHARE, fewest, search
 from mechlab.studies.optimize.search import front as front_of
+from mechlab.tables import csv_text
 
 EACH = 250
 """Evaluations for each variable where no number is given."""
@@ -166,9 +165,7 @@ def _write(found: Optimum, folder: Path) -> Optimum:
         names |= {"front": "front.csv", "picture": "front.png", "drawing": "front.svg"}
     with whole_folder(folder) as stage:
         if found.front:
-            table = io.StringIO(newline="")
-            csv.writer(table).writerows(rows(found))
-            write(stage / names["front"], table.getvalue())
+            write(stage / names["front"], csv_text(rows(found), "\r\n"))
             draw(found, stage / names["picture"])
             draw(found, stage / names["drawing"])
         write(stage / names["optimum"], json.dumps(found.to_dict(), indent=2, default=_plain) + "\n")
