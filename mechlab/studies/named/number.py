@@ -1,4 +1,4 @@
-"""A named number as data, the reductions of a series to one number, and what a design is known by: parameters, keys, mechanism."""
+"""A named number as data, the reductions of a series to one number, and the parameters and keys of a design."""
 
 from __future__ import annotations
 
@@ -13,10 +13,6 @@ from mechlab.experiment.parameters import ParameterInfo, describe
 from mechlab.lab.design import Design, design
 from mechlab.mechanism.geometry import Array
 
-KINDS = (
-    "parameter", "answer", "workspace", "cycle", "channel", "finding", "trusted", "difference", "passed",
-)  # fmt: skip
-"""What a number is read from. channel, finding, trusted: a run; difference, passed: a check."""
 SINGLE_NUMBERS = ("number", "integer", "ratio")
 """Kinds of parameters that are a single number, which a study can vary."""
 OF_TIME = ("final", "max", "min", "mean", "rms")
@@ -29,8 +25,10 @@ OF_COURSE = ("least", "largest", "peak", "mean", "span", "final")
 class NamedNumber:
     """A number of a design, read from its text once.
 
-    label: the name as the user writes it, by which results list it. kind: of KINDS. name: of the parameter, answer,
-    column, channel, check or finding. reduce: how a series becomes one number, of OF_TIME or OF_COURSE.
+    label: the name as the user writes it, by which results list it. kind, what it is read from: "parameter", "answer",
+    "workspace", "cycle"; of a run: "channel", "finding" (of the health record), "trusted"; of a check: "difference",
+    "passed". name: of the parameter, answer, column, channel, finding or check. reduce: how a series becomes one number,
+    of OF_TIME or OF_COURSE.
     """
 
     label: str
