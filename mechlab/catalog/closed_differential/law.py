@@ -276,8 +276,8 @@ def _ratios(axes: Any) -> None:
     mu = np.linspace(0.05, 3.0, 600)
     axes.plot(mu, mu, color="black", lw=2.2, ls="--", label="printed law (10): ratio = load ratio, no losses")
     stall = closed.drag_stall(train, DRAGS[1] / DRAGS[0])
-    below = mu[mu < stall * 0.995]
-    axes.plot(below, closed.drag_ratio(train, DRAGS[1] / DRAGS[0], below)[0], color=BLUE, lw=2,
+    moving = mu[mu < stall * 0.995]
+    axes.plot(moving, closed.drag_ratio(train, DRAGS[1] / DRAGS[0], moving)[0], color=BLUE, lw=2,
               label="true, both blocks drag on the housing (drags 1:100)")  # fmt: skip
     axes.axvline(stall, color=BLUE, lw=0.8, ls=":")
     axes.text(stall + 0.03, 5.0, f"output stalls\nat {stall:.2f}", color=BLUE, fontsize=9)
