@@ -27,8 +27,6 @@ LAB = "chosen for the lab"
 STATED_TEETH = (30, 30, 90, 40, 60, 160)
 USED_TEETH = (80, 20, 120, 20, 80, 180)
 """Teeth of the source's example: as stated in its data, and as used in its computation (radii over the module)."""
-
-
 WIDTH, GAP = 8.0, 9.0
 """Face width and clear distance of the two gear planes, in modules."""
 
@@ -40,7 +38,10 @@ def _disc(inertia: float, mass: float) -> Inertia:
 
 @dataclass(frozen=True)
 class Stage:
-    """A carrier with its planets: teeth of sun, planet and ring, masses [kg], moments of inertia [kg m2], lengths [m]."""
+    """A carrier with its planets; teeth of sun, planet and ring, masses [kg], moments of inertia [kg m2].
+
+    radius: of the planet axes [m]; plane: height of the gears [m]; outwards: +1 where the carrier lies above them, -1 below.
+    """
 
     carrier: str
     planet: str

@@ -184,7 +184,6 @@ QUESTIONS = tuple(
     )
 )  # fmt: skip
 
-
 SAMPLES = 501
 Term = tuple[Array, float, float]
 
@@ -240,9 +239,8 @@ def reference(p: Parameters, scene: Scene) -> Recording:
         found = closed.motion(J, damping, force, w0, tuple(_contact(x, on) for law in held for x in law.holds), t)
         t, angles, rates, moments = found.t, found.angles, found.rates, found.moments
     m = build(p, "minimal")
-    q, v = (
-        np.column_stack([x[:, 0], x[:, 1] - x[:, 0]]) for x in (angles @ p.train.carriers.T, rates @ p.train.carriers.T)
-    )
+    turned, speeds = angles @ p.train.carriers.T, rates @ p.train.carriers.T
+    q, v = (np.column_stack([x[:, 0], x[:, 1] - x[:, 0]]) for x in (turned, speeds))
     made = closed_form_recording(m, scene, t, q, v)
     for name in ("H1", "H2"):
         w = rates @ on[name]
