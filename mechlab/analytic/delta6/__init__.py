@@ -20,6 +20,8 @@ from mechlab.analytic.delta6.cardan import (
 from mechlab.analytic.delta6.control import (
     SOURCE_POSITION_GAIN,
     SOURCE_START_ANGLES,
+    SOURCE_START_ERROR_RATES,
+    SOURCE_START_ERRORS,
     SOURCE_START_RATES,
     SOURCE_VELOCITY_GAIN,
     ControlTargets,
@@ -120,8 +122,9 @@ from mechlab.analytic.delta6.workspace import (
 
 __all__ = [
     "PRESSURE_ANGLE", "SINGULAR_COSINE", "SOURCE_POSITION_GAIN", "SOURCE_STAGE_RATIOS", "SOURCE_START_ANGLES",
-    "SOURCE_START_RATES", "SOURCE_TABLE_FRICTION", "SOURCE_TABLE_FRICTIONLESS", "SOURCE_VELOCITY_GAIN", "Angles",
-    "CardanAngles", "Delta6", "ErrorResponse", "ForwardPosition", "HeadInertias", "InversePosition", "MeshSliding",
+    "SOURCE_START_ERRORS", "SOURCE_START_ERROR_RATES", "SOURCE_START_RATES", "SOURCE_TABLE_FRICTION",
+    "SOURCE_TABLE_FRICTIONLESS", "SOURCE_VELOCITY_GAIN", "Angles", "CardanAngles", "Delta6", "ErrorResponse",
+    "ForwardPosition", "HeadInertias", "InversePosition", "MeshSliding",
     "OutputPose", "PoseDrives", "PoseMargins", "ControlTargets", "TorqueChain", "WorkspaceCounts", "WorkspaceLimits",
     "angle_accelerations", "angle_accelerations_from_torques", "angle_rates", "angles_from_drives",
     "angular_acceleration", "angular_velocity", "approach_loss", "artobolevsky", "bias", "cardan_angles",
