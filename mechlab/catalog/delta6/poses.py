@@ -210,14 +210,9 @@ def response(witness: StatePlant, given: Sequence[str] = HEAD_POSE) -> Array:
     return np.asarray(np.linalg.lstsq(np.vstack([jacobian, rows]), right, rcond=1e-11)[0])
 
 
-def rate_matrix(witness: StatePlant, wanted: Sequence[str], given: Sequence[str] = HEAD_POSE) -> Array:
-    """(wanted, given) rates of joints or shafts per unit rate of others."""
-    return rows_of(witness, wanted) @ response(witness, given)
-
-
 def gear_matrix(witness: StatePlant) -> Array:
     """(3, 3) K of phi = K (alpha, beta, gamma): rates of the rotary drives per rate of the angles, O held."""
-    return rate_matrix(witness, ROTARY)[:, 3:]
+    return (rows_of(witness, ROTARY) @ response(witness))[:, 3:]
 
 
 Measure: TypeAlias = Callable[[StatePlant], Any]
