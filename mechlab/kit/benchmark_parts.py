@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -98,17 +99,11 @@ def engine_check(
     """
 
     def check(p: Any) -> CheckResult:
-        from mechlab.engines.mujoco import run as run_mujoco
-        from mechlab.engines.pinocchio import run as run_pinocchio
-
         scene = make(p, "full")
         scene = replace(scene, duration=share * scene.duration)
         h = scene.duration / steps
         m = build(p, "full")
-        runs = {
-            "mujoco": run_mujoco(m, scene, Settings(timestep=h)),
-            "pinocchio": run_pinocchio(m, scene, Settings(engine="pinocchio", timestep=h)),
-        }
+        runs = {name: engine(name).run(m, scene, Settings(engine=name, timestep=h)) for name in ("mujoco", "pinocchio")}
         ends = {n: [float(f(p, r)[-1]) for _, f in channels.values()] for n, r in runs.items()}
         truth = reference(p, scene)
         expected = [float(f(p, truth)[-1]) for _, f in channels.values()]
