@@ -323,3 +323,11 @@ def test_native_output_stays_out_of_the_document(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["status"] == "fine" and done.stderr == "native"
+
+
+def test_python_m_mechlab_is_the_command() -> None:
+    """`python -m mechlab` works where the folder of scripts is not on the path; its exit code is the command's."""
+    asked = [sys.executable, "-m", "mechlab", "solve", "fourbar", "q=nonsense"]
+    run = subprocess.run(asked, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 1
+    assert run.stderr.startswith("mechlab: ") and "nonsense" in run.stderr
