@@ -166,7 +166,7 @@ def accelerations(p: Parameters) -> closed_form.StageAccelerations:
 
 
 def joint_accelerations(p: Parameters) -> dict[str, float]:
-    """The same of the joints of the minimal model."""
+    """Accelerations [rad/s2] of the joints of the minimal model."""
     found = accelerations(p)
     return {"carrier": float(found.carrier), "sun_on_carrier": float(found.sun - found.carrier)}
 
@@ -193,7 +193,7 @@ def state(p: Parameters, fidelity: str) -> State:
     free = p.ring == "free"
     sun, planet, ring = p.teeth
     w = closed_form.speeds(sun, ring, carrier=1.0, ring=RING if free else 0.0, planet_teeth=planet)
-    # in `minimal` a free sun is the second body
+    # In `minimal` a free sun is the second body.
     wheels = {"sun": CentralWheel(p.J_sun, 0.5 * p.module * sun, float(w.sun), is_body=bool(bodies) or free)}
     if free:
         wheels["ring"] = CentralWheel(p.J_ring, 0.5 * p.module * ring, float(w.ring), is_body=bool(bodies))

@@ -174,7 +174,7 @@ def inertia_at_sun(p: Parameters) -> float:
 
 
 def inertia_at_carrier(p: Parameters) -> float:
-    """The same reduced to the carrier [kg m2]."""
+    """Inertia of the whole train reduced to the carrier [kg m2]."""
     return inertia_at_sun(p) * float(closed_form.speeds(p.all_teeth).sun) ** 2
 
 
@@ -185,7 +185,7 @@ def carrier_acceleration(p: Parameters) -> float:
 
 
 def sun_acceleration(p: Parameters) -> float:
-    """The same of the sun [rad/s2]."""
+    """Acceleration of the sun under the two torques [rad/s2]."""
     return carrier_acceleration(p) * float(closed_form.speeds(p.all_teeth).sun)
 
 

@@ -73,7 +73,7 @@ class Planets:
     """Equal planets of a carrier, their axes on one circle about z.
 
     name: their bodies are NAME_1, NAME_2, ... mass [kg] and moment about its own axis [kg m2] of each; orbit: radius [m] of the
-    circle; angles [rad]: where the axes stand on it; height [m] of their plane.
+    circle; angles [rad]: where the axes stand on it.
     """
 
     name: str
@@ -81,7 +81,6 @@ class Planets:
     moment: float
     orbit: float
     angles: tuple[float, ...]
-    height: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,7 +89,7 @@ class Planets:
 
     def axis(self, k: int, turn: float = 0.0) -> Vector:
         """Centre of planet k [m] when the carrier has turned by `turn` [rad]."""
-        return on_circle(self.orbit, self.angles[k] + turn, self.height)
+        return on_circle(self.orbit, self.angles[k] + turn)
 
     def riding(self, bodies: int) -> float:
         """Moment about z [kg m2] of the planets that are no bodies: point masses on the carrier."""
@@ -100,10 +99,10 @@ class Planets:
         """Moment of a planet that is a body about its own axis [kg m2]: a single one has that of all."""
         return self.moment * (len(self.angles) if bodies == 1 else 1)
 
-    def add_body(self, b: Builder, k: int, bodies: int, shapes: Sequence[Shape], carrier: str = "carrier") -> str:
+    def add_body(self, b: Builder, k: int, bodies: int, shapes: Sequence[Shape]) -> str:
         """Adds planet k of `bodies` to the builder, turning on the carrier; returns its name."""
         name, inertia = self.names[k], flat(self.mass, self.spin_moment(bodies))
-        b.body(name, revolute(name), parent=carrier, at=self.axis(k), inertia=inertia, shapes=shapes)
+        b.body(name, revolute(name), parent="carrier", at=self.axis(k), inertia=inertia, shapes=shapes)
         return name
 
     def add_shafts(self, b: Builder, k: int, relative: Mapping[str, Fraction], shapes: Sequence[Shape]) -> None:
@@ -167,18 +166,16 @@ class Pin:
     suffix: str = ""
 
 
-def arms_and_pins(
-    angles: Iterable[float], arm: Arm, pins: Sequence[Pin], color: Color = RED, prefix: str = ""
-) -> tuple[Shape, ...]:
-    """An arm with its pins at each angle [rad] of a carrier; their names begin with the prefix."""
+def arms_and_pins(angles: Iterable[float], arm: Arm, pins: Sequence[Pin]) -> tuple[Shape, ...]:
+    """An arm with its pins at each angle [rad] of a carrier."""
     out = []
     for k, angle in enumerate(angles, 1):
         start = on_circle(arm.start, angle, arm.height) if arm.start else (0.0, 0.0, arm.height)
         place = Placement.of(axis_rotation((0.0, 0.0, 1.0), angle), start)
-        out.append(shape("link", place, color, f"{prefix}arm_{k}", length=arm.length, width=arm.width,
+        out.append(shape("link", place, RED, f"arm_{k}", length=arm.length, width=arm.width,
                          thickness=arm.thickness, bore=arm.bore))  # fmt: skip
         for pin in pins:
             place = Placement(on_circle(pin.orbit, angle, pin.middle))
-            name = f"{prefix}pin_{k}{pin.suffix}"
-            out.append(shape("cylinder", place, color, name, radius=pin.radius, length=pin.length))
+            name = f"pin_{k}{pin.suffix}"
+            out.append(shape("cylinder", place, RED, name, radius=pin.radius, length=pin.length))
     return tuple(out)
