@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.motion_forces import MotionForces
 from mechlab.engines.mujoco.linearise import MujocoSmallMotions
 from mechlab.engines.mujoco.plant import StateOfMujoco
+from mechlab.engines.mujoco.reactions import motion_forces
 from mechlab.engines.mujoco.runner import run, versions
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
@@ -85,6 +87,12 @@ class Mujoco(Engine):
         if force is not None:
             plant.data.qfrc_applied[plant.map.dof] = np.asarray(force, dtype=float)
         return plant.map.rates(plant.set(q, v).data.qacc).copy()
+
+    def motion_forces(
+        self, mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
+    ) -> MotionForces:
+        """See `mechlab.engines.mujoco.reactions.motion_forces`."""
+        return motion_forces(mechanism, q, v, drive, acceleration, load)
 
     def assemble(
         self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10

@@ -9,12 +9,14 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from mechlab.engines.motion_forces import LoopLoads, MotionForces
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.jacobians import accelerations_of, rates
 from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.linearise import PinSmallMotions
+from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
 from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
@@ -87,6 +89,16 @@ class Pinocchio(Engine):
             return plant.accelerations(applied)[0]
         tau = applied - plant.passive.force(plant.kin, plant.v)
         return np.array(pin.aba(plant.kin.model, plant.kin.data, plant.kin.q_pin, plant.v, tau))
+
+    def motion_forces(
+        self, mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
+    ) -> MotionForces:
+        """See `mechlab.engines.pinocchio.reactions.motion_forces`."""
+        return motion_forces(mechanism, q, v, drive, acceleration, load)
+
+    def loop_loads(self, mechanism: Mechanism, q: Array, v: Array, force: Array) -> LoopLoads:
+        """See `mechlab.engines.pinocchio.reactions.loop_loads`."""
+        return loop_loads(mechanism, q, v, force)
 
     def assemble(
         self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
