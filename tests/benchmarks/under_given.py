@@ -17,7 +17,7 @@ from scipy.linalg import null_space
 
 from mechlab.engines.pinocchio import PinConstraints, PinKinematics, Quantities, assemble, frame_motion
 from mechlab.errors import MechlabError
-from mechlab.kit.determined import level
+from mechlab.kit.quantities import level
 from mechlab.lab.ask import ask
 from mechlab.lab.design import design, entry_of
 from mechlab.mechanism import Mechanism, integrate
