@@ -22,9 +22,18 @@ GROWTH = 1.0 + 1e-4
 """Growth factor of one step that is more than rounding."""
 
 
+MOST_COORDINATES = 200
+"""Coordinates above which the stability of a step is not examined: it takes the eigenvalues of many matrices of twice that size."""
+
+
+def too_large(model: mujoco.MjModel) -> bool:
+    """Whether the model has too many coordinates to be examined here."""
+    return bool(model.nv > MOST_COORDINATES)
+
+
 def growing_step(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Finding "unstable_step": names the joint that moves most in the growing motion, and a timestep without growth."""
-    if not model.nv:
+    if not model.nv or too_large(model):
         return
     m, k, d, d_explicit, basis = _linear(model, qpos)
     if not basis.shape[1] or not (np.any(k) or np.any(d)):
@@ -44,9 +53,8 @@ def growing_step(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
         f"a spring, damper or servo at {culprit} is too stiff for {name} at {h:g} s: each step makes its motion {growth:.3g} "
         f"times as large. {name} needs {fits:.2g} s; 'discrete' takes stiff springs and dampers at any step, in first order."
     )
-    yield Symptom(
-        "unstable_step", "error", text, f'<option integrator="discrete"/>   or   <option timestep="{fits:.2g}"/>'
-    )
+    cure = f'<option integrator="discrete"/>   or   <option timestep="{fits:.2g}"/>'
+    yield Symptom("unstable_step", "error", text, cure, growth)
 
 
 def _linear(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -58,8 +66,9 @@ def _linear(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array, Array, Ar
         mass = np.zeros((nv, nv))
         mujoco.mj_fullM(rows.model, data, mass)
         tendon = tendon_moments(rows.model, data)
-        actuator = np.zeros((model.nu, nv))
-        if model.nu:
+        count = len(model.actuator_dyntype)  # not nu: an actuator may have several controls
+        actuator = np.zeros((count, nv))
+        if count:
             mujoco.mju_sparse2dense(
                 actuator, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
             )

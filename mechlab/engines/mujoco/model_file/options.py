@@ -13,7 +13,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
-from mechlab.engines.mujoco.model_file.softness import active, equality_default, listed
+from mechlab.engines.mujoco.model_file.softness import active, equality_default, listed, loops
 from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
@@ -25,17 +25,25 @@ IN_URDF = (
 
 
 def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
-    """The text; an XML comment says which attributes to delete. The integrator is the one that completed the trial."""
-    h = float(model.opt.timestep)
-    better = trial.better if trial is not None and trial.better else "discrete"
-    if any(f.name == "unstable_step" for f in findings):
-        better = "discrete"
+    """The text; an XML comment says which attributes to delete; "" for a model in which nothing needs to change.
+
+    The integrator is the one that completed the trial. A model without loops that lives by contacts keeps the integrator of its
+    file: RK4 gains nothing there.
+    """
+    h, kept = float(model.opt.timestep), integrator_name(model)
+    found = list(findings)
+    unstable = any(f.name == "unstable_step" for f in found)
+    if not loops(model) and trial is not None and (trial.touched or not any(f.severity == "error" for f in found)):
+        if not unstable:
+            return "" if trial.touched or kept == "RK4" else f'<option timestep="{h:g}" integrator="RK4"/>'
+        return f'<option timestep="{h:g}" integrator="discrete"/>'
+    better = trial.shown.better if trial is not None and trial.shown.better else "discrete"
     lines = [
-        f'<option timestep="{h:g}" integrator="{better}" jacobian="dense">',
+        f'<option timestep="{h:g}" integrator="{"discrete" if unstable else better}" jacobian="dense">',
         '  <flag autoreset="disable"/>',
         "</option>",
     ]
-    if active(model):
+    if loops(model):
         lines.append(equality_default(h))
         lines.append("<!-- an equality with a solref or solimp of its own keeps it: delete those attributes -->")
     return "\n".join(lines)
@@ -46,27 +54,35 @@ WRONG = 1e-6
 IMPLICIT = ("implicitfast", "implicit")
 
 
-def options(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Findings on options: "sparse_jacobian", "autoreset", "first_order", "first_order_activation", "fast_activation"."""
+def options(model: mujoco.MjModel, qpos: Array, trial: TrialRun | None = None) -> Iterator[Symptom]:
+    """Findings on options: "sparse_jacobian", "autoreset", "first_order", "first_order_activation"."""
     yield from _sparse(model, qpos)
     if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
         text = (
-            "autoreset is on: a run that blows up starts again from the reference pose and goes on; nothing but a counter "
-            "(mjData.warning) tells."
+            "autoreset is on, MuJoCo's default: a run that blows up starts again from the reference pose and goes on; nothing but a "
+            "counter (mjData.warning) tells."
         )
-        yield Symptom("autoreset", "warning", text, '<option><flag autoreset="disable"/></option>')
+        yield Symptom("autoreset", "note", text, '<option><flag autoreset="disable"/></option>')
     name = integrator_name(model)
-    if name != "RK4" and active(model):
-        text = (
-            f"{name} closes the loops but is of first order: phase and energy drift (a four-bar was 0.26 rad wrong after 1 s at "
-            "1 ms where RK4 was 9e-5). A small gap does not mean a right motion."
-        )
-        yield Symptom("first_order", "warning", text, '<option integrator="RK4"/>')
+    if name != "RK4" and loops(model):
+        shown = None if trial is None else trial.shown
+        step = None if shown is None or not np.isfinite(shown.step) else shown.step
+        text = f"{name} closes the loops but is of first order: a small gap does not mean a right motion"
+        if step is None or shown is None:
+            yield Symptom("first_order", "warning", f"{text}.", '<option integrator="RK4"/>')
+        else:
+            share = step / max(shown.moved, 1e-2 * shown.size)
+            text += f". With half its timestep a run of this file changes by {step:.2g} m ({100 * share:.2g} % of its motion)."
+            severe = share > STEP_MATTERS and not shown.touched
+            yield Symptom("first_order", "warning" if severe else "note", text, '<option integrator="RK4"/>', step)
     if name == "RK4" and model.na:
-        names = [name_of(model, "ACTUATOR", k) for k in range(model.nu) if model.actuator_dyntype[k]]
+        names = [name_of(model, "ACTUATOR", k) for k in range(len(model.actuator_dyntype)) if model.actuator_dyntype[k]]
         text = f"{listed(names)} has a state (activation), which MuJoCo integrates in first order beside RK4."
         yield Symptom("first_order_activation", "warning", text)
-    yield from _fast_activation(model)
+
+
+STEP_MATTERS = 1e-3
+"""Change of a run with half its timestep, over its motion, from which on the order of the integrator matters."""
 
 
 def _sparse(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
@@ -107,15 +123,6 @@ def _sparse_error(model: mujoco.MjModel, qpos: Array) -> float:
     for a, b in zip(*found, strict=True):
         worst = max(worst, float(np.max(np.abs(a - b), initial=0.0) / max(1.0, float(np.max(np.abs(b), initial=0.0)))))
     return worst
-
-
-def _fast_activation(model: mujoco.MjModel) -> Iterator[Symptom]:
-    h, kind = float(model.opt.timestep), mujoco.mjtDyn.mjDYN_FILTER
-    quick = [k for k in range(model.nu) if model.actuator_dyntype[k] == kind and model.actuator_dynprm[k, 0] < h]
-    if quick:
-        names = [name_of(model, "ACTUATOR", k) for k in quick]
-        text = f"the time constant of {listed(names)} is below the timestep {h:g} s: the filter is unstable or does nothing."
-        yield Symptom("fast_activation", "error", text, 'dyntype="filterexact"')
 
 
 def tendons(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
@@ -201,26 +208,12 @@ def friction(model: mujoco.MjModel) -> Iterator[Symptom]:
     names += [name_of(model, "TENDON", k) for k in ropes if model.tendon_solimp_fri[k, 1] < 0.99]
     if names:
         text = (
-            f"the dry friction of {listed(names)} is as soft as MuJoCo's default: what should stick creeps, what should stop "
+            f"the dry friction of {listed(names)} is as soft as MuJoCo makes it by default: what should stick creeps, what should stop "
             "stops late, and the order of RK4 is lost. It has a solref of its own."
         )
         h = float(model.opt.timestep)
         paste = f'<default><joint solreffriction="{2 * h:g} 1" solimpfriction=".9999 .9999 .001 .5 2"/></default>'
-        yield Symptom("soft_friction", "warning", text, paste)
+        yield Symptom("soft_friction", "note", text, paste)
 
 
 HARD_FRICTION = 4.0
-
-
-def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "beyond_range": a joint that starts outside its range is pushed by its stop."""
-    out = []
-    for j in range(model.njnt):
-        single = int(model.jnt_type[j]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-        if model.jnt_limited[j] and single:
-            value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
-            if not low - 1e-9 <= value <= high + 1e-9:
-                out.append(f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})")
-    if out:
-        text = f"the reference pose is outside the range of {listed(out)}: the stop pushes from the first step on"
-        yield Symptom("beyond_range", "error", f"{text}; degrees written as radians look like this, too.")

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model import constraint_jacobian
+from mechlab.engines.mujoco.model_file.spins import local_freedoms
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import Redundancy, null_space
 
@@ -112,6 +113,8 @@ def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
 
 
 POSES, SPREAD = 4, 0.1
+MOST_ENTRIES = 40_000
+"""Rows times coordinates above which only the start pose is examined: each further pose takes many least-squares problems."""
 VOID, SMALL, NEARLY = 1e-12, 1e-8, 1e-3
 """Below VOID a row is zero. With the part that other rows span removed, a unit row below SMALL is rounding (it repeats
 them), below NEARLY it is suspicious."""
@@ -121,7 +124,8 @@ them), below NEARLY it is suspicious."""
 class EngineStructure:
     """nv coordinates; names of the equality rows; rank (largest of several poses) and rank in the reference pose; rows that
     repeat others; rows that nearly do: (row, length of the unit row without the part that others span); residuals
-    (rows,) at the reference."""
+    (rows,) at the reference; spins: bodies that can move without anything else moving, and in how many ways; skipped: what was not
+    examined, and why."""
 
     nv: int
     rows: tuple[str, ...]
@@ -130,6 +134,8 @@ class EngineStructure:
     redundant: tuple[Redundancy, ...]
     nearly: tuple[tuple[str, float], ...]
     gaps: Array
+    spins: tuple[tuple[str, int], ...] = ()
+    skipped: str = ""
 
     @property
     def freedoms(self) -> int:
@@ -143,14 +149,19 @@ def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineS
         rows = EqualityRows(model, qpos)
         gaps, first = rows.at(rows.start)
         names = rows.names()
-        found = [first, *_elsewhere(rows, first, size)]
+        large = first.size > MOST_ENTRIES
+        found = [first] if large else [first, *_elsewhere(rows, first, size)]
     groups = rows.groups
     ranks = [len(_kept(j, groups)[0]) for j in found]
     best = found[int(np.argmax(ranks))]
     keep, nearly = _kept(best, groups)
+    with engine():
+        rows.at(rows.start)
+        spins = () if large else tuple(local_freedoms(rows.model, rows.data, found[-1], size))
+    skipped = f"the {len(names)} constraint rows beyond the start pose: {first.size} entries, above {MOST_ENTRIES}" if large else ""
     return EngineStructure(
-        model.nv, names, max(ranks), ranks[0], _redundant(best, keep, names),
-        tuple((names[i], x) for i, x in nearly), gaps,
+        model.nv, names, max(ranks), ranks[0], () if large else _redundant(best, keep, names),
+        tuple((names[i], x) for i, x in nearly), gaps, spins, skipped,
     )  # fmt: skip
 
 
