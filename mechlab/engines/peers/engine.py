@@ -5,6 +5,7 @@ from __future__ import annotations
 from mechlab.engines.peers.links import PEERS, installed, not_expressible
 from mechlab.engines.peers.process import trace
 from mechlab.engines.protocol import Engine
+from mechlab.errors import install_extra
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import OWN_EQUATIONS, Price
 from mechlab.experiment.recording import Trace
@@ -20,7 +21,7 @@ class Peer(Engine):
 
     def missing(self) -> str:
         """See `Engine`."""
-        return "" if installed(self.name) else f"{self.name} is not installed; pip install 'mechlab[peers]'"
+        return "" if installed(self.name) else f"{self.name} is not installed; {install_extra('peers')}"
 
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from mechlab.errors import unknown
+from mechlab.errors import install_extra, unknown
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism.geometry import Array, frame_along, vector
 from mechlab.mechanism.inertia import Inertia
@@ -140,7 +140,7 @@ def refusal(peer: str, integrator: str, mechanism: Mechanism, scene: Scene) -> s
     Raises MechlabError for an unknown peer or integrator, listing those that exist.
     """
     if not installed(peer):
-        return f"{peer} is not installed; pip install 'mechlab[peers]'"
+        return f"{peer} is not installed; {install_extra('peers')}"
     return not_expressible(peer, integrator, mechanism, scene)
 
 
