@@ -192,7 +192,7 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
     itself after a blow-up; None when there is no such sample. With d the largest distance from the
     reference so far, a step is such a jump when it is longer than RESTART_JUMP d and than twice the usual speed allows, when it
     ends within a tenth of d from the reference, and when the speed is lower after it than before."""
-    home, columns = mechanism.reference(), mechanism._q_columns
+    home, columns = mechanism.reference(), mechanism.q_columns
     if len(t) < 3 or not len(columns) or not np.all(np.isfinite(q)):
         return None
     distance = np.max(np.abs(q - home)[:, columns], axis=1)

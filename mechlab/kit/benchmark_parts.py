@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -98,16 +99,13 @@ def engine_check(
     """
 
     def check(p: Any) -> CheckResult:
-        from mechlab.engines.mujoco import run as run_mujoco
-        from mechlab.engines.pinocchio import run as run_pinocchio
-
         scene = make(p, "full")
         scene = replace(scene, duration=share * scene.duration)
         h = scene.duration / steps
         m = build(p, "full")
         runs = {
-            "mujoco": run_mujoco(m, scene, Settings(timestep=h)),
-            "pinocchio": run_pinocchio(m, scene, Settings(engine="pinocchio", timestep=h)),
+            "mujoco": engine("mujoco").run(m, scene, Settings(timestep=h)),
+            "pinocchio": engine("pinocchio").run(m, scene, Settings(engine="pinocchio", timestep=h)),
         }
         ends = {n: [float(f(p, r)[-1]) for _, f in channels.values()] for n, r in runs.items()}
         truth = reference(p, scene)

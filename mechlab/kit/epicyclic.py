@@ -117,11 +117,8 @@ def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dic
 
 def final_rates(build: Callable[[str], Mechanism], scene: Callable[[str], Scene], member: str) -> dict[str, float]:
     """Rate of a member at the end of the scene [rad/s]: MuJoCo in every fidelity, Pinocchio in the richest."""
-    from mechlab.engines.mujoco import run as run_mujoco
-    from mechlab.engines.pinocchio import run as run_pinocchio
-
-    measured = {f"mujoco {f}": run_mujoco(build(f), scene(f), Settings()) for f in FIDELITIES}
-    measured["pinocchio full"] = run_pinocchio(build("full"), scene("full"), Settings(engine="pinocchio"))
+    measured = {f"mujoco {f}": engine("mujoco").run(build(f), scene(f), Settings()) for f in FIDELITIES}
+    measured["pinocchio full"] = engine("pinocchio").run(build("full"), scene("full"), Settings(engine="pinocchio"))
     return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in measured.items()}
 
 

@@ -24,6 +24,7 @@ from mechlab.catalog.class4_linkage.geometry import (
     start_angle,
 )
 from mechlab.catalog.class4_linkage.questions import QUESTION
+from mechlab.engines.protocol import engine
 from mechlab.experiment.energy import kinetic_energy
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
@@ -142,11 +143,9 @@ def _witnesses(p: Class4Parameters) -> CheckResult:
 
 
 def _free_run(p: Class4Parameters) -> CheckResult:
-    from mechlab.engines.mujoco import run
-
     m = build(PRINTED, "minimal")
     scene = replace(free(PRINTED, "minimal"), duration=5.0)
-    found = run(m, scene, Settings())
+    found = engine("mujoco").run(m, scene, Settings())
     kinetic = kinetic_energy(m, found.q[:1], found.v[:1])[0]
     angle, rate = found.channel("crank_angle"), found.channel("crank_angle_rate")
     worst = 0.0
@@ -168,11 +167,9 @@ def _free_run(p: Class4Parameters) -> CheckResult:
 
 
 def _torn(p: Class4Parameters) -> CheckResult:
-    from mechlab.engines.mujoco import run
-
     short = replace(PRINTED, BC=0.27)
     scene = fold(short, "minimal")
-    found = run(build(short, "minimal"), scene, scene.settings)
+    found = engine("mujoco").run(build(short, "minimal"), scene, scene.settings)
     stopped = any(f.name == "loop_open" and f.severity == "error" for f in found.health.findings)
     turn = float(found.channel("crank_angle")[-1]) > -np.pi / 2
     return CheckResult(

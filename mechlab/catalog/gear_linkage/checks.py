@@ -23,6 +23,7 @@ from mechlab.catalog.gear_linkage.build import (
     reference,
 )
 from mechlab.catalog.gear_linkage.questions import MOTION
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
@@ -216,15 +217,13 @@ def _mass(p: Parameters) -> CheckResult:
 
 
 def _driven(p: Parameters) -> CheckResult:
-    from mechlab.engines.mujoco import run
-
     measured = {}
     for name, settings in (
         ("RK4, 1 ms", Settings()),
         ("implicitfast, 0.1 ms", Settings(integrator="implicitfast", timestep=1e-4)),
     ):
         scene = replace(constant_crank(replace(p, speed=1.0), "minimal"), duration=3.7)
-        recording = run(build(p, "minimal"), scene, settings)
+        recording = engine("mujoco").run(build(p, "minimal"), scene, settings)
         truth = closed_form.motion(p.linkage, recording.channel("crank_angle")).output_angle
         measured[name] = float(np.max(np.abs(recording.channel("output_angle") - truth)))
     return CheckResult(
@@ -233,16 +232,13 @@ def _driven(p: Parameters) -> CheckResult:
 
 
 def _free(p: Parameters) -> CheckResult:
-    from mechlab.engines.mujoco import run as run_mujoco
-    from mechlab.engines.pinocchio import run as run_pinocchio
-
     p = replace(p, speed=1.0)
     scene = free_spin(p, "minimal")
     expected = reference(p, scene).channel("output_angle")[-1]
-    m = build(p, "minimal")
+    m, smooth = build(p, "minimal"), Settings(engine="pinocchio", timestep=4e-3)
     measured = {
-        "mujoco": run_mujoco(m, scene, scene.settings).channel("output_angle")[-1],
-        "pinocchio": run_pinocchio(m, scene, Settings(engine="pinocchio", timestep=4e-3)).channel("output_angle")[-1],
+        "mujoco": engine("mujoco").run(m, scene, scene.settings).channel("output_angle")[-1],
+        "pinocchio": engine("pinocchio").run(m, scene, smooth).channel("output_angle")[-1],
     }
     # Softness of MuJoCo's rows at 1 ms: phase 1.3e-5 rad after 18 rad, for the masses of the default parameters.
     return CheckResult(
@@ -251,13 +247,11 @@ def _free(p: Parameters) -> CheckResult:
 
 
 def _mode(p: Parameters) -> CheckResult:
-    from mechlab.engines.mujoco import run
-
     near = Parameters(**NEAR_CHANGE_POINT, mode=p.mode)
     scene = near_change_point(near, "minimal")
     measured = []
     for settings in (scene.settings, replace(scene.settings, integrator="RK4", timestep=2e-4)):
-        recording = run(build(near, "minimal"), replace(scene, duration=4.0), settings)
+        recording = engine("mujoco").run(build(near, "minimal"), replace(scene, duration=4.0), settings)
         chi, psi = recording.channel("rocker_angle"), recording.channel("coupler_angle")
         # sin(rocker - coupler) has the sign of the mode; only the last sample may have lost it.
         wrong = np.count_nonzero(near.mode * np.sin(chi - psi)[:-1] < 0.0)

@@ -8,7 +8,7 @@ from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.prosthetic_leg.build import LEG, Parameters, mechanism, tree
 from mechlab.catalog.prosthetic_leg.questions import answers
 from mechlab.catalog.prosthetic_leg.scenes import SWING_TIME
-from mechlab.engines.pinocchio import PinPlant
+from mechlab.engines.protocol import engine
 from mechlab.kit.claims import Evidence, Ledger, above, below, evidence, factor, fails, holds, near, only_if
 from mechlab.mechanism.geometry import Array
 
@@ -59,7 +59,7 @@ def same_formulas() -> Evidence:
     p = Parameters()
     q, v = np.full(6, 0.2), np.linspace(-1.0, 2.0, 6)
     h = tm.bias_force(tree(p), q, v) - tm.gravity_force(tree(p), q) - tm.elastic_force(tree(p), q, v)
-    plant = PinPlant(mechanism(p, LEG), q, v)
+    plant = engine("pinocchio").plant(mechanism(p, LEG)).set(q, v)
     return evidence({
         "M: own - pinocchio": float(np.max(np.abs(tm.mass_matrix(tree(p), q) - plant.mass_matrix()))),
         "h: own - pinocchio": float(np.max(np.abs(h - plant.bias())) / np.max(np.abs(h))),

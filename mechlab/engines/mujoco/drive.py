@@ -16,6 +16,7 @@ from mechlab.experiment.acting import held_drives
 from mechlab.experiment.law_states import LawStates
 from mechlab.experiment.laws import AppliedForce, DcMotor, Law, Servo
 from mechlab.experiment.prices import CALLBACK, price_of_laws
+from mechlab.experiment.scene import Settings
 from mechlab.integrate import count_work
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -152,6 +153,25 @@ def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:
             model.actuator_biasprm[k, :3] = law.stiffness * offset, -law.stiffness, -law.damping
         elif isinstance(law, Servo):
             model.actuator_damping[k] = law.damping
+
+
+RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
+
+
+def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
+    """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
+    model, data = to_mujoco(mechanism, settings)
+    map_ = MujocoMap(mechanism, model)
+    engage(map_, laws)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model, data, map_
+
+
+def put_start(data: mujoco.MjData, map_: MujocoMap, q: Array, v: Array) -> None:
+    """Put the start of a run, q (nq,) and v (nv,), into the data; the solver remembers nothing."""
+    data.qpos[:] = map_.engine_coordinates(q)
+    data.qvel[:] = map_.engine_rates(data.qpos, v)
+    data.qacc_warmstart[:] = 0.0
 
 
 def motor_states(mechanism: Mechanism, control: float, rates: Array, currents: Array) -> tuple[Array, Array, Array]:

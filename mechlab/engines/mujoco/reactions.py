@@ -18,8 +18,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.mujoco.closure import ExactDynamics
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
-from mechlab.engines.mujoco.plant import ExactDynamics
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.formats.mjcf.write_loops import axis_name, axis_site_names, connector_name, site_names
 from mechlab.mechanism.geometry import Array, cross

@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, engage
+from mechlab.engines.mujoco.drive import Driver, put_start, run_model
 from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch, health, masses_finding
-from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
+from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.reactions import Reactions
 from mechlab.engines.mujoco.stepping import advance, grid
@@ -50,13 +50,8 @@ def run(
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
     steps = grid(scene.duration, chosen.timestep, sample_times)
     q, v = initial_state(mechanism, scene)
-    model, data = to_mujoco(mechanism, chosen)
-    map_ = MujocoMap(mechanism, model)
-    engage(map_, scene.laws)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    data.qpos[:] = map_.engine_coordinates(q)
-    data.qvel[:] = map_.engine_rates(data.qpos, v)
-    data.qacc_warmstart[:] = 0.0
+    model, data, map_ = run_model(mechanism, chosen, scene.laws)
+    put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = _Samples(mechanism, model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
     with controlled(data, driver) if scene.laws and not driver.at_once else engine():

@@ -10,17 +10,16 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
-from mechlab.engines.pinocchio.equations import Equations
+from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
 from mechlab.engines.pinocchio.inverse import Solved, assemble
-from mechlab.engines.pinocchio.jacobians import accelerations_of, rates
 from mechlab.engines.pinocchio.kinematics import frame_motion
-from mechlab.engines.pinocchio.linearise import PinSmallMotions
+from mechlab.engines.pinocchio.quantities import accelerations_of, rates
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
 from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, EQUATIONS, Price
-from mechlab.experiment.recording import Recording, Trace
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -32,15 +31,14 @@ class Pinocchio(Engine):
     name = "pinocchio"
     fixed_steps = ("RK4", "semi_implicit_Euler")
 
-    def versions(self) -> dict[str, str]:
-        """See `Engine`."""
-        return versions()
-
-    def run(
-        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
-    ) -> Recording:
-        """See `mechlab.engines.pinocchio.runner.run`."""
-        return run(mechanism, scene, settings, times)
+    versions = staticmethod(versions)
+    run = staticmethod(run)
+    plant = staticmethod(PinPlant)
+    equations = staticmethod(Equations)
+    small_motions = staticmethod(PinSmallMotions)
+    rates = staticmethod(rates)
+    accelerations_of = staticmethod(accelerations_of)
+    frame_motion = staticmethod(frame_motion)
 
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
@@ -67,18 +65,6 @@ class Pinocchio(Engine):
         """The price of Pinocchio's constrained dynamics where it fits, else of the factored equations."""
         return CONSTRAINED if fits(mechanism, laws) else EQUATIONS
 
-    def plant(self, mechanism: Mechanism) -> PinPlant:
-        """The mechanism in its reference pose at rest."""
-        return PinPlant(mechanism)
-
-    def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Equations:
-        """See `mechlab.engines.pinocchio.equations`."""
-        return Equations(mechanism, laws, h)
-
-    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> PinSmallMotions:
-        """See `mechlab.engines.pinocchio.linearise`."""
-        return PinSmallMotions(mechanism, laws)
-
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) by the factored equations; of a tree without shafts by the articulated-body algorithm (pin.aba)."""
         plant = PinPlant(mechanism, q, v)
@@ -93,20 +79,6 @@ class Pinocchio(Engine):
     ) -> Solved:
         """See `mechlab.engines.pinocchio.inverse.assemble`."""
         return assemble(mechanism, given, start=start, steps=steps)
-
-    def rates(self, mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
-        """See `mechlab.engines.pinocchio.jacobians.rates`."""
-        return rates(mechanism, q, given)
-
-    def accelerations_of(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
-        """See `mechlab.engines.pinocchio.jacobians.accelerations_of`."""
-        return accelerations_of(mechanism, q, v, given)
-
-    def frame_motion(
-        self, mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
-    ) -> tuple[Array, Array, Array]:
-        """See `mechlab.engines.pinocchio.kinematics.frame_motion`."""
-        return frame_motion(mechanism, frame, q, v, a)
 
 
 ENGINES = {"pinocchio": Pinocchio()}

@@ -52,7 +52,7 @@ def run(
     mechanism: Mechanism,
     scene: Scene,
     settings: Settings | None = None,
-    sample_times: ArrayLike | None = None,
+    times: ArrayLike | None = None,
     *,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
@@ -66,7 +66,7 @@ def run(
     settings = settings or Settings(engine="pinocchio")
     if settings.integrator not in PINOCCHIO_INTEGRATORS:
         raise unknown("integrator of pinocchio", settings.integrator, PINOCCHIO_INTEGRATORS)
-    times = sample_grid(scene.duration, settings.timestep, sample_times)
+    times = sample_grid(scene.duration, settings.timestep, times)
     q, v = initial_state(mechanism, scene)
     motion = Equations(mechanism, scene.laws, settings.timestep)
     began = time.thread_time()

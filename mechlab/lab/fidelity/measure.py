@@ -11,9 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import Recording, basic_channels
@@ -72,9 +74,7 @@ def thinned(run: Recording) -> Recording:
 def closed(run: Recording) -> tuple[Recording, float]:
     """The run with every pose closed again, its basic channels from them; and the largest correction [rad or m]."""
     m = run.mechanism
-    from mechlab.engines.pinocchio import PinPlant
-
-    plant = PinPlant(m)
+    plant: Any = engine("pinocchio").plant(m)
     if not len(plant.constraints):
         return run, 0.0
     q, slip = run.q.copy(), 0.0
@@ -196,9 +196,7 @@ def _same_state(small: Mechanism, rich: Mechanism, common: list[str], q: Array, 
 
 
 def _accelerations(m: Mechanism, scene: Scene, q: Array, v: Array) -> Array:
-    from mechlab.engines.pinocchio import PinPlant
-
-    plant = PinPlant(m, q, v)
+    plant: Any = engine("pinocchio").plant(m).set(q, v)
     force = applied_force(m, scene.laws, 0.0, plant)[0] + plant.passive.friction_force(v, FRICTION_WIDTH)
     found = plant.accelerations(force)[0]
     if not np.all(np.isfinite(found)):

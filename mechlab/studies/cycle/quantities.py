@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -35,9 +36,9 @@ class ReactionTable:
 def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array) -> ReactionTable:
     """Force of the drive and the wrenches of loops (on body b) and joints (on the body from its parent, about the
     joint), world axes, of the motion q (n, nq), v (n, nv) under the constant load (nv,)."""
-    from mechlab.engines.pinocchio import PinPlant, inverse_dynamics
+    plant: Any = engine("pinocchio").plant(m)
+    from mechlab.engines.pinocchio.reactions import inverse_dynamics  # after the engine: it may not be installed
 
-    plant = PinPlant(m)
     names = [x.name for x in m.loops] + [j.name for j in m.joints]
     forces = {n: np.zeros((len(q), 6)) for n in names}
     loads: dict[str, Array] = {r.name: np.zeros(len(q)) for r in m.relations}
@@ -168,11 +169,9 @@ def transmission(
     alone (no mass, no weight). In a four-bar it is the angle between coupler and rocker. NaN where the loop carries no
     force or its point does not move.
     """
-    engine("pinocchio")  # raises EngineMissing where it is not installed
-    from mechlab.engines.pinocchio import PinPlant
-    from mechlab.engines.pinocchio.reactions import loop_wrenches
+    plant: Any = engine("pinocchio").plant(m)
+    from mechlab.engines.pinocchio.reactions import loop_wrenches  # after the engine: it may not be installed
 
-    plant = PinPlant(m)
     pins = [x for x in m.loops if x.kind in POINT_LOOPS]
     angles = {x.name: np.full(len(poses), np.nan) for x in pins}
     ratio = np.array([float(m.row(output) @ p.u) for p in poses])

@@ -7,7 +7,7 @@ import pytest
 
 from mechlab.catalog.closed_differential import scenes
 from mechlab.catalog.closed_differential.build import Parameters, build
-from mechlab.engines.mujoco import run
+from mechlab.engines.mujoco.runner import run
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import AppliedForce, Constant, applied_force
