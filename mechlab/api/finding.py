@@ -7,6 +7,7 @@ import inspect
 import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from mechlab.values import Range, Value
 
 if TYPE_CHECKING:
     from mechlab.experiment.entry import Entry
+    from mechlab.experiment.model_file import ModelFile
     from mechlab.lab.design import Design
     from mechlab.mechanism import Mechanism
 
@@ -55,6 +57,7 @@ def find(source: Source) -> Entry:
     """The entry behind a source; see `load`."""
     from mechlab import catalog
     from mechlab.experiment.entry import Entry
+    from mechlab.experiment.model_file import LeftOutWarning
     from mechlab.lab.design import Design, entry_of, entry_of_function
     from mechlab.mechanism import Mechanism
 
@@ -74,7 +77,10 @@ def find(source: Source) -> Entry:
         return _from_python(Path(path), function)
     suffix = Path(text).suffix.lower()
     if suffix in MODEL_FILES:
-        return entry_of(_from_file(Path(text), suffix))
+        file = read_file(Path(text))
+        if file.remarks:
+            warnings.warn(LeftOutWarning(file), stacklevel=2)
+        return entry_of(file.mechanism, file)
     raise unknown("mechanism", text, [*catalog.NAMES, "FILE.py:FUNCTION", *(f"FILE{s}" for s in MODEL_FILES)])
 
 
@@ -103,12 +109,14 @@ def _read(path: Path) -> str:
         raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
 
 
-def _from_file(path: Path, suffix: str) -> Mechanism:
+def read_file(path: Path) -> ModelFile:
+    """A .json, .xml (MJCF) or .urdf file as it was read; raises MechlabError that names the file."""
+    from mechlab.experiment.model_file import ModelFile
     from mechlab.formats import from_json, from_mjcf, from_urdf
 
-    reader = {".json": from_json, ".xml": from_mjcf, ".urdf": from_urdf}[suffix]
+    kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf), ".urdf": ("URDF", from_urdf)}[path.suffix.lower()]
     try:
-        return reader(_read(path))
+        return ModelFile(path, kind, reader(_read(path)))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
 

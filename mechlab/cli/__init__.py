@@ -163,12 +163,17 @@ class _Call:
                 return route.function(*positional, **keywords, **more, progress=progress)
 
         if not self.as_json:
-            result = call()
+            with output.files_read() as files:
+                result = call()
             output.write_result(result.text())
+            for file in files:
+                output.write(f"\n{file.name}, what of it was read:\n" + "\n".join(f"  {remark}" for remark in file.remarks))
             return self.finish(result.exit_code, result.to_dict() if result.exit_code else {})
-        with output.stdout_kept_clean():
+        with output.stdout_kept_clean(), output.files_read() as files:
             result = call()
             document = output.envelope(self.verb, self.names, self.values) | result.to_dict()
+        for file in files:
+            document |= {"left_out": [x.to_dict() for x in file.left_out], "reading": list(file.notes)}
         output.write(output.encode(document | {"exit_code": result.exit_code}))
         return self.finish(result.exit_code, document)
 

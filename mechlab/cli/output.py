@@ -7,15 +7,19 @@ import json
 import math
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechlab.cli.terminal import fitted, width_of_stdout
 from mechlab.errors import MechlabError
 from mechlab.values import Range, Written
+
+if TYPE_CHECKING:
+    from mechlab.experiment.model_file import ModelFile
 
 SCHEMA = 1
 PACKAGES = ("mechlab", "numpy", "scipy", "mujoco", "pin")
@@ -132,6 +136,28 @@ def stdout_kept_clean() -> Iterator[None]:
             os.dup2(2, 1)  # native code writes to the descriptor, not to sys.stdout
             stack.callback(os.dup2, saved, 1)
         yield
+
+
+@contextlib.contextmanager
+def files_read() -> Iterator[list[ModelFile]]:
+    """The model files that are loaded in this block and were not read whole, each once; other warnings go their usual way."""
+    from mechlab.experiment.model_file import LeftOutWarning
+
+    files: dict[Path | None, ModelFile] = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", LeftOutWarning)
+        usual = warnings.showwarning
+
+        def show(message: Warning | str, *rest: Any) -> None:
+            if isinstance(message, LeftOutWarning):
+                files.setdefault(message.file.path, message.file)
+                found[:] = files.values()
+            else:
+                usual(message, *rest)
+
+        found: list[ModelFile] = []
+        warnings.showwarning = show  # type: ignore[assignment]
+        yield found
 
 
 def package_version(package: str) -> str | None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
+from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.question import Question
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -162,6 +163,7 @@ class Entry:
     figure(path) draws the verdicts on the claims, in the format of the suffix.
     portraits: kind -> function(parameters, given) -> `mechlab.kit.portrait.Portrait`; given: numbers or arrays by name.
     sliders: up to two parameters (lengths) that the page of explore mode can change.
+    file: the model file of somebody's own that the mechanism was read from.
     workspace: the region of reachable poses; without it, a workspace is found by asking a question at every node.
     """
 
@@ -189,3 +191,4 @@ class Entry:
     chain: str = ""
     formulas: str = ""
     sources: tuple[str, ...] = ()
+    file: ModelFile | None = None

@@ -16,6 +16,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import acting, drive_law
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
+from mechlab.experiment.model_file import LeftOut, ModelFile
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units, parameter
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import ConstraintSet, Mechanism
@@ -50,6 +51,11 @@ class Design(Shown):
     def warnings(self) -> tuple[str, ...]:
         """Sentences on doubtful parameters."""
         return self.entry.warnings(self.parameters) if self.entry.warnings else ()
+
+    @property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """What of the model file the mechanism does not hold; empty without a file."""
+        return self.entry.file.left_out if self.entry.file else ()
 
     def fidelity(self, fidelity: str | None = None) -> str:
         """The fidelity asked for, or the default one; raises MechlabError that lists them."""
@@ -241,9 +247,11 @@ class NoParameters:
     """A bare Mechanism has no parameters."""
 
 
-def entry_of(mechanism: Mechanism) -> Entry:
-    """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`."""
+def entry_of(mechanism: Mechanism, file: ModelFile | None = None) -> Entry:
+    """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`. file: that it was
+    read from."""
     made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary)
+    made = replace(made, file=file)
     if holding(mechanism):
         return made
     return replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)

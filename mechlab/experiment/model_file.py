@@ -1,0 +1,72 @@
+"""A model file of somebody's own, as it was read: its mechanism, what of it the mechanism does not hold, what was decided in
+reading.
+
+What is left out is said by name: every verb prints it, its JSON lists it (`left_out`, `reading`), and Python gets one
+`LeftOutWarning` when the file is loaded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechlab.mechanism.model import Mechanism
+
+SHOWN = 4
+"""Largest number of names written out in a sentence; the others are counted."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Elements of a file that its Mechanism does not hold. what: their kind, as the file's format calls it ("contact", "mesh",
+    "sensor"); names: of the elements, or where they stand; why: half a sentence; kept: they still act in a run of the file as
+    it is, or are drawn."""
+
+    what: str
+    names: tuple[str, ...]
+    why: str = ""
+    kept: bool = False
+
+    @property
+    def sentence(self) -> str:
+        """ "3 contacts (a, b, c): why"."""
+        count = len(self.names)
+        names = ", ".join(self.names[:SHOWN]) + (f" and {count - SHOWN} more" if count > SHOWN else "")
+        kept = "; kept in a run of the file as it is" if self.kept else ""
+        return f"{count} x {self.what} ({names})" + (f": {self.why}" if self.why else "") + kept
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form."""
+        return {"what": self.what, "names": list(self.names), "why": self.why, "kept": self.kept}
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A model file: its path (None for a text), kind ("MJCF", "URDF"), mechanism, what is left out of it, and `notes`, sentences
+    on what was decided in reading: a loop that was closed and by how much, the branch that was taken, a name that was changed.
+    """
+
+    path: Path | None
+    kind: str
+    mechanism: Mechanism
+    left_out: tuple[LeftOut, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the file, or of the mechanism of a text."""
+        return self.path.name if self.path else self.mechanism.name
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is left out and what was decided, a sentence each; empty for a file that was read whole."""
+        return (*(f"left out: {x.sentence}" for x in self.left_out), *self.notes)
+
+
+class LeftOutWarning(UserWarning):
+    """A file was read, but not everything in it; `file` says what."""
+
+    def __init__(self, file: ModelFile) -> None:
+        super().__init__(f"{file.name}: {'; '.join(file.remarks)}")
+        self.file = file
