@@ -13,8 +13,7 @@ from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
-from mechlab.experiment.law_states import LawStates
-from mechlab.experiment.laws import AppliedForce, DcMotor, Law, Servo
+from mechlab.experiment.laws import AppliedForce, DcMotor, Law, LawStates, Servo
 from mechlab.experiment.prices import CALLBACK, price_of_laws
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import count_work
@@ -29,7 +28,7 @@ class Driver:
 
     `forces`: joint or shaft -> force of all laws on it, at the last evaluation. `work` [J] is integrated with the
     weights of the method: the four stages of RK4, or the trapezoidal rule for the methods of one evaluation a step.
-    States of laws (`mechlab.experiment.law_states`) are integrated here: with the stages of RK4, which keeps its order (an
+    States of laws (`mechlab.experiment.laws.LawStates`) are integrated here: with the stages of RK4, which keeps its order (an
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
 
     Declared drives that `engage` gave to actuators are applied by the engine, whose implicit methods take them

@@ -9,7 +9,8 @@ from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.runner import run, versions
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
-from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
+from mechlab.engines.protocol import Engine
+from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import MUJOCO, Price
 from mechlab.experiment.recording import Recording, Trace

@@ -18,7 +18,7 @@ from mechlab.engines.mujoco.reactions import Reactions
 from mechlab.engines.mujoco.stepping import advance, grid
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.findings import ModeWatch
-from mechlab.experiment.recording import Cost, Health, Recording, basic_channels
+from mechlab.experiment.recording import Cost, Health, Recording, run_channels
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings, initial_state
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -130,15 +130,7 @@ class _Samples:
 
     def channels(self, mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
         """All channels of the run, with units."""
-        channels, units = basic_channels(mechanism, q, v)
-        a = np.array(self._a)
-        for name in mechanism.scalar_names:
-            channels[f"{name}_accel"] = a @ mechanism.row(name)
-            units[f"{name}_accel"] = f"{units[name]}/s2"
-        slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
-        for name, values in self.forces.items():
-            channels[f"{name}_force"] = values
-            units[f"{name}_force"] = "N" if name in slides else "N m"
+        channels, units = run_channels(mechanism, q, v, np.array(self._a), self.forces)
         if self.reactions.names:
             load = np.array(self._load)
             channels |= {name: load[:, k] for k, name in enumerate(self.reactions.names)}

@@ -16,7 +16,8 @@ from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.quantities import accelerations_of, rates
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
-from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
+from mechlab.engines.protocol import Engine
+from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, EQUATIONS, Price
 from mechlab.experiment.recording import Trace

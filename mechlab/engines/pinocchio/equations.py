@@ -15,10 +15,9 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.reactions import channels
-from mechlab.engines.protocol import BlowUp, Instant
+from mechlab.engines.state import BlowUp, Instant
 from mechlab.errors import MechlabError
-from mechlab.experiment.law_states import LawStates
-from mechlab.experiment.laws import AppliedForce, Law, applied_force
+from mechlab.experiment.laws import AppliedForce, Law, LawStates, applied_force
 from mechlab.experiment.prices import EQUATIONS, price_of_laws
 from mechlab.integrate import count_work
 from mechlab.mechanism.constraints import ConstraintSet

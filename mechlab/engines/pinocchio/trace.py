@@ -24,7 +24,7 @@ import pinocchio as pin
 from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.model import PinModel, build
 from mechlab.engines.pinocchio.runner import run
-from mechlab.engines.protocol import BlowUp
+from mechlab.engines.state import BlowUp
 from mechlab.errors import unknown
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, price_of_laws

@@ -10,8 +10,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from mechlab.engines.protocol import is_rough, why_no_smooth_tree
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.lab.accuracy.check import CheckRunner, MethodCheck
 from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
 from mechlab.lab.accuracy.refinement import RefinedMethod
