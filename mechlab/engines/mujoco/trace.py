@@ -23,6 +23,7 @@ from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate import count_work, integrate_lsoda
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import unit_quaternions
 from mechlab.mechanism.model import Mechanism
 
 
@@ -191,8 +192,4 @@ def extrapolated(mechanism: Mechanism, scene: Scene, settings: Settings, outputs
     if not (coarse.complete and fine.complete):
         return replace(fine, cpu_s=spent, steps=steps, reason=fine.reason or coarse.reason)
     q, v = 2.0 * fine.q - coarse.q, 2.0 * fine.v - coarse.v
-    for joint in mechanism.joints:
-        if joint.kind == "spherical":
-            s = mechanism.q_slice[joint.name]
-            q[:, s] /= np.linalg.norm(q[:, s], axis=1, keepdims=True)
-    return Trace(q, v, spent, steps)
+    return Trace(unit_quaternions(mechanism, q), v, spent, steps)

@@ -35,6 +35,7 @@ from mechlab.integrate import RK4, count_work, integrate_adaptive, integrate_fix
 from mechlab.integrate.one_freedom import PathTable, Terms, acceleration, right_side
 from mechlab.mechanism import Joint, Mechanism, Shaft, TreeKinematics
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import unit_quaternions
 from mechlab.mechanism.statics import passive_force
 from mechlab.mechanism.structure import structure
 
@@ -234,10 +235,7 @@ def _recording(
         power[k] = terms.power
         standing[k], rubbing[k] = model.standing(u, w, a[k], terms.inertia)
         forces.append(model.forces)
-    for joint in m.joints:
-        if joint.kind == "spherical":
-            s = m.q_slice[joint.name]
-            q[:, s] /= np.linalg.norm(q[:, s], axis=1, keepdims=True)
+    q = unit_quaternions(m, q)
     acting = over_samples(forces)
     channels, units = run_channels(m, q, v, a, acting)
     findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2], laws=scene.laws)]

@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
+from mechlab.engines.pinocchio.friction_trace import trace_friction
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.quantities import accelerations_of, rates
 from mechlab.engines.pinocchio.runner import run, versions
-from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
+from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
