@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
@@ -54,6 +56,13 @@ def table(headers: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     ]
     lines += ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in cells]
     return "\n".join(lines)
+
+
+def csv_text(rows: Iterable[Sequence[Any]], line_end: str = "\n") -> str:
+    """Rows as comma-separated values, one a line; cells with commas or quotes are quoted."""
+    out = io.StringIO(newline="")
+    csv.writer(out, lineterminator=line_end).writerows(rows)
+    return out.getvalue()
 
 
 def markdown(headers: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:

@@ -20,8 +20,7 @@ from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
 from mechlab.studies.modes.result import ModesResult
 from mechlab.studies.workspace.plan import WorkspacePlan
-from mechlab.studies.workspace.result import WorkspaceResult
-from mechlab.studies.workspace.study import WorkspaceSurface, surface
+from mechlab.studies.workspace.study import WorkspaceResult, WorkspaceSurface, surface
 from mechlab.studies.workspace.survey import survey
 from mechlab.viewer import Part, Story, story_to_html, write_page
 from mechlab.viewer.explore import BorderSurface, border

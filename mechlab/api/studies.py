@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from mechlab.studies.sweep.result import SweepResult
     from mechlab.studies.synthesis import SynthesisResult
     from mechlab.studies.workspace.plan import WorkspacePlan
-    from mechlab.studies.workspace.result import WorkspaceResult
+    from mechlab.studies.workspace.study import WorkspaceResult
 
 LISTS = ("numbers", "integers")
 """Kinds of parameters that are lists themselves: a list of values is one of them, and no range."""

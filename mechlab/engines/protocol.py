@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.state import EngineState
+from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
 from mechlab.experiment.prices import Price
@@ -139,6 +139,17 @@ class Engine:
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) accelerations under the generalised force (nv,) by the engine's own forward dynamics."""
         raise self._refusal("answers for no single state")
+
+    def motion_forces(
+        self, mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
+    ) -> MotionForces:
+        """What the drive (a joint or shaft) needs for its acceleration [rad/s2 or m/s2] at states q (n, nq), v (n, nv) under
+        the constant load (nv,), and the reactions. Raises NoSolution where the drive cannot make the motion."""
+        raise self._refusal("answers for no reactions")
+
+    def loop_loads(self, mechanism: Mechanism, q: Array, v: Array, force: Array) -> LoopLoads:
+        """What the loops carry where they alone balance the generalised forces (n, nv), at states q (n, nq), v (n, nv)."""
+        raise self._refusal("answers for no reactions")
 
     def assemble(
         self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10

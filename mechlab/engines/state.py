@@ -1,4 +1,8 @@
-"""What an engine computes of a mechanism at one state, and how it says that a motion cannot go on."""
+"""What engines answer: a mechanism at one state, the equations of motion at one instant, how a motion cannot go on; and over n
+states what a given motion of one drive needs, and what static loads put on the loops.
+
+All vectors are in world axes. A wrench (6,) is a force [N], then a moment [N m].
+"""
 
 from __future__ import annotations
 
@@ -73,3 +77,27 @@ class EngineState:
         """(12 bodies + 3 frames,) rotations and origins of all bodies, then the points of all frames, as one row of numbers."""
         turned = [[*np.ravel(r), *p] for r, p in self.poses.values()]
         return np.concatenate([np.ravel(turned), np.ravel(list(self.points.values()))])
+
+
+@dataclass(frozen=True)
+class MotionForces:
+    """Inverse dynamics at n states.
+
+    drive (n,): force of the drive [N or N m]. loops: loop -> (n, 6) wrench on its body b, about frame b. joints: joint ->
+    (n, 6) wrench on its body from the parent, about the joint; for a body with several joints an engine may give the last
+    alone. relations: relation -> (n,) reaction, as the torque on the joint of coefficient 1; empty where it is not read.
+    """
+
+    drive: Array
+    loops: Mapping[str, Array]
+    joints: Mapping[str, Array]
+    relations: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class LoopLoads:
+    """Forces that loops carry under static loads, without mass and weight, at n states. force: loop -> (n, 3) force on
+    its body b at the loop [N]; velocity: loop -> (n, 3) velocity of the point of body b there [m/s]."""
+
+    force: Mapping[str, Array]
+    velocity: Mapping[str, Array]

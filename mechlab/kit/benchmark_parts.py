@@ -103,10 +103,7 @@ def engine_check(
         scene = replace(scene, duration=share * scene.duration)
         h = scene.duration / steps
         m = build(p, "full")
-        runs = {
-            "mujoco": engine("mujoco").run(m, scene, Settings(timestep=h)),
-            "pinocchio": engine("pinocchio").run(m, scene, Settings(engine="pinocchio", timestep=h)),
-        }
+        runs = {e: engine(e).run(m, scene, Settings(engine=e, timestep=h)) for e in ("mujoco", "pinocchio")}
         ends = {n: [float(f(p, r)[-1]) for _, f in channels.values()] for n, r in runs.items()}
         truth = reference(p, scene)
         expected = [float(f(p, truth)[-1]) for _, f in channels.values()]

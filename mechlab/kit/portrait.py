@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.errors import MechlabError, Untrustworthy
+from mechlab.errors import MechlabError, Untrustworthy, unknown
 from mechlab.files import unfinished, whole_folder
 from mechlab.integrate import RK4, integrate_fixed
 from mechlab.mechanism.geometry import Array
@@ -93,6 +93,14 @@ def grid(axes: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """Every combination of the values on the axes: name -> (points,)."""
     meshes = np.meshgrid(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in axes.values()), indexing="ij")
     return {name: m.ravel() for name, m in zip(axes, meshes, strict=True)}
+
+
+def options(given: Mapping[str, Any], **known: Any) -> dict[str, Any]:
+    """The known quantities with the values that were given; raises MechlabError for another, listing them."""
+    for key in given:
+        if key not in known:
+            raise unknown("portrait: quantity", key, known)
+    return known | dict(given)
 
 
 def draw(portrait: Portrait, path: Path) -> Path:

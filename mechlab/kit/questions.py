@@ -1,8 +1,9 @@
-"""Witnesses of the engines by a table of names, and the answer of a closed form that does not assemble."""
+"""Witnesses of the engines by a table of names, arrays of named quantities, and the answer of a closed form that does not
+assemble."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,16 @@ RATES = ("", "_rate", "_accel")
 def both_spellings(values: Mapping[str, Any]) -> dict[str, Any]:
     """The values, with X_angle_rate also as X_rate, and X_angle_accel also as X_accel."""
     return {**values, **{k.replace("_angle_", "_"): v for k, v in values.items() if "_angle_" in k}}
+
+
+def stacked(given: Mapping[str, Any], names: Sequence[str]) -> Array:
+    """(..., names) the given values, 0 where there is none."""
+    return np.stack(np.broadcast_arrays(*(np.asarray(given.get(n, 0.0), dtype=float) for n in names)), axis=-1)
+
+
+def by_name(names: Sequence[str], values: Array) -> dict[str, Array]:
+    """Name -> its values (...), from values (..., names)."""
+    return {name: values[..., k] for k, name in enumerate(names)}
 
 
 Start = Callable[[Any, Mechanism, Mapping[str, Any]], Array | None]

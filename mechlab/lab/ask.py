@@ -67,10 +67,10 @@ def in_si(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values of keys that are no parameters: text is read; raises MechlabError for a unit that does not fit its key."""
     if not any(has_unit(v) or isinstance(v, str) for v in values.values()):
         return dict(values)
-    return checked(values, entry_units(design.entry, [_asked_mechanism(design)]))
+    return checked(values, entry_units(design.entry, [asked_mechanism(design)]))
 
 
-def _asked_mechanism(design: Design) -> Mechanism:
+def asked_mechanism(design: Design) -> Mechanism:
     """The mechanism of the generic question."""
     return design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
 
@@ -78,7 +78,7 @@ def _asked_mechanism(design: Design) -> Mechanism:
 def _length(design: Design) -> float:
     """Size of the mechanism [m]; 1 m where these parameters make no mechanism, which the witnesses then report."""
     try:
-        return _asked_mechanism(design).length_scale
+        return asked_mechanism(design).length_scale
     except MechlabError:
         return 1.0
 
@@ -141,7 +141,7 @@ def _plain(answer: Answer) -> Answer:
 
 def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     """The question every Mechanism answers: joint, shaft and frame names, with rates and accelerations."""
-    m = _asked_mechanism(design)
+    m = asked_mechanism(design)
     known = set(quantities(m))
     strange = sorted(set(values) - known)
     if strange:

@@ -203,16 +203,15 @@ def test_doubtful_and_bad_parameters() -> None:
 
 def test_teeth_stand_in_gaps() -> None:
     """Phases of every planet against its sun and ring: half a pitch apart at the pitch points, also for odd numbers."""
-    from mechlab.catalog.closed_differential.build import _ring_phase, _teeth, azimuth
     from mechlab.shapes import external_phase, internal_phase
 
     for p in (Parameters(), Parameters(teeth=(30, 30, 90, 40, 60, 160))):
-        for stage in (1, 2):
-            sun, planet, ring = _teeth(p, stage)
-            phase = _ring_phase(p, stage)
+        for stage in p.stages:
+            sun, planet, ring = stage.teeth
+            phase = stage.ring_phase
             for k in range(p.planets):
-                own = external_phase(sun, 0.0, planet, azimuth(p, stage, k))
-                wanted = internal_phase(planet, own, ring, azimuth(p, stage, k))
+                own = external_phase(sun, 0.0, planet, stage.azimuth(k))
+                wanted = internal_phase(planet, own, ring, stage.azimuth(k))
                 turns = (phase - wanted) * ring / (2 * np.pi)
                 assert abs(turns - round(turns)) < 1e-9
 

@@ -155,7 +155,7 @@ def test_witnesses_agree() -> None:
 
 
 def part(name: str) -> Any:
-    return importlib.import_module(f"mechlab.catalog.delta6.claims_{name}")
+    return importlib.import_module(f"mechlab.catalog.delta6.{name}")
 
 
 BALANCED = replace(SOURCE, head_offset=0.0)
@@ -166,29 +166,29 @@ DIGITS = np.array([[-0.39159, 0.23374, -0.58277], [-0.00663, -0.456, -0.58277], 
 ROUGHER = np.array([50.0, 33.97, 37.05, 41.19, 51.0])
 
 OTHERWISE: list[tuple[str, str, str, Any, Verdict]] = [
-    ("C07", "mobility", "SOURCE", BALANCED, HOLDS),
-    ("C08", "mobility", "SOURCE", BALANCED, HOLDS),
-    ("C25", "motion", "PRINTED_A", part("motion").PRINTED_A * 1.01, CANNOT),
-    ("C26", "motion", "PRINTED_B", -part("motion").PRINTED_B, MISPRINT),
-    ("C27", "motion", "PRINTED_A", DIGITS, HOLDS),
-    ("C28", "motion", "PRINTED_ROTATION", np.diag([1.0, 2.0, 1.0]), FAILS),
-    ("C29", "motion", "PRINTED_ROTATION", -part("motion").PRINTED_ROTATION, HOLDS),
-    ("C30", "motion", "SOURCE", replace(SOURCE, k_spur=SOURCE.k_spur * 2), MISPRINT),
-    ("C32", "motion", "SOURCE", BALANCED, HOLDS),
-    ("C35", "motion", "GAINS", {"a": (240.0, 480.0), "b": (-1.0, 240.0)}, HOLDS),
-    ("C35", "motion", "GAINS", {"a": (-1.0, 480.0), "b": (480.0, 240.0)}, MISPRINT),
-    ("C36", "motion", "GAINS", {"critical": (2.0 * 480.0**0.5, 480.0)}, HOLDS),
-    ("C38", "mesh", "PRINTED_CONTACT", (0.023579, 0.064782), HOLDS),
-    ("C38", "mesh", "PRINTED_SLIDING", (0.1234, -0.0472), MISPRINT),
-    ("C39", "mesh", "PRINTED_RADIUS", 0.03, HOLDS),
-    ("C40", "mesh", "PRINTED_SLIDING", (0.1296, 0.0472), FAILS),
-    ("C41", "mesh", "FRICTION", 1.0, HOLDS),
-    ("C42", "mesh", "FREE", np.array([50.0, 32.45, 32.35, 33.43, 40.12]), CANNOT),
-    ("C43", "mesh", "FREE", np.array([50.0, 32.35, 32.35, 33.43, 50.0 * 0.783]), HOLDS),
-    ("C44", "mesh", "ROUGH", np.array([50.0, 33.97, 37.05, 41.19, 60.0]), MISPRINT),
-    ("C45", "mesh", "ROUGH", ROUGHER, MISPRINT),
-    ("C46", "mesh", "ROUGH", ROUGHER, HOLDS),
-    ("C47", "mesh", "ROUGH", np.array([50.0, 33.97, 39.05, 41.19, 49.49]), CANNOT),
+    ("C07", "claims_mobility", "SOURCE", BALANCED, HOLDS),
+    ("C08", "claims_mobility", "SOURCE", BALANCED, HOLDS),
+    ("C25", "velocity_example", "PRINTED_A", part("velocity_example").PRINTED_A * 1.01, CANNOT),
+    ("C26", "velocity_example", "PRINTED_B", -part("velocity_example").PRINTED_B, MISPRINT),
+    ("C27", "velocity_example", "PRINTED_A", DIGITS, HOLDS),
+    ("C28", "velocity_example", "PRINTED_ROTATION", np.diag([1.0, 2.0, 1.0]), FAILS),
+    ("C29", "velocity_example", "PRINTED_ROTATION", -part("velocity_example").PRINTED_ROTATION, HOLDS),
+    ("C30", "velocity_example", "SOURCE", replace(SOURCE, k_spur=SOURCE.k_spur * 2), MISPRINT),
+    ("C32", "claims_head", "SOURCE", BALANCED, HOLDS),
+    ("C35", "claims_head", "GAINS", {"a": (240.0, 480.0), "b": (-1.0, 240.0)}, HOLDS),
+    ("C35", "claims_head", "GAINS", {"a": (-1.0, 480.0), "b": (480.0, 240.0)}, MISPRINT),
+    ("C36", "claims_head", "GAINS", {"critical": (2.0 * 480.0**0.5, 480.0)}, HOLDS),
+    ("C38", "claims_mesh", "PRINTED_CONTACT", (0.023579, 0.064782), HOLDS),
+    ("C38", "claims_mesh", "PRINTED_SLIDING", (0.1234, -0.0472), MISPRINT),
+    ("C39", "claims_mesh", "PRINTED_RADIUS", 0.03, HOLDS),
+    ("C40", "claims_mesh", "PRINTED_SLIDING", (0.1296, 0.0472), FAILS),
+    ("C41", "claims_mesh", "FRICTION", 1.0, HOLDS),
+    ("C42", "claims_mesh", "FREE", np.array([50.0, 32.45, 32.35, 33.43, 40.12]), CANNOT),
+    ("C43", "claims_mesh", "FREE", np.array([50.0, 32.35, 32.35, 33.43, 50.0 * 0.783]), HOLDS),
+    ("C44", "claims_mesh", "ROUGH", np.array([50.0, 33.97, 37.05, 41.19, 60.0]), MISPRINT),
+    ("C45", "claims_mesh", "ROUGH", ROUGHER, MISPRINT),
+    ("C46", "claims_mesh", "ROUGH", ROUGHER, HOLDS),
+    ("C47", "claims_mesh", "ROUGH", np.array([50.0, 33.97, 39.05, 41.19, 49.49]), CANNOT),
 ]  # fmt: skip
 
 
@@ -215,16 +215,16 @@ MUTATED: list[tuple[str, Callable[[pytest.MonkeyPatch], None], Verdict]] = [
     ("C01", patched(CLOSED, "somov_malyshev", lambda f: lambda *a: 3), HOLDS),
     ("C02", patched(CLOSED, "chebyshev", lambda f: lambda *a: f(*a) + 1), FAILS),
     ("C03", patched(CLOSED, "artobolevsky", lambda f: lambda *a: f(*a) + 1), FAILS),
-    ("C09", patched(DELTA + "claims_mobility", "output_turns", lambda f: lambda w, x: np.asarray(x)), HOLDS),
-    ("C09", patched(DELTA + "claims_mobility", "output_turns", lambda f: lambda w, x: f(w, x) * 1.001), FAILS),
+    ("C09", patched(DELTA + "elements", "output_turns", lambda f: lambda w, x: np.asarray(x)), HOLDS),
+    ("C09", patched(DELTA + "elements", "output_turns", lambda f: lambda w, x: f(w, x) * 1.001), FAILS),
     ("C12", patched(DELTA + "claims_mobility", "_rod_triples", lambda f: lambda x: f(x) + 0.9), FAILS),
     ("C15", patched(CLOSED, "printed_turn_back", lambda f: lambda e: -np.arctan2(e[..., 1], e[..., 0])), HOLDS),
     ("C15", patched(CLOSED, "printed_turn_back", lambda f: lambda e: -f(e)), FAILS),
     ("C18", patched(CLOSED, "printed_drive_matrix", lambda f: lambda g: replace_k(g)), HOLDS),
     ("C24", patched(CLOSED, "workspace_counts", lambda f: lambda g, low, high, bend: f(g, low, high)), HOLDS),
     ("C33", patched(CLOSED, "generalized_forces", lambda f: lambda *a: -f(*a)), FAILS),
-    ("C37", patched(DELTA + "claims_motion", "_deviation", lambda f: lambda *a: 1e-9), HOLDS),
-    ("C37", patched(DELTA + "claims_motion", "_deviation", lambda f: lambda *a: 1.0), FAILS),
+    ("C37", patched(DELTA + "claims_head", "_deviation", lambda f: lambda *a: 1e-9), HOLDS),
+    ("C37", patched(DELTA + "claims_head", "_deviation", lambda f: lambda *a: 1.0), FAILS),
     ("C49", patched(DELTA + "claims_articles", "_off_centre", lambda f: lambda curve: curve), HOLDS),
     ("C49", patched("mechlab.analytic.bspline", "simpson_spans", lambda f: lambda c, n: 1.01 * f(c, n)), FAILS),
     ("C50", patched("mechlab.analytic.bspline", "control_polygon_length", lambda f: lambda c: 0.7 * f(c)), HOLDS),

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.analytic.impulse import coefficients, motor_torque_at
+from mechlab.analytic.impulse import WithMotor, coefficients, motor_torque_at
 from mechlab.catalog import impulse_transmission as entry
 from mechlab.catalog.impulse_transmission.build import Parameters, warnings
-from mechlab.catalog.impulse_transmission.problems import WithMotor
 from mechlab.catalog.impulse_transmission.scenes import SCENES, simulate
 from mechlab.cli import main
 from mechlab.errors import MechlabError

@@ -7,8 +7,8 @@ import pytest
 
 from mechlab import api
 from mechlab.catalog.prosthetic_leg import ENTRY
-from mechlab.catalog.prosthetic_leg.build import FREE, LEG, Parameters, Segment, body, build, tree
-from mechlab.catalog.prosthetic_leg.questions import engine_terms, own_terms, random_states
+from mechlab.catalog.prosthetic_leg.build import FREE, LEG, Parameters, Segment, body, build
+from mechlab.catalog.prosthetic_leg.questions import engine_terms, own_terms, random_states, tree
 from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Verdict

@@ -12,7 +12,8 @@ from scipy.optimize import LinearConstraint, minimize
 
 from mechlab.studies.chart.advice import flat_defaults, flat_methods, headline, recommend, with_prefix
 from mechlab.studies.chart.data import Chart, ChartPoint, Published
-from mechlab.studies.chart.picture import line_label, picture, spaced_apart
+from mechlab.studies.chart.lines import line_label, spaced_apart
+from mechlab.studies.chart.picture import picture
 
 
 def line(name: str, errors: list[float], lost: int = 0) -> list[ChartPoint]:

@@ -19,7 +19,7 @@ from mechlab.errors import EngineMissing, MechlabError
 from mechlab.studies.sweep import schedulers as local
 from mechlab.studies.sweep import study as work
 from mechlab.studies.sweep.evaluate import evaluate
-from mechlab.studies.sweep.files import read_dataset
+from mechlab.studies.sweep.result import read_dataset
 from mechlab.studies.sweep.study import Interrupted
 from mechlab.values import Range
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.delta6.geometry import Delta6, FloatArray, finite, vectors
+from mechlab.analytic.delta6.rotation import wrap
 from mechlab.analytic.delta6.translation import leg_heights, leg_vectors
 from mechlab.errors import MechlabError
 
@@ -70,7 +71,7 @@ def cardan_angles(geom: Delta6, position: ArrayLike, shafts: ArrayLike) -> Carda
     for sign in (1.0, -1.0):
         cross = np.arctan2(-z0, a0) + sign * spread
         z1 = np.copysign(1.0, a0 * np.sin(cross) + z0 * np.cos(cross))
-        candidates.append((_wrap(cross), np.arctan2(vb * z1, v[..., 2] * z1)))
+        candidates.append((wrap(cross), np.arctan2(vb * z1, v[..., 2] * z1)))
     (cross_p, fork_p), (cross_m, fork_m) = candidates
     first = np.abs(fork_p) <= np.abs(fork_m)
     cross, fork = np.where(first, cross_p, cross_m), np.where(first, fork_p, fork_m)
@@ -109,10 +110,6 @@ def _rods(geom: Delta6, position: ArrayLike) -> FloatArray:
     """Vectors w_i = (G_i, -h_i) from upper to lower cross centre, (..., 3, 3)."""
     h = leg_heights(geom, position)
     return np.concatenate([leg_vectors(geom, position), -h[..., None]], axis=-1)
-
-
-def _wrap(angle: FloatArray) -> FloatArray:
-    return np.asarray(np.arctan2(np.sin(angle), np.cos(angle)))
 
 
 # -- forks out of phase ----------------------------------------------------------------------------------------------------

@@ -55,6 +55,13 @@ def source_targets(time: ArrayLike) -> ControlTargets:
     )
 
 
+SOURCE_START_ERRORS = freeze(SOURCE_START_ANGLES - source_targets(0.0).angles)
+"""Errors of alpha, beta, gamma of the source's example at t = 0, actual - target, rad."""
+
+SOURCE_START_ERROR_RATES = freeze(SOURCE_START_RATES - source_targets(0.0).rates)
+"""Their rates at t = 0, rad/s."""
+
+
 def command(
     targets: ControlTargets,
     angles: ArrayLike,

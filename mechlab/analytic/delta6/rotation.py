@@ -96,7 +96,8 @@ def other_angles(angles: ArrayLike) -> FloatArray:
 def wrap(angles: ArrayLike) -> FloatArray:
     """Each angle moved by whole turns into (-pi, pi]."""
     a = finite("angles", angles)
-    return np.asarray(-((np.pi - a) % (2.0 * np.pi) - np.pi))
+    near = np.arctan2(np.sin(a), np.cos(a))
+    return np.where(near == -np.pi, np.pi, near)
 
 
 def printed_turn_back(e1: ArrayLike) -> FloatArray:

@@ -1,11 +1,13 @@
 """The inertial-impulse transmission: unbalanced planets on a floating carrier between an input and an output shaft.
 
 Equations of motion (order 5 with the motor, and at constant input speed), the exact first integral, the regime of
-one-way rotation under dry friction with its existence limit, small-parameter harmonics, periodic orbits by shooting.
+one-way rotation under dry friction with its existence limit, small-parameter harmonics, periodic orbits by shooting;
+the equations with dry friction as problems for an integration with events.
 """
 
 from __future__ import annotations
 
+from mechlab.analytic.impulse.dry_friction import ConstantSpeed, WithMotor
 from mechlab.analytic.impulse.equations import (
     accelerations,
     angles,
@@ -32,8 +34,8 @@ from mechlab.analytic.impulse.regime import (
 )
 
 __all__ = [
-    "Impulse", "OneWayLimits", "OneWayRegime", "Orbit", "OutputConstants", "accelerations", "angles",
-    "coefficients", "constant_speed_acceleration", "constant_speed_torque", "first_integral",
+    "ConstantSpeed", "Impulse", "OneWayLimits", "OneWayRegime", "Orbit", "OutputConstants", "WithMotor", "accelerations",
+    "angles", "coefficients", "constant_speed_acceleration", "constant_speed_torque", "first_integral",
     "frictionless_mean_speed", "harmonic_amplitudes", "harmonic_motion", "limits", "load", "motor_rate",
     "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "slip_speed", "slope",
     "unidirectional",

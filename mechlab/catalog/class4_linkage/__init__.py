@@ -4,11 +4,10 @@ Links: 1 crank O-A; 2 ternary A-C-D; 3 C-B; 4 D-E; 5 ternary F-B-E. The inner co
 chain is Stephenson's, driven in its five-bar side. x to the right, y upwards; angles counter-clockwise from x.
 """
 
-from mechlab.catalog.class4_linkage.build import SCENES, build, reference
+from mechlab.catalog.class4_linkage.build import QUESTION, SCENES, build, reference
 from mechlab.catalog.class4_linkage.checks import CHECKS
 from mechlab.catalog.class4_linkage.claims import CLAIMS
 from mechlab.catalog.class4_linkage.geometry import Class4Parameters
-from mechlab.catalog.class4_linkage.questions import QUESTION
 from mechlab.experiment.entry import Entry
 
 ENTRY = Entry(

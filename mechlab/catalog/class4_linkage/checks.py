@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.analytic import assur
-from mechlab.catalog.class4_linkage.build import build, fold, free, style
+from mechlab.catalog.class4_linkage.build import FOLD_BC, QUESTION, build, fold, free, joint_values, style
 from mechlab.catalog.class4_linkage.checks_fourbar import FOURBAR_CHECKS
 from mechlab.catalog.class4_linkage.geometry import (
     THETAS,
@@ -23,7 +23,6 @@ from mechlab.catalog.class4_linkage.geometry import (
     solve_all,
     start_angle,
 )
-from mechlab.catalog.class4_linkage.questions import QUESTION
 from mechlab.engines.protocol import engine
 from mechlab.experiment.energy import kinetic_energy
 from mechlab.experiment.entry import Check, CheckResult
@@ -89,15 +88,10 @@ def _closure(p: Class4Parameters) -> CheckResult:
 def _modes(p: Class4Parameters) -> CheckResult:
     found = solve_all(PRINTED, DEGREES)
     k = found.chosen[:, None]
-    signs = [np.take_along_axis(x, k, axis=1)[:, 0] for x in (found.k1, found.k2)]
+    signs = [float(np.min(np.take_along_axis(x, k, axis=1))) for x in (found.k1, found.k2)]
     other = replace(PRINTED, BFE=-PRINTED.BFE)
     empty = int(np.count_nonzero(solve_all(other, DEGREES).modes.count == 0))
-    measured = [
-        int(np.min(found.modes.count)),
-        int(np.max(found.modes.count)),
-        *(float(np.min(s)) for s in signs),
-        empty,
-    ]
+    measured = [int(np.min(found.modes.count)), int(np.max(found.modes.count)), *signs, empty]
     return CheckResult(
         {"analytic": measured}, 0.0, [2, 2, 1.0, 1.0, 61],
         "fewest and most modes at 360 integer degrees, K1, K2, and empty positions with BFE turned the other way",
@@ -105,7 +99,7 @@ def _modes(p: Class4Parameters) -> CheckResult:
 
 
 def _fold(p: Class4Parameters) -> CheckResult:
-    short = replace(PRINTED, BC=0.27)
+    short = replace(PRINTED, BC=FOLD_BC)
     low, high = arcs(short)[0]
     inside = assur.all_modes(family(short)(np.linspace(low + 1e-9, high - 1e-9, 50))).count
     return CheckResult(
@@ -151,33 +145,23 @@ def _free_run(p: Class4Parameters) -> CheckResult:
     worst = 0.0
     for k in range(0, len(angle), 25):
         mode = at(PRINTED, angle[k])
-        w = {n: float(mode.angles[n].v) for n in THETAS}
-        unit = {"crank_angle": 1.0, "theta5": w["theta5"], "link2_joint": w["theta2"] - 1.0,
-                "link3_joint": w["theta3"] - w["theta2"], "link4_joint": w["theta4"] - w["theta2"]}  # fmt: skip
-        inertia = 2.0 * kinetic_energy(m, found.q[k : k + 1], np.array([[unit[j.name] for j in m.joints]]))[0]
+        unit = joint_values(m, 1.0, {n: s.v for n, s in mode.angles.items()})
+        inertia = 2.0 * kinetic_energy(m, found.q[k : k + 1], unit[None])[0]
         worst = max(worst, abs(rate[k] / np.sqrt(2.0 * kinetic / inertia) - 1.0))
     gap = found.health.finding("loop_gap").value
     # CheckResult with MuJoCo 4.0.0: speed 1.1e-4, gap 2.4e-7; the limits leave a factor of 3 to 4.
-    return CheckResult(
-        {"speed error / 3e-4": worst / 3e-4, "gap / 1e-6 m": gap / 1e-6},
-        1.0,
-        0.0,
-        "5 s at one turn per second, energy law",
-    )
+    measured = {"speed error / 3e-4": worst / 3e-4, "gap / 1e-6 m": gap / 1e-6}
+    return CheckResult(measured, 1.0, 0.0, "5 s at one turn per second, energy law")
 
 
 def _torn(p: Class4Parameters) -> CheckResult:
-    short = replace(PRINTED, BC=0.27)
+    short = replace(PRINTED, BC=FOLD_BC)
     scene = fold(short, "minimal")
     found = engine("mujoco").run(build(short, "minimal"), scene, scene.settings)
     stopped = any(f.name == "loop_open" and f.severity == "error" for f in found.health.findings)
     turn = float(found.channel("crank_angle")[-1]) > -np.pi / 2
-    return CheckResult(
-        {"not stopped, turn finished": [float(not stopped), float(turn)]},
-        0.0,
-        [0.0, 0.0],
-        f"stopped at {found.t[-1]:.4g} s",
-    )
+    measured = {"not stopped, turn finished": [float(not stopped), float(turn)]}
+    return CheckResult(measured, 0.0, [0.0, 0.0], f"stopped at {found.t[-1]:.4g} s")
 
 
 def _each_mode(p: Class4Parameters) -> CheckResult:
@@ -195,24 +179,13 @@ def _states(p: Class4Parameters) -> Iterator[State]:
 CHECKS = (
     Check("C1", "rows of the 72-position table", _table, "lab table of the source's mechanism"),
     Check("C1b", "closure at 72 positions and after a turn", _closure, "zero by definition"),
-    Check(
-        "C2",
-        "two modes all the way round, K1 = K2 = +1; the other reading leaves 61 positions empty",
-        _modes,
-        "lab table",
-    ),
+    Check("C2", "two modes all the way round, K1 = K2 = +1; the other reading leaves 61 positions empty", _modes, "lab table"),
     Check("C3", "limit position for BC = 0.27 m, nothing inside the arc", _fold, "lab table"),
     Check("C4", "the polynomial finds no fewer modes than a fine scan", _polynomial, "scan of 2880 points", slow=True),
     Check("C5", "angles, rates, accelerations from three witnesses", _witnesses, "closed form of class IV"),
-    Check(
-        "C6",
-        "free run against the exact energy law, and the gap of the loops",
-        _free_run,
-        "w = sqrt(2 E / J(phi))",
-        slow=True,
-    ),
+    Check("C6", "free run against the exact energy law, and the gap of the loops", _free_run, "w = sqrt(2 E / J(phi))", slow=True),
     *FOURBAR_CHECKS,
     Check("C11", "driven into the fold the run stops with the loop reported open", _torn, "no assembly exists there"),
     moving_check("C12", build, "minimal", _states),
     Check("C13", "closing links and det J of every mode", _each_mode, "lengths, central differences"),
-)
+)  # fmt: skip

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from mechlab.analytic import assur
 from mechlab.analytic.benchmarks import FourbarCrank
@@ -60,7 +61,6 @@ def _energy_speed(p: Any) -> CheckResult:
     scene = Scene("free-run", "minimal", 5.0, initial_rates={"crank": SPEED})
     run = engine("mujoco").run(m, scene, Settings(timestep=1e-3))
     bar = FourbarCrank(*LENGTHS, 1, 1.0, 0.0)
-    from scipy.integrate import solve_ivp
 
     def slope(t: float, y: Array) -> list[float]:
         return [float(y[1]), bar.acceleration(float(y[0]), float(y[1]), 0.0)]
@@ -93,12 +93,8 @@ def _parallelogram(p: Any) -> CheckResult:
     for step in (1.0, 2.5, 5.0, 7.0, 10.0):
         phi = np.radians(np.arange(10.0, 270.1, step))
         measured.append([_followed(0.1, phi), _followed(0.1001, phi), _followed(0.0999, phi)])
-    return CheckResult(
-        {"analytic": measured},
-        0.0,
-        [[1.0, 0.0, 2.0]] * 5,
-        "0: stays in its mode and moves as the four-bar's closed form, 1: change point told, 2: no assembly told",
-    )
+    note = "0: stays in its mode and moves as the four-bar's closed form, 1: change point told, 2: no assembly told"
+    return CheckResult({"analytic": measured}, 0.0, [[1.0, 0.0, 2.0]] * 5, note)
 
 
 def _followed(rocker: float, phi: Array) -> float:
@@ -131,12 +127,7 @@ def _as_fourbar(found: assur.Dyad, rocker: float, phi: Array) -> bool:
 
 FOURBAR_CHECKS = (
     Check("C6b", "four-bar, free run in MuJoCo against the energy law", _energy_speed, "Eksergian equation, DOP853"),
-    Check(
-        "C7",
-        "acceleration at a consistent state includes the turning of the loop",
-        _acceleration,
-        "energy law of the four-bar",
-    ),
+    Check("C7", "acceleration at a consistent state includes the turning of the loop", _acceleration, "energy law of the four-bar"),
     Check("C8", "axes of a planar loop are one vector; a tilt is refused", _axes, "bit for bit"),
     Check("C9", "parallelogram: nothing flips silently", _parallelogram, "change point at 180 deg"),
-)
+)  # fmt: skip

@@ -1,15 +1,21 @@
-"""The closed differential: parameters, shapes of its gears, and the Mechanism in three fidelities."""
+"""The closed differential: parameters, its two stages, the Mechanism in three fidelities, and the scenes."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from mechlab.analytic import differential as closed
 from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.entry import SceneRecipe
+from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
+from mechlab.experiment.laws import Constant, ConstantPower, Law, Motor, Viscous
 from mechlab.experiment.parameters import parameter
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.epicyclic import on_circle
 from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
@@ -21,6 +27,57 @@ LAB = "chosen for the lab"
 STATED_TEETH = (30, 30, 90, 40, 60, 160)
 USED_TEETH = (80, 20, 120, 20, 80, 180)
 """Teeth of the source's example: as stated in its data, and as used in its computation (radii over the module)."""
+WIDTH, GAP = 8.0, 9.0
+"""Face width and clear distance of the two gear planes, in modules."""
+
+
+def _disc(inertia: float, mass: float) -> Inertia:
+    """A flat part with the given moment about z."""
+    return Inertia.axial(mass, inertia, 0.5 * inertia)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A carrier with its planets; teeth of sun, planet and ring, masses [kg], moments of inertia [kg m2].
+
+    radius: of the planet axes [m]; plane: height of the gears [m]; outwards: +1 where the carrier lies above them, -1 below.
+    """
+
+    carrier: str
+    planet: str
+    meshes: tuple[str, str]
+    teeth: tuple[int, ...]
+    planets: int
+    radius: float
+    plane: float
+    outwards: float
+    color: Color
+    carrier_inertia: float
+    planet_mass: float
+    planet_inertia: float
+
+    def azimuth(self, k: int) -> float:
+        """Angle [rad] of planet k on its carrier: the place nearest to equal spacing at which both its meshes fit."""
+        sun, _, ring = self.teeth
+        return 2.0 * math.pi * round(k * (sun + ring) / self.planets) / (sun + ring)
+
+    def planet_axis(self, k: int) -> Vector:
+        """Centre of planet k in the frame of its carrier [m]."""
+        return on_circle(self.radius, self.azimuth(k), self.plane)
+
+    def planet_phase(self, k: int) -> float:
+        """Angle [rad] by which planet k is turned, so that its teeth stand in the gaps of the sun."""
+        return external_phase(self.teeth[0], 0.0, self.teeth[1], self.azimuth(k))
+
+    @property
+    def ring_phase(self) -> float:
+        """Angle [rad] by which the ring is turned, so that the teeth of the planets stand in its gaps."""
+        return internal_phase(self.teeth[1], self.planet_phase(0), self.teeth[2], 0.0)
+
+    def inertia(self, carried: int) -> Inertia:
+        """Inertia of the carrier. `carried` of its planets are bodies; the others count as point masses on it."""
+        bare, riding = self.carrier_inertia, (self.planets - carried) * self.planet_mass
+        return _disc(bare + riding * self.radius**2, bare / self.radius**2 + riding)
 
 
 @dataclass(frozen=True)
@@ -72,6 +129,17 @@ class Parameters:
         return 0.5 * self.module * (z1 + z2), 0.5 * self.module * (z4 + z5)
 
     @property
+    def stages(self) -> tuple[Stage, Stage]:
+        """The carriers H1 and H2 with their planets."""
+        first, second = self.teeth[:3], self.teeth[3:]
+        return (
+            Stage("H1", "planet_2", ("mesh_12", "mesh_23"), first, self.planets, self.radii[0], 0.0, -1.0, RED,
+                  self.J_H1, self.m2, self.J2),
+            Stage("H2", "planet_5", ("mesh_45", "mesh_56"), second, self.planets, self.radii[1],
+                  (WIDTH + GAP) * self.module, 1.0, GREEN, self.J_H2, self.m5, self.J5),
+        )  # fmt: skip
+
+    @property
     def inertias(self) -> closed.Inertias:
         """The inertias for the closed forms."""
         return closed.Inertias(
@@ -79,173 +147,77 @@ class Parameters:
         )
 
 
-WIDTH, GAP = 8.0, 9.0
-"""Face width and clear distance of the two gear planes, in modules."""
+def _gear(p: Parameters, kind: str, color: Color, name: str, plane: float, teeth: int, **size: float) -> Shape:
+    return shape(kind, _at(plane), color, name, teeth=teeth, module=p.module, width=WIDTH * p.module, **size)
 
 
-def planet_name(stage: int) -> str:
-    """Planets of stage 1 are wheels 2, of stage 2 wheels 5."""
-    return "planet_2" if stage == 1 else "planet_5"
+def _tube(color: Color, name: str, z: float, outer: float, inner: float, length: float) -> Shape:
+    return shape("tube", _at(z), color, name, outer=outer, inner=inner, length=length)
 
 
-def _teeth(p: Parameters, stage: int) -> tuple[int, int, int]:
-    z1, z2, z3, z4, z5, z6 = p.teeth
-    return (z1, z2, z3) if stage == 1 else (z4, z5, z6)
-
-
-def _plane(p: Parameters, stage: int) -> float:
-    return 0.0 if stage == 1 else (WIDTH + GAP) * p.module
-
-
-def azimuth(p: Parameters, stage: int, k: int) -> float:
-    """Angle [rad] of planet k on its carrier: the place nearest to equal spacing at which both its meshes fit."""
-    sun, _, ring = _teeth(p, stage)
-    return 2.0 * math.pi * round(k * (sun + ring) / p.planets) / (sun + ring)
-
-
-def planet_axis(p: Parameters, stage: int, k: int) -> Vector:
-    """Centre of planet k in the frame of its carrier [m]."""
-    radius, turn = p.radii[stage - 1], azimuth(p, stage, k)
-    return radius * math.cos(turn), radius * math.sin(turn), _plane(p, stage)
-
-
-def _phase(p: Parameters, stage: int, k: int) -> float:
-    sun, planet_teeth, _ = _teeth(p, stage)
-    return external_phase(sun, 0.0, planet_teeth, azimuth(p, stage, k))
-
-
-def _bore(p: Parameters, teeth: int, wanted: float) -> float:
-    """The bore `wanted` [m], made smaller where it would leave no material under the teeth."""
-    return min(wanted, 0.3 * p.module * teeth)
+def _at(z: float) -> Placement:
+    return Placement((0.0, 0.0, z))
 
 
 def _shaft_radius(p: Parameters) -> float:
     return 0.2 * p.module * min(p.teeth[0], p.teeth[3])
 
 
-def planet(p: Parameters, stage: int, k: int) -> tuple[Shape, ...]:
-    """A planet in the frame of its own axis."""
-    z = _teeth(p, stage)[1]
-    return (
-        shape("spur_gear", color=STEEL, name=planet_name(stage), teeth=z, module=p.module, width=WIDTH * p.module,
-              bore=_bore(p, z, 0.09 * p.module * z), phase=_phase(p, stage, k), holes=5 if z >= 30 else 0),
-    )  # fmt: skip
+def planet(p: Parameters, s: Stage, k: int) -> tuple[Shape, ...]:
+    """Planet k in the frame of its own axis."""
+    z = s.teeth[1]
+    bore, holes = 0.09 * p.module * z, 5 if z >= 30 else 0
+    return (_gear(p, "spur_gear", STEEL, s.planet, 0.0, z, bore=bore, phase=s.planet_phase(k), holes=holes),)
 
 
 def block_14(p: Parameters) -> tuple[Shape, ...]:
     """Suns 1 and 4 on one shaft, which stands out beyond both."""
-    m, bore = p.module, _shaft_radius(p)
-    suns = [
-        shape("spur_gear", Placement((0.0, 0.0, _plane(p, s))), BRASS, name, teeth=_teeth(p, s)[0], module=m,
-              width=WIDTH * m, bore=bore, phase=0.0, holes=6 if _teeth(p, s)[0] >= 40 else 0)
-        for s, name in ((1, "sun_1"), (2, "sun_4"))
-    ]  # fmt: skip
-    middle = Placement((0.0, 0.0, 0.5 * _plane(p, 2)))
-    return (*suns, shape("cylinder", middle, BRASS, "shaft", radius=bore, length=_plane(p, 2) + 18.0 * m))
-
-
-def _ring_phase(p: Parameters, stage: int) -> float:
-    _, z, ring = _teeth(p, stage)
-    return internal_phase(z, _phase(p, stage, 0), ring, 0.0)
+    bore, end = _shaft_radius(p), p.stages[1].plane
+    suns = []
+    for s, name in zip(p.stages, ("sun_1", "sun_4"), strict=True):
+        z = s.teeth[0]
+        suns.append(_gear(p, "spur_gear", BRASS, name, s.plane, z, bore=bore, phase=0.0, holes=6 if z >= 40 else 0))
+    return (*suns, shape("cylinder", _at(0.5 * end), BRASS, "shaft", radius=bore, length=end + 18.0 * p.module))
 
 
 def block_36(p: Parameters) -> tuple[Shape, ...]:
-    """Rings 3 and 6 joined by a drum between the gear planes, and a flange where the rings differ in size."""
+    """Rings 3 and 6 joined by a drum between the gear planes. Where they differ in size each has a drum of its own as far as
+    a flange in the middle."""
     m = p.module
-    rings, sizes = [], []
-    for s, name in ((1, "ring_3"), (2, "ring_6")):
-        z = _teeth(p, s)[2]
-        sizes.append((0.5 * m * z + 1.25 * m, 0.5 * m * z + 4.25 * m))
-        place = Placement((0.0, 0.0, _plane(p, s)))
-        rings.append(
-            shape("internal_gear", place, BLUE, name, teeth=z, module=m, width=WIDTH * m, phase=_ring_phase(p, s))
-        )
-    low, high = 0.5 * WIDTH * m, _plane(p, 2) - 0.5 * WIDTH * m
-    inner, outer = min(s[0] for s in sizes), max(s[1] for s in sizes)
-    wide = max(s[0] for s in sizes)
-    flange = shape(
-        "tube", Placement((0.0, 0.0, 0.5 * (low + high))), BLUE, "flange", outer=outer, inner=inner, length=1.5 * m
-    )
+    rings = [
+        _gear(p, "internal_gear", BLUE, name, s.plane, s.teeth[2], phase=s.ring_phase)
+        for s, name in zip(p.stages, ("ring_3", "ring_6"), strict=True)
+    ]
+    inner, outer = ([0.5 * m * s.teeth[2] + wall * m for s in p.stages] for wall in (1.25, 4.25))
+    low, high = 0.5 * WIDTH * m, p.stages[1].plane - 0.5 * WIDTH * m
+    middle, length = 0.5 * (low + high), high - low
+    if inner[0] == inner[1]:
+        return (*rings, _tube(BLUE, "drum_1", middle, outer[0], inner[0], length))
     drums = [
-        shape(
-            "tube",
-            Placement((0.0, 0.0, z)),
-            BLUE,
-            f"drum_{s + 1}",
-            outer=sizes[s][1],
-            inner=sizes[s][0],
-            length=high - low,
-        )
-        for s, z in ((0, 0.5 * (low + high)), (1, 0.5 * (low + high)))
+        _tube(BLUE, f"drum_{k + 1}", low + (0.25 + 0.5 * k) * length, outer[k], inner[k], 0.5 * length) for k in (0, 1)
     ]
-    return (*rings, *(drums[:1] if inner == wide else (*_halves(drums, low, high), flange)))
+    return (*rings, *drums, _tube(BLUE, "flange", middle, max(outer), min(inner), 1.5 * m))
 
 
-def _halves(drums: list[Shape], low: float, high: float) -> tuple[Shape, ...]:
-    """Each drum from its own ring to the flange in the middle."""
-    out = []
-    for k, drum in enumerate(drums):
-        sizes = dict(drum.size) | {"length": 0.5 * (high - low)}
-        z = low + (0.25 + 0.5 * k) * (high - low)
-        out.append(shape("tube", Placement((0.0, 0.0, z)), BLUE, drum.name, **sizes))
-    return tuple(out)
-
-
-def carrier(p: Parameters, stage: int) -> tuple[Shape, ...]:
-    """A carrier on the outer side of its gear plane: hub, arms, pins through the planets, and a shaft."""
-    m, (radius, side) = p.module, (p.radii[stage - 1], -1.0 if stage == 1 else 1.0)
-    z = _plane(p, stage) + side * (0.5 * WIDTH + 3.5) * m
-    color: Color = RED if stage == 1 else GREEN
-    name, bore = f"H{stage}", 1.15 * _shaft_radius(p)
-    pin = _bore(p, _teeth(p, stage)[1], 0.09 * m * _teeth(p, stage)[1])
+def carrier(p: Parameters, s: Stage) -> tuple[Shape, ...]:
+    """A carrier on the outer side of its gear plane: hub, shaft, arms, and pins through the planets."""
+    m, name, color, bore = p.module, s.carrier, s.color, 1.15 * _shaft_radius(p)
+    z = s.plane + s.outwards * (0.5 * WIDTH + 3.5) * m
+    hub, pin = max(0.28 * s.radius, 1.6 * bore), 0.09 * m * s.teeth[1]
     out = [
-        shape(
-            "disc",
-            Placement((0.0, 0.0, z)),
-            color,
-            f"{name}_hub",
-            radius=max(0.28 * radius, 1.6 * bore),
-            thickness=4 * m,
-            bore=bore,
-        ),
-        shape(
-            "tube",
-            Placement((0.0, 0.0, z + side * 6 * m)),
-            color,
-            f"{name}_shaft",
-            outer=1.5 * bore,
-            inner=bore,
-            length=10 * m,
-        ),
+        shape("disc", _at(z), color, f"{name}_hub", radius=hub, thickness=4 * m, bore=bore),
+        _tube(color, f"{name}_shaft", z + s.outwards * 6 * m, 1.5 * bore, bore, 10 * m),
     ]
-    for k in range(p.planets):
-        turn = azimuth(p, stage, k)
-        start = max(0.2 * radius, 1.35 * bore)
-        place = Placement.of(axis_rotation((0, 0, 1.0), turn), (start * math.cos(turn), start * math.sin(turn), z))
-        width = max(2.8 * pin, 0.14 * radius)
-        out.append(
-            shape(
-                "link",
-                place,
-                color,
-                f"{name}_arm_{k + 1}",
-                length=radius - start,
-                width=width,
-                thickness=4 * m,
-                bore=0.3 * pin,
-            )
-        )
-        x, y, plane = planet_axis(p, stage, k)
-        middle = 0.5 * (z + plane - side * (0.5 * WIDTH + 0.5) * m)
-        length = abs(z - plane) + (0.5 * WIDTH + 2.5) * m
-        out.append(
-            shape("cylinder", Placement((x, y, middle)), color, f"{name}_pin_{k + 1}", radius=pin, length=length)
-        )
+    start, width = max(0.2 * s.radius, 1.35 * bore), max(2.8 * pin, 0.14 * s.radius)
+    middle = 0.5 * (z + s.plane - s.outwards * (0.5 * WIDTH + 0.5) * m)
+    for k in range(s.planets):
+        turn = s.azimuth(k)
+        arm = Placement.of(axis_rotation((0, 0, 1.0), turn), on_circle(start, turn, z))
+        out.append(shape("link", arm, color, f"{name}_arm_{k + 1}", length=s.radius - start, width=width, thickness=4 * m,
+                         bore=0.3 * pin))  # fmt: skip
+        out.append(shape("cylinder", Placement(on_circle(s.radius, turn, middle)), color, f"{name}_pin_{k + 1}", radius=pin,
+                         length=abs(z - s.plane) + (0.5 * WIDTH + 2.5) * m))  # fmt: skip
     return tuple(out)
-
-
-MESHES = ("mesh_12", "mesh_23", "mesh_45", "mesh_56")
-"""Names of the meshes, each followed by _ and the number of the planet."""
 
 
 @lru_cache(maxsize=32)
@@ -266,18 +238,6 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     return b.drive("H1").build()
 
 
-def _disc(inertia: float, mass: float) -> Inertia:
-    """A flat part with the given moment about z."""
-    return Inertia.axial(mass, inertia, 0.5 * inertia)
-
-
-def _carrier(p: Parameters, stage: int, carried: int) -> Inertia:
-    """Inertia of a carrier. `carried` of its planets are bodies; the others count as point masses on it."""
-    bare, mass = (p.J_H1, p.m2) if stage == 1 else (p.J_H2, p.m5)
-    radius, riding = p.radii[stage - 1], p.planets - carried
-    return _disc(bare + riding * mass * radius**2, bare / radius**2 + riding * mass)
-
-
 def _minimal(b: Builder, p: Parameters) -> None:
     """H2 is a child of H1, so that every shaft speed is a sum over one path: w = w_H1 + coefficient x (w_H2 - w_H1).
     The planets of a stage are one shaft, which is not drawn: a page shows the full train instead."""
@@ -288,31 +248,129 @@ def _minimal(b: Builder, p: Parameters) -> None:
         )
     a, c = p.train.exact_shares
     w1, w3 = -(1 - a) / (a - c), a / (a - c)  # coefficients of w_H2 - w_H1; that of w_H1 is 1
-    (z1, z2, z3, z4, z5, z6), far = p.teeth, "H2_on_H1"
-    b.body("H1", revolute("H1"), inertia=_carrier(p, 1, 0), shapes=carrier(p, 1))
-    b.body("H2", revolute(far), parent="H1", inertia=_carrier(p, 2, 0), shapes=carrier(p, 2))
+    (first, second), far = p.stages, "H2_on_H1"
+    b.body("H1", revolute("H1"), inertia=first.inertia(0), shapes=carrier(p, first))
+    b.body("H2", revolute(far), parent="H1", inertia=second.inertia(0), shapes=carrier(p, second))
     b.shaft("H2", {"H1": 1, far: 1})
     b.shaft("block_14", {"H1": 1, far: w1}, inertia=p.J14, shapes=block_14(p))
     b.shaft("block_36", {"H1": 1, far: w3}, inertia=p.J36, shapes=block_36(p))
-    spins = (z3 * w3 - z1 * w1) / (2 * z2), (z6 * w3 - z4 * w1) / (2 * z5)
-    b.shaft("planet_2_spin", {"H1": 1, far: spins[0]}, inertia=p.planets * p.J2)
-    b.shaft("planet_5_spin", {"H1": 1, far: spins[1]}, inertia=p.planets * p.J5)
+    for s in p.stages:
+        sun, pinion, ring = s.teeth
+        spin = (ring * w3 - sun * w1) / (2 * pinion)
+        b.shaft(f"{s.planet}_spin", {"H1": 1, far: spin}, inertia=p.planets * s.planet_inertia)
 
 
 def _gears(b: Builder, p: Parameters, planets: int) -> None:
-    (z1, z2, z3, z4, z5, z6), r1 = p.teeth, p.radii[0]
+    r1 = p.radii[0]
     b.body("block_14", revolute("block_14"), inertia=_disc(p.J14, p.J14 / r1**2), shapes=block_14(p))
     b.body("block_36", revolute("block_36"), inertia=_disc(p.J36, p.J36 / r1**2), shapes=block_36(p))
-    for stage, (sun, pinion, ring) in ((1, (z1, z2, z3)), (2, (z4, z5, z6))):
-        arm, kind = f"H{stage}", planet_name(stage)
-        mass, spin = (p.m2, p.J2) if stage == 1 else (p.m5, p.J5)
-        spin *= p.planets if planets == 1 else 1
-        b.body(arm, revolute(arm), inertia=_carrier(p, stage, planets), shapes=carrier(p, stage))
+    for s in p.stages:
+        (sun, pinion, ring), (inner, outer), arm = s.teeth, s.meshes, s.carrier
+        inertia = _disc(s.planet_inertia * (p.planets if planets == 1 else 1), s.planet_mass)
+        b.body(arm, revolute(arm), inertia=s.inertia(planets), shapes=carrier(p, s))
         for k in range(planets):
-            name = f"{kind}_{k + 1}"
-            b.body(name, revolute(name), parent=arm, at=planet_axis(p, stage, k), inertia=_disc(spin, mass),
-                   shapes=planet(p, stage, k))  # fmt: skip
-            inner, outer = MESHES[2 * stage - 2 : 2 * stage]
+            name = f"{s.planet}_{k + 1}"
+            b.body(name, revolute(name), parent=arm, at=s.planet_axis(k), inertia=inertia, shapes=planet(p, s, k))
             b.gears(f"{inner}_{k + 1}", "block_14", name, (sun, pinion), carrier=arm)
             b.gears(f"{outer}_{k + 1}", "block_36", name, (ring, pinion), carrier=arm, kind="internal")
-        b.shaft(f"{kind}_spin", {arm: 1, f"{kind}_1": 1})
+        b.shaft(f"{s.planet}_spin", {arm: 1, f"{s.planet}_1": 1})
+
+
+STEP, DRY_STEP = 1e-3, 5e-4
+"""Timesteps [s]. Stops, held inputs and locks capture a rate with a time constant of one step; scenes with dry friction
+take the finer step, so that the time at which it stops the motion is right."""
+MOST_MOTOR_MOMENT = 2000.0
+"""Moment [N m] at which a motor of constant power is limited near standstill."""
+CHANNELS_SHOWN = ("w_H1", "w_H2", "w1", "w3", "w2", "w5", "angular_momentum", "outer_power")
+
+
+def _drags(p: Parameters) -> tuple[Law, ...]:
+    pairs = (("block_14", p.drag_14), ("block_36", p.drag_36))
+    inner = (ViscousBetween("block_14", "block_36", p.drag_internal),) if p.drag_internal else ()
+    return (*(Viscous(on, c) for on, c in pairs if c), *inner)
+
+
+def _load(p: Parameters) -> Law:
+    return Constant("H2", -p.M_H2)
+
+
+def _constant(p: Parameters) -> tuple[Law, ...]:
+    return Constant("H1", p.M_H1), _load(p), *_drags(p)
+
+
+def _motor(p: Parameters, motor: Law) -> tuple[Law, ...]:
+    return motor, Viscous("H2", p.load_drag), *_drags(p)
+
+
+def _input(p: Parameters) -> RateHold:
+    return RateHold("H1", p.w_H1_0)
+
+
+STOP = RateHold("block_36", 0.0, low=0.0)
+
+
+def _dry_load(p: Parameters) -> tuple[Law, ...]:
+    friction = RateHold("H2", 0.0, -abs(p.M_H2), abs(p.M_H2))
+    return (HeldRates((_input(p), friction), _drags(p), DRY_STEP),)
+
+
+def _locked(p: Parameters) -> tuple[Law, ...]:
+    pair = RateHold((("block_14", 1.0), ("block_36", -float(p.lock_ratio))))
+    return (HeldRates((pair,), _constant(p), STEP),)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene: its text, duration [s], laws for some parameters, and its own defaults of parameters."""
+
+    text: str
+    duration: float
+    laws: Callable[[Parameters], tuple[Law, ...]]
+    overrides: Mapping[str, float] = field(default_factory=dict)
+
+
+CASES = {
+    "constant-moments": Case("M_H1 drives, M_H2 resists, nothing else: (8) holds at one instant", 0.5, _constant),
+    "held-input-dry-load": Case(
+        "a servo holds w_H1 at w_H1_0, dry friction of M_H2 loads the output: it stops and sticks", 1.0, _dry_load,
+    ),
+    "housing-drag": Case(
+        "constant moments, both blocks drag on the housing", 20.0, _constant, {"drag_14": 0.02, "drag_36": 2.0},
+    ),
+    "internal-drag": Case(
+        "constant moments, viscous drag between the blocks only: the train runs backwards", 2.0, _constant,
+        {"drag_internal": 0.5},
+    ),
+    "one-way-stop": Case(
+        "constant moments from rest, block 36 cannot turn backwards: an ordinary gear of ratio a/b", 1.0,
+        lambda p: (HeldRates((STOP,), _constant(p), STEP),), {"w_H1_0": 0.0, "w_H2_0": 0.0},
+    ),
+    "locked-pair": Case("constant moments, w1 = lock_ratio w3 held: an ordinary gear of one freedom", 1.0, _locked),
+    "motor-and-viscous-load": Case(
+        "a motor with a straight characteristic, a viscous load: the output comes to rest", 10.0,
+        lambda p: _motor(p, Motor("H1", p.motor_stall, p.motor_no_load)),
+    ),
+    "constant-power": Case(
+        "a motor of constant power, a viscous load: the input runs away, the output comes to rest", 60.0,
+        lambda p: _motor(p, ConstantPower("H1", p.motor_power, MOST_MOTOR_MOMENT)),
+    ),
+    "backstop-two-range": Case(
+        "input held, one-way stop of block 36, drag between the blocks: two ranges, with losses", 10.0,
+        lambda p: (HeldRates((_input(p), STOP), (_load(p), *_drags(p)), STEP),), {"drag_internal": 0.2},
+    ),
+}  # fmt: skip
+
+
+def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
+    case, dry = CASES[name], name == "held-input-dry-load"
+    laws = case.laws(p)
+    # the capture of held rates is of first order in its time: it leaves up to 4e-4 rad of some 200
+    tolerance = 1e-3 if dry else 1e-4 if isinstance(laws[0], HeldRates) else 1e-5
+    return Scene(
+        name, fidelity, case.duration, laws, initial_rates={"H1": p.w_H1_0, "H2": p.w_H2_0}, channels=CHANNELS_SHOWN,
+        needs=("poses", "drive_forces"), tolerance=tolerance, settings=Settings(timestep=DRY_STEP if dry else STEP),
+        text=case.text,
+    )  # fmt: skip
+
+
+SCENES = {n: SceneRecipe(partial(_scene, n), "minimal", c.text, c.overrides) for n, c in CASES.items()}

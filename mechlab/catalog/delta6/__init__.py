@@ -7,26 +7,30 @@ import math
 from mechlab.catalog.delta6 import (
     checks_motion,
     checks_pose,
-    checks_source,
     claims_articles,
+    claims_head,
     claims_mesh,
     claims_mobility,
-    claims_motion,
     claims_positions,
+    elements,
     head,
+    particles,
     questions,
+    velocity_example,
     workspace,
-)
+)  # fmt: skip
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import Delta6Parameters
-from mechlab.catalog.delta6.particles import A15
 from mechlab.catalog.delta6.poses import expand
 from mechlab.catalog.delta6.scenes import CHANNELS, SCENES, reference
 from mechlab.experiment.entry import Entry
 
+CHECKS = (
+    *velocity_example.CHECKS, *elements.CHECKS, *checks_pose.CHECKS, *checks_motion.CHECKS, workspace.A6, particles.A15,
+)  # fmt: skip
 LEDGERS = (
-    claims_mobility.LEDGER, claims_positions.LEDGER, claims_motion.LEDGER, claims_mesh.LEDGER, claims_articles.LENGTHS,
-    claims_articles.ALGEBRAS,
+    claims_mobility.LEDGER, elements.LEDGER, claims_positions.LEDGER, velocity_example.LEDGER, claims_head.LEDGER,
+    claims_mesh.LEDGER, claims_articles.LENGTHS, claims_articles.ALGEBRAS,
 )  # fmt: skip
 FORMULAS = """\
 - Position: O = D - d e1; h_i = sqrt(L^2 - |O_xy + g_i|^2); q_i = O_z + platform_height + h_i + slider_height, with
@@ -38,15 +42,14 @@ FORMULAS = """\
 
 
 def _warnings(p: Delta6Parameters) -> tuple[str, ...]:
-    home = math.degrees(math.acos(min(1.0, p.geometry.home_height / p.rod_length)))
+    home = math.degrees(p.home_bend)
     out = []
     if home > 45.0:
         out.append(f"the cardans bend {home:.4g} deg already at home; joints rarely allow more than 45 deg")
     if p.bend_limit is not None and home > math.degrees(p.bend_limit):
         out.append(f"the home pose bends the cardans {home:.4g} deg, beyond bend_limit; no pose near home is allowed")
-    reading = p.geometry.home_height + p.platform_height + p.slider_height
-    if not p.slider_min <= reading <= p.slider_max:
-        out.append(f"the home reading of the sliders, {reading:.4g} m, lies outside slider_min..slider_max")
+    if not p.slider_min <= p.home_reading <= p.slider_max:
+        out.append(f"the home reading of the sliders, {p.home_reading:.4g} m, lies outside slider_min..slider_max")
     return tuple(out)
 
 
@@ -67,10 +70,8 @@ ENTRY = Entry(
     scenes=SCENES,
     default_scene="pose-sweep",
     questions=(*questions.QUESTIONS, *head.QUESTIONS, workspace.MARGIN),
-    checks=tuple(
-        sorted((*checks_source.CHECKS, *checks_pose.CHECKS, *checks_motion.CHECKS, A15), key=lambda c: int(c.id[1:]))
-    ),
-    claims=tuple(claim for ledger in LEDGERS for claim in ledger.claims),
+    checks=tuple(sorted(CHECKS, key=lambda check: int(check.id[1:]))),
+    claims=tuple(sorted((claim for ledger in LEDGERS for claim in ledger.claims), key=lambda claim: claim.id)),
     reference=reference,
     expand=expand,
     channels=CHANNELS,

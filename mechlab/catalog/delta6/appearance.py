@@ -42,9 +42,6 @@ def columns(x: Array, y: Array) -> Array:
     return np.column_stack([x, y, np.cross(x, y)])
 
 
-# -- ground, sliders, rods and crosses -------------------------------------------------------------------------------------
-
-
 def ground(p: Delta6Parameters) -> Shapes:
     """Base plate, three pairs of guide columns, top ring."""
     top = p.slider_max - p.slider_height + 0.09
@@ -125,9 +122,6 @@ def stub(p: Delta6Parameters, leg: Leg, upper: bool) -> Shapes:
 def cross(leg: Leg) -> Shapes:
     """The cross with its four pins."""
     return (shape("cross", at(rotation=columns(leg.fork_a, leg.fork_b)), DARK, "cross", span=0.022, radius=0.0028),)
-
-
-# -- platform and the gears between the lower shafts and the central axis --------------------------------------------------
 
 
 @lru_cache(maxsize=256)
@@ -215,9 +209,6 @@ def central(p: Delta6Parameters, i: int) -> Shapes:
 def _side(i: int) -> float:
     """Azimuth of planet i in the carrier [rad]."""
     return 0.5 * math.pi if i == 1 else -0.5 * math.pi
-
-
-# -- head: planets, bevels, carriers, output link --------------------------------------------------------------------------
 
 
 def _bevel(

@@ -19,7 +19,7 @@ from mechlab.mechanism import Builder, Inertia, Mechanism, floating, prismatic, 
 from mechlab.mechanism.gears import mimic
 from mechlab.mechanism.geometry import cross, unit
 
-SERVO_LINEAR, SERVO_ROTARY = (2e5, 1.5e3), (200.0, 4.0)
+SERVOS = dict.fromkeys(SLIDERS, (2e5, 1.5e3)) | dict.fromkeys(ROTARY, (200.0, 4.0))
 """Stiffness and damping of the position servos in the files: sliders [N/m, N s/m], shafts [N m/rad, N m s/rad]."""
 SUMMARY = "6-DOF delta: three sliders, six rods with cardan shafts, gear train and bevel head"
 
@@ -34,9 +34,8 @@ def build(p: Delta6Parameters, fidelity: str) -> Mechanism:
     b.ground(*appearance.ground(p))
     makers[fidelity](b, p)
     _points(b, p)
-    for names, servo in ((SLIDERS, SERVO_LINEAR), (ROTARY, SERVO_ROTARY)):
-        for name in names:
-            b.drive(name, *servo)
+    for name, servo in SERVOS.items():
+        b.drive(name, *servo)
     return b.build()
 
 
@@ -46,9 +45,6 @@ def _points(b: Builder, p: Delta6Parameters) -> None:
     b.shaft("idler", {"gamma": -1}, body="platform", placement=place, shapes=appearance.idler(p))
     b.frame("O", "platform")
     b.frame("D", "output", at=(p.head_offset, 0.0, 0.0))
-
-
-# -- pieces that the fidelities share --------------------------------------------------------------------------------------
 
 
 def _slider(b: Builder, p: Delta6Parameters, leg: Leg, inertia: Inertia) -> None:
@@ -103,9 +99,6 @@ def _gears(b: Builder, p: Delta6Parameters, shafts: tuple[str, str, str]) -> Non
     b.mesh(mimic("shaft3_carrier", shafts[2], "gamma", 1))
 
 
-# -- minimal ---------------------------------------------------------------------------------------------------------------
-
-
 def _minimal(b: Builder, p: Delta6Parameters) -> None:
     """Rods of a leg as one slender body on two revolutes; gears and rotors as shafts."""
     upper = masses.slider(p) + masses.STUB + masses.cross(p)
@@ -154,9 +147,6 @@ def _shafts(b: Builder, p: Delta6Parameters) -> None:
         b.shaft(f"bevel{i}_spin", {"beta": 1, "alpha": sign * p.k_bevel}, inertia=masses.BEVEL.tensor[1])
 
 
-# -- parts -----------------------------------------------------------------------------------------------------------------
-
-
 def _parts(b: Builder, p: Delta6Parameters) -> None:
     """Rods as distance loops, their mass half on each end; every gear a body, every mesh a relation."""
     half = Inertia.point(p.rod_mass)
@@ -172,9 +162,6 @@ def _parts(b: Builder, p: Delta6Parameters) -> None:
         b.body(f"N{i}", joint, parent="platform", at=lower, inertia=masses.SPUR, shapes=appearance.spur(p, i))
     _head(b, p, masses.CARRIER, masses.TEE)
     _gears(b, p, ("phi1", "phi2", "phi3"))
-
-
-# -- full ------------------------------------------------------------------------------------------------------------------
 
 
 def _full(b: Builder, p: Delta6Parameters) -> None:

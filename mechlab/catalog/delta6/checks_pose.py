@@ -25,15 +25,13 @@ from mechlab.catalog.delta6.poses import (
     response,
     rows_of,
     trial_motion,
-)
+)  # fmt: skip
 from mechlab.engines.protocol import StatePlant
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
 from mechlab.mechanism import integrate, newton, singularity
 from mechlab.mechanism.geometry import Array
-
-# -- A3: positions, rates, accelerations -----------------------------------------------------------------------------------
 
 ROUND_TRIPS = 100_000
 TIMES = (0.05, 0.37, 0.71)
@@ -90,9 +88,6 @@ def _difference_error(p: Delta6Parameters) -> float:
         expected = closed.drive_rates(p.geometry, tool, alpha, beta, gamma, twist)
         worst = max(worst, float(np.abs((ahead - behind) / (2.0 * step) - expected).max()))
     return worst
-
-
-# -- A7: the orientation near beta = 90 deg --------------------------------------------------------------------------------
 
 
 def a7(p: Delta6Parameters) -> CheckResult:
@@ -153,9 +148,6 @@ def _serial(p: Delta6Parameters) -> list[float]:
     return out
 
 
-# -- A13: the edge of the reach --------------------------------------------------------------------------------------------
-
-
 def a13(p: Delta6Parameters) -> CheckResult:
     """Out of reach no witness answers; just inside each does."""
     leg = legs(p)[0]
@@ -189,9 +181,6 @@ def _closes(w: StatePlant, start: Array, centre: Array) -> bool:
     return newton(evaluate, lambda q, dv: integrate(m, q, dv), start).closed
 
 
-# -- A14: turning the head -------------------------------------------------------------------------------------------------
-
-
 def a14(p: Delta6Parameters) -> CheckResult:
     """Slider rates when the head turns with O held, and with D held."""
     centre, angles, tool = moderate_poses(p, 4, seed=9)
@@ -213,9 +202,6 @@ def _slider_rates(w: StatePlant) -> Array:
     tool = w.point_jacobian("D")[:3] @ moves
     compensated = moves[:, 3:] - moves[:, :3] @ np.linalg.solve(tool[:, :3], tool[:, 3:])
     return np.array([sliders @ moves[:, 3:], sliders @ compensated])
-
-
-# -- A16: rods and shafts --------------------------------------------------------------------------------------------------
 
 
 def a16(p: Delta6Parameters) -> CheckResult:

@@ -14,8 +14,6 @@ from mechlab.analytic.regions import EXACT, SMOOTH, Algebra, indicator
 from mechlab.kit.claims import Evidence, Ledger, above, evidence, fails, holds, near, none, only_if, true
 from mechlab.mechanism.geometry import Array
 
-# -- length of a B-spline curve --------------------------------------------------------------------------------------------
-
 LENGTHS = Ledger("Calculation of the length of a B-spline curve")
 CLAMPED = (0.0, 0.0, 0.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0)
 PLANE = bspline.BSpline(3, CLAMPED, ((0, 0), (60, 80), (120, -40), (180, 60), (240, 0), (300, 90), (340, 20), (400, 0)))
@@ -103,8 +101,6 @@ def start_of_braking() -> Evidence:
     off = abs(left - found.distance)
     return evidence(computed, naive=naive, u=found.parameter, off=off, off_share=off / found.distance)
 
-
-# -- Boolean algebras of continuous functions ------------------------------------------------------------------------------
 
 ALGEBRAS = Ledger("Boolean algebras on the basis of continuous and continuously differentiable functions")
 CASES = 200_000

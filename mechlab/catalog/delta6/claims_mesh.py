@@ -25,12 +25,10 @@ from mechlab.kit.claims import (
     same_digits,
     shows,
     true,
-)
+)  # fmt: skip
 from mechlab.mechanism.geometry import Array
 
 LEDGER = Ledger(THESIS)
-
-# -- sliding and friction --------------------------------------------------------------------------------------------------
 
 PRINTED_CONTACT, PRINTED_SLIDING, PRINTED_RADIUS = (0.024, 0.065), (0.1296, -0.0472), 0.3
 """Contact point [m], sliding velocity [m/s] for 1 rad/s, pitch radius of both gears [m]."""
@@ -70,8 +68,7 @@ def sliding_digits() -> Evidence:
 def example_size() -> Evidence:
     """Gears of the printed radius beside the mechanism of the velocity example."""
     between = 2.0 * PRINTED_RADIUS
-    bend = float(closed.cardan_bend(SOURCE.geometry, np.zeros(3))[0])
-    across, module = 2.0 * SOURCE.rod_length * math.sin(bend), 1e3 * between / 20
+    across, module = 2.0 * SOURCE.rod_length * math.sin(SOURCE.home_bend), 1e3 * between / 20
     computed = {
         "distance of the gear axes [m]": between,
         "analytic: twice the way from guide to platform [m]": across,
@@ -120,8 +117,6 @@ def friction_angle() -> Evidence:
     }
     return evidence(computed, friction_force=to_tangent, normal=to_normal, printed=printed)
 
-
-# -- table 1 ---------------------------------------------------------------------------------------------------------------
 
 FREE, ROUGH = closed.SOURCE_TABLE_FRICTIONLESS, closed.SOURCE_TABLE_FRICTION
 """Torques of table 1 without friction and with f = 0.16 [N m]: output link, meshes 1 to 3, drive."""

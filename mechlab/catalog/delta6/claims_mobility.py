@@ -8,23 +8,11 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.elements import cardan_chain, output_turns
 from mechlab.catalog.delta6.parameters import CENTRE, DRIVES, ROTARY, SLIDERS, SOURCE, THESIS
-from mechlab.catalog.delta6.poses import at_poses, coordinates, forces, plants, response, rows_of
+from mechlab.catalog.delta6.poses import at_poses, coordinates, forces, response, rows_of
 from mechlab.engines.protocol import StatePlant
 from mechlab.experiment.tree_plant import TreePlant
-from mechlab.kit.claims import (
-    Evidence,
-    Ledger,
-    above,
-    below,
-    equals,
-    evidence,
-    fails,
-    holds,
-    labelled,
-    only_if,
-)
+from mechlab.kit.claims import Evidence, Ledger, below, equals, evidence, fails, holds, labelled, only_if
 from mechlab.mechanism import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space, rank
@@ -32,8 +20,6 @@ from mechlab.mechanism.structure import null_space, rank
 LEDGER = Ledger(THESIS)
 GENERIC_CENTRE, GENERIC_ANGLES = [[0.02, -0.03, 0.01]], [[0.3, -0.5, 0.7]]
 """A pose without symmetry."""
-
-# -- degrees of freedom ----------------------------------------------------------------------------------------------------
 
 
 def _generic() -> TreePlant:
@@ -107,12 +93,16 @@ def head_count() -> Evidence:
 )  # fmt: skip
 def total_count() -> Evidence:
     """The whole: rank of the motions of the output link, and what the drives do not see."""
-    computed: dict[str, int] = {}
-    for name, w in plants(build(SOURCE, "full")).items():
-        w.set(coordinates(SOURCE, "full", GENERIC_CENTRE, GENERIC_ANGLES)[0])
+
+    def motions(w: StatePlant) -> tuple[int, int]:
         twist = w.point_jacobian("D") @ null_space(w.jacobian())
-        computed[f"{name}: motions of the output link"] = rank(twist)
-        computed[f"{name}: of them rotations"] = rank(twist[3:])
+        return rank(twist), rank(twist[3:])
+
+    computed: dict[str, int] = {}
+    found = at_poses(SOURCE, "full", GENERIC_CENTRE, GENERIC_ANGLES, motions)
+    for name, ((all_of_them, rotations),) in found.items():
+        computed[f"{name}: motions of the output link"] = int(all_of_them)
+        computed[f"{name}: of them rotations"] = int(rotations)
     return evidence(computed, motions=sorted(set(list(computed.values())[::2])))
 
 
@@ -131,9 +121,6 @@ def without_plain_rods() -> Evidence:
     basis = null_space(np.vstack([w.jacobian()[keep], rows_of(w, DRIVES)])[:, columns])
     free = rank(w.point_jacobian("O")[3:, columns] @ basis)
     return evidence({"numpy: free rotations of the platform, drives held": free}, free=free)
-
-
-# -- decoupling ------------------------------------------------------------------------------------------------------------
 
 
 def _cross_rates(w: StatePlant) -> list[float]:
@@ -202,41 +189,6 @@ def decoupled_forces() -> Evidence:
     return evidence(computed, swing=swing, percent=100 * swing)
 
 
-# -- constant ratio --------------------------------------------------------------------------------------------------------
-
-
-@LEDGER.claim(
-    "C09", "chapter 2, constant ratio", "The ratio between rotary drives and output link is constant.", "constant",
-    fails("even in phase the output is off by {in_phase:.3g} deg", when=above(1e-8, "in_phase")),
-    holds(when=below(1e-8, "out_of_phase")),
-    only_if("the two forks of every cardan rod are in phase and its shafts are parallel"),
-)  # fmt: skip
-def constant_ratio() -> Evidence:
-    """The cardan shafts by themselves: as built, with forks out of phase, with shafts that are not parallel."""
-    bend = float(closed.cardan_bend(SOURCE.geometry, np.zeros(3))[0])
-    inputs = np.radians(np.arange(0.0, 361.0, 30.0))
-
-    def error(misphase: float, tilt: float) -> dict[str, float]:
-        chain = cardan_chain(SOURCE.rod_length, bend, misphase, tilt)
-        return {
-            name: float(np.degrees(np.abs(output_turns(w, inputs) - inputs).max())) for name, w in plants(chain).items()
-        }
-
-    cases = {
-        "in phase, parallel": error(0.0, 0.0),
-        "forks 90 deg out of phase": error(0.5 * math.pi, 0.0),
-        "shafts 10 deg apart": error(0.0, math.radians(10.0)),
-    }
-    computed: dict[str, float] = {}
-    for case, errors in cases.items():
-        computed |= labelled(errors, f"{case}, output - input [deg]")
-    good, *bad = cases.values()
-    return evidence(computed, in_phase=max(good.values()), out_of_phase=max(min(x.values()) for x in bad))
-
-
-# -- singular positions ----------------------------------------------------------------------------------------------------
-
-
 @LEDGER.claim(
     "C10", "chapter 4, rotation example",
     "The constant matrices show that there are no singular positions in rotation.", "none",
@@ -249,11 +201,10 @@ def rotation_singular() -> Evidence:
     tilts = np.array([0.0, 60.0, 80.0, 89.0, 89.99])
     gains = closed.drive_rate_gain(SOURCE.geometry, np.radians(tilts))
     computed = {f"analytic: largest drive rates at {b:g} deg": float(g) for b, g in zip(tilts, gains, strict=True)}
-    ranks: dict[str, int] = {}
-    for name, w in plants(build(SOURCE, "parts")).items():
-        w.set(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.5 * math.pi, -0.7])[0])
-        ranks[name] = rank(w.point_jacobian("D")[3:] @ response(w, DRIVES))
-    return evidence(computed | labelled(ranks, "directions of angular velocity at 90 deg"), growth=gains[-1] / gains[0])
+    pole = np.zeros(3), [0.3, 0.5 * math.pi, -0.7]
+    ranks = at_poses(SOURCE, "parts", *pole, lambda w: rank(w.point_jacobian("D")[3:] @ response(w, DRIVES)))
+    turns = labelled({k: int(found[0]) for k, found in ranks.items()}, "directions of angular velocity at 90 deg")
+    return evidence(computed | turns, growth=gains[-1] / gains[0])
 
 
 @LEDGER.claim(

@@ -29,12 +29,10 @@ from mechlab.kit.claims import (
     none,
     only_if,
     true,
-)
+)  # fmt: skip
 from mechlab.mechanism.geometry import Array
 
 LEDGER = Ledger(THESIS)
-
-# -- positions -------------------------------------------------------------------------------------------------------------
 
 
 @LEDGER.claim(
@@ -164,9 +162,6 @@ def two_vectors() -> Evidence:
     return evidence(computed, near_the_pole=wrong[89.999])
 
 
-# -- drive law -------------------------------------------------------------------------------------------------------------
-
-
 def _plain(values: ArrayLike) -> Any:
     """Numbers to twelve decimals as nested lists, without negative zeros."""
     return (np.round(np.asarray(values), 12) + 0.0).tolist()
@@ -250,9 +245,6 @@ def coupled_drives() -> Evidence:
     return evidence(labelled({k: _plain(m) for k, m in matrices.items()}, "K"), off_diagonal=off)
 
 
-# -- workspace -------------------------------------------------------------------------------------------------------------
-
-
 @LEDGER.claim(
     "C23", "chapter 3, workspace", "The cube x = y = z = [-1 m, 1 m] is larger than the workspace.", "[-1, 1] m",
     holds(when=above(0, "analytic: nodes (x, y)")
@@ -288,7 +280,7 @@ def workspace_test() -> Evidence:
         b or 90.0: closed.workspace_counts(SOURCE.geometry, SOURCE.slider_min, SOURCE.slider_max, b and math.radians(b))
         for b in limits
     }
-    home = math.degrees(float(closed.cardan_bend(SOURCE.geometry, np.zeros(3))[0]))
+    home = math.degrees(SOURCE.home_bend)
     computed: dict[str, float] = {
         f"analytic: nodes (x, y), bend up to {b:g} deg": c.xy_nodes for b, c in counts.items()
     }

@@ -1,5 +1,5 @@
-"""Two elements of the transmission by themselves, to hold closed forms against: a double cardan joint as a mechanism, and
-one tooth contact by statics of vectors.
+"""Two elements of the transmission by themselves, and the checks A5 and A10 and the claim C09 of the thesis abstract on them: a
+double cardan joint as a mechanism, and one tooth contact by statics of vectors.
 
 Double cardan joint: shaft, cross, rod, cross, shaft. Does it pass rotation on at a constant ratio? The upper shaft turns in
 a slider, which is free to follow, the lower one in the ground. In the delta both shafts are parallel and the two forks of
@@ -18,16 +18,25 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.analytic import delta6 as closed
+from mechlab.catalog.delta6.parameters import SOURCE, THESIS, Delta6Parameters
+from mechlab.catalog.delta6.poses import plants
 from mechlab.engines.protocol import StatePlant
 from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.experiment.entry import Check, CheckResult
+from mechlab.kit.checked_quantities import CheckedQuantity, check_quantities
+from mechlab.kit.claims import Evidence, Ledger, above, below, evidence, fails, holds, labelled, only_if
 from mechlab.mechanism import Builder, Inertia, Mechanism, newton, prismatic, revolute
 from mechlab.mechanism.geometry import Array, Vector, axis_rotation, vector
 
-# -- double cardan joint -------------------------------------------------------------------------------------------------
-
+LEDGER = Ledger(THESIS)
 PART = Inertia.box(0.05, 0.02, 0.02, 0.02)
 STEP = math.radians(15.0)
 """Largest turn of the input between two poses of a sweep: Newton then stays in its assembly mode."""
+TURN = np.radians(np.arange(0.0, 361.0, 30.0))
+"""Angles of the upper shaft over one turn [rad]."""
+PRESSURE = math.radians(20.0)
+"""Pressure angle of the teeth [rad]."""
 
 
 @lru_cache(maxsize=16)
@@ -93,9 +102,80 @@ def _vec(v: Array) -> Vector:
     return vector(v.tolist(), "cardan_chain: axis")
 
 
-# -- tooth contact ---------------------------------------------------------------------------------------------------------
+def errors_over_a_turn(length: float, bend: float, misphase: float = 0.0, tilt: float = 0.0) -> dict[str, float]:
+    """Witness -> largest |output - input| of the chain over a turn of the input [deg]."""
+    chain = cardan_chain(length, bend, misphase, tilt)
+    return {name: float(np.degrees(np.abs(output_turns(w, TURN) - TURN).max())) for name, w in plants(chain).items()}
 
-PRESSURE = math.radians(20.0)
+
+def a5(p: Delta6Parameters) -> CheckResult:
+    """A double cardan turned once: forks in phase, 45 and 90 deg out of phase, at the bend of the home pose."""
+    bend = p.home_bend
+    half, right = (plants(cardan_chain(p.rod_length, bend, misphase)) for misphase in (0.25 * math.pi, 0.5 * math.pi))
+    out_of_phase = {"analytic": _misphased(bend, 0.25 * math.pi)} | {k: output_turns(w, TURN) for k, w in half.items()}
+    swings = {"analytic": math.degrees(float(closed.misphase_amplitude(bend, 0.5 * math.pi)))}
+    swings |= {name: _swing(w, bend) for name, w in right.items()}
+    k = math.cos(bend) ** 2
+    expected = math.degrees(math.asin((1.0 - k) / (1.0 + k)))
+    source = math.degrees(float(closed.misphase_amplitude(SOURCE.home_bend, 0.5 * math.pi)))
+    pins, step = TURN[:-1] + 0.1, 1e-5
+    hooke = (_hooke(pins + step, bend) - _hooke(pins - step, bend)) / (2.0 * step)
+    ratio = {"analytic": closed.rod_speed_ratio(bend, pins), "differences": hooke}
+    # Newton closes the chains to 1e-13.
+    return check_quantities(
+        CheckedQuantity("forks in phase: output - input [deg]", 1e-8, errors_over_a_turn(p.rod_length, bend), 0.0),
+        CheckedQuantity("45 deg out of phase: output [rad]", 1e-10, out_of_phase),
+        CheckedQuantity("90 deg out of phase: half the swing [deg]", 1e-8, swings, expected),
+        # central differences: 1e-10 of a third derivative, rounding 1e-16 / 1e-5
+        CheckedQuantity("speed of the rod over that of its shaft", 1e-8, ratio),
+        CheckedQuantity("the same at the bend of the source, 38.045 deg [deg]", 1e-3, {"analytic": source}, 13.557),
+        note=f"bend {math.degrees(bend):.4g} deg",
+    )
+
+
+def _swing(w: StatePlant, bend: float) -> float:
+    """Half the swing of output - input [deg] with the forks 90 deg out of phase, from the two inputs where it is extreme.
+
+    From the normal to rod and shaft, output - input is atan(cos^2(bend) tan(psi)) - psi, extreme at tan(psi) = +-1/cos(bend).
+    """
+    extreme = 0.5 * math.pi - math.atan(1.0 / math.cos(bend))
+    inputs = np.array([-extreme, extreme])
+    error = output_turns(w, inputs) - inputs
+    return math.degrees(abs(error[1] - error[0])) / 2.0
+
+
+def _hooke(pin: Array, bend: float) -> Array:
+    """Turn of the rod behind a Hooke joint; the driving pin stands `pin` from the normal to shaft and rod."""
+    return np.asarray(np.unwrap(np.arctan2(np.cos(bend) * np.sin(pin), np.cos(pin))))
+
+
+def _misphased(bend: float, misphase: float) -> Array:
+    """Closed form of the output over a turn; the fork pin of the reference pose stands at 90 deg to the normal of rod and
+    shaft."""
+    start = 0.5 * math.pi
+    turn = closed.misphase_output(TURN + start, bend, -misphase) - closed.misphase_output(start, bend, -misphase)
+    return np.asarray(turn)
+
+
+@LEDGER.claim(
+    "C09", "chapter 2, constant ratio", "The ratio between rotary drives and output link is constant.", "constant",
+    fails("even in phase the output is off by {in_phase:.3g} deg", when=above(1e-8, "in_phase")),
+    holds(when=below(1e-8, "out_of_phase")),
+    only_if("the two forks of every cardan rod are in phase and its shafts are parallel"),
+)  # fmt: skip
+def constant_ratio() -> Evidence:
+    """The cardan shafts by themselves: as built, with forks out of phase, with shafts that are not parallel."""
+    length, bend = SOURCE.rod_length, SOURCE.home_bend
+    cases = {
+        "in phase, parallel": errors_over_a_turn(length, bend),
+        "forks 90 deg out of phase": errors_over_a_turn(length, bend, misphase=0.5 * math.pi),
+        "shafts 10 deg apart": errors_over_a_turn(length, bend, tilt=math.radians(10.0)),
+    }
+    computed: dict[str, float] = {}
+    for case, errors in cases.items():
+        computed |= labelled(errors, f"{case}, output - input [deg]")
+    good, *bad = cases.values()
+    return evidence(computed, in_phase=max(good.values()), out_of_phase=max(min(x.values()) for x in bad))
 
 
 def _cross(a: Array, b: Array) -> float:
@@ -137,3 +217,31 @@ def tooth_loss(driver: float, driven: float, friction: float, phase: str) -> flo
     slide = _slide(contact, a, c)
     force = n + friction * slide / np.linalg.norm(slide)  # on the driven tooth, dragged along by the driver's
     return _cross(contact - a, force) / -_cross(contact - c, force) * driven / driver
+
+
+def a10(p: Delta6Parameters) -> CheckResult:
+    """Sliding and friction in one mesh, against statics of the tooth contact."""
+    velocity = closed.sliding_velocity(closed.contact_point(closed.tip_distance(20, 0.03)), 0.3, 0.3).velocity
+    losses = [closed.approach_loss(19, 19, 0.16), closed.approach_loss(20, 20, 0.16), closed.recess_loss(20, 20, 0.16)]
+    cases = ((19, "approach"), (20, "approach"), (20, "recess"))
+    loss = {"analytic": losses, "statics": [tooth_loss(z, z, 0.16, phase) for z, phase in cases]}
+    slide = {"analytic": velocity, "statics": tooth_sliding(20, 0.03)}
+    unequal = closed.sliding_velocity([0.01, 0.02], 0.3, 0.2)
+    rates = {"analytic": [unequal.contact_rate, unequal.driven_rate]}
+    return check_quantities(
+        # four printed decimals
+        CheckedQuantity("sliding velocity of 20 teeth at the tip [m/s]", 5e-5, slide, [0.1296, -0.0472]),
+        CheckedQuantity("loss factors at f = 0.16", 1e-5, loss, [1.09066, 1.08670, 1.07679]),
+        CheckedQuantity("sliding, closed form against statics [m/s]", 1e-12, slide),
+        # both pitch circles run at 0.3 m/s: the driven one, of 0.2 m, turns by -1.5 rad/s, and against the driver by -2.5
+        CheckedQuantity("rates, radii 0.3 and 0.2 m [rad/s]", 1e-12, rates, [-2.5, 1.5]),
+        CheckedQuantity("losses, closed form against statics", 1e-12, loss),
+    )
+
+
+CHECKS = (
+    Check("A5", "the cardan shafts pass rotation on at a constant ratio, with their forks in phase only", a5,
+          "specification, section 4"),
+    Check("A10", "sliding velocity and friction loss of a gear mesh", a10,
+          "thesis abstract, chapter 5, equations and table 1"),
+)  # fmt: skip

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from mechlab.analytic import delta6 as closed
@@ -17,24 +17,21 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, ROTARY, Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates, response, rows_of, without_stops
 from mechlab.catalog.delta6.scenes import head_tracking
-from mechlab.engines.protocol import WITNESSES, StatePlant, engine
+from mechlab.engines.protocol import StatePlant, engine
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.questions import by_name, for_engines, stacked
 from mechlab.mechanism.geometry import Array
 
 Given = Mapping[str, Any]
 
-# -- the error of the control ----------------------------------------------------------------------------------------------
-
-_START = closed.source_targets(0.0)
-INITIAL = {
-    **{f"{n}_error_0": float(x) for n, x in zip(ANGLES, closed.SOURCE_START_ANGLES - _START.angles, strict=True)},
-    **{f"{n}_error_rate_0": float(x) for n, x in zip(ANGLES, closed.SOURCE_START_RATES - _START.rates, strict=True)},
-}
-"""Errors at t = 0, actual - target, and their rates: those of the source."""
 ERRORS = tuple(f"{n}_error" for n in ANGLES)
 ERROR_RATES = tuple(f"{n}_error_rate" for n in ANGLES)
+ERRORS_0, ERROR_RATES_0 = (tuple(f"{n}_0" for n in names) for names in (ERRORS, ERROR_RATES))
+INITIAL = dict(zip(ERRORS_0, closed.SOURCE_START_ERRORS.tolist(), strict=True))
+INITIAL |= dict(zip(ERROR_RATES_0, closed.SOURCE_START_ERROR_RATES.tolist(), strict=True))
+"""Errors at t = 0, actual - target, and their rates: those of the source."""
 COMMANDS = tuple(f"{n}_command" for n in ANGLES)
 SETTLING = tuple(f"{n}_settling_time" for n in ANGLES)
 LONGEST_RUN = 10.0
@@ -62,8 +59,9 @@ def tracked_errors(name: str, p: Delta6Parameters, scene: Scene) -> tuple[Array,
     return angles - wanted.angles, rates - wanted.rates
 
 
-def _initial(given: Given) -> tuple[list[Any], list[Any]]:
-    return [given[f"{n}_error_0"] for n in ANGLES], [given[f"{n}_error_rate_0"] for n in ANGLES]
+def _initial(given: Given) -> tuple[Array, Array]:
+    """(..., 3) errors of alpha, beta, gamma at t = 0, and their rates."""
+    return stacked(given, ERRORS_0), stacked(given, ERROR_RATES_0)
 
 
 def _times(given: Given) -> Array:
@@ -73,28 +71,25 @@ def _times(given: Given) -> Array:
     return time
 
 
-def _responses(p: Delta6Parameters, time: Any, errors: list[Any], rates: list[Any]) -> Answer:
-    """Errors with their rates, and the commanded accelerations a_T - kv e' - kp e."""
-    kv, kp = p.velocity_gain, p.position_gain
+def _responses(p: Delta6Parameters, time: ArrayLike, errors: Array, rates: Array) -> Answer:
+    """Errors (..., 3) with their rates, and the commanded accelerations a_T - kv e' - kp e."""
     wanted = closed.source_targets(time).accelerations
-    out: dict[str, Any] = {}
-    for k, n in enumerate(ANGLES):
-        e, de = errors[k], rates[k]
-        out |= {f"{n}_error": e, f"{n}_error_rate": de, f"{n}_command": wanted[..., k] - kv * de - kp * e}
-    return Answer(out)
+    commands = wanted - p.velocity_gain * rates - p.position_gain * errors
+    parts = {"error": errors, "error_rate": rates, "command": commands}
+    return Answer({f"{n}_{part}": x[..., k] for k, n in enumerate(ANGLES) for part, x in parts.items()})
 
 
 def _error_analytic(p: Delta6Parameters, given: Given) -> Answer:
     """e'' + kv e' + kp e = 0 in closed form."""
-    time, initial = _times(given), zip(*_initial(given), strict=True)
-    found = [closed.error_response(time, e, de, p.velocity_gain, p.position_gain) for e, de in initial]
-    return _responses(p, time, [x.error for x in found], [x.error_rate for x in found])
+    time = _times(given)
+    found = closed.error_response(time[..., None], *_initial(given), p.velocity_gain, p.position_gain)
+    return _responses(p, time, found.error, found.error_rate)
 
 
 def _error_exponential(p: Delta6Parameters, given: Given) -> Answer:
     time = float(_times(given))
-    errors, rates = error_flow(p.velocity_gain, p.position_gain, time) @ np.array(_initial(given), dtype=float)
-    return _responses(p, time, list(errors), list(rates))
+    errors, rates = error_flow(p.velocity_gain, p.position_gain, time) @ np.array(_initial(given))
+    return _responses(p, time, errors, rates)
 
 
 def _error_engine(name: str, p: Delta6Parameters, given: Given) -> Answer:
@@ -104,17 +99,16 @@ def _error_engine(name: str, p: Delta6Parameters, given: Given) -> Answer:
         return Answer(cannot=f"it follows the mechanism for {LONGEST_RUN:g} s at most")
     if time == 0.0:
         return Answer(cannot="nothing to follow at t = 0")
-    errors, rates = (np.array(x, dtype=float) for x in _initial(given))
+    errors, rates = _initial(given)
     free, start = without_stops(p), closed.source_targets(0.0)
     scene = head_tracking(free, "minimal")
     initial = {**scene.initial, **dict(zip(ANGLES, start.angles + errors, strict=True))}
     initial_rates = {**scene.initial_rates, **dict(zip(ANGLES, start.rates + rates, strict=True))}
     scene = replace(scene, duration=time, initial=initial, initial_rates=initial_rates)
     try:
-        e, de = tracked_errors(name, free, scene)
+        return _responses(p, time, *tracked_errors(name, free, scene))
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
-    return _responses(p, time, list(e), list(de))
 
 
 ERROR = Question(
@@ -122,11 +116,10 @@ ERROR = Question(
     given=("time",),
     optional=INITIAL,
     answers=(*ERRORS, *ERROR_RATES, *COMMANDS),
-    witnesses={"analytic": _error_analytic, "exponential": _error_exponential}
-    | {name: partial(_error_engine, name) for name in WITNESSES},
+    witnesses={"analytic": _error_analytic, "exponential": _error_exponential} | for_engines(_error_engine),
     units={"time": "s"}
-    | dict.fromkeys((*ERRORS, *(f"{e}_0" for e in ERRORS)), "rad")
-    | dict.fromkeys((*ERROR_RATES, *(f"{e}_0" for e in ERROR_RATES)), "rad/s")
+    | dict.fromkeys((*ERRORS, *ERRORS_0), "rad")
+    | dict.fromkeys((*ERROR_RATES, *ERROR_RATES_0), "rad/s")
     | dict.fromkeys(COMMANDS, "rad/s2"),
     text="error of alpha, beta, gamma (actual - target), its rate and the commanded acceleration, a time after the given "
     "initial errors, under the control with position_gain and velocity_gain",
@@ -139,14 +132,13 @@ def _settling_analytic(p: Delta6Parameters, given: Given) -> Answer:
     """The last time at which the closed form reaches the limit."""
     if np.any(np.asarray(given["settled_below"]) <= 0.0):
         raise MechlabError(f"delta6: settled_below: expected more than 0 rad, got {np.min(given['settled_below']):g}.")
-    e, de = _initial(given)
-    found = closed.settling_time(e, de, p.velocity_gain, p.position_gain, given["settled_below"])
-    return Answer({name: found[..., k] for k, name in enumerate(SETTLING)})
+    found = closed.settling_time(*_initial(given), p.velocity_gain, p.position_gain, given["settled_below"])
+    return Answer(by_name(SETTLING, found))
 
 
 def _settling_by_steps(p: Delta6Parameters, given: Given) -> Answer:
     """Steps of the matrix exponential, until the energy of the errors excludes that any exceeds the limit again."""
-    limit, state = float(given["settled_below"]), np.array(_initial(given), dtype=float)
+    limit, state = float(given["settled_below"]), np.array(_initial(given))
     kv, kp = p.velocity_gain, p.position_gain
     step = 0.1 / (kv + np.sqrt(kp))
     flow = error_flow(kv, kp, step)
@@ -180,8 +172,6 @@ SETTLED = Question(
     text="time after which the error of each angle stays below a limit",
 )
 
-# -- dynamics --------------------------------------------------------------------------------------------------------------
-
 PAIRS = tuple((i, j) for i in range(3) for j in range(i, 3))
 MASSES = tuple(f"mass_{ANGLES[i]}_{ANGLES[j]}" for i, j in PAIRS)
 BIASES = tuple(f"bias_{n}" for n in ANGLES)
@@ -212,13 +202,13 @@ def head_terms(w: StatePlant, q: Array, rates: Array) -> tuple[Array, Array, Arr
 
 def _terms(mass: Array, bias: Array, torques: Array) -> Answer:
     values: dict[str, Any] = {name: mass[..., i, j] for name, (i, j) in zip(MASSES, PAIRS, strict=True)}
-    values |= {name: bias[..., k] for k, name in enumerate(BIASES)}
-    return Answer(values | {name: torques[..., k] for k, name in enumerate(TORQUES)})
+    return Answer(values | by_name(BIASES, bias) | by_name(TORQUES, torques))
 
 
-def _stacked(given: Given, names: tuple[str, ...]) -> Array:
-    shape = np.shape(given["head_beta"])
-    return np.stack(np.broadcast_arrays(*(np.asarray(given[n], dtype=float) for n in names), np.zeros(shape))[:-1], -1)
+def _motion(given: Given) -> tuple[Array, Array]:
+    """(..., 3) rates and accelerations of alpha, beta, gamma, as many as there are values of beta."""
+    rates, accels = (stacked(given, ("head_beta", *names))[..., 1:] for names in (RATES, ACCELS))
+    return rates, accels
 
 
 def _dynamics_analytic(p: Delta6Parameters, given: Given) -> Answer:
@@ -226,9 +216,9 @@ def _dynamics_analytic(p: Delta6Parameters, given: Given) -> Answer:
     if "planet_sense" in changed:
         changed["planet_sense"] = round(changed["planet_sense"])
     parts = replace(head_inertias(p), **changed)  # type: ignore[arg-type]
-    beta, v, a = given["head_beta"], _stacked(given, RATES), _stacked(given, ACCELS)
-    torques = closed.drive_torques(p.geometry, parts, beta, v, a)
-    return _terms(closed.mass_matrix(p.geometry, parts, beta), closed.bias(parts, beta, v), torques)
+    beta, (rates, accels) = given["head_beta"], _motion(given)
+    torques = closed.drive_torques(p.geometry, parts, beta, rates, accels)
+    return _terms(closed.mass_matrix(p.geometry, parts, beta), closed.bias(parts, beta, rates), torques)
 
 
 def _dynamics_engine(name: str, p: Delta6Parameters, given: Given) -> Answer:
@@ -241,9 +231,10 @@ def _dynamics_engine(name: str, p: Delta6Parameters, given: Given) -> Answer:
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     q = coordinates(p, "parts", np.zeros(3), [0.0, float(given["head_beta"]), 0.0])[0]
-    mass, bias, moves = head_terms(w, q, _stacked(given, RATES))
+    rates, accels = _motion(given)
+    mass, bias, moves = head_terms(w, q, rates)
     drives = rows_of(w, ROTARY) @ moves
-    return _terms(mass, bias, np.asarray(np.linalg.solve(drives.T, mass @ _stacked(given, ACCELS) + bias)))
+    return _terms(mass, bias, np.asarray(np.linalg.solve(drives.T, mass @ accels + bias)))
 
 
 DYNAMICS = Question(
@@ -251,7 +242,7 @@ DYNAMICS = Question(
     given=("head_beta",),
     optional=dict.fromkeys((*RATES, *ACCELS), 0.0) | dict.fromkeys(INERTIAS),
     answers=(*MASSES, *BIASES, *TORQUES),
-    witnesses={"analytic": _dynamics_analytic} | {name: partial(_dynamics_engine, name) for name in WITNESSES},
+    witnesses={"analytic": _dynamics_analytic} | for_engines(_dynamics_engine),
     units={"head_beta": "rad", "planet_sense": ""}
     | dict.fromkeys(RATES, "rad/s")
     | dict.fromkeys(ACCELS, "rad/s2")

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypeVar
 
 import numpy as np
 
-from mechlab.analytic.delta6 import Delta6
+from mechlab.analytic.delta6 import Delta6, cardan_bend
 from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import parameter
 from mechlab.mechanism.geometry import Array
+
+T = TypeVar("T")
 
 CENTRE = ("O_x", "O_y", "O_z")
 """Coordinates of the head centre O."""
@@ -31,74 +34,54 @@ _FITTED = "fitted to the source's velocity example"
 _ASSUMED = "assumed; the source is silent"
 
 
+def _positive(default: T, unit: str, text: str, source: str = _ASSUMED) -> T:
+    """A parameter above 0."""
+    return parameter(default, unit, text, source=source, low=0, strict=True)
+
+
 @dataclass(frozen=True)
 class Delta6Parameters:
     """Flat parameters of the delta; SI units."""
 
-    rod_length: float = parameter(0.37, "m", "length of the six rods", source=_FITTED, low=0, strict=True)
+    rod_length: float = _positive(0.37, "m", "length of the six rods", _FITTED)
     radial_offset: float = parameter(0.228, "m", "guide axis outside its platform joint", source=_FITTED)
     tangential_offset: float = parameter(0.003315, "m", "guide axis beside its platform joint", source=_FITTED)
-    platform_radius: float = parameter(0.06, "m", "platform centre to lower cross", source=_ASSUMED, low=0, strict=True)
+    platform_radius: float = _positive(0.06, "m", "platform centre to lower cross")
     platform_height: float = parameter(0.06, "m", "lower cross above the head centre O", source=_ASSUMED)
     slider_height: float = parameter(0.05, "m", "slider reading above its upper cross", source=_ASSUMED)
     leg_azimuths: tuple[float, ...] = parameter(
         (-math.pi / 6, math.pi / 2, 7 * math.pi / 6), "rad", "azimuths of the three legs", source=_FITTED
     )
     head_offset: float = parameter(0.05, "m", "head centre O to output link centre D", source=_READ)
-    k_spur: Fraction = parameter(
-        Fraction(7, 5), "", "turns of drives 1 and 2 per turn of gamma", source=_READ, low=0, strict=True
-    )
-    k_transfer: Fraction = parameter(
-        Fraction(783, 1000), "", "turns of drives 1 and 2 per turn of beta", source=_READ, low=0, strict=True
-    )
-    k_bevel: Fraction = parameter(
-        Fraction(1),
-        "",
-        "turns of the double bevels per turn of alpha",
-        source="inferred from equal coefficients",
-        low=0,
-        strict=True,
+    k_spur: Fraction = _positive(Fraction(7, 5), "", "turns of drives 1 and 2 per turn of gamma", _READ)
+    k_transfer: Fraction = _positive(Fraction(783, 1000), "", "turns of drives 1 and 2 per turn of beta", _READ)
+    k_bevel: Fraction = _positive(
+        Fraction(1), "", "turns of the double bevels per turn of alpha", "inferred from equal coefficients"
     )
     slider_min: float = parameter(0.25, "m", "lowest slider reading", source=_ASSUMED)
     slider_max: float = parameter(0.65, "m", "highest slider reading", source=_ASSUMED)
     bend_limit: float | None = parameter(
         None, "rad", "largest bend of the cardans (none: not limited)", source=_ASSUMED, low=0, high=math.pi / 2
     )
-    rod_spacing: float = parameter(0.04, "m", "plain rod beside the cardan rod", source=_ASSUMED, low=0, strict=True)
-    slider_mass: float = parameter(0.35, "kg", "slider with its motor", source=_ASSUMED, low=0, strict=True)
-    rod_mass: float = parameter(0.06, "kg", "each of the six rods", source=_ASSUMED, low=0, strict=True)
-    rod_radius: float = parameter(
-        0.003, "m", "radius of gyration times sqrt 2 of a rod about its own axis", source=_ASSUMED, low=0, strict=True
-    )
-    cross_mass: float = parameter(0.012, "kg", "each cardan cross", source=_ASSUMED, low=0, strict=True)
-    platform_mass: float = parameter(0.45, "kg", "platform without gears", source=_ASSUMED, low=0, strict=True)
-    output_mass: float = parameter(0.15, "kg", "output link, centre of mass at D", source=_ASSUMED, low=0, strict=True)
-    rotor_inertia: float = parameter(
-        2e-3, "kg m2", "rotor of each rotary drive, at its shaft", source=_ASSUMED, low=0, strict=True
-    )
+    rod_spacing: float = _positive(0.04, "m", "plain rod beside the cardan rod")
+    slider_mass: float = _positive(0.35, "kg", "slider with its motor")
+    rod_mass: float = _positive(0.06, "kg", "each of the six rods")
+    rod_radius: float = _positive(0.003, "m", "radius of gyration times sqrt 2 of a rod about its own axis")
+    cross_mass: float = _positive(0.012, "kg", "each cardan cross")
+    platform_mass: float = _positive(0.45, "kg", "platform without gears")
+    output_mass: float = _positive(0.15, "kg", "output link, centre of mass at D")
+    rotor_inertia: float = _positive(2e-3, "kg m2", "rotor of each rotary drive, at its shaft")
     position_gain: float = parameter(480.0, "1/s2", "head control: gain on the angle error", source=_READ, low=0)
     velocity_gain: float = parameter(240.0, "1/s", "head control: gain on the rate error", source=_READ, low=0)
     curve: str = parameter(
         "", "", "file of a B-spline for the scene toolpath (empty: a built-in curve)", source=_ASSUMED
     )
-    slider_speed: float = parameter(
-        0.5, "m/s", "toolpath: largest speed of a slider", source=_ASSUMED, low=0, strict=True
-    )
-    slider_acceleration: float = parameter(
-        5.0, "m/s2", "toolpath: largest acceleration of a slider", source=_ASSUMED, low=0, strict=True
-    )
-    slider_jerk: float = parameter(
-        200.0, "m/s3", "toolpath: largest jerk of a slider", source=_ASSUMED, low=0, strict=True
-    )
-    shaft_speed: float = parameter(
-        12.0, "rad/s", "toolpath: largest speed of a rotary drive", source=_ASSUMED, low=0, strict=True
-    )
-    shaft_acceleration: float = parameter(
-        120.0, "rad/s2", "toolpath: largest acceleration of a rotary drive", source=_ASSUMED, low=0, strict=True
-    )
-    shaft_jerk: float = parameter(
-        5000.0, "rad/s3", "toolpath: largest jerk of a rotary drive", source=_ASSUMED, low=0, strict=True
-    )
+    slider_speed: float = _positive(0.5, "m/s", "toolpath: largest speed of a slider")
+    slider_acceleration: float = _positive(5.0, "m/s2", "toolpath: largest acceleration of a slider")
+    slider_jerk: float = _positive(200.0, "m/s3", "toolpath: largest jerk of a slider")
+    shaft_speed: float = _positive(12.0, "rad/s", "toolpath: largest speed of a rotary drive")
+    shaft_acceleration: float = _positive(120.0, "rad/s2", "toolpath: largest acceleration of a rotary drive")
+    shaft_jerk: float = _positive(5000.0, "rad/s3", "toolpath: largest jerk of a rotary drive")
 
     def __post_init__(self) -> None:
         if self.slider_min >= self.slider_max:
@@ -117,6 +100,16 @@ class Delta6Parameters:
             leg_azimuths=(a, b, c), head_offset=self.head_offset, k_spur=float(self.k_spur),
             k_transfer=float(self.k_transfer), k_bevel=float(self.k_bevel)
         )  # fmt: skip
+
+    @property
+    def home_bend(self) -> float:
+        """Bend of the cardans in the home pose [rad]."""
+        return float(cardan_bend(self.geometry, np.zeros(3))[0])
+
+    @property
+    def home_reading(self) -> float:
+        """Reading of the sliders in the home pose [m]."""
+        return self.geometry.home_height + self.platform_height + self.slider_height
 
 
 SOURCE = Delta6Parameters()

@@ -140,8 +140,6 @@ def turn_of(quaternion: Array) -> Array:
     return np.asarray((w * w - u @ u) * np.eye(3) + 2.0 * np.outer(u, u) + 2.0 * w * np.cross(np.eye(3), u))
 
 
-# -- the check ------------------------------------------------------------------------------------------------------------
-
 FREEDOMS = {"minimal": 6, "parts": 6, "full": 9}
 VELOCITY, TURNING = np.array([0.11, -0.07, 0.09]), np.array([0.9, -0.6, 0.7])
 """Rates of O [m/s] and of alpha, beta, gamma [rad/s]."""

@@ -13,17 +13,16 @@ from numpy.typing import ArrayLike
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, HEAD_POSE, ROTARY, SLIDERS, Delta6Parameters, legs
-from mechlab.engines.protocol import WITNESSES, StatePlant, available, engine
+from mechlab.engines.protocol import IMPLEMENTATIONS, StatePlant, available, engine
 from mechlab.errors import NoSolution
 from mechlab.experiment.laws import drive_forces
 from mechlab.experiment.recording import Recording
+from mechlab.kit.questions import by_name
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
 SHAFT_SENSE = np.array([-1.0, -1.0, 1.0])
 """Rotary drives 1 and 2 turn about -Z, drive 3 about +Z."""
-
-# -- joint coordinates ---------------------------------------------------------------------------------------------------
 
 
 def coordinates(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: ArrayLike) -> Array:
@@ -47,7 +46,7 @@ def joint_values(p: Delta6Parameters, fidelity: str, centre: ArrayLike, angles: 
     shafts = closed.drives_from_angles(p.geometry, angles)
     values: dict[str, Array] = {}
     for names, columns in ((CENTRE, centre), (ANGLES, angles), (SLIDERS, sliders), (ROTARY, shafts)):
-        values |= {name: columns[:, k] for k, name in enumerate(names)}
+        values |= by_name(names, columns)
     if fidelity == "minimal":
         values |= _swings(p, centre, sliders)
     if fidelity in ("parts", "full"):
@@ -117,8 +116,6 @@ def expand(p: Delta6Parameters, recording: Recording) -> tuple[Mechanism, Array]
     return full, coordinates(p, "full", centre, angles)
 
 
-# -- test poses and a test motion ------------------------------------------------------------------------------------------
-
 HEAD_CENTRE_SWING = 0.05
 """Swing of the head centre on the test motion, for parameters that reach as far as the source's [m]."""
 
@@ -130,8 +127,8 @@ def reach(p: Delta6Parameters) -> float:
 
 def without_stops(p: Delta6Parameters) -> Delta6Parameters:
     """The same delta with slider stops that no test motion reaches: the checks do not ask what stops do to a motion."""
-    home = p.geometry.home_height + p.platform_height + p.slider_height
-    return replace(p, slider_min=min(p.slider_min, home - 1.0), slider_max=max(p.slider_max, home + 1.0))
+    low, high = min(p.slider_min, p.home_reading - 1.0), max(p.slider_max, p.home_reading + 1.0)
+    return replace(p, slider_min=low, slider_max=high)
 
 
 def random_poses(p: Delta6Parameters, count: int, share: float = 0.5, seed: int = 3) -> tuple[Array, Array]:
@@ -192,13 +189,10 @@ def refuses(ask: Callable[[], object]) -> bool:
     return False
 
 
-# -- what the constraint rows of an engine say at its state ----------------------------------------------------------------
-
-
 def plants(mechanism: Mechanism) -> dict[str, StatePlant]:
     """The mechanism in its reference pose as each of three implementations computes it: the numpy tree and the engines that
     are installed, each from its own kinematics and its own constraint rows."""
-    return {name: engine(name).plant(mechanism) for name in ("numpy", *WITNESSES) if not available(name)}
+    return {name: engine(name).plant(mechanism) for name in IMPLEMENTATIONS if not available(name)}
 
 
 def rows_of(witness: StatePlant, names: Sequence[str]) -> Array:
@@ -216,14 +210,9 @@ def response(witness: StatePlant, given: Sequence[str] = HEAD_POSE) -> Array:
     return np.asarray(np.linalg.lstsq(np.vstack([jacobian, rows]), right, rcond=1e-11)[0])
 
 
-def rate_matrix(witness: StatePlant, wanted: Sequence[str], given: Sequence[str] = HEAD_POSE) -> Array:
-    """(wanted, given) rates of joints or shafts per unit rate of others."""
-    return rows_of(witness, wanted) @ response(witness, given)
-
-
 def gear_matrix(witness: StatePlant) -> Array:
     """(3, 3) K of phi = K (alpha, beta, gamma): rates of the rotary drives per rate of the angles, O held."""
-    return rate_matrix(witness, ROTARY)[:, 3:]
+    return (rows_of(witness, ROTARY) @ response(witness))[:, 3:]
 
 
 Measure: TypeAlias = Callable[[StatePlant], Any]

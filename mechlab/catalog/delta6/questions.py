@@ -3,9 +3,8 @@ and MuJoCo on the fidelity `full`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,9 @@ from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, DRIVES, ROTARY, SLIDERS, Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates
-from mechlab.engines.protocol import WITNESSES
 from mechlab.errors import NoSolution
-from mechlab.experiment.question import Answer, Question, Witness
+from mechlab.experiment.question import Answer, Question
+from mechlab.kit.questions import by_name, for_engines, stacked
 from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
@@ -37,11 +36,6 @@ UNITS = (
 )  # fmt: skip
 START_OFFSET = 1e-3
 """The engines start this far off the closed form in every coordinate: near enough for the mode, not an answer."""
-
-
-def _stack(given: Given, names: tuple[str, ...]) -> Array:
-    """(..., names) the given values, 0 where there is none."""
-    return np.stack(np.broadcast_arrays(*(np.asarray(given.get(n, 0.0), dtype=float) for n in names)), axis=-1)
 
 
 def _unreachable(what: str, measure: Array, unit: str, solved: NDArray[np.bool_] | None = None) -> Answer:
@@ -88,30 +82,27 @@ def _singular_status(singular: ArrayLike, h2: Array, length: float) -> tuple[Sta
     return (Status.BOUNDARY if notes else Status.SOLVED), tuple(notes)
 
 
-# -- pose to drives --------------------------------------------------------------------------------------------------------
-
-
 def _inverse_analytic(p: Delta6Parameters, given: Given) -> Answer:
-    tool = _stack(given, TOOL)
+    tool = stacked(given, TOOL)
     found = closed.inverse(p.geometry, tool, given["alpha"], given["beta"], given["gamma"])
     if not np.all(found.reachable):
         return _unreachable("smallest L^2 - |G|^2 is", found.translation.h2, "m2", found.reachable)
     if (beyond := _beyond_bend(p, found.drives[..., :3], found.head_centre[..., 2])) is not None:
         return beyond
     status, notes = _singular_status(found.singular, found.translation.h2, p.rod_length)
-    values = {name: found.drives[..., k] for k, name in enumerate(DRIVES)}
+    values = by_name(DRIVES, found.drives)
     if any(k in given for k in TWIST):
-        twist = _stack(given, TWIST)
+        twist = stacked(given, TWIST)
         try:
             rates = closed.drive_rates(p.geometry, tool, given["alpha"], given["beta"], given["gamma"], twist)
         except NoSolution as cause:
             return Answer(values, Status.BOUNDARY, (*notes, str(cause)))
-        values |= {name: rates[..., k] for k, name in enumerate(DRIVE_RATES)}
+        values |= by_name(DRIVE_RATES, rates)
     return Answer(values, status, notes + slider_notes(p, found.drives[..., :3]))
 
 
 def _inverse_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
-    tool, angles = _stack(given, TOOL), _stack(given, ANGLES)
+    tool, angles = stacked(given, TOOL), stacked(given, ANGLES)
     centre = tool - p.head_offset * closed.output_axis(angles)
     rates = any(k in given for k in TWIST)
     values = dict(given) | {k: given.get(k, 0.0) for k in TWIST} if rates else given
@@ -154,11 +145,8 @@ def _reach(answer: Answer) -> Answer:
     return answer
 
 
-# -- drives to pose --------------------------------------------------------------------------------------------------------
-
-
 def _forward_analytic(p: Delta6Parameters, given: Given) -> Answer:
-    sliders, shafts = _stack(given, SLIDERS), _stack(given, ROTARY)
+    sliders, shafts = stacked(given, SLIDERS), stacked(given, ROTARY)
     found = closed.forward(p.geometry, sliders, shafts)
     if not np.all(found.translation.assembles):
         return _unreachable("smallest L^2 - circumradius^2 is", found.translation.discriminant, "m2")
@@ -166,19 +154,18 @@ def _forward_analytic(p: Delta6Parameters, given: Given) -> Answer:
         return Answer(status=Status.OUT_OF_REACH, notes=("it assembles only with a rod that points upwards",))
     if (beyond := _beyond_bend(p, sliders, found.translation.position[..., 2])) is not None:
         return beyond
-    values = {name: found.tool[..., k] for k, name in enumerate(POSE[:3])}
-    values |= {name: found.angles[..., k] for k, name in enumerate(POSE[3:])}
+    values = by_name(TOOL, found.tool) | by_name(ANGLES, found.angles)
     status, notes = _singular_status(found.singular, np.min(found.translation.heights**2, axis=-1), p.rod_length)
     if any(k in given for k in DRIVE_RATES):
-        rates = _stack(given, DRIVE_RATES)
+        rates = stacked(given, DRIVE_RATES)
         al, be, ga = (found.angles[..., k] for k in range(3))
         twist = closed.output_twist(p.geometry, found.tool, al, be, ga, rates)
-        values |= {name: twist[..., k] for k, name in enumerate(TWIST)}
+        values |= by_name(TWIST, twist)
     return Answer(values, status, notes + slider_notes(p, sliders))
 
 
 def _forward_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
-    sliders, shafts = _stack(given, SLIDERS), _stack(given, ROTARY)
+    sliders, shafts = stacked(given, SLIDERS), stacked(given, ROTARY)
     found = closed.forward(p.geometry, sliders, shafts)
     reachable = bool(found.translation.assembles) and bool(found.translation.on_branch)
     start = _start(p, found.translation.position, found.angles) if reachable else None
@@ -194,16 +181,12 @@ def _forward_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
     return _reach(replace(answer, assumed={}))
 
 
-def _witnesses(analytic: Witness, engine: Callable[..., Answer]) -> dict[str, Witness]:
-    return {"analytic": analytic} | {name: partial(engine, name) for name in WITNESSES}
-
-
 INVERSE = Question(
-    "inverse", POSE, (*DRIVES, *DRIVE_RATES), _witnesses(_inverse_analytic, _inverse_engine), dict.fromkeys(TWIST),
+    "inverse", POSE, (*DRIVES, *DRIVE_RATES), {"analytic": _inverse_analytic} | for_engines(_inverse_engine), dict.fromkeys(TWIST),
     angles=(*ROTARY, *ANGLES), units=UNITS, text="drives from the pose of D; their rates from its twist",
 )  # fmt: skip
 FORWARD = Question(
-    "forward", DRIVES, (*POSE, *TWIST), _witnesses(_forward_analytic, _forward_engine), dict.fromkeys(DRIVE_RATES),
+    "forward", DRIVES, (*POSE, *TWIST), {"analytic": _forward_analytic} | for_engines(_forward_engine), dict.fromkeys(DRIVE_RATES),
     angles=(*ROTARY, *ANGLES), units=UNITS, text="pose of D from the drives; its twist from their rates",
 )  # fmt: skip
 QUESTIONS = (INVERSE, FORWARD)

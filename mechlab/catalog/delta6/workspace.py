@@ -1,8 +1,9 @@
-"""The workspace of the head centre O: the source's grid and test, the limits that the source leaves out, maps, and the
-question of the margin at a point."""
+"""The workspace of the head centre O: the source's grid and test (check A6), the limits that the source leaves out, maps, and
+the question of the margin at a point."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from functools import partial, reduce
 from typing import Any
@@ -12,20 +13,18 @@ import numpy as np
 from mechlab.analytic import delta6 as closed
 from mechlab.analytic.regions import Region, any_of, r_functions
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, SLIDERS, Delta6Parameters
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, SLIDERS, SOURCE, Delta6Parameters
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.catalog.delta6.questions import START_OFFSET
-from mechlab.engines.protocol import WITNESSES
-from mechlab.experiment.entry import Coordinates, WorkspaceLimit, WorkspaceMap, WorkspaceRecipe
+from mechlab.experiment.entry import Check, CheckResult, Coordinates, WorkspaceLimit, WorkspaceMap, WorkspaceRecipe
 from mechlab.experiment.question import Answer, Question
+from mechlab.kit.questions import by_name, for_engines, stacked
 from mechlab.kit.witness import engine_answer
-from mechlab.mechanism import Mechanism
+from mechlab.mechanism import Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.values import Range
 
 Given = Mapping[str, Any]
-
-# -- region and maps -------------------------------------------------------------------------------------------------------
 
 
 def limits_of(p: Delta6Parameters, limits: Mapping[str, float]) -> closed.WorkspaceLimits:
@@ -81,8 +80,6 @@ WORKSPACE = WorkspaceRecipe(
     text="positions of the head centre O",
 )
 
-# -- the question ----------------------------------------------------------------------------------------------------------
-
 LIMITS = ("least_condition", "least_clearance")
 CLAUSES = ("reach", "slider_min", "slider_max", "bend", "condition", "clearance")
 MARGINS = tuple(f"{n}_margin" for n in CLAUSES)
@@ -97,7 +94,8 @@ def _limits(given: Given) -> dict[str, float]:
 def _margins_analytic(p: Delta6Parameters, given: Given) -> Answer:
     """The region of the workspace, evaluated."""
     inside = region(p, _limits(given))
-    points = dict(zip("xyz", np.broadcast_arrays(*(np.asarray(given[k], dtype=float) for k in CENTRE)), strict=True))
+    centre = stacked(given, CENTRE)
+    points = by_name("xyz", centre)
     smooth = r_functions(float(given["r_alpha"]))
     either = any_of(inside.clauses)
     shape = points["x"].shape
@@ -110,9 +108,9 @@ def _margins_analytic(p: Delta6Parameters, given: Given) -> Answer:
         verdict = inside.decide(points)
         where = "inside" if bool(verdict.inside) else "outside"
         notes = (f"{where} the workspace; {verdict.binding()} decides",)
-    found = closed.inverse_position(p.geometry, np.stack([points[k] for k in "xyz"], axis=-1))
+    found = closed.inverse_position(p.geometry, centre)
     if np.all(found.reachable):
-        values |= {n: found.drives[..., k] for k, n in enumerate(SLIDERS)}
+        values |= by_name(SLIDERS, found.drives)
     return Answer(values, notes=notes)
 
 
@@ -171,9 +169,50 @@ MARGIN = Question(
     given=CENTRE,
     optional=dict.fromkeys(LIMITS) | {"r_alpha": 0.0},
     answers=(*MARGINS, *JOINED, *SLIDERS),
-    witnesses={"analytic": _margins_analytic} | {engine: partial(_margins_engine, engine) for engine in WITNESSES},
+    witnesses={"analytic": _margins_analytic} | for_engines(_margins_engine),
     units=dict.fromkeys((*CENTRE, *MARGINS, *JOINED, *SLIDERS, "least_clearance"), "m")
     | dict.fromkeys(("least_condition", "r_alpha"), ""),
     text="how far the head centre is inside every limit of the workspace (negative: outside), inside all and any of them, "
     "and the R-functions R_alpha of the same",
 )
+
+
+def _count_from_parts(bend_limit: float | None) -> list[int]:
+    """Workspace counts from where the crosses of the `full` mechanism stand, node by node."""
+    tree = TreeKinematics(build(SOURCE, "full"))
+    nodes = np.arange(-100, 101) / 100.0
+    x, y = np.meshgrid(nodes, nodes, indexing="ij")
+    tops = []
+    for i in (1, 2, 3):
+        upper, lower = tree.pose(f"cross_{i}")[1], tree.pose(f"half_{i}")[1]
+        span = lower - upper
+        radicand = span @ span - (x + span[0]) ** 2 - (y + span[1]) ** 2
+        height = np.sqrt(np.where(radicand >= 0.0, radicand, np.nan))
+        if bend_limit is not None:
+            height[np.arccos(height / np.sqrt(span @ span)) > bend_limit] = np.nan
+        zero = tree.mechanism.zero(f"q{i}")
+        tops.append(height + zero + span[2])
+    stacked = np.array(tops)
+    reached = np.isfinite(stacked).all(axis=0)
+    drives = stacked[:, reached][:, :, None] + nodes
+    inside = ((drives >= SOURCE.slider_min) & (drives <= SOURCE.slider_max)).all(axis=0)
+    return [int(reached.sum()), int(inside.sum())]
+
+
+def a6(p: Delta6Parameters) -> CheckResult:
+    """The workspace on the source's grid, without and with a bend limit of the cardans."""
+    values: dict[str, list[int]] = {"analytic": [], "numpy": []}
+    for bend in (None, math.radians(45.0), math.radians(60.0)):
+        counts = closed.workspace_counts(SOURCE.geometry, SOURCE.slider_min, SOURCE.slider_max, bend)
+        values["analytic"] += [counts.xy_nodes, counts.voxels]
+        values["numpy"] += _count_from_parts(bend)
+    expected = [811, 18_724, 55, 2_003, 362, 10_885]
+    return CheckResult(
+        values, 0.0, expected, "nodes (x, y) and voxels: no bend limit, 45 deg, 60 deg; sliders 0.25 to 0.65 m"
+    )
+
+
+A6 = Check(
+    "A6", "workspace counts on the grid of 0.01 m (source's parameters)", a6,
+    "thesis abstract, chapter 3, workspace; counts of the grid",
+)  # fmt: skip

@@ -60,16 +60,11 @@ def state(p: Parameters, phi: float, w: float) -> State:
     particles = bar("A", "B", p.crank) + bar("B", "C", p.coupler) + bar("D", "C", p.rocker)
     particles = particles + gear("B", ra, w) + gear("C", rc, rates["idler"]) + gear("D", rd, rates["output"])
     joint = turns["coupler"] - phi
-    values = {
-        "crank_angle": phi, "coupler_joint": joint, "idler_joint": ra / rc * joint, "rocker_angle": turns["rocker"],
-        "output_angle": turns["output"], "coupler_angle": turns["coupler"], "idler_angle": turns["idler"],
+    values = {f"{n}_angle": x for n, x in turns.items()}
+    values |= {"crank_angle": phi, "coupler_joint": joint, "idler_joint": ra / rc * joint}
+    speeds = {f"{n}_angle": v for n, v in rates.items()} | {
+        "crank_angle": w, "coupler_joint": rates["coupler"] - w, "idler_joint": rates["idler"] - rates["coupler"],
     }  # fmt: skip
-    speeds = {f"{n}_angle": v for n, v in rates.items()}
-    speeds |= {
-        "crank_angle": w,
-        "coupler_joint": rates["coupler"] - w,
-        "idler_joint": rates["idler"] - rates["coupler"],
-    }
     rim = pin_d + cmath.rect(rd, turns["output"])
     points = {"B": in_plane(pin_b), "C": in_plane(pin_c), "rim": in_plane(rim)}
     # The phase of the idler's teeth has no dynamic effect: its body turns with the coupler and, by its joint, on it.
@@ -117,17 +112,20 @@ def _extreme(phi: Array, w: Array) -> tuple[float, float]:
     return float(here - 0.5 * bend * step**2), float(phi[k] + step * (phi[1] - phi[0])) % (2.0 * math.pi)
 
 
+def _with_crank_for(g: closed_form.GearLinkage, target: str, wanted: float) -> closed_form.GearLinkage:
+    """The linkage with the crank that the synthesis finds for a target."""
+    crank = closed_form.crank_for(target, wanted, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode).crank
+    if crank is None:
+        raise MechlabError(f"gear_linkage: {target} of {wanted:.4g} rad is out of reach with these gears.")
+    return replace(g, crank=crank)
+
+
 def _regime(p: Parameters) -> CheckResult:
-    g = p.linkage
-    found = closed_form.crank_for("reverse_angle", BACK, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
-    if found.crank is None:
-        raise MechlabError(f"gear_linkage: no crank lets the output of these gears run back by {BACK:.4g} rad.")
-    reversing = replace(g, crank=found.crank)
+    reversing = _with_crank_for(p.linkage, "reverse_angle", BACK)
     report = astuple(closed_form.regime(reversing))[1:]
+    note = "RegimeReport of a crank that runs back by 2 deg"
     # Parabolas and chords over steps of 1.6e-4 rad: 1e-8 of second derivatives, which grow towards a change point.
-    return CheckResult(
-        {"closed form": report}, 1e-5, _sampled(reversing), "RegimeReport of a crank that runs back by 2 deg"
-    )
+    return CheckResult({"closed form": report}, 1e-5, _sampled(reversing), note)
 
 
 def _reach(p: Parameters) -> CheckResult:
@@ -140,17 +138,12 @@ def _reach(p: Parameters) -> CheckResult:
     most = closed_form.regime(replace(g, crank=longest)).reverse_angle
     measured = [found.wanted, found.longest, *found.reachable, stops, *closed_form.motion(g, phi).transmission_angle]
     expected = [BACK, longest, 0.0, most, 0.0, *_transmission(g, phi)]
+    note = "reach of the synthesis, rest of its shortest crank, angles BCD"
     # The smallest of 40001 samples lies 1e-8 of a second derivative above the minimum; arccos keeps half the digits at 0.
-    return CheckResult(
-        {"closed form": measured}, 1e-6, expected, "reach of the synthesis, rest of its shortest crank, angles BCD"
-    )
+    return CheckResult({"closed form": measured}, 1e-6, expected, note)
 
 
-REGIME_CHECKS = (
-    Check("L11", "regime of a reversing crank against samples", _regime, "rolling at the pitch points, sampled"),
-    Check("L12", "reach of the synthesis and transmission angle", _reach, "law of cosines; rolling, sampled"),
-)
-
+TURN = np.linspace(0.0, 2.0 * math.pi, 101)[:-1]
 GRID = (0.35, 1.4, 2.2, 3.6, 4.9, 5.8)
 
 
@@ -166,84 +159,63 @@ def _pose(p: Parameters) -> CheckResult:
 
 
 def _rolling(p: Parameters) -> CheckResult:
-    phi = np.linspace(0.0, 2.0 * math.pi, 101)[:-1]
-    formula, rolling = [], []
-    for g in _both(p):
-        x = closed_form.motion(g, phi)
-        formula.append([x.idler_rate, x.output_rate])
-        rolling.append(closed_form.rolling_rates(g, phi))
-    return CheckResult(
-        {"formula": np.array(formula), "rolling": np.array(rolling)}, 1e-8, note="idler and output rate, both modes"
-    )
+    motions = [closed_form.motion(g, TURN) for g in _both(p)]
+    formula = np.array([[x.idler_rate, x.output_rate] for x in motions])
+    rolling = np.array([closed_form.rolling_rates(g, TURN) for g in _both(p)])
+    return CheckResult({"formula": formula, "rolling": rolling}, 1e-8, note="idler and output rate, both modes")
 
 
 def _accelerations(p: Parameters) -> CheckResult:
-    phi, h = np.linspace(0.0, 2.0 * math.pi, 101)[:-1], 1e-5
-    formula, differences = [], []
-    for g in _both(p):
-        formula.append(closed_form.motion(g, phi).output_accel)
-        ahead, behind = (closed_form.rolling_rates(g, phi + s * h)[1] for s in (1, -1))
-        differences.append((ahead - behind) / (2.0 * h))
+    h = 1e-5
+    formula = np.array([closed_form.motion(g, TURN).output_accel for g in _both(p)])
+    ahead, behind = (np.array([closed_form.rolling_rates(g, TURN + s * h)[1] for g in _both(p)]) for s in (1, -1))
     scale = float(np.max(np.abs(formula)))
     # Central differences: truncation h^2 w''' / 6 and rounding 1e-16 / h, both below 1e-8 of the largest acceleration
     # unless a change point is near, where the third derivative grows as its fourth power.
     return CheckResult(
-        {"formula": np.array(formula) / scale, "differences of rolling": np.array(differences) / scale},
+        {"formula": formula / scale, "differences of rolling": (ahead - behind) / (2.0 * h) / scale},
         1e-7, note=f"output acceleration, both modes, relative to the largest, {scale:.3g}",
     )  # fmt: skip
 
 
 def _mean(p: Parameters) -> CheckResult:
-    measured = {
-        f"mode {g.mode:+d}": float(closed_form.motion(g, 2.0 * math.pi).output_angle) / (2.0 * math.pi)
-        for g in _both(p)
-    }
-    return CheckResult(
-        measured, 1e-12 * max(1.0, p.linkage.ratio), p.linkage.ratio, "mean output rate over one turn is ra / rd"
-    )
+    turn, ratio = 2.0 * math.pi, p.linkage.ratio
+    measured = {f"mode {g.mode:+d}": float(closed_form.motion(g, turn).output_angle) / turn for g in _both(p)}
+    return CheckResult(measured, 1e-12 * max(1.0, ratio), ratio, "mean output rate over one turn is ra / rd")
 
 
 def _mass(p: Parameters) -> CheckResult:
-
     m = build(p, "minimal")
     tree = TreeKinematics(m)
     phi = np.array(GRID)
     q, v = coordinates(p, m, phi, np.ones_like(phi))
     found = [float(b @ tree.set(a).mass_matrix() @ b) for a, b in zip(q, v, strict=True)]
     expected = closed_form.reduced_inertia(p.linkage, p.masses, phi)[0]
-    return CheckResult(
-        {"G^T M G of the model": found}, 1e-12 * float(np.max(expected)), expected, "reduced inertia [kg m2]"
-    )
+    tolerance = 1e-12 * float(np.max(expected))
+    return CheckResult({"G^T M G of the model": found}, tolerance, expected, "reduced inertia [kg m2]")
 
 
 def _driven(p: Parameters) -> CheckResult:
+    methods = {"RK4, 1 ms": Settings(), "implicitfast, 0.1 ms": Settings(integrator="implicitfast", timestep=1e-4)}
+    scene = replace(constant_crank(replace(p, speed=1.0), "minimal"), duration=3.7)
     measured = {}
-    for name, settings in (
-        ("RK4, 1 ms", Settings()),
-        ("implicitfast, 0.1 ms", Settings(integrator="implicitfast", timestep=1e-4)),
-    ):
-        scene = replace(constant_crank(replace(p, speed=1.0), "minimal"), duration=3.7)
+    for name, settings in methods.items():
         recording = engine("mujoco").run(build(p, "minimal"), scene, settings)
         truth = closed_form.motion(p.linkage, recording.channel("crank_angle")).output_angle
         measured[name] = float(np.max(np.abs(recording.channel("output_angle") - truth)))
-    return CheckResult(
-        measured, 1e-5, 0.0, "output of a MuJoCo run against the closed form at the actual crank angle [rad]"
-    )
+    note = "output of a MuJoCo run against the closed form at the actual crank angle [rad]"
+    return CheckResult(measured, 1e-5, 0.0, note)
 
 
 def _free(p: Parameters) -> CheckResult:
     p = replace(p, speed=1.0)
     scene = free_spin(p, "minimal")
-    expected = reference(p, scene).channel("output_angle")[-1]
-    m, smooth = build(p, "minimal"), Settings(engine="pinocchio", timestep=4e-3)
-    measured = {
-        "mujoco": engine("mujoco").run(m, scene, scene.settings).channel("output_angle")[-1],
-        "pinocchio": engine("pinocchio").run(m, scene, smooth).channel("output_angle")[-1],
-    }
+    expected = float(reference(p, scene).channel("output_angle")[-1])
+    runs = (scene.settings or Settings(), Settings(engine="pinocchio", timestep=4e-3))
+    measured = {s.engine: engine(s.engine).run(build(p, "minimal"), scene, s).channel("output_angle")[-1] for s in runs}
+    note = "output angle after one turn let go, against the reduced equation [rad]"
     # Softness of MuJoCo's rows at 1 ms: phase 1.3e-5 rad after 18 rad, for the masses of the default parameters.
-    return CheckResult(
-        measured, 1e-4, float(expected), "output angle after one turn let go, against the reduced equation [rad]"
-    )
+    return CheckResult(measured, 1e-4, expected, note)
 
 
 def _mode(p: Parameters) -> CheckResult:
@@ -261,22 +233,13 @@ def _mode(p: Parameters) -> CheckResult:
 
 
 def _synthesis(p: Parameters) -> CheckResult:
-    g = p.linkage
-    targets = {
-        "reverse_angle": math.radians(2.0),
-        "dwell_angle": math.radians(60.0),
-        "dwell_angle_one_sided": math.radians(90.0),
-    }
-    measured: list[float] = []
-    for target, wanted in targets.items():
-        found = closed_form.crank_for(target, wanted, g.coupler, g.rocker, g.idler_radius, g.frame, g.mode)
-        if found.crank is None:
-            raise MechlabError(f"gear_linkage: {target} of {wanted:.4g} rad is out of reach with these gears.")
-        measured.append(float(getattr(closed_form.regime(replace(g, crank=found.crank)), target)))
+    degrees = {"reverse_angle": 2.0, "dwell_angle": 60.0, "dwell_angle_one_sided": 90.0}
+    targets = {target: math.radians(angle) for target, angle in degrees.items()}
+    reports = {target: closed_form.regime(_with_crank_for(p.linkage, target, x)) for target, x in targets.items()}
+    measured = [float(getattr(report, target)) for target, report in reports.items()]
+    note = "2 deg back, 60 and 90 deg dwell"
     # Near the momentary dwell the dwell angle is the cube root of the reverse angle: rounding 1e-15 there, 1e-9 here.
-    return CheckResult(
-        {"regime of the crank found": measured}, 1e-8, list(targets.values()), "2 deg back, 60 and 90 deg dwell"
-    )
+    return CheckResult({"regime of the crank found": measured}, 1e-8, list(targets.values()), note)
 
 
 CHECKS = (
@@ -290,5 +253,6 @@ CHECKS = (
     Check("L8", "assembly mode near the change point", _mode, "sign of the triangle BCD"),
     Check("L9", "synthesis of the crank, checked by its regime", _synthesis, "root finding both ways"),
     moving_check("L10", build, "minimal", lambda p: (state(p, phi, w) for phi, w in STATES)),
-    *REGIME_CHECKS,
+    Check("L11", "regime of a reversing crank against samples", _regime, "rolling at the pitch points, sampled"),
+    Check("L12", "reach of the synthesis and transmission angle", _reach, "law of cosines; rolling, sampled"),
 )

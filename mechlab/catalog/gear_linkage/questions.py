@@ -17,7 +17,11 @@ from mechlab.kit.witness import engine_answer
 from mechlab.mechanism import Status
 
 PARTS = ("output", "idler", "coupler", "rocker")
-ANSWERS = tuple(f"{part}_{what}" for part in PARTS for what in ("angle", "rate", "accel"))
+ORDERS = {"angle": ("angle", "rad"), "rate": ("angle_rate", "rad/s"), "accel": ("angle_accel", "rad/s2")}
+"""Order of a quantity here -> its name in the engines, its unit."""
+GIVEN = {f"crank_{order}": f"crank_{theirs}" for order, (theirs, _) in ORDERS.items()}
+NAMES = {f"{part}_{order}": f"{part}_{theirs}" for part in PARTS for order, (theirs, _) in ORDERS.items()}
+ANSWERS = tuple(NAMES)
 SINGULAR = (
     "coupler and rocker are in one line with the frame: two assembly modes meet, the crank does not set the rates"
 )
@@ -34,22 +38,20 @@ def _analytic(p: Parameters, given: Mapping[str, Any]) -> Answer:
 def _engine(engine: str, p: Parameters, given: Mapping[str, Any]) -> Answer:
     """Gear angles count from crank angle 0, so the engine solves that position too."""
     m = build(p, "minimal")
-    wanted = [f"{part}_angle{s}" for part in PARTS for s in ("", "_rate", "_accel")]
-    asked = {f"crank_angle{s}": given[f"crank_{k}"] for s, k in (("", "angle"), ("_rate", "rate"), ("_accel", "accel"))}
-    found = engine_answer(engine, m, asked, wanted)
+    asked = {theirs: given[ours] for ours, theirs in GIVEN.items()}
+    found = engine_answer(engine, m, asked, tuple(NAMES.values()))
     if not found.values:
         return found
     start = engine_answer(engine, m, {"crank_angle": 0.0}, ("output_angle", "idler_angle"))
     if not start.values:
         return start
-    values = {k.replace("_angle_", "_"): v for k, v in found.values.items()}
+    values = {ours: found.values[theirs] for ours, theirs in NAMES.items() if theirs in found.values}
     for part in ("output", "idler"):
         values[f"{part}_angle"] -= start.values[f"{part}_angle"]
     return Answer(values, found.status, found.notes)
 
 
-UNITS = {f"{part}_{what}": unit for part in (*PARTS, "crank") for what, unit in (
-    ("angle", "rad"), ("rate", "rad/s"), ("accel", "rad/s2"))} | {"transmission_angle": "rad"}  # fmt: skip
+UNITS = {f"{part}_{order}": unit for part in (*PARTS, "crank") for order, (_, unit) in ORDERS.items()}
 
 MOTION = Question(
     "motion",
@@ -58,11 +60,9 @@ MOTION = Question(
     answers=(*ANSWERS, "transmission_angle"),
     witnesses={"analytic": _analytic} | for_engines(_engine),
     angles=("coupler_angle", "rocker_angle"),
-    units=UNITS,
+    units=UNITS | {"transmission_angle": "rad"},
     text="angle, rate and acceleration of the output gear (0 at crank angle 0, followed continuously) and of all parts",
 )
-
-# -- the regime ------------------------------------------------------------------------------------------------------------
 
 NUMBERS = (
     "slowest_rate", "slowest_angle", "fastest_rate", "fastest_angle", "reverse_angle", "dwell_angle",
@@ -75,10 +75,8 @@ def _regime(p: Parameters, given: Mapping[str, Any]) -> Answer:
     if g.at_change_point:
         return Answer(status=Status.CHANGE_POINT, notes=(SINGULAR,))
     report = closed_form.regime(g)
-    values = {name: getattr(report, name) for name in NUMBERS} | {
-        "longest_crank": g.longest_crank,
-        "mean_rate": g.ratio,
-    }
+    values = {name: getattr(report, name) for name in NUMBERS}
+    values |= {"longest_crank": g.longest_crank, "mean_rate": g.ratio}
     notes = [report.regime.value]
     if p.backlash and report.regime is closed_form.OutputRegime.REVERSING:
         stands = report.reverse_angle <= p.play

@@ -6,8 +6,8 @@ from mechlab.catalog.impulse_transmission.build import Parameters, build, expand
 from mechlab.catalog.impulse_transmission.checks import CHECKS
 from mechlab.catalog.impulse_transmission.claims import CLAIMS
 from mechlab.catalog.impulse_transmission.portraits import PORTRAITS
-from mechlab.catalog.impulse_transmission.questions import LIMITS, QUESTIONS
-from mechlab.catalog.impulse_transmission.scenes import CHANNELS, DEFAULT_SCENE, SCENES, reference
+from mechlab.catalog.impulse_transmission.questions import QUESTIONS
+from mechlab.catalog.impulse_transmission.scenes import SCENES, reference
 from mechlab.experiment.entry import Entry
 
 FORMULAS = """\
@@ -30,13 +30,13 @@ ENTRY = Entry(
     },
     default_fidelity="minimal",
     scenes=SCENES,
-    default_scene=DEFAULT_SCENE,
-    questions=(*QUESTIONS, LIMITS),
+    default_scene="fig4",
+    questions=QUESTIONS,
     checks=CHECKS,
     claims=CLAIMS,
     reference=reference,
     expand=expand,
-    channels=CHANNELS,
+    channels={"motor_torque": ("N m", lambda p, recording: recording.channel("alpha_force"))},
     warnings=warnings,
     portraits=PORTRAITS,
     chain="differential with a free carrier and unbalanced planets",

@@ -20,8 +20,8 @@ from mechlab.analytic.impulse import (
 )
 from mechlab.catalog.impulse_transmission.build import Parameters
 from mechlab.catalog.impulse_transmission.scenes import simulate
-from mechlab.errors import MechlabError, unknown
-from mechlab.kit.portrait import Portrait, estimated_error, flow, grid, section
+from mechlab.errors import MechlabError
+from mechlab.kit.portrait import Portrait, estimated_error, flow, grid, options, section
 from mechlab.mechanism.geometry import Array
 
 UNITS = {
@@ -30,40 +30,27 @@ UNITS = {
 }  # fmt: skip
 WIDTH = 0.1
 """Least rate [rad/s] below which a portrait with friction is smoothed; the error is of this size in beta'."""
-
-
-def options(given: Mapping[str, Any], **known: Any) -> dict[str, Any]:
-    """The known quantities with the values that were given; raises MechlabError for another, listing them."""
-    for key in given:
-        if key not in known:
-            raise unknown("portrait: quantity", key, known)
-    return known | dict(given)
-
-
-def smoothing(i: Impulse, timestep: float) -> tuple[float, tuple[str, ...]]:
-    """Rate below which friction is smoothed, wide enough for RK4 to be stable, and what to say of it."""
-    if i.M1 == 0.0:
-        return 0.0, ()
-    width = max(WIDTH, timestep * i.M1 / (shape(i).B3 - abs(shape(i).b3)))
-    return width, (
-        f"dry friction is smoothed below {width:.3g} rad/s; `simulate --engine hybrid` follows single motions exactly",
-    )
-
-
 STATES = ("alpha", "beta", "alpha_rate", "beta_rate", "motor_torque")
 DURATION, TIMESTEP, ROUGH_TIMESTEP = 0.5, 5e-4, 2.5e-4
 FOLLOWED = 3
 """Number of motions that are repeated with exact friction, to measure the error of the smoothed ones."""
+TURNS, TURN_STEPS = 100, 100
+"""Turns of psi of a Poincare map, and RK4 steps in each."""
 
 
-def _states(p: Parameters, o: Mapping[str, Any]) -> Array:
-    """(points, 5) initial states: all combinations of what was given."""
-    points = grid({f"{s}_0": o[f"{s}_0"] for s in STATES})
-    return np.column_stack(list(points.values()))
+def smoothing(i: Impulse, timestep: float) -> tuple[float, tuple[str, ...]]:
+    """Rate below which friction is smoothed, wide enough for RK4 to be stable, and the note on it."""
+    if i.M1 == 0.0:
+        return 0.0, ()
+    width = max(WIDTH, timestep * i.M1 / (shape(i).B3 - abs(shape(i).b3)))
+    text = (
+        f"dry friction is smoothed below {width:.3g} rad/s; `simulate --engine hybrid` follows single motions exactly"
+    )
+    return width, (text,)
 
 
 def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
-    """Motions with the motor, from a grid of initial states."""
+    """Motions with the motor, from all combinations of the given initial states."""
     o = options(
         given, alpha_0=p.alpha_0, beta_0=np.linspace(-0.2, 0.2, 32), alpha_rate_0=p.alpha_rate_0,
         beta_rate_0=np.linspace(-30.0, 30.0, 32), motor_torque_0=p.motor_torque_0, duration=DURATION,
@@ -71,21 +58,21 @@ def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     )  # fmt: skip
     if p.static_motor:
         raise MechlabError(f"portrait: the motor torque is a state here and needs tau, got {p.tau:g} s.")
-    i = p.impulse
-    width, notes = smoothing(i, float(o["timestep"]))
+    duration, timestep = float(o["duration"]), float(o["timestep"])
+    width, notes = smoothing(p.impulse, timestep)
 
     def f(t: float, y: Array) -> Array:
-        return slope(i, y, width)
+        return slope(p.impulse, y, width)
 
-    start = _states(p, o)
-    t, y = flow(f, start, float(o["duration"]), float(o["timestep"]))
+    start = np.column_stack(list(grid({s: o[f"{s}_0"] for s in STATES}).values()))
+    t, y = flow(f, start, duration, timestep)
     arrays = {"t": t} | {name: y[:, :, k].T for k, name in enumerate(STATES)}
-    note = f"{len(start)} motions at once by RK4, step {float(o['timestep']):g} s, "
     if width:
-        note += _against_events(p, start, y[-1], t[-1])
+        error = _against_events(p, start, y[-1], t[-1])
     else:
-        note += f"estimated error {estimated_error(f, start, float(o['duration']), float(o['timestep'])):.2g}"
-    return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=(note, *notes))
+        error = f"estimated error {estimated_error(f, start, duration, timestep):.2g}"
+    notes = (f"{len(start)} motions at once by RK4, step {timestep:g} s, {error}", *notes)
+    return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=notes)
 
 
 def _against_events(p: Parameters, start: Array, end: Array, duration: float) -> str:
@@ -94,16 +81,12 @@ def _against_events(p: Parameters, start: Array, end: Array, duration: float) ->
     exact = []
     for state in start[chosen]:
         initial: dict[str, Any] = {f"{name}_0": float(x) for name, x in zip(STATES, state, strict=True)}
-        q = replace(p, **initial)
-        exact.append(simulate(q, np.array([0.0, duration]), 1e-9)[0][-1])
+        exact.append(simulate(replace(p, **initial), np.array([0.0, duration]), 1e-9)[0][-1])
     off = np.abs(end[chosen] - exact).max(axis=0)
     return (
         f"off from exact friction at the end by {off[1]:.2g} rad in beta and {off[3]:.2g} rad/s in beta' "
         f"(largest of {len(chosen)} motions)"
     )
-
-
-TURNS, TURN_STEPS = 100, 100
 
 
 def _over_psi(i: Impulse, w: float, width: float) -> Callable[[float, Array], Array]:
@@ -134,6 +117,7 @@ def poincare(p: Parameters, given: Mapping[str, Any]) -> Portrait:
         turns=TURNS,
     )  # fmt: skip
     i, w, turns = p.impulse, float(o["input_speed"]), int(o["turns"])
+    turn, step = 2.0 * math.pi, 2.0 * math.pi / TURN_STEPS
     width, notes = smoothing(i, 2.0 * math.pi / (TURN_STEPS * i.q * w))
     points = grid({"beta_0": o["beta_0"], "beta_rate_0": o["beta_rate_0"]})
     slip = w - points["beta_rate_0"]
@@ -141,20 +125,17 @@ def poincare(p: Parameters, given: Mapping[str, Any]) -> Portrait:
         raise MechlabError(f"portrait poincare: beta_rate_0 must stay below input_speed = {w:g} rad/s.")
     start = np.column_stack([points["beta_0"], slip**2, np.zeros(len(slip))])
     f = _over_psi(i, w, width)
-    y = section(f, start, 2.0 * math.pi, turns, TURN_STEPS)
+    y = section(f, start, turn, turns, TURN_STEPS)
     passed = y[:, :, 2] == 0.0
-    beta, rate = (
-        np.where(passed, y[:, :, 0], np.nan),
-        np.where(passed, w - np.sqrt(np.maximum(y[:, :, 1], 0.0)), np.nan),
-    )
-    arrays = {"beta": beta.T, "beta_rate": rate.T}
+    values = {"beta": y[:, :, 0], "beta_rate": w - np.sqrt(np.maximum(y[:, :, 1], 0.0))}
+    arrays = {name: np.where(passed, x, np.nan).T for name, x in values.items()}
     note = f"{len(start)} motions over {turns} turns of psi, {TURN_STEPS} steps of RK4 each"
     ended = int(np.count_nonzero(~passed[-1]))
     if ended:
         notes = (*notes, f"{ended} motions end: the output shaft reaches the input speed, psi turns back")
     few = start[passed[-1]]
     if len(few):
-        error = estimated_error(f, few, 2.0 * math.pi * min(turns, 10), 2.0 * math.pi / TURN_STEPS)
+        error = estimated_error(f, few, turn * min(turns, 10), step)
         # What is integrated is (w - beta')^2, whose error is 2 w times that of beta'.
         note += f", estimated error of the steps after {min(turns, 10)} turns {error / (2.0 * w):.2g} rad/s in beta'"
     title = f"Poincare map at psi = 0 (mod 2 pi), {w:g} rad/s"
@@ -172,10 +153,8 @@ def exact(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     psi = points["psi_0"][:, None] + np.linspace(0.0, 2.0 * math.pi * float(o["turns"]), 361)
     slip = slip_speed(i, w, psi, energy[:, None], i.M0)
     arrays = {"psi": psi, "slip": slip, "beta_rate": w - slip, "energy": energy}
-    return Portrait(
-        "exact", f"first integral at {w:g} rad/s", "psi", "beta_rate", arrays, UNITS,
-        notes=("closed form: no integration; a curve ends where the output shaft reaches the input speed",),
-    )  # fmt: skip
+    note = "closed form: no integration; a curve ends where the output shaft reaches the input speed"
+    return Portrait("exact", f"first integral at {w:g} rad/s", "psi", "beta_rate", arrays, UNITS, notes=(note,))
 
 
 def bifurcation(p: Parameters, given: Mapping[str, Any]) -> Portrait:
@@ -183,22 +162,13 @@ def bifurcation(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     o = options(
         given, input_speed=p.nominal_speed, ratio=np.linspace(0.0, 0.5, 201), friction=np.geomspace(1.0, 2000.0, 9)
     )
-    friction, ratio = (
-        np.atleast_1d(np.asarray(o["friction"], dtype=float)),
-        np.atleast_1d(np.asarray(o["ratio"], dtype=float)),
-    )
+    friction, ratio = (np.atleast_1d(np.asarray(o[k], dtype=float)) for k in ("friction", "ratio"))
     w = float(o["input_speed"])
     M1, M0 = friction[:, None] * np.ones(len(ratio)), friction[:, None] * ratio
     found = unidirectional(p.impulse, w, M0, M1)
-    arrays = {
-        "M0/M1": np.broadcast_to(ratio, M0.shape),
-        "mean_speed": found.mean_speed,
-        "M0": M0,
-        "M1": M1,
-        "sine": found.sine,
-    }
-    share = float(np.mean(found.exists))
-    note = f"exact half-phases; the regime exists at {100 * share:.3g} % of the points"
+    ratios = np.broadcast_to(ratio, M0.shape)
+    arrays = {"M0/M1": ratios, "mean_speed": found.mean_speed, "M0": M0, "M1": M1, "sine": found.sine}
+    note = f"exact half-phases; the regime exists at {100 * float(np.mean(found.exists)):.3g} % of the points"
     title = f"mean output speed over M0/M1 at {w:g} rad/s, M1 = {friction.min():g} to {friction.max():g} N m"
     return Portrait("bifurcation", title, "M0/M1", "mean_speed", arrays, UNITS, notes=(note,))
 

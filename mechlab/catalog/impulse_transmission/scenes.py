@@ -1,17 +1,14 @@
-"""The parameter sets of the source's figures, one-way rotation, sticking, as scenes; their runs by the closed form and engines."""
+"""The figures of the source, one-way rotation and sticking as scenes, and their motion by the closed form."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from mechlab.analytic.impulse import Impulse, harmonic_motion, unidirectional
-from mechlab.catalog.impulse_transmission.build import Parameters, build, minimal_coordinates, voltage, winding
-from mechlab.catalog.impulse_transmission.problems import WithMotor
-from mechlab.engines.protocol import engine
+from mechlab.analytic.impulse import ConstantSpeed, Impulse, WithMotor, harmonic_motion, unidirectional
+from mechlab.catalog.impulse_transmission.build import NAME, Parameters, build, coordinates
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import Constant, DcMotor, Law
@@ -27,8 +24,8 @@ HYBRID = Settings(engine="hybrid", integrator="DOP853", tolerance=1e-11, preset=
 
 def laws(p: Parameters) -> tuple[Law, ...]:
     """The motor with its lag, and the constant load. The dry friction is a property of the output shaft."""
-    w = winding(p)
-    motor = DcMotor("alpha", voltage(p), w.constant, w.resistance, p.tau * w.resistance, p.motor_torque_0)
+    w = p.winding
+    motor = DcMotor("alpha", p.voltage, w.constant, w.resistance, p.tau * w.resistance, p.motor_torque_0)
     if p.static_motor and p.tau > 0:
         motor = motor.static()
     return (motor, Constant("beta", -p.M0)) if p.M0 else (motor,)
@@ -41,21 +38,20 @@ def settings(p: Parameters) -> Settings:
     return preset("accurate", timestep=SMOOTH_STEP if p.static_motor else min(SMOOTH_STEP, p.tau))
 
 
-def _scene(p: Parameters, fidelity: str, duration: float, text: str) -> Scene:
-    alpha, beta, u, v, _ = p.start
-    return Scene(
-        "", fidelity, duration, laws(p), initial={"alpha": alpha, "beta": beta},
-        initial_rates={"alpha": u, "beta": v}, channels=("motor_torque",), needs=("poses", "drive_forces"),
-        tolerance=1e-5, settings=settings(p), text=text,
-    )  # fmt: skip
-
-
 def _recipe(duration: float, text: str, **overrides: Any) -> SceneRecipe:
     def make(p: Parameters, fidelity: str) -> Scene:
-        return _scene(p, fidelity, duration, text)
+        return Scene(
+            "", fidelity, duration, laws(p), initial={"alpha": p.alpha_0, "beta": p.beta_0},
+            initial_rates={"alpha": p.alpha_rate_0, "beta": p.beta_rate_0}, channels=("motor_torque",),
+            needs=("poses", "drive_forces"), tolerance=1e-5, settings=settings(p), text=text,
+        )  # fmt: skip
 
     return SceneRecipe(make, "minimal", text, overrides)
 
+
+SPEED = 150.0
+"""Input speed of figures 2, 5 and 7 [rad/s]."""
+FIGURE_7 = Impulse(M0=0.0, M1=0.0, c=500.0)
 
 _FIG2 = {
     "J1": 5.0, "J2": 0.5, "nJ3": 0.32, "nm": 10.5, "a": 0.02, "b": 0.08, "h": 0.08, "M0": 0.0, "M1": 750.0, "Mn": 150.0,
@@ -71,14 +67,13 @@ _FIG5 = _FIG4 | {
     "alpha_rate_0": 150.0, "beta_rate_0": 0.0, "motor_torque_0": 10.0,
 }  # fmt: skip
 _FIG7 = _FIG5 | {
-    "M1": 0.0, "c": 500.0,
-    "beta_rate_0": float(harmonic_motion(Impulse(M0=0.0, M1=0.0, c=500.0), 150.0, 0.0)[1]),
+    "M1": 0.0, "c": 500.0, "beta_rate_0": float(harmonic_motion(FIGURE_7, SPEED, 0.0)[1]),
 }  # fmt: skip
 
 
 def _one_way() -> dict[str, Any]:
     """Set (4) under M0 = 2, M1 = 10 with a motor that keeps 150 rad/s; from the exact state at the start of a cycle."""
-    found = unidirectional(Impulse(M0=2.0, M1=10.0), 150.0)
+    found = unidirectional(Impulse(M0=2.0, M1=10.0), SPEED)
     torque, psi = float(found.mean_motor_torque), float(found.psi_a)
     return _FIG5 | {
         "M0": 2.0, "M1": 10.0, "Mn": torque, "slip_per_torque": None, "alpha_0": psi / Impulse().q, "motor_torque_0": torque,
@@ -99,8 +94,6 @@ SCENES = {
     "unidirectional": _recipe(1.0, "one-way rotation from the exact state of the cycle", **_one_way()),
     "sticking": _recipe(0.3, "figure 4 with friction strong enough to stick", **_FIG4 | {"M1": 3000.0}),
 }
-DEFAULT_SCENE = "fig4"
-CHANNELS = {"motor_torque": ("N m", lambda p, recording: recording.channel("alpha_force"))}
 
 
 def simulate(p: Parameters, times: Array, tolerance: float = 1e-12) -> tuple[Array, Health, Cost]:
@@ -108,7 +101,7 @@ def simulate(p: Parameters, times: Array, tolerance: float = 1e-12) -> tuple[Arr
     problem = WithMotor(p.impulse, p.static_motor)
     done = integrate_hybrid(problem, p.start, times, rtol=tolerance, atol=1e-2 * tolerance)
     if not done.complete:
-        raise Untrustworthy(f"impulse_transmission: the closed form stopped at {done.last_t:g} s: {done.ending.value}.")
+        raise Untrustworthy(f"{NAME}: the closed form stopped at {done.last_t:g} s: {done.ending.value}.")
     y = done.y
     if p.static_motor:
         y = y.copy()
@@ -124,7 +117,7 @@ def reference(p: Parameters, scene: Scene) -> Recording:
     t = np.linspace(0.0, scene.duration, 401)
     y, health, cost = simulate(p, t)
     m = build(p, "minimal")
-    q, v = minimal_coordinates(p, y[:, 0], y[:, 1]), minimal_coordinates(p, y[:, 2], y[:, 3])
+    q, v = (coordinates(p, "minimal", y[:, k], y[:, k + 1]) for k in (0, 2))
     channels, units = basic_channels(m, q, v)
     channels["alpha_force"], units["alpha_force"] = y[:, 4], "N m"
     return Recording(
@@ -133,28 +126,24 @@ def reference(p: Parameters, scene: Scene) -> Recording:
     )  # fmt: skip
 
 
-def of_scene(name: str, **changes: float) -> Parameters:
-    """Parameters of a scene, with changes."""
-    return Parameters(**{**SCENES[name].overrides, **changes})
+def of_scene(name: str) -> Parameters:
+    """Parameters of a scene."""
+    return Parameters(**SCENES[name].overrides)
 
 
-@lru_cache(maxsize=16)
-def hybrid_run(
-    p: Parameters, scene: str, duration: float, fidelity: str = "minimal", tolerance: float = 1e-11
-) -> Recording:
-    """A scene by the engine hybrid; equations from Pinocchio."""
-    made = replace(SCENES[scene].make(p, fidelity), duration=duration)
-    return engine("hybrid").run(
-        build(p, fidelity), made, Settings(engine="hybrid", integrator="DOP853", tolerance=tolerance)
-    )
-
-
-def mujoco_run(p: Parameters, scene: str, duration: float, timestep: float, fidelity: str = "minimal") -> Recording:
-    """A scene by MuJoCo with RK4."""
-    made = replace(SCENES[scene].make(p, fidelity), duration=duration)
-    return engine("mujoco").run(build(p, fidelity), made, preset("accurate", timestep=timestep))
-
-
-def end(recording: Recording) -> Array:
-    """(4,) beta, beta', alpha', Md at the end of a run."""
-    return np.array([recording.channel(n)[-1] for n in ("beta", "beta_rate", "alpha_rate", "alpha_force")])
+def beta_at_constant_speed(p: Parameters, duration: float) -> float:
+    """beta at the end [rad] when the input keeps its initial speed."""
+    i, w = p.impulse, p.alpha_rate_0
+    psi = i.q * (p.alpha_0 - p.beta_0)
+    # psi runs over the event integration; the time that belongs to it is a state, so that the end is found by refining.
+    grid = psi + np.linspace(0.0, i.q * (w + 60.0) * duration, 2001)
+    done = integrate_hybrid(ConstantSpeed(i, w), [p.beta_0, p.beta_rate_0, 0.0, 0.0], grid, rtol=1e-11, atol=1e-13)
+    k = int(np.searchsorted(done.y[:, 2], duration))
+    lower, upper = grid[k - 1], grid[k]
+    for _ in range(60):  # bisection on psi of the last interval
+        middle = 0.5 * (lower + upper)
+        part = integrate_hybrid(ConstantSpeed(i, w), done.y[k - 1], [grid[k - 1], middle], rtol=1e-11, atol=1e-13)
+        lower, upper = (middle, upper) if part.last_y[2] < duration else (lower, middle)
+        if upper - lower < 1e-12:
+            break
+    return float(part.last_y[0])

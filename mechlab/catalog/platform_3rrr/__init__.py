@@ -6,9 +6,8 @@ upwards; angles counter-clockwise from x.
 
 from __future__ import annotations
 
-from mechlab.catalog.platform_3rrr.build import SCENES, build, reference
+from mechlab.catalog.platform_3rrr.build import SCENES, PlatformParameters, build, reference
 from mechlab.catalog.platform_3rrr.checks import CHECKS
-from mechlab.catalog.platform_3rrr.geometry import PlatformParameters
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
 from mechlab.experiment.entry import Entry
 

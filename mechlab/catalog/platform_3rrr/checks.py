@@ -8,8 +8,20 @@ import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.analytic.linkage import Linkage, Motion
-from mechlab.catalog.platform_3rrr.build import build, driven, linkage_at, reference, style
-from mechlab.catalog.platform_3rrr.geometry import DRIVES, POSE, PlatformParameters, elbows, group, home, inverse
+from mechlab.catalog.platform_3rrr.build import (
+    DRIVES,
+    POSE,
+    PlatformParameters,
+    build,
+    driven,
+    elbows,
+    group,
+    home,
+    inverse,
+    linkage_at,
+    reference,
+    style,
+)
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.kit.checks import by_witnesses, driven_run, moving_check
@@ -82,9 +94,8 @@ def _count(p: PlatformParameters) -> CheckResult:
     found = assur.all_modes(g).count
     scanned = np.array([scan_modes(g.take(np.array([k])), 720) for k in range(100)])
     short = int(np.count_nonzero(found < scanned))
-    return CheckResult(
-        {"positions where the scan found more": short}, 0.0, 0.0, f"{int(found.sum())} modes at 100 random positions"
-    )
+    note = f"{int(found.sum())} modes at 100 random positions"
+    return CheckResult({"positions where the scan found more": short}, 0.0, 0.0, note)
 
 
 def _run(p: PlatformParameters) -> CheckResult:

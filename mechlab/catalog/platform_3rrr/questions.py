@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import assur
-from mechlab.catalog.platform_3rrr.build import build
-from mechlab.catalog.platform_3rrr.geometry import (
+from mechlab.catalog.platform_3rrr.build import (
     DRIVES,
     MERGING,
     POSE,
-    PlatformMode,
     PlatformParameters,
+    build,
     elbows,
     group,
     inverse,
@@ -60,10 +59,9 @@ def _forward(p: PlatformParameters, given: Mapping[str, Any]) -> Answer:
         return Answer({**chosen.values(), "mode_count": modes.count}, status, notes)
     listed = []
     for rank, k in enumerate(ranks[: int(modes.count)]):
-        one: PlatformMode = mode_of(p, pins, modes.theta_t[k], modes.theta_u[k])
-        listed.append(
-            {"label": f"mode {rank + 1}", **{n: float(v) for n, v in one.values().items()}, "det": float(one.det)}
-        )
+        one = mode_of(p, pins, modes.theta_t[k], modes.theta_u[k])
+        values = {n: float(v) for n, v in one.values().items()}
+        listed.append({"label": f"mode {rank + 1}", **values, "det": float(one.det)})
     return Answer(chosen.values(), status, (f"{len(listed)} modes", *notes), modes=tuple(listed))
 
 

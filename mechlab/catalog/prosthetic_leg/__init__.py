@@ -1,10 +1,9 @@
 """The above-knee prosthesis of the leg article: thigh and shin split by elastic slides, an elastic hitch at the hip."""
 
-from mechlab.catalog.prosthetic_leg.build import Parameters, build
+from mechlab.catalog.prosthetic_leg.build import SCENES, Parameters, build
 from mechlab.catalog.prosthetic_leg.checks import CHECKS
 from mechlab.catalog.prosthetic_leg.claims import CLAIMS
-from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION, SLIDES
-from mechlab.catalog.prosthetic_leg.scenes import SCENES, expand, reference
+from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION, SLIDES, expand, reference
 from mechlab.experiment.entry import Entry
 
 ENTRY = Entry(

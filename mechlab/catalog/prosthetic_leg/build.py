@@ -1,4 +1,4 @@
-"""The leg: parameters, segments by anthropometric fractions, the Mechanism, and a second tree of transition matrices.
+"""The leg: parameters, segments by anthropometric fractions, the Mechanism, and its scenes: a swing, a drop.
 
 The sagittal plane is x forwards, z up of the world (x, y of the planar tree); angles are counter-clockwise seen from the
 leg's right side (-Y): hip flexion and knee extension are positive. In the reference pose the leg hangs straight down.
@@ -12,9 +12,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic import transition_matrices as tm
 from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.entry import SceneRecipe
+from mechlab.experiment.laws import Servo
+from mechlab.experiment.motion import Hold
 from mechlab.experiment.parameters import parameter
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.floor import Floor
 from mechlab.mechanism import (
     GROUND,
     IDENTITY,
@@ -217,32 +221,35 @@ def _shoe(size: LegBody, w: float) -> Shape:
     return shape("box", place, SHOE, x=size.foot.length, y=0.8 * w, z=0.5 * size.sole)
 
 
-def tree(p: Parameters, free: tuple[str, ...] = LEG) -> tm.Tree:
-    """The same leg in planar transition matrices: x forwards, y up; thigh x down. Joints not in `free` are held at zero.
+SWING_TIME = 0.45
+SWING_START = {"hip": math.radians(-20.0), "knee": math.radians(-50.0)}
+SWING_RATES = {"hip": 3.0, "knee": -4.0}
+DROP = 0.02
+"""Height of the drop [m]."""
 
-    Its coordinates are the joints in `free`, in the order trunk_x trunk_z trunk hitch hip thigh knee shin ankle.
-    """
-    b = body(p)
-    thigh, shin = b.thigh.halves, b.shin.halves
-    turn, up, along = tm.revolute(), tm.prismatic((0.0, 1.0)), tm.prismatic((1.0, 0.0))
-    nothing, here, quarter = np.zeros((3, 3)), tm.placement((0.0, 0.0)), 0.5 * math.pi
-    damping = p.slider_damping
-    trunk = tm.planar_inertia(b.trunk.mass, (0.0, b.trunk.com), b.trunk.inertia)
-    carriage = tm.planar_inertia(b.hitch_mass, (0.0, 0.0), b.hitch_inertia)
-    foot = tm.planar_inertia(b.foot.mass, (b.foot_forward, -b.foot_drop), b.foot.inertia)
-    bars = [tm.planar_inertia(s.mass, (s.com, 0.0), s.inertia) for s in (*thigh, *shin)]
-    links = (
-        tm.TreeLink(-1, here, along, nothing),
-        tm.TreeLink(0, here, up, nothing),
-        tm.TreeLink(1, here, turn, trunk),
-        tm.TreeLink(2, here, up, carriage, p.C_hitch, 0.0, damping),
-        tm.TreeLink(3, tm.placement((0.0, 0.0), -quarter), turn, bars[0]),
-        tm.TreeLink(4, here, along, bars[1], p.C_thigh, 0.0, damping),
-        tm.TreeLink(5, tm.placement((b.thigh.length, 0.0)), turn, bars[2]),
-        tm.TreeLink(6, here, along, bars[3], p.C_shin, 0.0, damping),
-        tm.TreeLink(
-            7, tm.placement((b.shin.length, 0.0), quarter), turn, foot, p.ankle_stiffness, 0.0, p.ankle_damping
-        ),
-    )
-    names = (*TRUNK, *LEG)
-    return tm.Tree(links, (0.0, -p.gravity)).merged([k for k, n in enumerate(names) if n not in free])
+FLOOR_STIFFNESS, FLOOR_DAMPING = 1.5e5, 600.0
+
+
+def _swing(p: Parameters, fidelity: str) -> Scene:
+    return Scene(
+        "swing", fidelity, SWING_TIME, (), dict(SWING_START), dict(SWING_RATES), tolerance=1e-6,
+        settings=Settings(integrator="RK4", timestep=1e-3), text="the leg swings through under its own weight",
+    )  # fmt: skip
+
+
+def _drop(p: Parameters, fidelity: str) -> Scene:
+    """Rails hold the trunk upright, hip and knee are locked by stiff springs; the foot falls DROP onto the floor."""
+    stiff = {"trunk_x": (1e5, 2e3), "trunk": (5e4, 5e2), "hip": (5e3, 50.0), "knee": (5e3, 50.0)}
+    free = {n: k for n, k in stiff.items() if n in FREE[fidelity]}
+    laws = [Servo(n, Hold(0.0), kp, kd) for n, (kp, kd) in free.items()]
+    floor = Floor(("heel", "toe"), FREE[fidelity], -hip_height(p) - DROP, FLOOR_STIFFNESS, FLOOR_DAMPING)
+    return Scene(
+        "stance-drop", fidelity, 0.6, (*laws, floor), tolerance=5e-4,
+        settings=Settings(integrator="RK4", timestep=2.5e-4), text="the leg falls 20 mm onto the floor with the body on it",
+    )  # fmt: skip
+
+
+SCENES = {
+    "swing": SceneRecipe(_swing, "parts", "the swing of the leg, trunk fixed: 0.45 s from hip -20 deg, knee -50 deg"),
+    "stance-drop": SceneRecipe(_drop, "full", "a drop of 20 mm onto the straight leg, with the body on rails"),
+}

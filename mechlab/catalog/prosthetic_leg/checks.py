@@ -8,13 +8,24 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from mechlab.analytic import transition_matrices as tm
-from mechlab.catalog.prosthetic_leg.build import FREE, HEEL, LEG, Parameters, body, build, tree
-from mechlab.catalog.prosthetic_leg.questions import answers, engine_terms, own_terms, random_states
-from mechlab.catalog.prosthetic_leg.scenes import SCENES, SWING_RATES, SWING_START, SWING_TIME, swing_motion
+from mechlab.catalog.prosthetic_leg.build import (
+    FREE,
+    HEEL,
+    LEG,
+    SCENES,
+    SWING_RATES,
+    SWING_START,
+    SWING_TIME,
+    Parameters,
+    body,
+    build,
+)
+from mechlab.catalog.prosthetic_leg.questions import answers, engine_terms, own_terms, random_states, swing_motion, tree
 from mechlab.engines.protocol import WITNESSES, engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
@@ -81,13 +92,10 @@ def state(p: Parameters, fidelity: str) -> State:
         points[f"{below}_point"] = tube.point(end)[0]
         above = tube.turned(start, *joints[below], arm=end)
     foot, moment = size.foot, size.foot.inertia
-    particles = particles + above.part(
-        foot.mass, (0.1 * moment, moment, moment), complex(size.foot_forward, -size.foot_drop)
-    )
-    points |= {
-        "heel": above.point(complex(-HEEL, -size.sole))[0],
-        "toe": above.point(complex(foot.length - HEEL, -size.sole))[0],
-    }
+    centre = complex(size.foot_forward, -size.foot_drop)
+    particles = particles + above.part(foot.mass, (0.1 * moment, moment, moment), centre)
+    for name, x in (("heel", -HEEL), ("toe", foot.length - HEEL)):
+        points[name] = above.point(complex(x, -size.sole))[0]
     springs = {"hitch": p.C_hitch, "thigh": p.C_thigh, "shin": p.C_shin, "ankle": p.ankle_stiffness}
     stored = sum(c * joints[n][0] * joints[n][1] for n, c in springs.items())
     dampers = {**dict.fromkeys(("hitch", "thigh", "shin"), p.slider_damping), "ankle": p.ankle_damping}
@@ -101,11 +109,17 @@ def _upright(z: complex) -> Array:
     return np.array([z.real, 0.0, z.imag])
 
 
+TERMS = (
+    ("mass matrix", "mass matrix"),
+    ("velocity, weight and elastic terms", "velocity, weight, spring and damper terms"),
+    ("accelerations", "accelerations"),
+)
+"""What the equations of motion consist of, M, h and qdd: in the text of a check and in its note."""
 STATES = 50
 DROP_TIMES = (0.08, 0.12, 0.2)
 
 
-def _terms(p: Parameters, k: int, note: str) -> CheckResult:
+def _terms(k: int, note: str, p: Parameters) -> CheckResult:
     """Term k (M, h, qdd) at random states of the nine freedoms, each state relative to its largest entry."""
     m, t = build(p, "full"), tree(p, FREE["full"])
     q, v = random_states(STATES, len(FREE["full"]))
@@ -117,18 +131,6 @@ def _terms(p: Parameters, k: int, note: str) -> CheckResult:
         measured[name] = np.array([engine_terms(name, m, a, b)[k] for a, b in zip(q, v, strict=True)]) / scale
     # Rounding of a 9 x 9 system: 1e-14 for M and h, times the condition of M (about 1e2) for the accelerations.
     return CheckResult(measured, 1e-12, note=f"{note} at {STATES} random states, relative to the largest entry of each")
-
-
-def _mass(p: Parameters) -> CheckResult:
-    return _terms(p, 0, "mass matrix")
-
-
-def _bias(p: Parameters) -> CheckResult:
-    return _terms(p, 1, "velocity, weight, spring and damper terms")
-
-
-def _accelerations(p: Parameters) -> CheckResult:
-    return _terms(p, 2, "accelerations")
 
 
 def _swing_start() -> tuple[Array, Array]:
@@ -153,13 +155,12 @@ def _energy(p: Parameters) -> CheckResult:
     kinetic, potential = tm.energy(tree(free), q, v)
     total = kinetic + potential
     # DOP853 at 1e-10 relative: a few 1e-9 J of some 30 J.
-    return CheckResult(
-        {"analytic": total}, 1e-7, np.full(len(total), total[0]), "energy of the swing without dampers [J]"
-    )
+    note = "energy of the swing without dampers [J]"
+    return CheckResult({"analytic": total}, 1e-7, np.full(len(total), total[0]), note)
 
 
 def _sliders(p: Parameters) -> CheckResult:
-    measured = {w: np.array(list(answers(p, w, SWING_TIME).values())) for w in ("pinocchio", "mujoco")}
+    measured = {w: np.array(list(answers(p, w, SWING_TIME).values())) for w in WITNESSES}
     # Errors: travel is read at samples, each of two runs at 1 ms is off by 1e-8, and MuJoCo's clock counts whole steps.
     return CheckResult(measured, 1e-6, note="path errors of the ankle with joints locked, and travels [m]")
 
@@ -168,18 +169,18 @@ def _drop(p: Parameters) -> CheckResult:
     scene = replace(SCENES["stance-drop"].make(p, "full"), duration=DROP_TIMES[-1])
     measured = {}
     for name in WITNESSES:
-        run = engine(name).run(
-            build(p, "full"), scene, Settings(engine=name, integrator="RK4", timestep=5e-4), list(DROP_TIMES)
-        )
+        settings = Settings(engine=name, integrator="RK4", timestep=5e-4)
+        run = engine(name).run(build(p, "full"), scene, settings, list(DROP_TIMES))
         measured[name] = np.array([[run.at(n, t) for t in DROP_TIMES] for n in ("hitch", "thigh", "shin")])
     # The contact switches within a step: first order locally, h^2 x impact acceleration (1e2 m/s2) = 3e-5 m at most.
     return CheckResult(measured, 3e-5, note="slides during the drop [m]")
 
 
 CHECKS = (
-    Check("L1", "mass matrix of nine freedoms", _mass, "matrix Lagrange equations"),
-    Check("L2", "velocity, weight and elastic terms of nine freedoms", _bias, "matrix Lagrange equations"),
-    Check("L3", "accelerations of nine freedoms", _accelerations, "matrix Lagrange equations"),
+    *(
+        Check(f"L{k + 1}", f"{text} of nine freedoms", partial(_terms, k, note), "matrix Lagrange equations")
+        for k, (text, note) in enumerate(TERMS)
+    ),
     Check("L4", "end of the swing", _swing, "matrix Lagrange equations, DOP853 to 1e-10"),
     Check("L5", "energy of the undamped swing", _energy, "conservation"),
     Check("L6", "which slides the swing needs", _sliders, "two engines"),

@@ -1,10 +1,10 @@
-"""Questions of the leg: joint accelerations in any state, and which slides a swing needs.
-
-The second compares the path of the ankle with some joints locked to the path with all of them.
+"""The leg's own equations in transition matrices, and its questions: joint accelerations in any state, and which slides a
+swing needs. The second compares the path of the ankle with some joints locked to the path with all of them.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
@@ -12,16 +12,99 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import transition_matrices as tm
-from mechlab.catalog.prosthetic_leg.build import LEG, Parameters, body, build, mechanism, tree
-from mechlab.catalog.prosthetic_leg.scenes import SWING_RATES, SWING_START, swing_motion
+from mechlab.catalog.prosthetic_leg.build import (
+    FREE,
+    LEG,
+    SWING_RATES,
+    SWING_START,
+    TRUNK,
+    Parameters,
+    body,
+    build,
+    mechanism,
+)
 from mechlab.engines.protocol import engine
+from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Question, with_rates
+from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.integrate import integrate_adaptive
 from mechlab.kit.questions import for_engines
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
 Terms = tuple[Array, Array, Array]
+
+
+def tree(p: Parameters, free: tuple[str, ...] = LEG) -> tm.Tree:
+    """The same leg in planar transition matrices: x forwards, y up; thigh x down. Joints not in `free` are held at zero.
+
+    Its coordinates are the joints in `free`, in the order trunk_x trunk_z trunk hitch hip thigh knee shin ankle.
+    """
+    b = body(p)
+    thigh, shin = b.thigh.halves, b.shin.halves
+    turn, up, along = tm.revolute(), tm.prismatic((0.0, 1.0)), tm.prismatic((1.0, 0.0))
+    nothing, here, quarter = np.zeros((3, 3)), tm.placement((0.0, 0.0)), 0.5 * math.pi
+    damping = p.slider_damping
+    trunk = tm.planar_inertia(b.trunk.mass, (0.0, b.trunk.com), b.trunk.inertia)
+    carriage = tm.planar_inertia(b.hitch_mass, (0.0, 0.0), b.hitch_inertia)
+    foot = tm.planar_inertia(b.foot.mass, (b.foot_forward, -b.foot_drop), b.foot.inertia)
+    bars = [tm.planar_inertia(s.mass, (s.com, 0.0), s.inertia) for s in (*thigh, *shin)]
+    links = (
+        tm.TreeLink(-1, here, along, nothing),
+        tm.TreeLink(0, here, up, nothing),
+        tm.TreeLink(1, here, turn, trunk),
+        tm.TreeLink(2, here, up, carriage, p.C_hitch, 0.0, damping),
+        tm.TreeLink(3, tm.placement((0.0, 0.0), -quarter), turn, bars[0]),
+        tm.TreeLink(4, here, along, bars[1], p.C_thigh, 0.0, damping),
+        tm.TreeLink(5, tm.placement((b.thigh.length, 0.0)), turn, bars[2]),
+        tm.TreeLink(6, here, along, bars[3], p.C_shin, 0.0, damping),
+        tm.TreeLink(
+            7, tm.placement((b.shin.length, 0.0), quarter), turn, foot, p.ankle_stiffness, 0.0, p.ankle_damping
+        ),
+    )
+    names = (*TRUNK, *LEG)
+    return tm.Tree(links, (0.0, -p.gravity)).merged([k for k, n in enumerate(names) if n not in free])
+
+
+def swing_motion(p: Parameters, free: tuple[str, ...], start: Array, rates: Array, times: Array) -> tuple[Array, Array]:
+    """q, v (times, joints) of the passive leg from its own Lagrange equations in transition matrices, DOP853 to 1e-10."""
+    t = tree(p, free)
+    n = len(free)
+
+    def slope(_: float, y: Array) -> Array:
+        return np.concatenate([y[n:], tm.accelerations(t, y[:n], y[n:])])
+
+    found = integrate_adaptive(slope, 0.0, np.concatenate([start, rates]), times[-1], rtol=1e-10, atol=1e-12)
+    y = found.at(times)
+    return y[:, :n], y[:, n:]
+
+
+def reference(p: Parameters, scene: Scene) -> Recording:
+    """The scene by transition matrices. Raises MechlabError for a scene with laws: they are for engines."""
+    if scene.laws:
+        raise MechlabError(
+            f"prosthetic_leg: the transition matrices run passive scenes, {scene.name!r} has force laws; "
+            "engines: mujoco, pinocchio."
+        )
+    free = FREE[scene.fidelity]
+    m = build(p, scene.fidelity)
+    t = np.linspace(0.0, scene.duration, 226)
+    start = np.array([scene.initial.get(n, 0.0) for n in free])
+    q, v = swing_motion(p, free, start, np.array([scene.initial_rates.get(n, 0.0) for n in free]), t)
+    channels, units = basic_channels(m, q, v)
+    settings = Settings(engine="analytic", integrator="DOP853", tolerance=1e-10)
+    return Recording(m, t, q, v, channels, units, settings=settings, scene=scene.name, fidelity=scene.fidelity)
+
+
+def expand(p: Parameters, recording: Recording) -> tuple[Mechanism, Array]:
+    """The leg of nine freedoms along a recording of any fidelity; joints it does not have stand at zero."""
+    m = build(p, "full")
+    q = np.zeros((len(recording.t), m.nq))
+    for name in (*TRUNK, *LEG):
+        if name in recording.channels:
+            q[:, m.q_slice[name].start] = recording.channels[name]
+    return m, q
 
 
 def own_terms(t: tm.Tree, q: Array, v: Array) -> Terms:

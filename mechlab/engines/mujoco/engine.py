@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
+from mechlab.engines.mujoco.reactions import motion_forces
 from mechlab.engines.mujoco.runner import run, versions
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
@@ -29,6 +30,7 @@ class Mujoco(Engine):
     plant = staticmethod(StateOfMujoco)
     stepper = staticmethod(Steps)
     small_motions = staticmethod(MujocoSmallMotions)
+    motion_forces = staticmethod(motion_forces)
     assemble = staticmethod(assemble)
     rates = staticmethod(rates)
     accelerations_of = staticmethod(accelerations_of)

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.closure import ExactDynamics
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
+from mechlab.engines.state import MotionForces
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.formats.mjcf.write_loops import axis_name, axis_site_names, connector_name, site_names
 from mechlab.mechanism.geometry import Array, cross
@@ -228,3 +229,15 @@ class InverseDynamicsSolver:
             moment, force = data.cfrc_int[number][:3], data.cfrc_int[number][3:]
             out[body.joints[-1].name] = np.concatenate([force, moment + cross(centre - here, force)])
         return out
+
+
+def motion_forces(
+    mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
+) -> MotionForces:
+    """`InverseDynamicsSolver` at states q (n, nq), v (n, nv): the last joint of every body; reactions of relations are
+    not read. Raises MechlabError unless all loops are spherical, which transmit no moment."""
+    m, solver = mechanism, InverseDynamicsSolver(mechanism)
+    found = [solver.solve(q[k], v[k], drive, acceleration, load) for k in range(len(q))]
+    loops = {x.name: np.array([np.concatenate([f.loops[x.name], np.zeros(3)]) for f in found]) for x in m.loops}
+    joints = {b.joints[-1].name: np.array([f.joints[b.joints[-1].name] for f in found]) for b in m.bodies if b.joints}
+    return MotionForces(np.array([f.drive_force for f in found]), loops, joints, {})

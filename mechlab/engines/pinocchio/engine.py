@@ -15,6 +15,7 @@ from mechlab.engines.pinocchio.friction_trace import trace_friction
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.quantities import accelerations_of, rates
+from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace
 from mechlab.engines.protocol import Engine
@@ -38,6 +39,8 @@ class Pinocchio(Engine):
     plant = staticmethod(PinPlant)
     equations = staticmethod(Equations)
     small_motions = staticmethod(PinSmallMotions)
+    motion_forces = staticmethod(motion_forces)
+    loop_loads = staticmethod(loop_loads)
     rates = staticmethod(rates)
     accelerations_of = staticmethod(accelerations_of)
     frame_motion = staticmethod(frame_motion)

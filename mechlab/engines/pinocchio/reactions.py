@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.quantities import Quantities
-from mechlab.engines.state import Instant
+from mechlab.engines.state import Instant, LoopLoads, MotionForces
 from mechlab.errors import NoSolution
 from mechlab.experiment.recording import force_unit, over_samples, run_channels
 from mechlab.mechanism.geometry import Array, cross
@@ -149,6 +149,42 @@ def joint_wrenches(plant: PinPlant, a: Array, reactions: Array) -> dict[str, Wre
     for j in range(1, model.njoints):
         rotation, point = data.oMi[j].rotation.copy(), data.oMi[j].translation.copy()
         out[model.names[j]] = Wrench(point, rotation @ data.f[j].linear, rotation @ data.f[j].angular, rotation)
+    return out
+
+
+def motion_forces(
+    mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
+) -> MotionForces:
+    """`inverse_dynamics` for one drive at states q (n, nq), v (n, nv) under the constant load (nv,)."""
+    m, plant, count = mechanism, PinPlant(mechanism), len(q)
+    out = MotionForces(
+        np.zeros(count), {x.name: np.zeros((count, 6)) for x in m.loops}, {j.name: np.zeros((count, 6)) for j in m.joints},
+        {r.name: np.zeros(count) for r in m.relations},
+    )  # fmt: skip
+    for k in range(count):
+        found = inverse_dynamics(plant, q[k], v[k], {drive: acceleration}, [drive], load)
+        out.drive[k] = found.drive_forces[drive]
+        for table, wrenches in ((out.loops, found.loops), (out.joints, found.joints)):
+            for name in table.keys() & wrenches.keys():
+                table[name][k] = np.concatenate([wrenches[name].force, wrenches[name].moment])
+        for name, value in found.loads.items():
+            out.relations[name][k] = value
+    return out
+
+
+def loop_loads(mechanism: Mechanism, q: Array, v: Array, force: Array) -> LoopLoads:
+    """Solves J^T r + force = 0 for the loops' reactions r, the smallest where rows are redundant, at states q (n, nq),
+    v (n, nv)."""
+    m, plant = mechanism, PinPlant(mechanism)
+    out = LoopLoads(*({x.name: np.zeros((len(q), 3)) for x in m.loops} for _ in range(2)))
+    for k in range(len(q)):
+        plant.set(q[k], v[k])
+        pushed = np.linalg.lstsq(plant.jacobian().T, -force[k], rcond=1e-11)[0]
+        wrenches = loop_wrenches(plant, pushed)
+        for loop in m.loops:
+            wrench = wrenches[loop.name]
+            out.force[loop.name][k] = wrench.force
+            out.velocity[loop.name][k] = plant.kin.velocity(loop.body_b, wrench.point)[:3]
     return out
 
 

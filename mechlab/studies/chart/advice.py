@@ -16,23 +16,29 @@ def flat_defaults(points: Sequence[ChartPoint], target: float, unit: str, rows: 
     rows: True when the mechanism has loops or relations, which are then the soft part; else the soft part is dry
     friction.
     """
+    flat = [p for many in flat_by_method(points, target).values() for p in many]
+    if not flat:
+        return []
+    small, large = min(p.step for p in flat), max(p.step for p in flat)
+    low, high = min(p.error for p in flat), max(p.error for p in flat)
+    error = f"{high:.2g}" if high < 1.5 * low else f"{low:.2g} to {high:.2g}"
+    count = len({p.method for p in flat})
     soft = "The loops are springs" if rows else "Dry friction is a soft row too and creeps"
-    out = []
-    flat: list[ChartPoint] = []
+    return [
+        f"MuJoCo's default softness does not converge here: {error} {unit} of error at every timestep from "
+        f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {counted(count, 'integrator')}. {soft}; a smaller "
+        "step simulates the wrong mechanism more precisely."
+    ]
+
+
+def flat_by_method(points: Sequence[ChartPoint], target: float) -> dict[str, list[ChartPoint]]:
+    """Methods at an engine's defaults whose error does not fall however small the step: name -> its points, largest
+    step first."""
+    out = {}
     for name in dict.fromkeys(p.method for p in points if p.default and p.control == "step"):
-        mine = [p for p in points if p.method == name and p.ok]
+        mine = sorted((p for p in points if p.method == name and p.ok), key=lambda p: -p.step)
         if len(mine) >= FEWEST and is_flat(mine, target):
-            flat += mine
-    if flat:
-        small, large = min(p.step for p in flat), max(p.step for p in flat)
-        low, high = min(p.error for p in flat), max(p.error for p in flat)
-        error = f"{high:.2g}" if high < 1.5 * low else f"{low:.2g} to {high:.2g}"
-        count = len({p.method for p in flat})
-        out.append(
-            f"MuJoCo's default softness does not converge here: {error} {unit} of error at every timestep from "
-            f"{1e3 * large:.3g} ms down to {1e3 * small:.3g} ms, with {counted(count, 'integrator')}. {soft}; a smaller "
-            "step simulates the wrong mechanism more precisely."
-        )
+            out[name] = mine
     return out
 
 
@@ -100,14 +106,8 @@ def mjcf_settings(p: ChartPoint) -> str:
 
 
 def flat_methods(chart: Chart) -> dict[str, list[ChartPoint]]:
-    """Methods at an engine's defaults whose error does not fall however small the step: name -> its points, largest
-    step first."""
-    out = {}
-    for name in dict.fromkeys(p.method for p in chart.points if p.default and p.control == "step"):
-        points = [p for p in chart.points if p.method == name and p.ok]
-        if len(points) >= FEWEST and is_flat(points, chart.recommendation.target):
-            out[name] = sorted(points, key=lambda p: -p.step)
-    return out
+    """`flat_by_method` of the points of a chart, under its target."""
+    return flat_by_method(chart.points, chart.recommendation.target)
 
 
 def final_error(flat: dict[str, list[ChartPoint]], unit: str) -> str:

@@ -60,6 +60,14 @@ class ChartPoint:
     default: bool = False
     evaluations: int = 0
 
+    @classmethod
+    def without_numbers(
+        cls, method: str, step: float, control: str, status: str, reason: str, default: bool = False
+    ) -> ChartPoint:
+        """A point of a run that diverged or was not made."""
+        nan = math.nan
+        return cls(method, step, control, nan, nan, nan, nan, nan, status, reason, default)
+
     @property
     def ok(self) -> bool:
         """True when there is an error to show."""

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import partial
 from importlib import metadata
 
 import numpy as np
@@ -139,25 +140,24 @@ class _Search:
             p = self.point(m, value)
             self.points.append(p)
             met += p.ok and p.error <= min(TARGETS)
-            if met >= 2 or (p.ok and p.cpu_s > self.costly) or p.status == "not run":
+            if met >= 2 or (p.ok and p.cpu_s > self.costly) or p.status == NOT_RUN:
                 return
 
     def point(self, m: Method, value: float, repeats: int = 1) -> ChartPoint:
         """One setting: median CPU time of `repeats` runs, and the error."""
-        nan = math.nan
-        lost = ChartPoint(m.name, value, m.control, nan, nan, nan, nan, nan, DIVERGED)
+        lost = partial(ChartPoint.without_numbers, m.name, value, m.control)
         times: list[float] = []
         while _once_more(times, repeats, self.costly):
             try:
                 trace = m.run(self.problem, value)
             except PeerStopped as late:
-                return replace(lost, status=NOT_RUN, reason=str(late))
+                return lost(NOT_RUN, str(late))
             except MechlabError as why:
-                return replace(lost, reason=str(why))
+                return lost(DIVERGED, str(why))
             times.append(trace.cpu_s)
         found = score(self.problem, self.truth, trace)
         if not math.isfinite(found.error):
-            return replace(lost, reason=trace.reason or "the state is not finite")
+            return lost(DIVERGED, trace.reason or "the state is not finite")
         cpu = statistics.median(times)
         return ChartPoint(m.name, value, m.control, cpu, found.error, found.e_g, found.energy, found.gap, OK)
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
-import io
 import json
 import math
 from html import escape
@@ -16,7 +14,7 @@ from mechlab.results import html_of, line_of, save_files, text_of
 from mechlab.studies.chart.advice import headline
 from mechlab.studies.chart.data import Chart, ChartPoint, PeerTable
 from mechlab.studies.chart.picture import draw, picture
-from mechlab.tables import counted, html_sheet, number, table
+from mechlab.tables import counted, csv_text, html_sheet, number, table
 
 FORMATS = (".svg", ".png", ".csv", ".json")
 
@@ -69,20 +67,16 @@ def _step(p: ChartPoint) -> str:
 
 
 def _cell(value: float) -> str:
-    return "-" if value != value else number(value)
+    """A number for the table, "-" where it is missing."""
+    return "-" if math.isnan(value) else number(value)
 
 
-def csv_text(chart: Chart) -> str:
+def _csv(chart: Chart) -> str:
     """All points, one a line; missing numbers are empty."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     names = ("method", "step", "control", "cpu_s", "error", "e_G", "energy", "gap", "status", "default", "front")
-    writer.writerow(names)
     front = set(chart.front)
-    for p in chart.points:
-        row = p.to_dict() | {"front": p in front}
-        writer.writerow(["" if row[n] is None else row[n] for n in names])
-    return out.getvalue()
+    points = [p.to_dict() | {"front": p in front} for p in chart.points]
+    return csv_text([names, *(["" if row[n] is None else row[n] for n in names] for row in points)])
 
 
 @save_files.register
@@ -107,15 +101,11 @@ def _(chart: Chart, path: Path) -> dict[str, Path]:
 
 def _write(chart: Chart, path: Path) -> None:
     if path.suffix == ".csv":
-        write(path, csv_text(chart))
+        write(path, _csv(chart))
     elif path.suffix == ".json":
         write(path, json.dumps(chart.to_dict(), indent=1))
     else:
         draw(chart, path)
-
-
-def _shown(x: float) -> str:
-    return number(x) if math.isfinite(x) else "-"
 
 
 @line_of.register
@@ -129,8 +119,8 @@ def _(peers: PeerTable) -> str:
     rows = [
         [
             f"{r.target:.0e}", number(r.ours_cpu_s), number(r.ours_error) + ("" if r.ours_reached else " (not reached)"),
-            r.ours_method, r.peer or f"none reaches it in {peers.costly:.2g} s", _shown(r.peer_cpu_s), _shown(r.peer_error),
-            _shown(r.ratio),
+            r.ours_method, r.peer or f"none reaches it in {peers.costly:.2g} s", _cell(r.peer_cpu_s), _cell(r.peer_error),
+            _cell(r.ratio),
         ]
         for r in peers.rows
     ]  # fmt: skip

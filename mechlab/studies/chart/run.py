@@ -112,12 +112,13 @@ def refine(
 ) -> list[ChartPoint]:
     """The points of a method at ever smaller steps or tolerances, until the budget is spent; at least FEWEST of them."""
     out: list[ChartPoint] = []
+    lost = ChartPoint.without_numbers
     began = work_done()
     for k, value in enumerate(values):
         left = budget.method - (work_done() - began)
         if left <= 0.0:
             if k < FEWEST:
-                out.append(_missing(name, value, control, NOT_RUN, f"{budget.method:g} s of work were done", default))
+                out.append(lost(name, value, control, NOT_RUN, f"{budget.method:g} s of work were done", default))
             continue
         try:
             before = work_done()
@@ -126,16 +127,16 @@ def refine(
             work = work_done() - before
         except OutOfWork:
             if k < FEWEST:
-                out.append(_missing(name, value, control, NOT_RUN, f"stopped after {left:.3g} s of work", default))
+                out.append(lost(name, value, control, NOT_RUN, f"stopped after {left:.3g} s of work", default))
             continue
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
             # a state that ran away: Python's floats raise where numpy's become infinite
-            out.append(_missing(name, value, control, DIVERGED, str(problem), default))
+            out.append(lost(name, value, control, DIVERGED, str(problem), default))
             continue
         found = scored(trace)
         if not math.isfinite(found.error):
             why = trace.reason or "the state is not finite"
-            out.append(_missing(name, value, control, DIVERGED, why, default))
+            out.append(lost(name, value, control, DIVERGED, why, default))
             continue
         cpu = _median(run, value, trace.cpu_s, work, budget)
         numbers = (cpu, found.error, found.e_g, found.energy, found.gap)
@@ -143,11 +144,6 @@ def refine(
         if sum(p.ok for p in out) >= FEWEST and work > budget.one:
             break
     return out
-
-
-def _missing(name: str, value: float, control: str, status: str, reason: str, default: bool) -> ChartPoint:
-    nan = math.nan
-    return ChartPoint(name, value, control, nan, nan, nan, nan, nan, status, reason, default)
 
 
 def _median(run: Callable[[float], Trace], value: float, first: float, work: float, budget: Budget) -> float:

@@ -14,6 +14,7 @@ from mechlab.experiment.recording import Recording, Trace, basic_channels
 from mechlab.lab.methods import METHODS, Problem
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.named.runs import channel
 
 EVERY = 4
 """Energy and loops are taken at every fourth output time only: each takes the kinematics of the whole tree."""
@@ -59,12 +60,11 @@ def tracked_names(problem: Problem) -> tuple[str, ...]:
 
 def tracked(problem: Problem, names: tuple[str, ...], q: Array, v: Array) -> Array:
     """(n, names) values along coordinates q (n, nq)."""
-    entry, m = problem.design.entry, problem.mechanism
+    m = problem.mechanism
     channels, units = basic_channels(m, q, v)
     t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)[: len(q)]
     bare = Recording(m, t, q, v, channels, units)
-    p = problem.design.parameters
-    return np.column_stack([channels[n] if n in channels else entry.channels[n][1](p, bare) for n in names])
+    return np.column_stack([channel(problem.design, bare, n) for n in names])
 
 
 def energies(problem: Problem, q: Array, v: Array) -> Array:

@@ -16,7 +16,7 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import checked, mechanism_units
 from mechlab.experiment.recording import basic_channels
 from mechlab.experiment.scene import Scene
-from mechlab.mechanism import Mechanism, TreeKinematics
+from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Result
 from mechlab.studies.cycle.quantities import (
@@ -25,6 +25,7 @@ from mechlab.studies.cycle.quantities import (
     extremum,
     instant_centres,
     outputs,
+    planar_normal,
     reactions,
     shaking,
     transmission,
@@ -122,7 +123,7 @@ class Course:
     @cached_property
     def normal(self) -> Array | None:
         """Normal (3,) of a planar mechanism, None for a spatial one."""
-        return _normal(self.path.mechanism, self.path.start)
+        return planar_normal(self.path.mechanism, self.path.start)
 
     def turns(self, phis: Array) -> bool:
         """True when the positions span a full turn of the drive and the mechanism is then back in its pose."""
@@ -275,18 +276,6 @@ def _motion(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[dict[str, Array
         columns[f"{name}_accel"] = a @ m.row(name)
         units[f"{name}_accel"] = f"{units[name]}/s2"
     return columns, units
-
-
-def _normal(m: Mechanism, pose: PathPoint) -> Array | None:
-    """Normal (3,) of a planar mechanism, None for a spatial one."""
-    tree = TreeKinematics(m, pose.q)
-    turning = tree.axes[tree.turns > 0]
-    if not len(turning) or any(j.kind == "spherical" for j in m.joints):
-        return None
-    n = turning[0]
-    across = tree.axes[tree.turns == 0] @ n
-    planar = np.all(np.abs(np.abs(turning @ n) - 1.0) < 1e-12) and np.all(np.abs(across) < 1e-12)
-    return n if planar else None
 
 
 def _vanishes(name: str, values: Array, m: Mechanism) -> bool:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -36,26 +35,13 @@ class ReactionTable:
 def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: Array) -> ReactionTable:
     """Force of the drive and the wrenches of loops (on body b) and joints (on the body from its parent, about the
     joint), world axes, of the motion q (n, nq), v (n, nv) under the constant load (nv,)."""
-    plant: Any = engine("pinocchio").plant(m)
-    from mechlab.engines.pinocchio.reactions import inverse_dynamics  # after the engine: it may not be installed
-
-    names = [x.name for x in m.loops] + [j.name for j in m.joints]
-    forces = {n: np.zeros((len(q), 6)) for n in names}
-    loads: dict[str, Array] = {r.name: np.zeros(len(q)) for r in m.relations}
-    driving = np.zeros(len(q))
-    for k in range(len(q)):
-        found = inverse_dynamics(plant, q[k], v[k], {drive: accel}, [drive], load)
-        driving[k] = found.drive_forces[drive]
-        for name, wrench in (found.loops | found.joints).items():
-            if name in forces:
-                forces[name][k] = np.concatenate([wrench.force, wrench.moment])
-        for name, value in found.loads.items():
-            loads[name][k] = value
+    found = engine("pinocchio").motion_forces(m, q, v, drive, accel, load)
+    forces = {**found.loops, **found.joints}
     slides = {j.name for j in m.joints if j.kind == "prismatic"}
-    columns = {f"{drive}_force": driving}
+    columns = {f"{drive}_force": found.drive}
     units = {f"{drive}_force": "N" if drive in slides else "N m"}
     for relation in m.relations:
-        columns[f"{relation.name}_load"] = loads[relation.name]
+        columns[f"{relation.name}_load"] = found.relations[relation.name]
         units[f"{relation.name}_load"] = "N" if relation.coefficients[0][0] in slides else "N m"
     for name, table in forces.items():
         key = name if f"{name}_fx" not in columns else f"{name}_joint"
@@ -64,7 +50,7 @@ def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: 
             units[f"{key}_{part}"] = "N" if k < 3 else "N m"
         columns[f"{key}_reaction"] = np.linalg.norm(table[:, :3], axis=1)
         units[f"{key}_reaction"] = "N"
-    return ReactionTable(columns, units, forces, driving)
+    return ReactionTable(columns, units, forces, found.drive)
 
 
 def witness_difference(
@@ -75,18 +61,12 @@ def witness_difference(
 
     For a body with several joints only the last is compared. Raises MechlabError where MuJoCo cannot compute them.
     """
-    engine("mujoco")  # raises EngineMissing where it is not installed
-    from mechlab.engines.mujoco.reactions import InverseDynamicsSolver
-
-    by_mujoco = InverseDynamicsSolver(m)
-    worst = 0.0
-    for k in np.unique(np.linspace(0, len(q) - 1, COMPARED).astype(int)):
-        theirs = by_mujoco.solve(q[k], v[k], drive, accel, load)
-        gaps = [abs(theirs.drive_force - found.drive[k])]
-        gaps += [float(np.max(np.abs(f - found.forces[n][k, :3]))) for n, f in theirs.loops.items()]
-        gaps += [float(np.max(np.abs(w - found.forces[n][k]))) for n, w in theirs.joints.items()]
-        worst = max(worst, *gaps)
-    return worst
+    some = np.unique(np.linspace(0, len(q) - 1, COMPARED).astype(int))
+    theirs = engine("mujoco").motion_forces(m, q[some], v[some], drive, accel, load)
+    gaps = [float(np.max(np.abs(theirs.drive - found.drive[some])))]
+    gaps += [float(np.max(np.abs(f[:, :3] - found.forces[n][some, :3]))) for n, f in theirs.loops.items()]
+    gaps += [float(np.max(np.abs(w - found.forces[n][some]))) for n, w in theirs.joints.items()]
+    return max(0.0, *gaps)
 
 
 MANY = 7
@@ -111,6 +91,18 @@ def shaking(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
             force[k] -= f
             moment[k] -= cross(com, f) + tensor @ motion[3:] + cross(spin, tensor @ spin)
     return force, moment
+
+
+def planar_normal(m: Mechanism, pose: PathPoint) -> Array | None:
+    """Normal (3,) of a planar mechanism, None for a spatial one."""
+    tree = TreeKinematics(m, pose.q)
+    turning = tree.axes[tree.turns > 0]
+    if not len(turning) or any(j.kind == "spherical" for j in m.joints):
+        return None
+    n = turning[0]
+    across = tree.axes[tree.turns == 0] @ n
+    planar = np.all(np.abs(np.abs(turning @ n) - 1.0) < 1e-12) and np.all(np.abs(across) < 1e-12)
+    return n if planar else None
 
 
 def instant_centres(m: Mechanism, poses: Sequence[PathPoint], normal: Array) -> dict[str, Array]:
@@ -169,24 +161,17 @@ def transmission(
     alone (no mass, no weight). In a four-bar it is the angle between coupler and rocker. NaN where the loop carries no
     force or its point does not move.
     """
-    plant: Any = engine("pinocchio").plant(m)
-    from mechlab.engines.pinocchio.reactions import loop_wrenches  # after the engine: it may not be installed
-
-    pins = [x for x in m.loops if x.kind in POINT_LOOPS]
-    angles = {x.name: np.full(len(poses), np.nan) for x in pins}
+    q, u = np.array([p.q for p in poses]), np.array([p.u for p in poses])
     ratio = np.array([float(m.row(output) @ p.u) for p in poses])
-    for k, pose in enumerate(poses):
-        plant.set(pose.q, pose.u)
-        balance = m.row(drive) * ratio[k] - m.row(output)
-        pushed = np.linalg.lstsq(plant.jacobian().T, balance, rcond=1e-11)[0]
-        wrenches = loop_wrenches(plant, pushed)
-        for loop in pins:
-            wrench = wrenches[loop.name]
-            velocity = plant.kin.velocity(loop.body_b, wrench.point)[:3]
-            sizes = float(np.linalg.norm(wrench.force) * np.linalg.norm(velocity))
-            if sizes > 1e-12:
-                cosine = abs(float(wrench.force @ velocity)) / sizes
-                angles[loop.name][k] = float(np.arcsin(min(1.0, cosine)))
+    loads = engine("pinocchio").loop_loads(m, q, u, m.row(output) - np.outer(ratio, m.row(drive)))
+    angles: dict[str, Array] = {}
+    for loop in (x for x in m.loops if x.kind in POINT_LOOPS):
+        force, velocity = loads.force[loop.name], loads.velocity[loop.name]
+        sizes = np.linalg.norm(force, axis=1) * np.linalg.norm(velocity, axis=1)
+        loaded = sizes > 1e-12
+        angles[loop.name] = np.full(len(poses), np.nan)
+        cosine = np.abs(np.einsum("ij,ij->i", force, velocity)[loaded]) / sizes[loaded]
+        angles[loop.name][loaded] = np.arcsin(np.minimum(1.0, cosine))
     with np.errstate(divide="ignore"):
         advantage = 1.0 / ratio
     columns = {"velocity_ratio": ratio, "mechanical_advantage": advantage}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.results import line_of, save_result, text_of
 from mechlab.studies.cycle.cycle import CycleResult
 from mechlab.studies.cycle.quantities import extremum
-from mechlab.tables import number, table
+from mechlab.tables import csv_text, number, table
 
 
 @save_result.register
@@ -34,12 +33,9 @@ def _(cycle: CycleResult, path: Path) -> Path:
 def _csv(cycle: CycleResult) -> str:
     """A header line of `name [unit]`, then one line a position, in full precision; values that are not finite are
     empty."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([f"{n} [{cycle.units[n]}]" if cycle.units.get(n) else n for n in cycle.columns])
-    for row in np.column_stack(list(cycle.columns.values())):
-        writer.writerow([repr(float(x)) if np.isfinite(x) else "" for x in row])
-    return out.getvalue()
+    heads = [f"{n} [{cycle.units[n]}]" if cycle.units.get(n) else n for n in cycle.columns]
+    table_of_numbers = np.column_stack(list(cycle.columns.values()))
+    return csv_text([heads, *([repr(float(x)) if np.isfinite(x) else "" for x in row] for row in table_of_numbers)])
 
 
 def curves(cycle: CycleResult) -> dict[str, Array]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from mechlab.mechanism.structure import structure
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
 from mechlab.studies.modes.result import ModesResult, ModesWitness
-from mechlab.studies.named import parameter_values
+from mechlab.studies.named.number import parameter_values
 
 STEP = 1e-3
 
@@ -159,5 +158,3 @@ def _one_freedom(m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
         return ModesWitness(cannot=str(error))
     return ModesWitness(np.asarray(rest), 0.0, found)
 
-
-__all__: list[Any] = ["find_modes"]

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, UsageError, unknown
 from mechlab.experiment.parameters import coerce
-from mechlab.lab.design import Design, design
+from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.named import SINGLE_NUMBERS, parameter_infos
+from mechlab.studies.named.number import SINGLE_NUMBERS, parameter_infos, varied
 from mechlab.studies.optimize.quantity import QuantitySet
 from mechlab.values import Range, parse_number
 
@@ -100,7 +100,7 @@ class OptimisationProblem:
     def design(self, x: Sequence[float]) -> Design:
         """The design with these variables. Raises MechlabError where it cannot exist."""
         values = {v.name: int(a) if v.whole else float(a) for v, a in zip(self.variables, x, strict=True)}
-        return design(self.base.entry, dict(self.base.given) | values)
+        return varied(self.base, values)
 
     def trial(self, x: ArrayLike) -> TriedDesign:
         """The quantities of a design, computed once and kept in `trials`."""

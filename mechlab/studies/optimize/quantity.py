@@ -1,9 +1,9 @@
-"""Finds the source that computes a quantity, and its unit, by the name of the quantity."""
+"""The quantities of an optimisation: reads their names once, finds the source that computes each, and its unit."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,17 +11,19 @@ import numpy as np
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Question
 from mechlab.kit.determined import quantities
+from mechlab.lab.ask import asked_mechanism
 from mechlab.lab.design import Design
-from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
 from mechlab.studies.cycle.cycle import run_cycle
-from mechlab.studies.named import SINGLE_NUMBERS, keys_to_give, parameter_infos, witness_answer
+from mechlab.studies.named.answers import witness_answer
+from mechlab.studies.named.number import OF_COURSE, SINGLE_NUMBERS, NamedNumber, keys_to_give, parameter_infos
+from mechlab.studies.named.runs import short_run
 from mechlab.studies.optimize import sources
-from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, REDUCE, STATISTICS, QuantitySource
+from mechlab.studies.optimize.sources import COUNTED, DEXTERITY, STATISTICS, QuantitySource
 from mechlab.studies.workspace.grid import product
 from mechlab.values import Range
 
 FEW = 4
-"""Number of positions or steps of the short run that lists the columns of a design."""
+"""Number of positions of the short cycle that lists the columns of a design."""
 
 
 @dataclass(frozen=True)
@@ -54,57 +56,62 @@ def quantity_set(design: Design, names: Sequence[str], given: Mapping[str, Any])
     MAP_smallest, MAP_median, MAP_largest, reach, dexterity of a workspace; cycle.REDUCE.COLUMN; run.REDUCE.CHANNEL,
     run.health.FINDING. Raises MechlabError for any other, listing what exists, and for given keys that nothing takes.
     """
-    groups: dict[str, list[str]] = {}
+    groups: dict[str, list[NamedNumber]] = {"parameter": [], "answer": [], "workspace": [], "cycle": [], "run": []}
     for name in dict.fromkeys(names):
-        groups.setdefault(_kind(design, name), []).append(name)
+        read = named_number(design, name)
+        groups["run" if read.of_run else read.kind].append(read)
     made: list[QuantitySource] = []
-    units: dict[str, str] = {}
     taken: set[str] = set()
-    if "parameter" in groups:
-        infos = parameter_infos(design)
+    if groups["parameter"]:
         made.append(sources.ParameterSource(tuple(groups["parameter"])))
-        units |= {n: infos[n].unit for n in groups["parameter"]}
-    asked: dict[tuple[str | None, tuple[str, ...]], list[str]] = {}
-    for name in groups.get("answer", ()):
-        question, keys, units[name] = _question_for(design, name, given)
-        asked.setdefault((None if question is None else question.name, keys), []).append(name)
+    asked: dict[tuple[str | None, tuple[str, ...]], list[NamedNumber]] = {}
+    for k, number in enumerate(groups["answer"]):
+        question, keys, unit = _question_for(design, number.name, given)
+        groups["answer"][k] = replace(number, unit=unit)
+        asked.setdefault((None if question is None else question.name, keys), []).append(groups["answer"][k])
         taken |= set(keys)
     made += [sources.AnswerSource(tuple(n), q, {k: given[k] for k in keys}) for (q, keys), n in asked.items()]
-    if "workspace" in groups:
-        recipe = design.entry.workspace
-        assert recipe is not None
+    recipe = design.entry.workspace
+    if groups["workspace"] and recipe is not None:
         own = {k: v for k, v in given.items() if k in {*recipe.grid, *recipe.limits}}
         made.append(sources.WorkspaceSource(tuple(groups["workspace"]), own))
         taken |= set(own)
-        units |= {n: _workspace_unit(design, n) for n in groups["workspace"]}
-    for kind in ("cycle", "run"):
-        if kind in groups:
+    for kind, source in (("cycle", sources.CycleSource), ("run", sources.RunSource)):
+        if groups[kind]:
             own = {k: _plain(k, v) for k, v in given.items() if k not in taken}
             taken |= set(own)
-            made.append((sources.CycleSource if kind == "cycle" else sources.RunSource)(tuple(groups[kind]), own))
+            made.append(source(tuple(groups[kind]), own))
             _exist(design, kind, groups[kind], own)
-            units |= {n: _engine_unit(design, n) for n in groups[kind]}
     strange = [k for k in given if k not in taken]
     if strange:
         raise unknown(f"{design.name}: quantity", strange[0], keys_to_give(design) | taken)
-    return QuantitySet(tuple(made), units)
+    return QuantitySet(tuple(made), {n.label: n.unit for group in groups.values() for n in group})
 
 
-def _kind(design: Design, name: str) -> str:
-    first, _, rest = name.partition(".")
+def named_number(design: Design, text: str) -> NamedNumber:
+    """The number that a text names; the unit of an answer is left open until its question is known.
+
+    Raises MechlabError for a cycle or run without a reduction that exists.
+    """
+    first, _, rest = text.partition(".")
     if rest and first in ("cycle", "run"):
-        how = rest.partition(".")[0]
-        allowed = REDUCE if first == "cycle" else (*REDUCE, "health")
-        if how not in allowed or "." not in rest:
-            raise MechlabError(f"{name}: expected {first}.HOW.COLUMN, HOW one of {', '.join(allowed)}.")
-        return first
-    info = parameter_infos(design).get(name)
+        how, dot, what = rest.partition(".")
+        allowed = OF_COURSE if first == "cycle" else (*OF_COURSE, "health")
+        if how not in allowed or not dot:
+            raise MechlabError(f"{text}: expected {first}.HOW.COLUMN, HOW one of {', '.join(allowed)}.")
+        unit = "rad" if what.endswith("_angle") else ""
+        if how == "health":
+            return NamedNumber(text, "finding", what, unit=unit)
+        return NamedNumber(text, "cycle" if first == "cycle" else "channel", what, how, unit)
+    info = parameter_infos(design).get(text)
     if info is not None and info.kind in SINGLE_NUMBERS:
-        return "parameter"
-    return "workspace" if name in workspace_names(design) else "answer"
+        return NamedNumber(text, "parameter", text, unit=info.unit)
+    if text in workspace_names(design):
+        return NamedNumber(text, "workspace", text, unit=_workspace_unit(design, text))
+    return NamedNumber(text, "answer", text)
 
 
-def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, float]) -> None:
+def _exist(design: Design, kind: str, numbers: Sequence[NamedNumber], own: Mapping[str, float]) -> None:
     """Raises MechlabError, listing what exists, for a column, channel, finding or key that this design does not have.
 
     A design whose cycle or run has no solution passes: other designs may have one.
@@ -114,17 +121,16 @@ def _exist(design: Design, kind: str, names: Sequence[str], own: Mapping[str, fl
             found = run_cycle(design.mechanism(None), design.name, own, points=FEW)
             columns, findings = {*found.columns, *found.zero}, set[str]()
         else:
-            step = chosen_scene(design.for_scene(None), None).settings.timestep
-            recording = run_chosen(design, None, duration=FEW * step, extra=dict(own))
+            recording = short_run(design, None, own)
             columns, findings = set(recording.channels), {f.name for f in recording.health.findings}
     except MechlabError as cause:
         if cause.exit_code > 2:
             return
         raise
-    for name in names:
-        _, how, what = name.split(".", 2)
-        if what not in (known := findings if how == "health" else columns):
-            raise unknown(f"{design.name}: {kind}: {'finding' if how == 'health' else 'column'}", what, known)
+    for number in numbers:
+        what, known = ("finding", findings) if number.kind == "finding" else ("column", columns)
+        if number.name not in known:
+            raise unknown(f"{design.name}: {kind}: {what}", number.name, known)
 
 
 def workspace_names(design: Design) -> tuple[str, ...]:
@@ -162,11 +168,9 @@ def _question_for(design: Design, name: str, given: Mapping[str, Any]) -> tuple[
         best = max(fits, key=lambda q: len(q.given))
         keys = tuple(k for k in given if k in {*best.given, *best.optional})
         return best, keys, best.units.get(name, "rad" if name in best.angles or name.endswith("_angle") else "")
-    m = design.mechanism(None if design.entry.default_fidelity != "kinematic" else "minimal")
-
-    if given and name in quantities(m):
-        keys = tuple(k for k in given if k in quantities(m))
-        return None, keys, ""
+    generic = quantities(asked_mechanism(design))
+    if given and name in generic:
+        return None, tuple(k for k in given if k in generic), ""
     needs = [f"{', '.join(q.given)} for {name}" for q in design.entry.questions if name in q.answers]
     if needs:
         raise MechlabError(f"{design.name}: {name} is an answer; also give {' or '.join(needs)}.")
@@ -190,9 +194,3 @@ def _plain(key: str, value: Any) -> float:
     if isinstance(value, Range) or not hasattr(value, "__float__"):
         raise MechlabError(f"{key}: expected a number, got {value}.")
     return float(value)
-
-
-def _engine_unit(design: Design, name: str) -> str:
-    """rad for columns called X_angle; "" for others."""
-    what = name.split(".", 2)[2]
-    return "rad" if what.endswith("_angle") else ""

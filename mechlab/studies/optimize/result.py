@@ -10,7 +10,7 @@ from typing import Any
 
 from mechlab.mechanism import Status
 from mechlab.results import Shown
-from mechlab.studies.named import parameter_values
+from mechlab.studies.named.number import parameter_values
 from mechlab.studies.optimize.problem import OptimisationGoal, OptimisationProblem, QuantityBound, TriedDesign
 
 ACTIVE = 1e-4

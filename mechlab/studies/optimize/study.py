@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -14,8 +12,8 @@ from mechlab.errors import MechlabError, UsageError
 from mechlab.experiment.parameters import describe
 from mechlab.files import whole_folder, write
 from mechlab.lab.ask import in_si
-from mechlab.lab.design import Design, design
-from mechlab.studies.optimize.picture import draw
+from mechlab.lab.design import Design
+from mechlab.studies.named.number import varied
 from mechlab.studies.optimize.problem import (
     TASKS,
     OptimisationGoal,
@@ -28,10 +26,11 @@ from mechlab.studies.optimize.problem import (
     variables_of,
 )
 from mechlab.studies.optimize.quantity import quantity_set, workspace_names
-from mechlab.studies.optimize.report import rows
+from mechlab.studies.optimize.report import draw, rows
 from mechlab.studies.optimize.result import Optimum
 from mechlab.studies.optimize.search import LEVELS, MEMBERS, SHARE, fewest, search
 from mechlab.studies.optimize.search import front as front_of
+from mechlab.tables import csv_text
 
 EACH = 250
 """Evaluations for each variable where no number is given."""
@@ -78,7 +77,7 @@ def optimize(
             f"Parameters: {', '.join(i.name for i in describe(base.entry.parameters))}."
         )
     second = _second(front, task.front if task else None)
-    start_design = design(base.entry, dict(base.given) | fixed)
+    start_design = varied(base, fixed)
     wishes = split_constraints(subject) if subject else []
     wanted = [goal.quantity, *(w[0] for w in wishes), *([second.quantity] if second else [])]
     tell = _spelled(start_design)
@@ -166,9 +165,7 @@ def _write(found: Optimum, folder: Path) -> Optimum:
         names |= {"front": "front.csv", "picture": "front.png", "drawing": "front.svg"}
     with whole_folder(folder) as stage:
         if found.front:
-            table = io.StringIO(newline="")
-            csv.writer(table).writerows(rows(found))
-            write(stage / names["front"], table.getvalue())
+            write(stage / names["front"], csv_text(rows(found), "\r\n"))
             draw(found, stage / names["picture"])
             draw(found, stage / names["drawing"])
         write(stage / names["optimum"], json.dumps(found.to_dict(), indent=2, default=_plain) + "\n")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import ParameterInfo, describe
-from mechlab.lab.design import Design, design
+from mechlab.lab.design import Design
+from mechlab.studies.named.number import varied
 
 WHY = {
     "integer": "a whole number",
@@ -41,7 +42,7 @@ class AnswerInput:
             entries = list(getattr(base.parameters, self.key))
             entries[self.index] = value
             value = tuple(entries)
-        return design(base.entry, dict(base.given) | {self.key: value}), dict(asked)
+        return varied(base, {self.key: value}), dict(asked)
 
 
 def inputs_of(
@@ -71,6 +72,18 @@ def inputs_of(
         unit, x = units.get(key, ""), float(asked[key])
         found.append(AnswerInput(key, key, x, unit, _size(x, unit, sizes), given=True))
     return tuple(found), skipped
+
+
+def check_names(
+    names: Iterable[str], inputs: Collection[AnswerInput], skipped: Mapping[str, str], owner: str, lacks: str
+) -> None:
+    """Raises MechlabError for a name that is no input: why a parameter has none of what it `lacks`, or what exists."""
+    known = {i.name for i in inputs} | {i.key for i in inputs}
+    for name in names:
+        if name in skipped:
+            raise MechlabError(f"{owner}: {name} has no {lacks}: it is {skipped[name]}.")
+        if name not in known:
+            raise unknown(f"{owner}: input", name, known)
 
 
 def _sizes(base: Design, infos: tuple[ParameterInfo, ...]) -> dict[str, float]:
@@ -117,12 +130,7 @@ class Tolerances:
 
     def half_widths(self, inputs: tuple[AnswerInput, ...], skipped: Mapping[str, str], owner: str) -> dict[str, float]:
         """Input name -> t > 0. Raises MechlabError for a name that is no input, and for a wrong unit."""
-        known = {i.name for i in inputs} | {i.key for i in inputs}
-        for name in self.named:
-            if name in skipped:
-                raise MechlabError(f"{owner}: {name} has no tolerance: it is {skipped[name]}.")
-            if name not in known:
-                raise unknown(f"{owner}: input", name, known)
+        check_names(self.named, inputs, skipped, owner, "tolerance")
         out: dict[str, float] = {}
         for i in inputs:
             t = self.named.get(i.name, self.named.get(i.key))

@@ -6,7 +6,7 @@ import numpy as np
 
 from mechlab.results import line_of, text_of
 from mechlab.studies.sensitivity.derivatives import ALL
-from mechlab.studies.sensitivity.result import SMALLEST, AnswerTolerance, Sensitivity, _reasons, _size
+from mechlab.studies.sensitivity.result import SMALLEST, AnswerTolerance, Sensitivity, reasons, size_of
 from mechlab.tables import number, table
 
 
@@ -22,7 +22,7 @@ def _(found: Sensitivity) -> str:
     rows, idle = [], set(found.units)
     for answer, row in found.cells.items():
         order = sorted(
-            row, key=lambda p: -_size(row[p].derivative) * (found.widths.get(p, 1.0) if found.widths else 1.0)
+            row, key=lambda p: -size_of(row[p].derivative) * (found.widths.get(p, 1.0) if found.widths else 1.0)
         )
         for p in order:
             cell = row[p]
@@ -63,14 +63,14 @@ def _(found: Sensitivity) -> str:
         )
         lines.append(f"true solutions at {found.box.solved} points of the tolerances: {kind}")
     if found.skipped:
-        lines.append(f"not varied: {_reasons(found.skipped)}")
+        lines.append(f"not varied: {reasons(found.skipped)}")
     return "\n".join([*lines, *(f"note: {n}" for n in found.notes)])
 
 
 def _largest(spread: AnswerTolerance) -> str:
     if not spread.shares:
         return "-"
-    return max(spread.shares, key=lambda p: _size(spread.shares[p]))
+    return max(spread.shares, key=lambda p: size_of(spread.shares[p]))
 
 
 def _per(top: str, bottom: str) -> str:

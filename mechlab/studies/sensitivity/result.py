@@ -100,11 +100,11 @@ class Sensitivity(Shown):
         off = {a: s for a, s in self.spreads.items() if not s.is_linear}
         if not off:
             return ""
-        name = max(off, key=lambda a: _size(off[a].at_corners))
+        name = max(off, key=lambda a: size_of(off[a].at_corners))
         spread = off[name]
         return (
             f"tolerances to first order fail by more than {100 * LINEAR:g} % for {', '.join(off)}: {name} changes by up to "
-            f"{_size(spread.at_corners):.6g} at the corners, to first order by {_size(spread.worst_case):.6g}"
+            f"{size_of(spread.at_corners):.6g} at the corners, to first order by {size_of(spread.worst_case):.6g}"
         )
 
     @property
@@ -113,7 +113,7 @@ class Sensitivity(Shown):
         if self.answers.exit_code:
             return f"{self.answers.to_dict()['message']}; there is no answer to take a derivative of"
         if not self.units:
-            return f"no parameter is a number that can vary ({_reasons(self.skipped)}): the answers have no tolerance"
+            return f"no parameter is a number that can vary ({reasons(self.skipped)}): the answers have no tolerance"
         used = [p for p in self.units if any(np.any(c[p].derivative != 0) for c in self.cells.values() if p in c)]
         if not used:
             return f"the answers depend on none of {', '.join(self.units)}"
@@ -134,9 +134,11 @@ class Sensitivity(Shown):
         }  # fmt: skip
 
 
-def _reasons(skipped: Mapping[str, str]) -> str:
+def reasons(skipped: Mapping[str, str]) -> str:
+    """The parameters that are no inputs, each with its reason."""
     return ", ".join(f"{k} ({why})" for k, why in skipped.items()) or "there is none"
 
 
-def _size(value: Any) -> float:
+def size_of(value: Any) -> float:
+    """The largest size of a number or of the entries of an array; NaN counts as 0."""
     return float(np.nanmax(np.abs(np.nan_to_num(np.asarray(value, dtype=float))), initial=0.0))

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answers
 from mechlab.lab.ask import ask, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.sensitivity.derivatives import Slope, ToleranceCorners, corners, slope
-from mechlab.studies.sensitivity.inputs import AnswerInput, Tolerances, inputs_of
+from mechlab.studies.sensitivity.inputs import AnswerInput, Tolerances, check_names, inputs_of
 from mechlab.studies.sensitivity.result import AnswerDerivative, AnswerTolerance, Sensitivity
 
 ROUNDING = 1e-6
@@ -47,7 +47,8 @@ def sensitivity(
         raise MechlabError(
             f"{base.name}: the question {answers.question!r} has no answers that are numbers; a list of modes has no derivative."
         )
-    inputs = _chosen(base, inputs, skipped, only)
+    check_names(only, inputs, skipped, base.name, "derivative")
+    inputs = tuple(i for i in inputs if not only or i.name in only or i.key in only)
     widths = chosen.half_widths(inputs, skipped, base.name)
     slopes = {}
     for k, item in enumerate(inputs):
@@ -104,18 +105,6 @@ def _slope(base: Design, given: Mapping[str, Any], item: AnswerInput, layout: _L
             return np.full(len(layout.reference), np.nan)
 
     return slope(change, item.size, layout.reference)
-
-
-def _chosen(
-    base: Design, inputs: tuple[AnswerInput, ...], skipped: Mapping[str, str], only: Sequence[str]
-) -> tuple[AnswerInput, ...]:
-    known = {i.name for i in inputs} | {i.key for i in inputs}
-    for name in only:
-        if name in skipped:
-            raise MechlabError(f"{base.name}: {name} has no derivative: it is {skipped[name]}.")
-        if name not in known:
-            raise unknown(f"{base.name}: input", name, known)
-    return tuple(i for i in inputs if not only or i.name in only or i.key in only)
 
 
 def _row(

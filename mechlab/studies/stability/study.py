@@ -22,7 +22,7 @@ from mechlab.lab.design import design as make_design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, Problem
 from mechlab.lab.run import versions
-from mechlab.studies.named import SINGLE_NUMBERS, parameter_infos, parameter_values
+from mechlab.studies.named.number import SINGLE_NUMBERS, parameter_infos, parameter_values
 from mechlab.studies.stability.data import Stability, StabilityAxis, StabilityMap
 from mechlab.studies.stability.gears import (
     plan_gear_ratio,

@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import EngineMissing, MechlabError, Untrustworthy, unknown
-from mechlab.experiment.question import Answer, Question
-from mechlab.experiment.recording import Recording
-from mechlab.lab.ask import ask, generic_question
-from mechlab.lab.design import Design, design
+from mechlab.errors import EngineMissing, MechlabError
+from mechlab.experiment.question import Answer
+from mechlab.lab.ask import ask
+from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import run_chosen
 from mechlab.mechanism import Status
-from mechlab.mechanism.geometry import Array
-from mechlab.studies.check.check import checks_of
-from mechlab.studies.named import witness_answer
+from mechlab.studies.named.answers import answer_in_parts, nodes_at, question_taking, witness_answer
+from mechlab.studies.named.number import varied
+from mechlab.studies.named.runs import distrust, measured_check, number_of_run
 from mechlab.studies.sweep.request import (
     ANSWERS,
     CLOSED_FORM,
@@ -27,61 +26,29 @@ from mechlab.studies.sweep.request import (
     ROLLOUT,
     UNTRUSTED,
     SweepBlock,
-    SweepQuantity,
     SweepRequest,
-    reduced,
 )
 from mechlab.studies.sweep.rollout import roll_block
 
-PARTS = 4
-"""When some points have no answer and the closed form does not say which, they are divided into this many parts,
-recursively, down to single points."""
 DIFFERENCE = "max_difference"
 """Name of the quantity that is the largest difference between any two witnesses."""
-
-
-def question_of(design: Design, keys: set[str], given: Mapping[str, Any]) -> Question:
-    """The question that takes these keys: one of the entry's, or the generic one. Raises MechlabError for other
-    keys."""
-    fits = [q for q in design.entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
-    return max(fits, key=lambda q: len(q.given)) if fits else generic_question(design, given)
 
 
 def closed_form(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
     """Compute all points of a group at once; where some have no answer, in parts."""
-    question = question_of(design, set(rest), rest)
+    question = question_taking(design, set(rest), rest)
     arrays = {k: v for k, v in rest.items() if np.ndim(v)}
     fixed = {k: v for k, v in rest.items() if not np.ndim(v)}
-
-    def part(points: np.ndarray) -> None:
-        single = len(points) == 1
-        nodes = {k: float(v[points[0]]) if single else v[points] for k, v in arrays.items()}
-        try:
-            answer = witness_answer(question, design, fixed | nodes, request.witness)
-            whole = all(q.name in answer.values for q in request.quantities)
-            if answer.status.exit_code == 0 and not answer.cannot and (whole or single):
-                _take(request, answer, where[points], out)
-                return
-        except (MechlabError, ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError) as cause:
-            if single or isinstance(cause, EngineMissing):
-                out.failed(where[points], cause)
-                return
-        else:
-            if single:
-                _refused(answer, where[points], out)
-                return
-            if answer.status.exit_code and answer.solved is not None and not np.all(answer.solved):
-                solved = np.broadcast_to(answer.solved, points.shape)
-                _refused(answer, where[points[~solved]], out)
-                if np.any(solved):
-                    part(points[solved])
-                return
-        for some in np.array_split(points, min(PARTS, len(points))):
-            part(some)
-
-    part(np.arange(len(where)))
+    answer_in_parts(
+        np.arange(len(where)),
+        lambda points: witness_answer(question, design, fixed | nodes_at(arrays, points), request.witness),
+        lambda answer: all(q.name in answer.values for q in request.quantities),
+        lambda points, answer: _take(request, answer, where[points], out),
+        lambda points, answer: _refused(answer, where[points], out),
+        lambda points, cause: out.failed(where[points], cause),
+    )
 
 
 def answers_one_by_one(
@@ -103,7 +70,7 @@ def answers_one_by_one(
                         answer.values | {DIFFERENCE: difference}, answer.status, answer.notes, cannot=answer.cannot
                     )
             else:
-                question = question_of(design, set(given), given)
+                question = question_taking(design, set(given), given)
                 answer = witness_answer(question, design, given, request.witness)
         except (Exception, SystemExit) as cause:  # one point must not end the others
             out.failed(spot, cause)
@@ -170,54 +137,27 @@ def runs_one_by_one(
 
 def _point(request: SweepRequest, design: Design, extra: Mapping[str, float], at: int, out: SweepBlock) -> None:
     values = np.full(len(request.quantities), np.nan)
-    bad = ""
+    wrong: tuple[str, ...] = ()
     if any(q.of_run for q in request.quantities):
         estimate = any(q.name == STEP_ERROR for q in request.quantities)
         recording = run_chosen(
             design, request.scene, engine=request.engine, fidelity=request.fidelity, duration=request.duration,
             timestep=request.timestep, extra=extra, estimate=estimate,
         )  # fmt: skip
-        bad = next((f.sentence for f in recording.health.findings if f.severity == "error"), "")
+        wrong = distrust(recording)
         for k, quantity in enumerate(request.quantities):
-            if quantity.of_run and not (bad and quantity.kind == "channel"):
-                values[k] = of_recording(quantity, design, recording)
+            if quantity.of_run and not (wrong and quantity.kind == "channel"):
+                values[k] = number_of_run(quantity, design, recording)
     measured: dict[str, Any] = {}
     for k, quantity in enumerate(request.quantities):
         if quantity.of_check:
             if quantity.name not in measured:
-                measured[quantity.name] = check(design, quantity.name).run(design.parameters)
+                measured[quantity.name] = measured_check(design, quantity.name)
             found = measured[quantity.name]
             values[k] = found.difference if quantity.kind == "difference" else float(found.passed)
     out.values[at] = values
-    if bad:
-        out.gap(at, UNTRUSTED, bad)
-
-
-def check(design: Design, id: str) -> Any:
-    """The check `id`, of the entry or generic; raises MechlabError, listing the checks, for an unknown one."""
-    checks = {c.id: c for c in checks_of(design.entry)}
-    if id not in checks:
-        raise unknown(f"{design.name}: check", id, checks)
-    return checks[id]
-
-
-def of_recording(quantity: SweepQuantity, design: Design, recording: Recording) -> float:
-    """The value of a quantity in a run. Raises Untrustworthy where the run lacks the finding."""
-    if quantity.kind == "trusted":
-        return float(recording.health.trusted)
-    if quantity.kind == "finding":
-        found = {f.name: f.value for f in recording.health.findings}
-        if quantity.name not in found:
-            raise Untrustworthy(f"this run has no finding {quantity.name!r}; it has {', '.join(sorted(found))}.")
-        return float(found[quantity.name])
-    return reduced(quantity.reduce, recording.t, channel(design, recording, quantity.name))
-
-
-def channel(design: Design, recording: Recording, name: str) -> Array:
-    """A channel (n,) of the run, or one of the entry that the scene does not record."""
-    if name not in recording.channels and name in design.entry.channels:
-        return np.asarray(design.entry.channels[name][1](design.parameters, recording))
-    return recording.channel(name)
+    if wrong:
+        out.gap(at, UNTRUSTED, wrong[0])
 
 
 _bases: dict[str, Design] = {}
@@ -232,7 +172,7 @@ def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
     out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
     for where, changes, rest in groups(request, block):
         try:
-            made = with_parameters(base(request), tuple(sorted(changes.items())))
+            made = varied(base(request), dict(sorted(changes.items())))
         except MechlabError as cause:
             out.failed(where, cause)
             continue
@@ -253,11 +193,6 @@ def base(request: SweepRequest) -> Design:
         _bases.clear()
         _bases[request.fingerprint] = request.load(request.source, **request.parameters)
     return _bases[request.fingerprint]
-
-
-def with_parameters(chosen: Design, changes: tuple[tuple[str, Any], ...]) -> Design:
-    """The design with changed parameters."""
-    return design(chosen.entry, dict(chosen.given) | dict(changes)) if changes else chosen
 
 
 def groups(request: SweepRequest, block: int) -> Iterator[tuple[np.ndarray, dict[str, Any], dict[str, Any]]]:

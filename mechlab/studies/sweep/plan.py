@@ -13,10 +13,11 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import checked, entry_units
 from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
-from mechlab.lab.design import Design, design
+from mechlab.lab.design import Design
 from mechlab.lab.run import versions
-from mechlab.studies.named import parameter_infos
-from mechlab.studies.sweep.evaluate import DIFFERENCE, question_of
+from mechlab.studies.named.answers import chosen_witness, question_taking
+from mechlab.studies.named.number import NamedNumber, parameter_infos, varied
+from mechlab.studies.sweep.evaluate import DIFFERENCE
 from mechlab.studies.sweep.quantities import (
     a_mechanism,
     answers_of,
@@ -32,7 +33,6 @@ from mechlab.studies.sweep.request import (
     ROLLOUT,
     RUNS,
     SweepAxis,
-    SweepQuantity,
     SweepRequest,
     block_size,
 )
@@ -71,7 +71,7 @@ def plan(
             fixed[key] = value
         else:
             axes.append(SweepAxis(key, points, "parameter", infos[key].unit, infos[key].text))
-    chosen = design(base.entry, dict(base.given) | fixed)
+    chosen = varied(base, fixed)
     mechanism_keys = known_initial_keys(chosen, axes) if rest else set()
     role = "initial" if set(rest) & mechanism_keys else "given"
     given: dict[str, Any] = {}
@@ -92,7 +92,7 @@ def plan(
         )
     count = math.prod(len(a.values) for a in axes)
     draft = SweepRequest(
-        load, source, identity, base.name, tuple(axes), (), RUNS, 1, dict(base.given) | parameters_fixed(fixed, chosen), given,
+        load, source, identity, base.name, tuple(axes), (), RUNS, 1, dict(base.given) | {k: chosen.given[k] for k in fixed}, given,
         versions=versions(), **run,
     )  # fmt: skip
     if role == "initial" and set(rest) - mechanism_keys:
@@ -118,11 +118,6 @@ def _refuse_too_many(name: str, values: Mapping[str, Any]) -> None:
     count = math.prod(x.count for x in values.values() if isinstance(x, Range) and x.count is not None)
     if count > MOST_NUMBERS:
         raise _too_many(name, count, 1)
-
-
-def parameters_fixed(fixed: Mapping[str, Any], chosen: Design) -> dict[str, Any]:
-    """The fixed parameters with the values of the design."""
-    return {k: chosen.given[k] for k in fixed}
 
 
 def _points(key: str, value: Any) -> tuple[Any, ...] | None:
@@ -194,7 +189,7 @@ def _question(
         cause: MechlabError | None = None
         for one in corners(chosen, axes):
             try:
-                return question_of(one, set(rest), first)
+                return question_taking(one, set(rest), first)
             except MechlabError as error:
                 cause = cause or error
         assert cause is not None
@@ -213,7 +208,7 @@ def _with_quantities(
 ) -> SweepRequest:
     """The request with its quantities and its method of computation."""
     words = [w.strip() for q in quantities for w in split_words(str(q)) if w.strip()]
-    by_witness = _witness(question, witness, chosen) if question is not None else ""
+    by_witness = chosen_witness(question, witness, chosen.name) if question is not None else ""
     answers, left_open = answers_of(draft, chosen, question, by_witness) if question is not None else ({}, ())
     if answers_only or (words and question is not None and all(w in answers or w == DIFFERENCE for w in words)):
         assert question is not None
@@ -228,9 +223,7 @@ def _with_quantities(
                 )
                 runs = f" Channels, findings and trusted are of runs: give {', '.join(starts)}." if starts else ""
                 raise MechlabError(f"{strange}{runs}")
-        chosen_quantities = tuple(
-            SweepQuantity(w, "answer", w, unit=answers[w]) for w in dict.fromkeys(words or answers)
-        )
+        chosen_quantities = tuple(NamedNumber(w, "answer", w, unit=answers[w]) for w in dict.fromkeys(words or answers))
         if not chosen_quantities:
             raise MechlabError(
                 f"{chosen.name}: where {_words(draft)} is given nothing is left that {by_witness} answers with a number."
@@ -272,13 +265,3 @@ def _refuse_idle(request: SweepRequest, rest: Sequence[str], starts: Sequence[st
 
 def _words(draft: SweepRequest) -> str:
     return ", ".join([*draft.given, *(a.key for a in draft.axes)])
-
-
-def _witness(question: Question, witness: str | None, chosen: Design) -> str:
-    if witness is None:
-        return next(
-            (w for w in ("analytic", "pinocchio", "mujoco") if w in question.witnesses), next(iter(question.witnesses))
-        )
-    if witness not in question.witnesses:
-        raise unknown(f"{chosen.name}: witness", witness, question.witnesses)
-    return witness

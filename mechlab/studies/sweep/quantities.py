@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,17 +13,19 @@ import numpy as np
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Open, Question
 from mechlab.experiment.recording import Recording
-from mechlab.lab.design import Design, design, initial_keys
-from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
+from mechlab.lab.ask import asked_mechanism
+from mechlab.lab.design import Design, initial_keys
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.mechanism import Mechanism
 from mechlab.studies.check.check import checks_of
-from mechlab.studies.named import witness_answer
-from mechlab.studies.sweep.evaluate import STEP_ERROR, question_of
-from mechlab.studies.sweep.request import REDUCTIONS, SweepAxis, SweepQuantity, SweepRequest
+from mechlab.studies.named.answers import question_taking, witness_answer
+from mechlab.studies.named.number import OF_TIME, NamedNumber, varied
+from mechlab.studies.named.runs import short_run
+from mechlab.studies.sweep.evaluate import STEP_ERROR
+from mechlab.studies.sweep.request import SweepAxis, SweepRequest
 
 PROBES = 8
 """Number of end points that are tried to learn which answers, channels and findings exist."""
-PROBE_STEPS = 4
 
 
 def corners(chosen: Design, axes: Sequence[SweepAxis]) -> list[Design]:
@@ -40,7 +42,7 @@ def corners(chosen: Design, axes: Sequence[SweepAxis]) -> list[Design]:
     for pick in picks:
         changes = {a.key: x for a, x in zip(outer, pick, strict=True)}
         try:
-            out.append(design(chosen.entry, dict(chosen.given) | changes))
+            out.append(varied(chosen, changes))
         except MechlabError as error:
             cause = cause or error
     if not out and cause is not None:
@@ -52,11 +54,7 @@ def a_mechanism(chosen: Design, axes: Sequence[SweepAxis]) -> Mechanism | None:
     """The mechanism of the first design that can be built, for the names in it; None where none can."""
     for one in [*corners(chosen, axes), chosen]:
         try:
-            return one.mechanism(
-                None
-                if one.entry.default_fidelity != "kinematic"
-                else one.entry.scenes[one.entry.default_scene].fidelity
-            )
+            return asked_mechanism(one)
         except MechlabError:
             continue
     return None
@@ -83,7 +81,7 @@ def answers_of(
             nodes = {a.key: float(x) for a, x in zip(inner, pick, strict=True)}
             try:
                 given = dict(draft.given) | nodes
-                here = question if question.name != "generic" else question_of(one, set(given), given)
+                here = question if question.name != "generic" else question_taking(one, set(given), given)
                 answer = witness_answer(here, one, given, witness)
             except (MechlabError, ArithmeticError, ValueError):
                 continue
@@ -95,17 +93,15 @@ def answers_of(
     return {k: question.units.get(k, "") for k in question.answers}, ()
 
 
-def short_run(draft: SweepRequest, chosen: Design, step_error: bool) -> Recording | None:
+def probed_run(draft: SweepRequest, chosen: Design, step_error: bool) -> Recording | None:
     """A few steps of one run, which show its channels and findings; None where no point tried can run."""
     inner = [a for a in draft.axes if a.role == "initial"]
     extra = {k: float(v) for k, v in draft.given.items()} | {a.key: float(a.values[len(a.values) // 2]) for a in inner}
     cause: MechlabError | None = None
     for one in corners(chosen, draft.axes):
         try:
-            step = draft.timestep or chosen_scene(one.for_scene(draft.scene), draft.scene, None).settings.timestep
-            return run_chosen(
-                one, draft.scene, engine=draft.engine, fidelity=draft.fidelity, duration=PROBE_STEPS * step,
-                timestep=draft.timestep, extra=extra, estimate=step_error,
+            return short_run(
+                one, draft.scene, extra, draft.timestep, engine=draft.engine, fidelity=draft.fidelity, estimate=step_error
             )  # fmt: skip
         except MechlabError as error:
             cause = cause or error
@@ -124,7 +120,7 @@ def names_of(chosen: Design, probe: Recording | None) -> tuple[dict[str, str], d
     }
 
 
-def scene_channels(chosen: Design, draft: SweepRequest, recipe: Any) -> list[str]:
+def scene_channels(chosen: Design, draft: SweepRequest) -> list[str]:
     """The channels that the scene declares."""
     for one in [*corners(chosen, draft.axes), chosen]:
         try:
@@ -143,68 +139,76 @@ def split_words(text: str) -> list[str]:
     return re.split(r",(?![^()]*\))", text)
 
 
-def quantities_of_runs(draft: SweepRequest, chosen: Design, words: Sequence[str]) -> tuple[SweepQuantity, ...]:
+def quantities_of_runs(draft: SweepRequest, chosen: Design, words: Sequence[str]) -> tuple[NamedNumber, ...]:
     """The channels, checks and findings that the words name; without words, the final values of the scene's channels.
 
     Raises MechlabError for an unknown word, listing what exists.
     """
     checks = {c.id for c in checks_of(chosen.entry)}
-    calls = {w: m for w in words if (m := CALL.fullmatch(w))}
-    only_checks = bool(words) and all(
-        (calls[w][1] in OF_CHECK and calls[w][2] in checks) if w in calls else w in checks for w in words
-    )
-    probe = None if only_checks else short_run(draft, chosen, step_error=STEP_ERROR in " ".join(words))
-    channels, findings = names_of(chosen, probe)
-    if not words:
-        scene = chosen.recipe(draft.scene)
-        wanted = scene_channels(chosen, draft, scene) or [
-            n for n in channels if probe and n in probe.mechanism.scalar_names
-        ]
-        return tuple(SweepQuantity(n, "channel", n, unit=channels.get(n, "")) for n in wanted)
-    out = []
-    for word in words:
-        if (call := calls.get(word)) is not None:
-            how, name = call[1], call[2].strip()
-            if how in OF_CHECK:
-                if name not in checks:
-                    raise unknown(f"{chosen.name}: check", name, checks)
-                out.append(SweepQuantity(word, how, name))
-                continue
-            if how == "health":
-                out.append(_finding(word, name, findings, probe, chosen))
-                continue
-            if how not in REDUCTIONS:
-                raise unknown(f"quantity {word!r}: function", how, (*REDUCTIONS, *OF_CHECK, "health"))
-        else:
-            how, name = "final", word
-        if call is None and name == "trusted" and name not in channels:
-            out.append(SweepQuantity(word, "trusted", name))
-        elif probe is None or name in channels:
-            if name in checks and call is None and name not in channels:
-                out.append(SweepQuantity(word, "difference", name))
-            else:
-                out.append(SweepQuantity(word, "channel", name, how, channels.get(name, "")))
-        elif call is None and name in checks:
-            out.append(SweepQuantity(word, "difference", name))
-        elif call is None and name in findings:
-            out.append(SweepQuantity(word, "finding", name, unit=findings[name]))
-        else:
-            known = {*channels, *checks, *findings, "trusted"} if call is None else set(channels)
-            raise unknown(f"{chosen.name}: quantity", name, known)
-    return tuple(out)
+    calls = [(w, *_called(w)) for w in words]
+    only_checks = bool(calls) and all(name in checks and how in ("", *OF_CHECK) for _, how, name in calls)
+    probe = None if only_checks else probed_run(draft, chosen, step_error=STEP_ERROR in " ".join(words))
+    known = _NamesOfRuns(chosen.name, checks, *names_of(chosen, probe), probe is not None)
+    if words:
+        return tuple(known.called(*x) if x[1] else known.plain(x[2]) for x in calls)
+    wanted = scene_channels(chosen, draft) or [n for n in known.channels if probe and n in probe.mechanism.scalar_names]
+    return tuple(NamedNumber(n, "channel", n, unit=known.channels.get(n, "")) for n in wanted)
 
 
-def _finding(
-    word: str, name: str, findings: Mapping[str, str], probe: Recording | None, chosen: Design
-) -> SweepQuantity:
-    if name == "trusted":
-        return SweepQuantity(word, "trusted", name)
-    if probe is not None and name not in findings:
-        raise unknown(f"{chosen.name}: finding", name, {*findings, "trusted"})
-    return SweepQuantity(word, "finding", name, unit=findings.get(name, ""))
+def _called(word: str) -> tuple[str, str]:
+    """HOW and NAME of the word HOW(NAME); no HOW for a plain word."""
+    call = CALL.fullmatch(word)
+    return (call[1], call[2].strip()) if call else ("", word)
 
 
-def distinct(asked: Sequence[SweepQuantity], axes: Sequence[SweepAxis]) -> tuple[SweepQuantity, ...]:
+@dataclass(frozen=True)
+class _NamesOfRuns:
+    """Names of the checks, channels and findings of a mechanism. probed: a run has shown them; else channels and
+    findings that are not known may exist."""
+
+    owner: str
+    checks: Set[str]
+    channels: Mapping[str, str]
+    findings: Mapping[str, str]
+    probed: bool
+
+    def called(self, word: str, how: str, name: str) -> NamedNumber:
+        """HOW(NAME): a reduced channel, difference or passed of a check, or health of a finding."""
+        if how in OF_CHECK:
+            if name not in self.checks:
+                raise unknown(f"{self.owner}: check", name, self.checks)
+            return NamedNumber(word, how, name)
+        if how == "health":
+            return self._finding(word, name)
+        if how not in OF_TIME:
+            raise unknown(f"quantity {word!r}: function", how, (*OF_TIME, *OF_CHECK, "health"))
+        if self.probed and name not in self.channels:
+            raise unknown(f"{self.owner}: quantity", name, self.channels)
+        return NamedNumber(word, "channel", name, how, self.channels.get(name, ""))
+
+    def plain(self, name: str) -> NamedNumber:
+        """A name alone: the final value of a channel, the difference of a check, a finding, or trusted."""
+        if name in self.channels:
+            return NamedNumber(name, "channel", name, unit=self.channels[name])
+        if name == "trusted":
+            return NamedNumber(name, "trusted", name)
+        if name in self.checks:
+            return NamedNumber(name, "difference", name)
+        if not self.probed:
+            return NamedNumber(name, "channel", name)
+        if name in self.findings:
+            return NamedNumber(name, "finding", name, unit=self.findings[name])
+        raise unknown(f"{self.owner}: quantity", name, {*self.channels, *self.checks, *self.findings, "trusted"})
+
+    def _finding(self, word: str, name: str) -> NamedNumber:
+        if name == "trusted":
+            return NamedNumber(word, "trusted", name)
+        if self.probed and name not in self.findings:
+            raise unknown(f"{self.owner}: finding", name, {*self.findings, "trusted"})
+        return NamedNumber(word, "finding", name, unit=self.findings.get(name, ""))
+
+
+def distinct(asked: Sequence[NamedNumber], axes: Sequence[SweepAxis]) -> tuple[NamedNumber, ...]:
     """The quantities, each once, with labels that differ from the axes and other variables of the dataset."""
     taken = {a.key for a in axes} | {"reason", "outcome"}
     unique = {q.label: q for q in asked}

@@ -19,6 +19,7 @@ import numpy as np
 from mechlab.errors import EngineMissing, MechlabError, user_fault
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.named.number import NamedNumber
 
 GOOD, BAD_INPUT, UNTRUSTED, NO_SOLUTION = 0, 1, 3, 4
 """Outcomes of a point, numbered like the exit codes."""
@@ -97,29 +98,6 @@ class SweepAxis:
 
 
 @dataclass(frozen=True)
-class SweepQuantity:
-    """A number to compute at every point. `label`: its name in the dataset; kind: "answer", "channel", "difference" or
-    "passed" (of the check `name`), "finding" (of the health record) or "trusted"; `reduce`: reduction of a channel, of
-    REDUCTIONS."""
-
-    label: str
-    kind: str
-    name: str
-    reduce: str = "final"
-    unit: str = ""
-
-    @property
-    def of_run(self) -> bool:
-        """True when it needs a simulation."""
-        return self.kind in ("channel", "finding", "trusted")
-
-    @property
-    def of_check(self) -> bool:
-        """True when it needs a check."""
-        return self.kind in ("difference", "passed")
-
-
-@dataclass(frozen=True)
 class SweepRequest:
     """The complete definition of a sweep: every scheduler computes the same blocks, in any order.
 
@@ -133,7 +111,7 @@ class SweepRequest:
     identity: str
     name: str
     axes: tuple[SweepAxis, ...]
-    quantities: tuple[SweepQuantity, ...]
+    quantities: tuple[NamedNumber, ...]
     method: str
     block: int
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -214,21 +192,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, bool | str) or value is None:
         return value
     return float(value)
-
-
-def reduced(how: str, t: Array, values: Array) -> float:
-    """final, max, min, mean or rms (over time, by the trapezoidal rule) of a channel (n,) at times t (n,)."""
-    x = np.asarray(values, dtype=float)
-    if how == "final":
-        return float(x[-1])
-    if how in ("max", "min"):
-        return float(np.max(x) if how == "max" else np.min(x))
-    span = float(t[-1] - t[0])
-    if not span > 0.0:
-        raise MechlabError(f"a {how} over time needs a run that lasts.")
-    if how == "mean":
-        return float(np.trapezoid(x, t)) / span
-    return float(np.sqrt(np.trapezoid(x * x, t) / span))
-
-
-REDUCTIONS = ("final", "max", "min", "mean", "rms")

@@ -1,4 +1,4 @@
-"""The result of a sweep: numbers over the axes, gaps with their reasons; also as one labelled dataset (xarray)."""
+"""The result of a sweep: numbers over the axes, gaps with their reasons; also as one labelled dataset (xarray), and its netCDF file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import EngineMissing, unknown
+from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.files import unfinished
+from mechlab.formats.json_text import parse
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown
 from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
@@ -168,3 +170,71 @@ def _attributes(axis: SweepAxis) -> dict[str, str]:
     """Attributes of an axis in the dataset."""
     attributes = {"long_name": axis.text or axis.key, "role": axis.role}
     return attributes | ({"units": axis.unit} if axis.unit else {})
+
+
+def write_dataset(result: SweepResult, path: Path) -> Path:
+    """Write netCDF-3 (64-bit offset), which every netCDF reader opens. An error leaves no incomplete file."""
+    with unfinished(path) as temporary:
+        result.dataset.to_netcdf(temporary, format="NETCDF3_64BIT", engine="scipy")
+    return path
+
+
+def read_dataset(path: Path) -> Any:
+    """The dataset of a file, loaded into memory; raises MechlabError for a file that is not netCDF."""
+    xarray = need_xarray()
+    try:
+        with xarray.open_dataset(path, engine="scipy") as found:
+            return found.load()
+    except Exception as cause:  # whatever a damaged file makes the readers of netCDF raise
+        words = " ".join(str(cause).split())[:200].rstrip(".") or type(cause).__name__
+        raise MechlabError(f"{path} is no netCDF file of a sweep: {words}.") from None
+
+
+def kept_dataset(path: Path, request: SweepRequest) -> tuple[np.ndarray, np.ndarray, dict[int, str]] | None:
+    """Numbers, outcomes and reasons, in the order of work, of a finished file of the same request; None where there is no
+    file. Raises MechlabError where the file holds another sweep, naming what differs."""
+
+    if not path.is_file():
+        return None
+    found = read_dataset(path)
+    refuse_another(description_in(str(found.attrs.get("request", "{}")), path), request, path)
+    order = [a.key for a in request.work]
+
+    def flat(name: str) -> np.ndarray:
+        return np.asarray(found[name].transpose(*order).values).ravel()
+
+    try:
+        reasons = {int(i): str(text) for i, text in enumerate(flat("reason")) if text}
+        values, outcomes = np.column_stack([flat(q.label) for q in request.quantities]).astype(float), flat("outcome")
+    except (KeyError, ValueError, TypeError) as cause:
+        raise MechlabError(f"{path} is no complete file of a sweep: {cause}.") from None
+    if values.shape != (request.count, len(request.quantities)) or outcomes.shape != (request.count,):
+        raise MechlabError(f"{path} holds {len(values)} points, expected {request.count}.")
+    return values, outcomes, reasons
+
+
+def refuse_another(kept: Mapping[str, Any], request: SweepRequest, where: Path) -> None:
+    """Raises MechlabError, naming what differs, where `kept` is the description of another request."""
+    wanted = json.loads(json.dumps(request.description()))
+    differ = [k for k in {*kept, *wanted} if kept.get(k) != wanted.get(k)]
+    if not differ:
+        return
+    inner = []
+    for k in sorted(differ):
+        was, now = kept.get(k), wanted.get(k)
+        if isinstance(was, dict) and isinstance(now, dict):
+            inner += [f"{k} {x}" for x in sorted({*was, *now}) if was.get(x) != now.get(x)]
+        else:
+            inner.append(k)
+    raise MechlabError(
+        f"{where} holds another sweep: {', '.join(inner)} differ. Ask for the same, or remove it, or choose another file."
+    )
+
+
+def description_in(content: str | bytes, where: Path) -> dict[str, Any]:
+    """The description of a request from its JSON; raises MechlabError, naming the file, for other content."""
+    try:
+        text = content if isinstance(content, str) else content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise MechlabError(f"{where} does not say what was wanted: {error}.") from None
+    return parse(text, str(where), finite=False)

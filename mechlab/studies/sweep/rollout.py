@@ -20,7 +20,8 @@ from mechlab.lab.design import AUTO, Design
 from mechlab.lab.problem_settings import rough_names, settings_for
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepQuantity, SweepRequest, reduced
+from mechlab.studies.named.number import NamedNumber, reduced
+from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepRequest
 
 FEWEST = 16
 """Least number of motions for a rollout; fewer are run one by one, each with a complete health record."""
@@ -70,7 +71,7 @@ def why_not(request: SweepRequest, design: Design) -> str:
     return next((text for text, holds in reasons.items() if holds), "")
 
 
-def _from_states(quantity: SweepQuantity, design: Design, request: SweepRequest) -> bool:
+def _from_states(quantity: NamedNumber, design: Design, request: SweepRequest) -> bool:
     _, mechanism, _, _ = scene_of(request, design)
     basic = {n for s in mechanism.scalar_names for n in (s, f"{s}_rate")}
     basic |= {f"{f.name}_{a}" for f in mechanism.frames for a in "xyz"}

@@ -12,22 +12,20 @@ from mechlab.analytic.regions import Clause, Region, all_of
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.entry import Coordinates, WorkspaceMap, WorkspaceRecipe
 from mechlab.experiment.question import Answer, Question
-from mechlab.lab.ask import generic_question, in_si, numeric
+from mechlab.lab.ask import asked_mechanism, generic_question, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.named import keys_to_give, witness_answer
+from mechlab.studies.named.answers import answer_in_parts, chosen_witness, nodes_at, witness_answer
+from mechlab.studies.named.number import keys_to_give
 from mechlab.studies.workspace.grid import SLAB as GRID_SLAB
 from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.values import Range
 
 BLOCK = 4096
 """Number of nodes that a closed form takes in one call."""
-PARTS = 4
-"""A block in which a node has no answer is divided into this many parts, recursively, down to single nodes."""
 SLAB = 200_000
 """Number of nodes of a slab where a question is asked."""
-WITNESSES = ("analytic", "pinocchio", "mujoco")
 SOLVED = "solved"
 
 
@@ -76,32 +74,39 @@ class QuestionOnGrid:
         out = {SOLVED: np.full(count, -np.inf)} | {n: np.full(count, np.nan) for n in self.limits}
         size = BLOCK if self.witness == "analytic" else 1
         for i in range(0, count, size):
-            self._ask(flat, i, min(i + size, count), out)
+            answer_in_parts(
+                np.arange(i, min(i + size, count)),
+                lambda at: self._answer(nodes_at(flat, at)),
+                lambda answer: bool(answer.values),
+                lambda at, answer: self._take(at, answer, out),
+                self._refuse,
+                self._fail,
+            )
         return {k: v.reshape(shape) for k, v in out.items()}
 
-    def _ask(self, flat: Mapping[str, Array], i: int, j: int, out: dict[str, Array]) -> None:
-        """Ask at nodes i to j - 1: together where all have an answer, else in parts."""
-        nodes = {k: float(v[i]) if j - i == 1 else v[i:j] for k, v in flat.items()}
-        answer = self._answer(nodes)
-        if answer.cannot:
-            raise EngineMissing(f"{self.design.name}: {self.witness} cannot answer: {answer.cannot}")
-        good = answer.status.exit_code == 0 and bool(answer.values)
-        if not good and j - i > 1:
-            part = -(-(j - i) // PARTS)
-            for k in range(i, j, part):
-                self._ask(flat, k, min(k + part, j), out)
+    def _take(self, at: Array, answer: Answer, out: Mapping[str, Array]) -> None:
+        self._count(at, answer)
+        if not answer.values:
             return
-        self.statuses[answer.status] = self.statuses.get(answer.status, 0) + j - i
-        if not good:
-            return
-        out[SOLVED][i:j] = np.inf
+        out[SOLVED][at] = np.inf
         for name in self.limits:
             if name not in answer.values:
                 raise MechlabError(
                     f"{self.design.name}: {self.witness} does not answer {name}, on which there is a limit; "
                     f"it answers {', '.join(answer.values)}."
                 )
-            out[name][i:j] = answer.values[name]
+            out[name][at] = answer.values[name]
+
+    def _refuse(self, at: Array, answer: Answer) -> None:
+        if answer.cannot:
+            raise EngineMissing(f"{self.design.name}: {self.witness} cannot answer: {answer.cannot}")
+        self._count(at, answer)
+
+    def _fail(self, at: Array, cause: Exception) -> None:
+        raise cause
+
+    def _count(self, at: Array, answer: Answer) -> None:
+        self.statuses[answer.status] = self.statuses.get(answer.status, 0) + len(at)
 
     def _answer(self, nodes: Mapping[str, Any]) -> Answer:
         return witness_answer(self.question, self.design, dict(self.given) | dict(nodes), self.witness)
@@ -193,9 +198,7 @@ def _question(design: Design, asked: Mapping[str, Any]) -> Question:
 
 
 def _of_question(design: Design, question: Question, asked: Mapping[str, Any], witness: str | None) -> WorkspacePlan:
-    name = witness or next((w for w in WITNESSES if w in question.witnesses), "")
-    if name not in question.witnesses:
-        raise unknown(f"{design.name}: witness", name, question.witnesses)
+    name = chosen_witness(question, witness, design.name)
     inputs = {*question.given, *question.optional}
     axes = {k: v for k, v in asked.items() if k in inputs and isinstance(v, Range)}
     given = {k: _scalar(design, k, v, _unit(question, k)) for k, v in asked.items() if k in inputs and k not in axes}
@@ -215,8 +218,7 @@ def _of_question(design: Design, question: Question, asked: Mapping[str, Any], w
 
 def _joint_ranges(design: Design, question: Question) -> dict[str, tuple[float | None, float | None]]:
     """Joint -> range, for joints that are answers of the question."""
-    level = design.entry.default_fidelity
-    joints = design.mechanism("minimal" if level == "kinematic" else level).joints
+    joints = asked_mechanism(design).joints
     return {j.name: j.range for j in joints if j.range is not None and j.name in question.answers}
 
 

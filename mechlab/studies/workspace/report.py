@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mechlab.results import line_of, text_of
-from mechlab.studies.workspace.result import WorkspaceResult
+from mechlab.studies.workspace.study import WorkspaceResult
 from mechlab.tables import number, table
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from mechlab.catalog.closed_differential import scenes
-from mechlab.catalog.closed_differential.build import Parameters, build
+from mechlab.catalog.closed_differential.build import SCENES, Parameters, build
 from mechlab.engines.mujoco.runner import run
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.errors import MechlabError
@@ -21,7 +20,7 @@ class Called(Constant):
 @pytest.mark.parametrize("fidelity", ["minimal", "full"])
 def test_same_run_as_through_the_callback(fidelity: str) -> None:
     m = build(Parameters(), fidelity)
-    scene = replace(scenes.SCENES["constant-moments"].make(Parameters(), fidelity), duration=0.05)
+    scene = replace(SCENES["constant-moments"].make(Parameters(), fidelity), duration=0.05)
     assert all(type(law) is Constant for law in scene.laws)
     called = replace(scene, laws=tuple(Called(law.on, law.value) for law in scene.laws))
     once, each = run(m, scene, scene.settings), run(m, called, scene.settings)
@@ -35,7 +34,7 @@ def test_same_run_as_through_the_callback(fidelity: str) -> None:
 
 def test_prepared_forces_are_those_of_the_laws() -> None:
     m = build(Parameters(), "full")
-    laws = scenes.SCENES["housing-drag"].make(Parameters(drag_14=0.02, drag_36=2.0), "full").laws
+    laws = SCENES["housing-drag"].make(Parameters(drag_14=0.02, drag_36=2.0), "full").laws
     plant = PinPlant(m, None, np.linspace(-3.0, 5.0, m.nv))
     total, by_name = AppliedForce(m, laws)(0.1, plant)
     expected, names = applied_force(m, laws, 0.1, plant)
@@ -44,7 +43,7 @@ def test_prepared_forces_are_those_of_the_laws() -> None:
 
 
 def test_a_force_that_is_not_finite_is_refused() -> None:
-    scene = scenes.SCENES["constant-moments"].make(Parameters(), "minimal")
+    scene = SCENES["constant-moments"].make(Parameters(), "minimal")
     bad = replace(scene, laws=(Constant("H1", float("nan")),))
     with pytest.raises(MechlabError, match="'H1'"):
         run(build(Parameters(), "minimal"), bad, scene.settings)

@@ -1,8 +1,9 @@
-"""Claims C25 to C37 of the thesis abstract: the velocity examples digit by digit, dynamics and control of the head."""
+"""Claims C31 to C37 of the thesis abstract: dynamics and control of the head."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,8 +11,8 @@ import numpy as np
 
 from mechlab.analytic import delta6 as closed
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SLIDERS, SOURCE, THESIS
-from mechlab.catalog.delta6.poses import at_home, coordinates, gear_matrix, plants, response
+from mechlab.catalog.delta6.parameters import ANGLES, ROTARY, SOURCE, THESIS
+from mechlab.catalog.delta6.poses import coordinates, plants, response, rows_of
 from mechlab.engines.protocol import StatePlant
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.kit.claims import (
@@ -26,8 +27,6 @@ from mechlab.kit.claims import (
     misprint,
     none,
     only_if,
-    same_digits,
-    shows,
     true,
 )
 from mechlab.mechanism import Inertia, Mechanism
@@ -35,130 +34,10 @@ from mechlab.mechanism.geometry import Array
 
 LEDGER = Ledger(THESIS)
 
-# -- velocity example of the translation -----------------------------------------------------------------------------------
 
-PRINTED_A = np.array([[-0.39, 0.233, -0.58], [-6.63e-3, -0.456, -0.58], [0.398, 0.222, -0.58]])
-PRINTED_B = 0.58 * np.eye(3)
-A_DECIMALS = np.array([[2, 3, 2], [5, 3, 2], [3, 3, 2]])
-
-
-@LEDGER.claim(
-    "C25", "chapter 4, translation example, matrices",
-    "The matrices A (printed below) and B = 0.58 I of the translation.", PRINTED_A.tolist(),
-    holds(when=true("home_fits")),
-    holds("every digit, for rods of 0.37 m with the guides 0.2278 m outside their platform joints and 3.3 mm beside them",
-          when=true("nearby_fits")),
-    cannot("no geometry tried gives these digits"),
-)  # fmt: skip
-def digits() -> Evidence:
-    """Is there a delta of this kind whose A and B round to every printed digit?"""
-    shifted = replace(SOURCE, radial_offset=0.22775)
-    cases = {
-        "rod 0.37 m, offset 0.228 m, O = 0": (SOURCE, np.zeros(3)),
-        "offset 0.22775 m, O = (0, -0.14, 0) mm": (shifted, np.array([0.0, -1.4e-4, 0.0])),
-    }
-    computed: dict[str, Any] = {}
-    fits = []
-    for name, (p, centre) in cases.items():
-        a, b = closed.implicit_matrices(p.geometry, centre)
-        fits.append(same_digits(a, PRINTED_A, A_DECIMALS) and same_digits(np.diag(b), [0.58] * 3, 2))
-        computed |= {f"analytic: A, {name}": a.round(6).tolist(), f"analytic: every digit, {name}": fits[-1]}
-    return evidence(computed, home_fits=fits[0], nearby_fits=fits[1])
-
-
-def _unit_rates(w: StatePlant, wanted: tuple[str, ...], driving: tuple[str, ...], decimals: int) -> list[float]:
-    """Rates of three joints for unit rates of three others together, the angles held."""
-    rates = response(w, (*driving, *ANGLES))[:, :3].sum(axis=1)
-    return [round(float(w.mechanism.row(n) @ rates), decimals) for n in wanted]
-
-
-@LEDGER.claim(
-    "C26", "chapter 4, translation example, forward",
-    "Unit rates of the sliders give V = (0, 0, 1) m/s.", [0.0, 0.0, 1.0],
-    holds(when=shows("all", 2)),
-    misprint("{correct}"),
-)  # fmt: skip
-def translation_forward() -> Evidence:
-    """V for unit slider rates."""
-    computed = {"printed matrices": np.linalg.solve(PRINTED_A, -PRINTED_B @ np.ones(3)).round(9).tolist()}
-    computed |= at_home(SOURCE, "full", lambda w: _unit_rates(w, CENTRE, SLIDERS, 9))
-    return evidence(computed, all=list(computed.values()), correct=computed["numpy"])
-
-
-@LEDGER.claim(
-    "C27", "chapter 4, translation example, inverse",
-    "V = (1, 1, 1) m/s needs slider rates of 1.27, 1.79, -0.06 m/s.", [1.27, 1.79, -0.06],
-    holds(when=shows("matrices", 2)),
-    only_if("A and B are carried with more digits than printed; the printed ones give 1.27, 1.80, -0.07",
-            when=shows("geometry", 2)),
-    misprint("{correct}"),
-)  # fmt: skip
-def translation_inverse() -> Evidence:
-    """Slider rates for V = (1, 1, 1)."""
-    matrices = np.linalg.solve(-PRINTED_B, PRINTED_A @ np.ones(3))
-    geometry = {"analytic": closed.slider_rates(SOURCE.geometry, np.zeros(3), np.ones(3)).round(5).tolist()}
-    geometry |= at_home(SOURCE, "full", lambda w: _unit_rates(w, SLIDERS, CENTRE, 5))
-    computed = {"printed matrices": matrices.round(5).tolist()} | geometry
-    return evidence(computed, matrices=matrices, geometry=list(geometry.values()), correct=matrices.round(2).tolist())
-
-
-# -- velocity example of the rotation --------------------------------------------------------------------------------------
-
-PRINTED_ROTATION = np.array([[0.783, -0.783, 1.4], [0.783, 0.783, 1.4], [0.0, 0.0, 1.0]])
-PRINTED_DRIVE_RATES = [1.4, 2.966, 1.0]
-
-
-@LEDGER.claim(
-    "C28", "chapter 4, rotation example, forward",
-    "Unit rates of the rotary drives give (a', b', g') = (0, -0.51, 1) rad/s.", [0.0, -0.51, 1.0],
-    holds(when=shows("rates", 2)),
-    misprint("alpha' = -0.51, beta' = 0, gamma' = 1: alpha and beta are swapped", when=shows("swapped", 2)),
-    fails("the printed matrix gives other rates"),
-)  # fmt: skip
-def rotation_forward() -> Evidence:
-    """(alpha', beta', gamma') for unit rates of the rotary drives, signs aside."""
-    found = {"printed matrix, B = -I": np.linalg.solve(PRINTED_ROTATION, np.ones(3))}
-    found |= at_home(SOURCE, "parts", lambda w: np.linalg.solve(gear_matrix(w), np.ones(3)))
-    rates = np.array(list(found.values()))
-    return evidence({k: v.round(6).tolist() for k, v in found.items()}, rates=rates, swapped=rates[:, [1, 0, 2]])
-
-
-@LEDGER.claim(
-    "C29", "chapter 4, rotation example, equation", "A V = -(B) w with B = I.", "B = I",
-    holds(when=shows("printed matrix, B = I as printed", 3, of=PRINTED_DRIVE_RATES)),
-    misprint("B = -I; with B = I all printed results would have the other sign",
-             when=shows("printed matrix, B = -I", 3, of=PRINTED_DRIVE_RATES)),
-    fails("neither sign of B gives the printed results"),
-)  # fmt: skip
-def rotation_sign() -> Evidence:
-    """A V = -(B) w as printed, with B = I."""
-    found = {
-        "B = I as printed": np.linalg.solve(-np.eye(3), PRINTED_ROTATION @ np.ones(3)),
-        "B = -I": PRINTED_ROTATION @ np.ones(3),
-    }
-    return evidence({f"printed matrix, {k}": v.round(6).tolist() for k, v in found.items()})
-
-
-@LEDGER.claim(
-    "C30", "chapter 4, rotation example, inverse",
-    "Unit rates of the angles need drive rates of 1.4, 2.966, 1 rad/s.", PRINTED_DRIVE_RATES,
-    holds(when=shows("rates", 3)),
-    misprint("{correct}"),
-)  # fmt: skip
-def rotation_inverse() -> Evidence:
-    """Rates of the rotary drives for unit rates of the angles."""
-    found = {"analytic": closed.drives_from_angles(SOURCE.geometry, np.ones(3))}
-    found |= at_home(SOURCE, "parts", lambda w: gear_matrix(w) @ np.ones(3))
-    computed = {k: v.round(9).tolist() for k, v in found.items()}
-    return evidence(computed, rates=list(found.values()), correct=computed["analytic"])
-
-
-# -- dynamics of the head --------------------------------------------------------------------------------------------------
-
-
-def _moves(w: StatePlant, angles: tuple[float, float, float]) -> Array:
+def _moves(w: StatePlant, angles: Sequence[float], fidelity: str = "minimal") -> Array:
     """(nv, 3) motions of the head with O held, the witness moved to these angles."""
-    return response(w.set(coordinates(SOURCE, "minimal", np.zeros(3), angles)[0]))[:, 3:]
+    return response(w.set(coordinates(SOURCE, fidelity, np.zeros(3), angles)[0]))[:, 3:]
 
 
 def _with_output(inertia: Inertia) -> Mechanism:
@@ -172,7 +51,7 @@ def _swing_of_mass(m: Mechanism, angle: int) -> float:
     for x in np.linspace(0.0, 2.0 * np.pi, 9):
         angles = [0.4, 0.7, -0.3]
         angles[angle] = float(x)
-        moves = _moves(w, (angles[0], angles[1], angles[2]))
+        moves = _moves(w, angles)
         found.append(moves.T @ w.mass_matrix() @ moves)
     return float(np.ptp(np.array(found), axis=0).max() / np.abs(found[0]).max())
 
@@ -236,21 +115,13 @@ def generalised_forces() -> Evidence:
     computed = {"analytic: Q [N m]": expected.round(12).tolist()}
     differences = []
     for name, w in plants(build(SOURCE, "parts")).items():
-        moves = response(w.set(coordinates(SOURCE, "parts", np.zeros(3), [0.3, 0.2, -0.4])[0]))[:, 3:]
-        work = moves.T @ sum(t * w.mechanism.row(n) for t, n in zip(torques, ROTARY, strict=True))
+        work = _moves(w, (0.3, 0.2, -0.4), "parts").T @ (torques @ rows_of(w, ROTARY))
         computed[f"{name}: Q [N m]"] = work.round(12).tolist()
         differences.append(np.abs(work - expected))
     return evidence(computed, differences=differences)
 
 
-# -- control of the head ---------------------------------------------------------------------------------------------------
-
 GAINS = {"velocity 240, position 480": (240.0, 480.0), "velocity 480, position 240": (480.0, 240.0)}
-
-
-def _source_errors() -> tuple[Array, Array]:
-    start = closed.source_targets(0.0)
-    return closed.SOURCE_START_ANGLES - start.angles, closed.SOURCE_START_RATES - start.rates
 
 
 @LEDGER.claim(
@@ -282,7 +153,7 @@ def targets() -> Evidence:
 )  # fmt: skip
 def gain_order() -> Evidence:
     """'Velocity and position: 240, 480': what each order would do."""
-    e, de = _source_errors()
+    e, de = closed.SOURCE_START_ERRORS, closed.SOURCE_START_ERROR_RATES
     computed: dict[str, Any] = {}
     stable = []
     t = np.linspace(0.0, 15.0, 15_001)
@@ -309,7 +180,7 @@ def gain_order() -> Evidence:
 )  # fmt: skip
 def minimal_error() -> Evidence:
     """Integral of the squared error of gamma with the printed gains, and with critical damping for the same position gain."""
-    e, de = _source_errors()
+    e, de = closed.SOURCE_START_ERRORS, closed.SOURCE_START_ERROR_RATES
     t = np.linspace(0.0, 10.0, 100_001)
 
     def cost(kv: float, kp: float) -> float:
@@ -328,7 +199,7 @@ def _deviation(scale: float, weight: float) -> float:
     from scipy.integrate import solve_ivp
 
     head = closed.HeadInertias()
-    e, de = _source_errors()
+    e, de = closed.SOURCE_START_ERRORS, closed.SOURCE_START_ERROR_RATES
     kv, kp = GAINS["velocity 240, position 480"]
     start = np.concatenate([closed.SOURCE_START_ANGLES, closed.SOURCE_START_RATES])
 

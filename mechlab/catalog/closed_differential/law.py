@@ -1,8 +1,10 @@
-"""The central claim: (8) to (11), that one input determines two freedoms, the circulation of energy, force adaptation."""
+"""The law on trial: the claims (8) to (11), that one input determines two freedoms, the circulation of energy, force
+adaptation; and their figure: the one instant at which (8) holds, and ratio against load, printed and true."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,21 +14,23 @@ from mechlab.catalog.closed_differential.build import SOURCE
 from mechlab.catalog.closed_differential.checks import (
     EXAMPLE,
     LAB,
+    SOLVERS,
     answers,
     machines,
     outer_power,
     rounded,
     run,
-    runs,
     speeds,
 )
-from mechlab.catalog.closed_differential.questions import ENGINES
+from mechlab.engines.protocol import WITNESSES as ENGINES
 from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence, fails, holds, only_if, true
+from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
 
 LEDGER = Ledger(SOURCE)
 NOTICED = 1e-3
 """A relative deviation beyond all errors of the runs, which are below 1e-6."""
+TRAINS = EXAMPLE | {"another train": replace(LAB, teeth=(20, 40, 100, 50, 20, 90))}
 
 
 @LEDGER.claim(
@@ -43,10 +47,9 @@ def eight() -> Evidence:
     before = replace(LAB, w_H1_0=100.0 - 0.1 * float(a["w_H1_rate"]), w_H2_0=50.0 - 0.1 * float(a["w_H2_rate"]))
     computed: dict[str, Any] = {"analytic: Q^T J^-1 Q [W/s]": rounded(rate, 6)}
     kept, upwards = [], []
-    for who, recording in runs(before, "constant-moments", 0.5).items():
-        power = outer_power(before, recording)
-        sign = np.sign(power)
-        changes = np.flatnonzero(np.diff(sign))
+    for who in SOLVERS:
+        power = outer_power(before, run(who, before, "constant-moments", 0.5))
+        changes = np.flatnonzero(np.diff(np.sign(power)))
         computed[f"{who}: power at the ends of 0.5 s [W]"] = rounded([power[0], power[-1]], 3)
         computed[f"{who}: times at which (8) is crossed"] = len(changes)
         kept.append(bool(np.max(np.abs(power)) < NOTICED * 1e4))
@@ -87,7 +90,7 @@ def ten() -> Evidence:
     drag = replace(LAB, drag_14=0.02, drag_36=2.0)
     for text, p, scene, duration in (("constant moments, 0.5 s", LAB, "constant-moments", 0.5),
                                      ("drag on the housing, 20 s", drag, "housing-drag", 20.0)):  # fmt: skip
-        for who in ("analytic", *ENGINES):
+        for who in SOLVERS:
             h1, h2 = speeds(run(who, p, scene, duration, "minimal"))
             law = p.M_H1 * h1 / p.M_H2
             computed[f"{who}: {text}: w_H2, by (10)"] = rounded([h2, law], 4)
@@ -106,7 +109,7 @@ def eleven() -> Evidence:
     computed: dict[str, Any] = {}
     with_8: list[bool] = []
     without_8: list[bool] = []
-    for name, p in (*EXAMPLE.items(), ("another train", replace(LAB, teeth=(20, 40, 100, 50, 20, 90)))):
+    for name, p in TRAINS.items():
         for label, given, kept in (("(8) imposed", {"w_H1": 100.0}, with_8),
                                    ("w_H2 = 70", {"w_H1": 100.0, "w_H2": 70.0}, without_8)):  # fmt: skip
             for who, v in answers(p, **given).items():
@@ -129,7 +132,7 @@ def circulation() -> Evidence:
     """The 'main proof of the truth of the results', 4000 = 4000: does it tell right results from wrong ones?"""
     computed: dict[str, Any] = {}
     agree, share = [], []
-    for name, p in (*EXAMPLE.items(), ("another train", replace(LAB, teeth=(20, 40, 100, 50, 20, 90)))):
+    for name, p in TRAINS.items():
         for who, v in answers(p, w_H1=100.0).items():
             sides = [float((v["M21"] - v["M54"]) * v["w1"]), float((v["M56"] - v["M23"]) * v["w3"])]
             computed[f"{who}: both sides [W], {name}"] = rounded(sides, 6)
@@ -156,11 +159,9 @@ def determinate() -> Evidence:
         counts.append(made.mechanism.nv - rank(made.rows))
         computed[f"{who}: coordinates - rank of the gear rows"] = counts[-1]
     spread = []
-    for who in ("analytic", *ENGINES):
-        ends = [
-            speeds(run(who, replace(LAB, w_H2_0=start), "constant-moments", 0.5, "minimal"))[1]
-            for start in (20.0, 50.0)
-        ]
+    for who in SOLVERS:
+        starts = (replace(LAB, w_H2_0=w) for w in (20.0, 50.0))
+        ends = [speeds(run(who, p, "constant-moments", 0.5, "minimal"))[1] for p in starts]
         computed[f"{who}: w_H2 after 0.5 s from 20 and 50 rad/s"] = rounded(ends, 6)
         spread.append(abs(ends[1] - ends[0]))
     return evidence(computed, counts=counts, spread=spread, freedoms=counts[0])
@@ -199,3 +200,116 @@ def adaptation() -> Evidence:
 
 
 CLAIMS = LEDGER.claims
+
+SPAN = 0.3
+"""The left part shows so many seconds before and after the source's point."""
+DRAGS = (0.02, 2.0)
+BLUE, RED, TEAL, GREY, GOLD = "#2a6bbf", "#c23b36", "#2f9490", "#6b7280", "#b8860b"
+
+
+def draw(path: Path) -> None:
+    """Write the figure; the kind of file follows the suffix."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 6.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2)
+    figure.suptitle(
+        "Gear train of two freedoms with one input: does the output adapt its speed to the load?", fontsize=13
+    )
+    _crossing(left)
+    _ratios(right)
+    figure.savefig(path, dpi=150)
+
+
+def _crossing(axes: Any) -> None:
+    t, powers = crossing()
+    axes.plot(t, powers[:, 0] / 1e3, color=BLUE, lw=2, label="power in:  M_H1 w_H1,  M_H1 = 100 N m")
+    axes.plot(t, powers[:, 1] / 1e3, color=RED, lw=2, label="power taken by the load:  M_H2 w_H2,  M_H2 = 200 N m")
+    axes.axvline(0.0, color=GREY, lw=0.8, ls=":")
+    axes.plot([0.0], [10.0], "o", color="black", ms=8)
+    axes.annotate(
+        "the printed law (8), power in = power out,\nholds at this one instant (100 and 50 rad/s)\nand is crossed, never kept",
+        (0.0, 10.0), (-0.285, 3.6), arrowprops={"arrowstyle": "->"}, fontsize=10,
+    )  # fmt: skip
+    dots = engine_dots(t)
+    for who, text, marker, size in (("mujoco", "MuJoCo", "x", 7), ("pinocchio", "Pinocchio", "+", 9)):
+        times, inward, outward = dots[who].T
+        axes.plot(times, inward / 1e3, marker, color="black", ms=size, mew=1.2, label=f"{text}, simulated")
+        axes.plot(times, outward / 1e3, marker, color="black", ms=size, mew=1.2)
+    axes.set(
+        xlabel="time [s], 0 at the point of the example", ylabel="power [kW]", xlim=(-SPAN, SPAN), ylim=(3.0, 20.5)
+    )
+    _dress(axes, "Constant moments: the powers cross once")
+
+
+def _dress(axes: Any, title: str) -> None:
+    axes.set_title(title, fontsize=11)
+    axes.legend(loc="upper left", fontsize=9, framealpha=0.95)
+    axes.grid(alpha=0.25)
+
+
+def crossing() -> tuple[Array, Array]:
+    """Times (n,) and powers (n, 2) [W] of input and load under constant moments, exact (the motion is linear in time)."""
+    p, t = LAB, np.linspace(-SPAN, SPAN, 121)
+    a = closed.carrier_mass_matrix(p.train, closed.mass_matrix(p.train, p.inertias))
+    rates = np.array([p.w_H1_0, p.w_H2_0]) + np.outer(t, np.linalg.solve(a, [p.M_H1, -p.M_H2]))
+    return t, rates * [p.M_H1, p.M_H2]
+
+
+def engine_dots(t: Array) -> dict[str, Array]:
+    """Engine -> (n, 3) time and the two powers, from a run that starts at the left edge."""
+    rates = crossing()[1][0] / [LAB.M_H1, LAB.M_H2]
+    p = replace(LAB, w_H1_0=float(rates[0]), w_H2_0=float(rates[1]))
+    out = {}
+    for who in ENGINES:
+        found = run(who, p, "constant-moments", 2 * SPAN)
+        pick = np.linspace(0, len(found.t) - 1, 9).round().astype(int)
+        h1, h2 = (found.channel(f"{n}_rate")[pick] for n in ("H1", "H2"))
+        out[who] = np.column_stack([found.t[pick] + t[0], p.M_H1 * h1, p.M_H2 * h2])
+    return out
+
+
+def _ratios(axes: Any) -> None:
+    p, train = LAB, LAB.train
+    mu = np.linspace(0.05, 3.0, 600)
+    axes.plot(mu, mu, color="black", lw=2.2, ls="--", label="printed law (10): ratio = load ratio, no losses")
+    stall = closed.drag_stall(train, DRAGS[1] / DRAGS[0])
+    moving = mu[mu < stall * 0.995]
+    axes.plot(moving, closed.drag_ratio(train, DRAGS[1] / DRAGS[0], moving)[0], color=BLUE, lw=2,
+              label="true, both blocks drag on the housing (drags 1:100)")  # fmt: skip
+    axes.axvline(stall, color=BLUE, lw=0.8, ls=":")
+    axes.text(stall + 0.03, 5.0, f"output stalls\nat {stall:.2f}", color=BLUE, fontsize=9)
+    fixed = closed.braked_ratios(train)[0]
+    text = f"true, one-way stop of block 36: fixed ratio a/b = {fixed:g} (balanced at load {fixed:g} only)"
+    axes.plot(mu, 0 * mu + fixed, color=TEAL, lw=2, label=text)
+    a, b = train.a, train.b
+    locked = (a * float(p.lock_ratio) + 1 - a) / (b * float(p.lock_ratio) + 1 - b)
+    axes.plot(mu, 0 * mu + locked, color=GREY, lw=2, label=f"true, blocks coupled 6:1: fixed ratio {locked:g}")
+    axes.plot([locked], [locked], "o", color=GREY, ms=8)
+    axes.annotate("balanced at this one load,\nelse it accelerates", (locked, locked), (2.1, 1.15), fontsize=9, color=GREY,
+                  arrowprops={"arrowstyle": "->", "color": GREY})  # fmt: skip
+    curve, dots = backstop_curve()
+    axes.plot(*curve, color=GOLD, lw=2, label="true, input held, stop and drag between the blocks (slips)")
+    axes.plot(*dots, "x", color="black", ms=7, mew=1.4, label="MuJoCo, simulated")
+    axes.annotate("drag between the blocks alone: steady at load ratio 1 only,\nas all torques must cancel; its ratio is set by the past",
+                  (1.0, 0.6), (1.06, 0.15), fontsize=8.5, arrowprops={"arrowstyle": "->"})  # fmt: skip
+    axes.axvline(1.0, color="black", lw=0.6, ls=":")
+    axes.set(xlabel="load ratio M_H2 / M_H1", ylabel="speed ratio w_H1 / w_H2", xlim=(0.0, 3.0), ylim=(0.0, 10.5))
+    _dress(axes, "Steady motion: ratio against load, printed and true")
+
+
+def backstop_curve() -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """(load ratio, speed ratio) of the train with stop and inner drag: closed form, and points of MuJoCo."""
+    p = replace(LAB, drag_internal=0.2)
+    load = np.linspace(1.0, 3000.0, 3000)
+    steady = closed.backstop(p.train, p.drag_internal, p.w_H1_0, load)
+    curve = (load / steady.M_H1, steady.w_H1 / steady.w_H2)
+    points = []
+    for M_H2 in (100.0, 150.0, 250.0, 400.0):
+        start = float(closed.backstop(p.train, p.drag_internal, p.w_H1_0, M_H2).w_H2)
+        found = run("mujoco", replace(p, M_H2=M_H2, w_H2_0=start), "backstop-two-range", 0.5)
+        h1, h2 = speeds(found)
+        points.append((M_H2 / float(found.channel("H1_force")[-1]), h1 / h2))
+    return curve, (np.array([x for x, _ in points]), np.array([y for _, y in points]))
