@@ -1,25 +1,19 @@
 """Every option of every verb changes what comes back, or is refused with a sentence that names it; none is passed over.
 
-The tables are held against the argument parsers and the signatures: an option that is in no table fails the test.
+The table is held against the argument parsers: an option that is not in it fails the test. Keywords: test_keywords.py.
 """
 
-import inspect
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-import mechlab as ml
 from mechlab import api
 from mechlab.cli import main
 from mechlab.cli.options import parser_of, routes_of
 from mechlab.cli.verbs import VERBS
-from mechlab.errors import MechlabError
-from mechlab.values import Range
 
 IGNORED = {
     "parameters",
@@ -257,195 +251,3 @@ def test_an_option_acts_or_is_refused(
         one, two = (said(w, tmp_path / k, capsys) for k, w in (("a", case.plain), ("b", f"{case.plain} {case.more}")))
         assert one[0] in (0, 3) and two[0] in (0, 3)
         assert one[1] != two[1] or one[2] != two[2]
-
-
-# -- keywords of the API ----------------------------------------------------------------------------------------------------
-
-NOT_AN_OPTION = {"source", "sources", "values", "progress", "task", "kind", "path"}
-"""What is asked about, and where progress is told."""
-ONLY_FOR_THE_COMMAND_LINE = {("sweep", "command")}
-"""The command that a dataset remembers."""
-LIKE: dict[str, dict[str, str]] = {
-    "chart": {
-        "scene": "--scene", "duration": "--duration", "target": "--target", "fidelity": "--fidelity", "peers": "--peers", "out": "-o",
-    },
-    "claims": {"figure": "--figure"},
-    "cycle": {
-        "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
-    },
-    "generate": {"out": "-o", "fidelity": "--fidelity"},
-    "modes": {"scene": "--scene", "fidelity": "--fidelity", "free": "--free", "out": "-o", "html": "--html", "only": "--mode"},
-    "optimize": {
-        "maximize": "--maximize", "minimize": "--minimize", "subject": "--subject", "front": "--front",
-        "evaluations": "--evaluations", "seed": "--seed", "out": "-o",
-    },
-    "run": {"out": "-o"},
-    "show": {"fidelity": "--fidelity"},
-    "simulate": {
-        "scene": "--scene", "duration": "--duration", "timestep": "--timestep", "max_error": "--max-error", "engine": "--engine",
-        "fidelity": "--fidelity", "at": "--at", "order_check": "--order-check", "out": "-o",
-    },
-    "stability": {
-        "scene": "--scene", "kinds": "--map", "methods": "--methods", "fidelity": "--fidelity", "out": "-o", "budget": "--budget",
-    },
-    "sweep": {
-        "quantities": "--quantity", "witness": "--witness", "scene": "--scene", "engine": "--engine", "fidelity": "--fidelity",
-        "duration": "--duration", "timestep": "--timestep", "out": "-o", "plot": "--plot", "resume": "--resume",
-        "scheduler": "--scheduler", "workers": "--workers",
-    },
-    "view": {
-        "html": "--html", "png": "--png", "host": "--host", "glb": "--glb", "mp4": "--mp4", "csv": "--csv", "against": "--against",
-        "explorable": "--explore", "vary": "--vary",
-    },
-    "workspace": {
-        "against": "--against", "witness": "--witness", "stl": "--stl", "glb": "--glb", "html": "--html", "maps": "-o",
-    },
-}  # fmt: skip
-"""Keywords that the command line passes on as they are: function -> keyword -> option of the verb of that name."""
-
-Act = Callable[[Path], Any]
-
-
-def _refused(word: str, act: Callable[[], Any]) -> str:
-    with pytest.raises(MechlabError, match=word):
-        act()
-    return "refused"
-
-
-def _run(**how: Any) -> float:
-    return float(ml.simulate("pendulum", duration=0.1, **how).final()["angle"])
-
-
-def _page(path: Path, **how: Any) -> str:
-    api.view("pendulum", {"duration": 0.2}, html=path / "v.html", **how)
-    return (path / "v.html").read_text()
-
-
-def _models(path: Path) -> Path:
-    """A folder with a picture of another mechanism for the pendulum."""
-    (path / "pendulum").mkdir(parents=True)
-    kept = Path(__file__).parents[1] / "models" / "fourbar" / "picture.png"
-    (path / "pendulum" / "picture.png").write_bytes(kept.read_bytes())
-    return path
-
-
-def _gallery(out: Path, models: Path) -> list[bytes]:
-    api.gallery(out, ["pendulum"], models=models)
-    return sorted(x.read_bytes() for x in out.rglob("*.png"))
-
-
-def _recorded(path: Path) -> Path:
-    ml.save_recording(ml.simulate("pendulum", duration=0.1), path)
-    return path
-
-
-SLOW = {("gallery", "models"), ("portrait", "out"), ("generate_catalog", "pictures")}
-KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
-    ("simulate", "settings"): (lambda p: _run(), lambda p: _run(settings="draft")),
-    ("sensitivity", "tolerance"): (
-        lambda p: ml.sensitivity("fourbar", crank_angle=1, only=("coupler",)).spreads,
-        lambda p: ml.sensitivity("fourbar", crank_angle=1, only=("coupler",), tolerance=1e-3).spreads,
-    ),
-    ("sensitivity", "only"): (
-        lambda p: list(ml.sensitivity("fourbar", crank_angle=1, only=("coupler",)).units),
-        lambda p: list(ml.sensitivity("fourbar", crank_angle=1, only=("rocker",)).units),
-    ),
-    ("portrait", "out"): (
-        lambda p: len(list(p.rglob("*"))),
-        lambda p: (api.portrait("impulse_transmission", "phase", out=p / "x"), len(list(p.rglob("*"))))[1],
-    ),
-    ("explore", "vary"): (
-        lambda p: len(api.explore("fourbar", vary={}).variants or ()),
-        lambda p: _refused("no", lambda: api.explore("fourbar", vary={"no": (1.0, 2.0)})),
-    ),
-    ("story", "against"): (lambda p: "", lambda p: _refused("only a run", lambda: api.story("pendulum", against="a.npz"))),
-    ("fidelities", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.fidelities("pendulum", scene="no"))),
-    ("fidelities", "duration"): (lambda p: "", lambda p: _refused("duration", lambda: ml.fidelities("pendulum", duration=-1.0))),
-    ("fidelities", "out"): (lambda p: "", lambda p: _refused("formats", lambda: ml.fidelities("pendulum", duration=0.1, out=p / "a.b"))),
-    ("fidelities", "needs"): (lambda p: "", lambda p: _refused("no", lambda: ml.fidelities("pendulum", duration=0.1, needs=("no",)))),
-    ("gallery", "out"): (lambda p: "", lambda p: _refused("'no'", lambda: api.gallery(p, ["no"]))),
-    ("gallery", "names"): (lambda p: "", lambda p: _refused("'no'", lambda: api.gallery(p, ["no"]))),
-    ("gallery", "models"): (lambda p: _gallery(p / "a", p / "no"), lambda p: _gallery(p / "b", _models(p / "models"))),
-    ("load_recording", "most_bytes"): (
-        lambda p: "",
-        lambda p: _refused("the limit is 8", lambda: ml.load_recording(_recorded(p / "run.npz"), most_bytes=8)),
-    ),
-    ("generate_catalog", "out"): (lambda p: "", lambda p: _refused("'no'", lambda: api.generate_catalog(p, ["no"]))),
-    ("generate_catalog", "names"): (lambda p: "", lambda p: _refused("'no'", lambda: api.generate_catalog(p, ["no"]))),
-    ("generate_catalog", "pictures"): (
-        lambda p: (api.generate_catalog(p / "a", ["pendulum"]), len(list((p / "a").rglob("*.png"))))[1],
-        lambda p: (api.generate_catalog(p / "b", ["pendulum"], pictures=False), len(list((p / "b").rglob("*.png"))))[1],
-    ),
-    ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
-    ("view", "wait"): (
-        lambda p: api.view("pendulum", wait=False).to_dict()["message"],
-        lambda p: _page(p, wait=False)[:9],
-    ),
-}  # fmt: skip
-"""Keywords with no option of their own: two calls whose results differ, or one that is refused."""
-
-
-def public_keywords() -> set[tuple[str, str]]:
-    """(function, keyword) of every public function."""
-    functions = {n: f for n in api.__all__ if inspect.isfunction(f := getattr(api, n))}
-    return {(n, k) for n, f in functions.items() for k, p in inspect.signature(f).parameters.items()
-            if k not in NOT_AN_OPTION and p.kind is not p.VAR_KEYWORD}  # fmt: skip
-
-
-def test_every_keyword_of_the_api_is_in_a_table() -> None:
-    like = {(function, keyword) for function, row in LIKE.items() for keyword in row}
-    known = like | set(KEYWORDS) | ONLY_FOR_THE_COMMAND_LINE
-    assert public_keywords() - known == set() and known - public_keywords() == set()
-    verbs = {(f, option) for f, row in LIKE.items() for option in row.values()}
-    assert verbs <= set(COMMANDS)
-
-
-@pytest.mark.parametrize(
-    "key", [pytest.param(k, id=".".join(k), marks=[pytest.mark.slow] if k in SLOW else []) for k in KEYWORDS]
-)
-def test_a_keyword_acts_or_is_refused(key: tuple[str, str], tmp_path: Path) -> None:
-    one, two = KEYWORDS[key]
-    assert one(tmp_path) != two(tmp_path)
-
-
-# -- combinations that make no sense ----------------------------------------------------------------------------------------
-
-
-def test_values_and_sliders_are_refused_for_a_recording(tmp_path: Path) -> None:
-    run = ml.simulate("pendulum", duration=0.1)
-    for act, word in (
-        (lambda: api.view(run, {"length": 2.0}, html=tmp_path / "a.html"), "length"),
-        (lambda: api.story(run, {"length": 2.0}), "length"),
-        (lambda: api.view(run, html=tmp_path / "a.html", explorable=True), "mechanism"),
-        (lambda: api.view("pendulum", html=tmp_path / "a.html", vary={"length": (1.0, 2.0)}), "vary"),
-    ):
-        with pytest.raises(MechlabError, match=word):
-            act()
-    assert not list(tmp_path.iterdir())
-
-
-def test_parameters_of_scenes_are_refused_in_a_cycle_and_both_spellings_of_a_rate_taken() -> None:
-    for name in ("speed", "torque"):
-        with pytest.raises(MechlabError, match=name):
-            ml.cycle("fourbar", {name: 7.0}, points=4)
-    short, long = (ml.cycle("fourbar", {key: 5.0}, points=4) for key in ("crank_rate", "crank_angle_rate"))
-    assert np.array_equal(short["rocker_angle_rate"], long["rocker_angle_rate"])
-    short, long = (ml.solve("fourbar", crank_angle=1.0, **{key: 5.0}) for key in ("crank_rate", "crank_angle_rate"))
-    assert list(long.answers) == list(short.answers) == ["analytic", "pinocchio", "mujoco"]
-    assert short["analytic"]["rocker_rate"] == long["analytic"]["rocker_rate"]
-    for act in (ml.cycle, lambda source, values: ml.solve(source, crank_angle=1.0, **values)):
-        with pytest.raises(MechlabError, match="crank_angle_rate"):
-            act("fourbar", {"crank_rate": 1.0, "crank_angle_rate": 2.0})
-
-
-def test_a_timestep_beside_an_error_and_an_unknown_preset_are_refused() -> None:
-    with pytest.raises(MechlabError, match="timestep"):
-        _run(timestep=1e-3, max_error=1e-4)
-    with pytest.raises(MechlabError, match="accurate"):
-        _run(settings="accurat")
-
-
-def test_a_list_and_a_tuple_of_ends_mean_the_same_by_keyword_and_mapping() -> None:
-    for ends in ((0.5, 1.0), [0.5, 1.0], Range(0.5, 1.0)):
-        found = ml.optimize("pendulum", {"length": ends}, maximize="length", evaluations=40)
-        assert found.parameters["length"] == pytest.approx(1.0)

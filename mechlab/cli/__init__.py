@@ -12,15 +12,17 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechlab.cli import output
-from mechlab.cli.arguments import one_name, refuse_bytes, split_tokens
-from mechlab.cli.options import Route, chosen, flags_of, parser_of, routes_of, with_flags
+from mechlab.cli.arguments import one_name, refuse_bytes, split_tokens, with_flags
 from mechlab.cli.terminal import bar
 from mechlab.cli.verbs import VERBS
 from mechlab.errors import MechlabError, UsageError, unknown, user_fault
 from mechlab.values import Written
+
+if TYPE_CHECKING:
+    from mechlab.cli.options import Route
 
 STATUS = {1: "bad input", 2: "wrong usage", 3: "not to be trusted", 4: "no solution exists"}
 HELP = """usage: mechlab VERB NAME [key=value ...] [options]
@@ -136,7 +138,8 @@ class _Call:
         if self.verb not in VERBS:
             raise unknown("the verb", self.verb, VERBS, UsageError)
         refuse_bytes(arguments)
-        from mechlab import api
+        from mechlab import api  # like `options` not before --help, which needs neither
+        from mechlab.cli.options import chosen, flags_of, parser_of, routes_of
 
         verb = VERBS[self.verb]
         routes = routes_of(self.verb, verb, api)

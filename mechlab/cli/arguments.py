@@ -1,27 +1,12 @@
-"""What every verb shares on the way in: a parser that raises, names, key=value pairs among the options."""
+"""What every verb shares on the way in: names, key=value pairs among the options, flags in texts."""
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Sequence
-from typing import NoReturn
+import re
+from collections.abc import Mapping, Sequence
 
-from mechlab.cli.output import write
 from mechlab.errors import MechlabError, UsageError
 from mechlab.values import Written, parse_value
-
-
-class Parser(argparse.ArgumentParser):
-    """An ArgumentParser that raises UsageError instead of ending the process, so that --json can answer."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise UsageError with the usage line and where to read more."""
-        usage = " ".join(self.format_usage().split())
-        raise UsageError(f"{message}. {usage[0].upper()}{usage[1:]}. More: {self.prog} --help.")
-
-    def print_help(self, file: object = None) -> None:
-        """Print the help as every other answer."""
-        write(self.format_help().rstrip())
 
 
 def refuse_bytes(arguments: Sequence[str]) -> None:
@@ -61,3 +46,8 @@ def one_name(names: Sequence[str], verb: str, what: str = "NAME", choices: Seque
                          "file.py:function, .json, .xml and .urdf files work too.")  # fmt: skip
     extra = ", ".join(repr(name) for name in names[1:])
     raise UsageError(f"mechlab {verb} takes one NAME, got {names[0]!r} and {extra}. Write quantities as key=value.")
+
+
+def with_flags(text: str, flags: Mapping[str, str]) -> str:
+    """A text of the API for the command line: `max_error` is written --max-error."""
+    return re.sub(r"`(\w+)`", lambda word: flags.get(word[1], word[0]), text)

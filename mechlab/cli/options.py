@@ -14,9 +14,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NoReturn, Union, get_args, get_origin
 
-from mechlab.cli.arguments import Parser, split_tokens
+from mechlab.cli.arguments import split_tokens, with_flags
+from mechlab.cli.output import write
 from mechlab.cli.verbs import NOT_OPTIONS, Verb
 from mechlab.errors import UsageError
 from mechlab.values import Range, Written, parse_number
@@ -152,6 +153,19 @@ def routes_of(name: str, verb: Verb, api: object) -> list[Route]:
     return [route(verb.function or name, "", verb.flags), *others]
 
 
+class Parser(argparse.ArgumentParser):
+    """An ArgumentParser that raises UsageError instead of ending the process, so that --json can answer."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise UsageError with the usage line and where to read more."""
+        usage = " ".join(self.format_usage().split())
+        raise UsageError(f"{message}. {usage[0].upper()}{usage[1:]}. More: {self.prog} --help.")
+
+    def print_help(self, file: object = None) -> None:
+        """Print the help as every other answer."""
+        write(self.format_help().rstrip())
+
+
 def parser_of(name: str, verb: Verb, routes: Sequence[Route]) -> Parser:
     """The parser of a verb: names and key=value tokens, the options of its functions, the switches between these."""
     parser = Parser(
@@ -191,11 +205,6 @@ def parser_of(name: str, verb: Verb, routes: Sequence[Route]) -> Parser:
 def flags_of(routes: Sequence[Route]) -> dict[str, str]:
     """Keyword -> flag of all options of a verb."""
     return {option.keyword: flag for route in reversed(routes) for flag, option in route.options.items()}
-
-
-def with_flags(text: str, flags: Mapping[str, str]) -> str:
-    """A text of the API for the command line: `max_error` is written --max-error."""
-    return re.sub(r"`(\w+)`", lambda word: flags.get(word[1], word[0]), text)
 
 
 def chosen(routes: Sequence[Route], given: Mapping[str, object]) -> tuple[Route, dict[str, object]]:

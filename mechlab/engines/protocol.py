@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -51,6 +52,10 @@ class StatePlant(Plant, Protocol):
 
     def closing(self) -> tuple[Array, Array, Array]:
         """Residual, rows and rates as in `EngineState`."""
+        ...
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest displacement in the sense of the kinetic energy that takes a residual, as of `closing`, away."""
         ...
 
     def relation_rows(self) -> Array:
@@ -136,6 +141,11 @@ class Engine:
         """Forces, rows and masses near a rest, as `mechlab.studies.modes.eigen.Dynamics`."""
         raise self._refusal("answers for no small motions")
 
+    def file_size(self, path: Path) -> tuple[float, int]:
+        """Mass [kg] and number of rates of a model file (MJCF, URDF) as the engine itself reads it. Pinocchio drops the mass of
+        what is welded to the ground. Raises MechlabError for a file that it refuses."""
+        raise self._refusal("reads no model files")
+
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) accelerations under the generalised force (nv,) by the engine's own forward dynamics."""
         raise self._refusal("answers for no single state")
@@ -183,6 +193,10 @@ class NumpyTree(Engine):
     def plant(self, mechanism: Mechanism) -> TreePlant:
         """The numpy tree in the reference pose."""
         return TreePlant(mechanism)
+
+    def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
+        """(nv,) by least squares of the constrained equations, rigid rows, without dry friction."""
+        return TreePlant(mechanism, q, v).accelerations(np.zeros(mechanism.nv) if force is None else force)
 
 
 ENGINES = {"numpy": NumpyTree()}

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -106,7 +107,7 @@ class Cost:
 
 
 @dataclass(frozen=True, repr=False)
-class Recording(Result):
+class Recording(Result[Path]):
     """A run of a mechanism.
 
     t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit;

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -24,7 +25,7 @@ CHECKS: list[Callable[[Mechanism], None]] = []
 
 
 @dataclass(frozen=True, repr=False)
-class Mechanism(Result):
+class Mechanism(Result[Path]):
     """A tree of bodies, depth-first, and what closes, couples and drives it. All coordinates are 0 in the reference
     pose (spherical joints: the identity), and the reference pose is assembled.
 

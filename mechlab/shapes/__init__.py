@@ -8,23 +8,15 @@ from types import MappingProxyType
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.shapes import bevel, gears, joints, links, simple
-from mechlab.shapes.build import Kind, Parameter, Times, obj_text, stl_bytes, write_obj, write_stl
-from mechlab.shapes.shading import (
-    Crisp,
-    bevel_phase,
-    crisp,
-    edges,
-    external_phase,
-    internal_phase,
-    pitch_angles,
-    rack_phase,
-)
-from mechlab.shapes.solid import Mesh, area, bounds, is_watertight, merge, moved, volume
+from mechlab.shapes.build import Kind, Parameter, Times, obj_text, write_obj
+from mechlab.shapes.feature_edges import SplitMesh, split_at_edges, split_faces
+from mechlab.shapes.phases import bevel_phase, external_phase, internal_phase, pitch_angles, rack_phase
+from mechlab.shapes.solid import Mesh, bounds, is_watertight, merge, moved, volume
 
 __all__ = [
-    "KINDS", "Crisp", "Kind", "Mesh", "Parameter", "Times", "area", "bevel_phase", "bounds", "crisp", "edges",
-    "external_phase", "internal_phase", "is_watertight", "merge", "mesh", "moved", "obj_text", "pitch_angles",
-    "rack_phase", "stl_bytes", "volume", "write_obj", "write_stl",
+    "KINDS", "Kind", "Mesh", "Parameter", "SplitMesh", "Times", "bevel_phase", "bounds", "external_phase",
+    "internal_phase", "is_watertight", "merge", "mesh", "moved", "obj_text", "pitch_angles", "rack_phase",
+    "split_at_edges", "split_faces", "volume", "write_obj",
 ]  # fmt: skip
 
 _MODULES = (simple, links, joints, gears, bevel)

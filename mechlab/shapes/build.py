@@ -1,7 +1,7 @@
 """Kinds of solids and how they are made: parameters with units and defaults, and a function that builds a mesh of them.
 
 Solids are made by extruding an outline, turning a profile about z, or sweeping a section along a helix. Meshes are
-written as binary STL and as OBJ with normals, the same bytes every time.
+written as OBJ with normals, the same bytes every time.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.files import write
+from mechlab.shapes.feature_edges import split_faces
 from mechlab.shapes.polygon import circle
-from mechlab.shapes.shading import crisp
 from mechlab.shapes.solid import Mesh, Shell
 
 
@@ -207,18 +207,9 @@ HEADER = "# mechlab mesh, metres"
 """First line of an OBJ."""
 
 
-def stl_bytes(mesh: Mesh) -> bytes:
-    """Binary STL: 80 bytes of header, the count, then 50 bytes a triangle (float32: good enough for the eye)."""
-    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    data = np.zeros(len(mesh.faces), dtype=record)
-    data["normal"] = mesh.normals.astype("<f4") + 0.0
-    data["corners"] = mesh.corners.astype("<f4") + 0.0
-    return b"mechlab mesh, metres".ljust(80, b" ") + np.uint32(len(mesh.faces)).astype("<u4").tobytes() + data.tobytes()
-
-
 def obj_text(mesh: Mesh) -> str:
     """Wavefront OBJ with split vertices and their normals, so that viewers keep the sharp edges sharp."""
-    split = crisp(mesh)
+    split = split_faces(mesh.faces.astype(np.int64), mesh.corners, mesh.normals)
     lines = [HEADER]
     lines += ["v " + _numbers(p) for p in split.vertices]
     lines += ["vn " + _numbers(n) for n in np.round(split.normals, 6) + 0.0]
@@ -228,11 +219,6 @@ def obj_text(mesh: Mesh) -> str:
 
 def _numbers(values: np.ndarray) -> str:
     return " ".join(f"{x:.9g}" for x in values.tolist())
-
-
-def write_stl(mesh: Mesh, path: str | Path) -> None:
-    """Writes the mesh as binary STL [m]."""
-    write(path, stl_bytes(mesh))
 
 
 def write_obj(mesh: Mesh, path: str | Path) -> None:

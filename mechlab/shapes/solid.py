@@ -63,11 +63,6 @@ def volume(mesh: Mesh) -> float:
     return float(np.einsum("ij,ij->", c[:, 0], np.cross(c[:, 1], c[:, 2])) / 6.0)
 
 
-def area(mesh: Mesh) -> float:
-    """Surface area [m^2]."""
-    return float(np.linalg.norm(_area_vectors(mesh), axis=1).sum())
-
-
 def bounds(mesh: Mesh) -> Array:
     """(2, 3) lowest and highest corner of the axis-aligned box around the mesh [m]."""
     if not len(mesh.vertices):

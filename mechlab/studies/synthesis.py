@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from mechlab.analytic import gear_linkage as linkage
-from mechlab.analytic.differential_synthesis import closed_differential_teeth
+from mechlab.analytic.differential.train import closed_differential_teeth
 from mechlab.analytic.planetary_synthesis import series_planets
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.newton import Status

@@ -12,16 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.files import write
-from mechlab.viewer.feature_edges import SplitMesh, split_at_edges
+from mechlab.shapes.feature_edges import SplitMesh, split_at_edges
 from mechlab.viewer.pack import geometry_key, quaternions
-from mechlab.viewer.story import Color, Part, Story
+from mechlab.viewer.story import TRACE, Color, Part, Story
 
 Array = NDArray[np.float64]
 
 FLOAT, UINT16, UINT32 = 5126, 5123, 5125
 VERTICES, INDICES = 34962, 34963
 LINES, LINE_STRIP, TRIANGLES = 1, 3, 4
-_TRACE: Color = (0.76, 0.09, 0.36, 1.0)
 # glTF has y up: x -> x, y -> -z, z -> y.
 _Z_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
 
@@ -171,7 +170,7 @@ class _Writer:
 
     def _trace(self, name: str, points: Array) -> int:
         attributes = {"POSITION": self._accessor(points, FLOAT, VERTICES, limits=True)}
-        line = {"attributes": attributes, "mode": LINE_STRIP, "material": self._material(_TRACE, False)}
+        line = {"attributes": attributes, "mode": LINE_STRIP, "material": self._material(TRACE, False)}
         return self._add("meshes", {"name": f"trace {name}", "primitives": [line]})
 
     def _body(self, k: int) -> int:

@@ -1,6 +1,7 @@
 """The lab page: a Story as one HTML file that needs no server, no network and no installation.
 
-`variations` solves further designs, one parameter at a time, which the page can then show.
+`variations` solves further designs, one parameter at a time, which the page can then show. `framed` puts the page into
+a notebook.
 """
 
 from __future__ import annotations
@@ -125,6 +126,30 @@ def write_page(story: Story, path: str | os.PathLike[str]) -> Path:
     """Writes the page to `path`, whole or not at all, and returns the path. Raises like `story_to_html`, and
     CannotWrite."""
     return write(path, story_to_html(story))
+
+
+FRAME_HEIGHT = 640
+"""Height of the frame of a page in a notebook [px]."""
+MOST_BYTES_FRAMED = 6_000_000
+"""Largest page in a notebook [bytes]: it keeps every page that it shows in its file."""
+
+
+def framed(page: str, title: str, height: int = FRAME_HEIGHT, limit: int = MOST_BYTES_FRAMED) -> str:
+    """A page inside a notebook: an iframe with the page as its source document, cut off from the notebook around it.
+
+    Sandboxed: the page may run its scripts and offer downloads; it reaches neither the notebook nor
+    its origin. Raises MechlabError for a page larger than `limit` bytes.
+    """
+    size = len(page.encode("utf-8"))
+    if size > limit:
+        raise MechlabError(
+            f"it has {size / 1e6:.1f} MB, more than the {limit / 1e6:.1f} MB that a notebook should keep; "
+            'try mechlab.view(recording, html="run.html") and open that file.'
+        )
+    return (
+        f'<iframe title="{html.escape(title)}" srcdoc="{html.escape(page)}" sandbox="allow-scripts allow-downloads" '
+        f'style="width:100%;height:{height:d}px;border:1px solid #d5dae0;border-radius:6px"></iframe>'
+    )
 
 
 @cache

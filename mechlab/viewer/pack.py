@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.viewer.feature_edges import split_at_edges
+from mechlab.shapes.feature_edges import split_at_edges
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.viewer.feature_edges import split_at_edges
+from mechlab.shapes.feature_edges import split_at_edges
 from mechlab.viewer.framing import FIELD_OF_VIEW, Framing, fit_camera
 from mechlab.viewer.pack import geometry_key, quaternions
-from mechlab.viewer.story import Color, Story
+from mechlab.viewer.story import TRACE, Color, Story
 
 SUN = np.array([0.55, 0.6, -1.25]) / math.sqrt(0.55**2 + 0.6**2 + 1.25**2)  # direction in which the light travels
 _SHADOW_PIXELS = 4096
-_TRACE = (0.76, 0.09, 0.36, 1.0)
 
 
 def compile_scene(mujoco: Any, story: Story, frame: int, framing: Framing, size: tuple[int, int]) -> Any:
@@ -173,9 +172,7 @@ class Lines:
             found += [(a, b, 0.0, color) for a, b in ends]
         for points in self.story.traces.values():
             seen = points if upto is None else points[: upto + 1]
-            found += [
-                (a, b, 0.003 * self.framing.radius, _TRACE) for a, b in itertools.pairwise(seen) if np.any(a != b)
-            ]
+            found += [(a, b, 0.003 * self.framing.radius, TRACE) for a, b in itertools.pairwise(seen) if np.any(a != b)]
         return found
 
 

@@ -60,6 +60,8 @@ Color = tuple[float, float, float, float]
 Severity = Literal["ok", "warning", "error"]
 
 GREY: Color = (0.62, 0.66, 0.72, 1.0)
+TRACE: Color = (0.76, 0.09, 0.36, 1.0)
+"""Color of the paths that points draw, in pictures, films and GLB files."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,15 @@
 """Closed forms of the closed differential against independent truths: rolling contacts, kinetic energy, integration."""
 
+import math
+from fractions import Fraction
+from itertools import product
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from mechlab.analytic import differential as closed
+from mechlab.analytic.differential.train import closed_differential_teeth, stage_teeth, sun_shares
 from mechlab.errors import MechlabError
 
 LAB = closed.Train(72, 18, 108, 18, 72, 162)
@@ -218,3 +223,32 @@ def test_softness_law_against_a_soft_row_at_rest() -> None:
 def test_bad_input(call, message: str) -> None:
     with pytest.raises(MechlabError, match=message):
         call()
+
+
+def test_differential_teeth_of_the_example() -> None:
+    found = closed_differential_teeth(Fraction(4), Fraction(2, 3))
+    assert found.teeth[0].tolist() == [72, 18, 108, 18, 72, 162] and (found.a, found.b) == (
+        Fraction(2, 5),
+        Fraction(1, 10),
+    )
+    for z1, z2, z3, z4, z5, z6 in found.teeth.tolist():
+        a, b = Fraction(z1, z1 + z3), Fraction(z4, z4 + z6)
+        assert (a / b, (1 - a) / (1 - b)) == (4, Fraction(2, 3))
+        assert z3 == z1 + 2 * z2 and z6 == z4 + 2 * z5 and (z1 + z3) % 3 == 0 and (z4 + z6) % 3 == 0
+        for sun, planet in ((z1, z2), (z4, z5)):
+            assert (sun + planet) * math.sin(math.pi / 3) >= planet + 2
+
+
+def test_stages_by_brute_force() -> None:
+    found = {tuple(row) for row in stage_teeth(Fraction(3, 10), 4, range(12, 91)).tolist()}
+    expected = {
+        (s, p, s + 2 * p) for s, p in product(range(12, 91), repeat=2)
+        if s + 2 * p <= 90 and Fraction(s, 2 * s + 2 * p) == Fraction(3, 10) and (2 * s + 2 * p) % 4 == 0
+        and 2 * (s + p) * math.sin(math.pi / 4) >= 2 * (p + 2)
+    }  # fmt: skip
+    assert found == expected and found
+
+
+def test_equal_ratios_are_refused() -> None:
+    with pytest.raises(MechlabError, match="must differ"):
+        sun_shares(Fraction(2), Fraction(2))

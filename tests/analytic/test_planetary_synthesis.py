@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from mechlab.analytic import planetary_synthesis as closed
-from mechlab.analytic.differential_synthesis import closed_differential_teeth, stage_teeth, sun_shares
 from mechlab.errors import MechlabError
 
 CASES = 200_000
@@ -95,6 +95,17 @@ def test_example_with_a_large_shift() -> None:
     assert len(found) == 1 and math.isclose(found.shift[0], 3.440, abs_tol=5e-4)
 
 
+@pytest.mark.parametrize("teeth", [(18, 36, 18, 90), (20, 43, 35, 100), (21, 20, 30, 42)])
+def test_the_profile_shift_brings_the_gears_to_their_centre_distance(teeth: tuple[int, int, int, int]) -> None:
+    z1, z2, z3, z4 = teeth
+    standard = math.radians(20.0)
+    x = float(closed.profile_shift(*teeth))
+    wanted = math.tan(standard) - standard + 2.0 * x * math.tan(standard) / (z3 + z4)
+    angle = brentq(lambda a: math.tan(a) - a - wanted, 0.1, 1.2, xtol=1e-14)
+    # arccos near 20 deg and the solver's 1e-14 leave twelve digits
+    assert math.isclose((z3 + z4) * math.cos(standard) / math.cos(angle), z1 + 2 * z2 + z3, rel_tol=1e-12)
+
+
 def test_refusals() -> None:
     with pytest.raises(MechlabError, match="more than 1"):
         closed.series_planets(1, 3)
@@ -104,32 +115,3 @@ def test_refusals() -> None:
         closed.series_planets(6, 3, z2=[])
     with pytest.raises(MechlabError, match="too large"):
         closed.working_angle(18, 18, 18, 90)
-
-
-def test_differential_teeth_of_the_example() -> None:
-    found = closed_differential_teeth(Fraction(4), Fraction(2, 3))
-    assert found.teeth[0].tolist() == [72, 18, 108, 18, 72, 162] and (found.a, found.b) == (
-        Fraction(2, 5),
-        Fraction(1, 10),
-    )
-    for z1, z2, z3, z4, z5, z6 in found.teeth.tolist():
-        a, b = Fraction(z1, z1 + z3), Fraction(z4, z4 + z6)
-        assert (a / b, (1 - a) / (1 - b)) == (4, Fraction(2, 3))
-        assert z3 == z1 + 2 * z2 and z6 == z4 + 2 * z5 and (z1 + z3) % 3 == 0 and (z4 + z6) % 3 == 0
-        for sun, planet in ((z1, z2), (z4, z5)):
-            assert (sun + planet) * math.sin(math.pi / 3) >= planet + 2
-
-
-def test_stages_by_brute_force() -> None:
-    found = {tuple(row) for row in stage_teeth(Fraction(3, 10), 4, range(12, 91)).tolist()}
-    expected = {
-        (s, p, s + 2 * p) for s, p in product(range(12, 91), repeat=2)
-        if s + 2 * p <= 90 and Fraction(s, 2 * s + 2 * p) == Fraction(3, 10) and (2 * s + 2 * p) % 4 == 0
-        and 2 * (s + p) * math.sin(math.pi / 4) >= 2 * (p + 2)
-    }  # fmt: skip
-    assert found == expected and found
-
-
-def test_equal_ratios_are_refused() -> None:
-    with pytest.raises(MechlabError, match="must differ"):
-        sun_shares(Fraction(2), Fraction(2))

@@ -10,16 +10,17 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import law
 from mechlab.experiment.recording import frame_positions
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.lab.accuracy.batch import BatchRows, BatchTree
+from mechlab.integrate.path_time import PathTime, SwingTime, chebyshev_nodes
 from mechlab.lab.accuracy.energies import OneJointEnergies, TreeEnergies
 from mechlab.lab.accuracy.energy_motion import EnergyMotion
 from mechlab.lab.accuracy.measure import ErrorMeasure
-from mechlab.lab.accuracy.path_time import PathTime, SwingTime, chebyshev_nodes
 from mechlab.lab.accuracy.refinement import RefinedMethod
-from mechlab.lab.accuracy.rules import METHOD_RULES, fastest_rate
+from mechlab.lab.accuracy.rules import METHOD_RULES
 from mechlab.lab.accuracy.solve import solve_to
+from mechlab.lab.fastest_rate import fastest_rate
 from mechlab.lab.methods import Problem, method
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Spring, TreeKinematics, prismatic, revolute
+from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.studies.chart.score import reference_of, tracked
 
 

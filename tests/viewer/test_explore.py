@@ -13,35 +13,11 @@ from mechlab.analytic.delta6 import workspace_counts
 from mechlab.api import pages
 from mechlab.cli import main
 from mechlab.errors import MechlabError
-from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
-from mechlab.mechanism.many_poses import ManyPoses, displacement, moved
+from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.values import Range
 from mechlab.viewer import Story
 from mechlab.viewer.explore import Load, border
 from mechlab.viewer.pack import pack
-
-
-def richest(name: str) -> Mechanism:
-    d = api.load(name)
-    return d.mechanism(list(d.entry.fidelities)[-1])
-
-
-@pytest.mark.parametrize("name", ["fourbar", "delta6", "closed_differential", "bricard"])
-def test_many_poses_are_one_after_the_other(name: str) -> None:
-    """Poses, residuals and Jacobians at random, open poses equal those of the tree, row by row, to rounding."""
-    m = richest(name)
-    rng = np.random.default_rng(11)
-    q = moved(m, np.tile(m.reference(), (4, 1)), 0.4 * rng.standard_normal((4, m.nv)))
-    many = ManyPoses(m).set(q)
-    residual, jacobian = many.residual_and_jacobian()
-    tree, constraints = TreeKinematics(m), ConstraintSet(m)
-    for k in range(4):
-        tree.set(q[k])
-        np.testing.assert_allclose(residual[k], constraints.residual(tree), atol=1e-13)
-        np.testing.assert_allclose(jacobian[k], constraints.jacobian(tree), atol=1e-13)
-        for i, body in enumerate(m.bodies):
-            np.testing.assert_allclose(many.poses()[k, i], tree.matrix(body.name), atol=1e-13)
-    np.testing.assert_allclose(moved(m, q[:2], displacement(m, q[:2], q[2:])), q[2:], atol=1e-12)
 
 
 def test_a_sweep_ends_exactly_in_the_fold() -> None:

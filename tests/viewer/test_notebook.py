@@ -21,7 +21,7 @@ from mechlab.tables import MOST_ROWS, html_table
 from mechlab.viewer import Story, story_to_html
 from mechlab.viewer.film import motion_svg
 from mechlab.viewer.gallery import Exhibit, contact_sheet, sheet_page
-from mechlab.viewer.notebook import framed
+from mechlab.viewer.html_page import framed
 
 EVIL = '<script>alert(1)</script> & "co"'
 

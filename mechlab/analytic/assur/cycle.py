@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.assur.all_modes import all_modes
 from mechlab.analytic.assur.folds import Family, Fold, solve_fold
 from mechlab.analytic.assur.plane import Complex, Flags, Real, Scalar, cross, dot
-from mechlab.analytic.assur.two_loops import Modes, TwoLoops, closure_jacobian
+from mechlab.analytic.assur.two_loops import Modes, TwoLoops, all_modes, closure_jacobian
 from mechlab.errors import MechlabError
 
 SINGULAR = 1e-12  # |det J| over the fourth power of the size of the group

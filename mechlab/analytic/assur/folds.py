@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.assur.all_modes import all_modes
 from mechlab.analytic.assur.plane import Real
-from mechlab.analytic.assur.two_loops import TwoLoops, determinant
+from mechlab.analytic.assur.two_loops import TwoLoops, all_modes, determinant
 from mechlab.errors import MechlabError
 
 Family = Callable[[Real], TwoLoops]

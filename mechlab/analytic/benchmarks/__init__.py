@@ -2,8 +2,7 @@
 and its joint-coordinate trees. Problems: A01 to A05 of the IFToMM library (Gonzalez et al.), and a slider-crank."""
 
 from mechlab.analytic.benchmarks.andrews import Squeezer
-from mechlab.analytic.benchmarks.bricard import Bricard
-from mechlab.analytic.benchmarks.flyball import Governor
 from mechlab.analytic.benchmarks.planar import FourbarCrank, ParallelogramChain, Pendulum, SliderCrank
+from mechlab.analytic.benchmarks.spatial import Bricard, Governor
 
 __all__ = ["Bricard", "FourbarCrank", "Governor", "ParallelogramChain", "Pendulum", "SliderCrank", "Squeezer"]

@@ -2,19 +2,26 @@
 
 from mechlab.analytic.fourbar.dynamics import (
     NO_GRAVITY,
+    FourbarForces,
     LinkMass,
     MovingFourbar,
     ReducedInertia,
     acceleration,
     energy_speed,
     generalised_inertia,
+    pin_forces,
     potential_energy,
     rod_fourbar,
     slender_rod,
 )
-from mechlab.analytic.fourbar.kinematics import FourbarMotion, solve
-from mechlab.analytic.fourbar.kinetostatics import FourbarForces, pin_forces
-from mechlab.analytic.fourbar.mobility import CrankLimits, GrashofClass, crank_limits, grashof_class
+from mechlab.analytic.fourbar.kinematics import (
+    CrankLimits,
+    FourbarMotion,
+    GrashofClass,
+    crank_limits,
+    grashof_class,
+    solve,
+)
 
 __all__ = [
     "NO_GRAVITY",

@@ -10,17 +10,20 @@ from mechlab.analytic.gear_linkage.linkage import (
     transfer,
 )
 from mechlab.analytic.gear_linkage.regime import (
+    TARGETS,
+    CrankForTarget,
     LinkageMasses,
     OutputRegime,
     RegimeReport,
     acceleration,
+    crank_for,
+    momentary_crank,
     rate,
     reduced_inertia,
     regime,
     slowest,
     with_play,
 )
-from mechlab.analytic.gear_linkage.synthesis import TARGETS, CrankForTarget, crank_for, momentary_crank
 
 __all__ = [
     "TARGETS", "CrankForTarget", "GearLinkage", "LinkageMasses", "LinkageMotion", "OutputRegime", "RegimeReport", "acceleration",

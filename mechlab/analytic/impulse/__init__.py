@@ -8,26 +8,31 @@ the equations with dry friction as problems for an integration with events.
 from __future__ import annotations
 
 from mechlab.analytic.impulse.dry_friction import ConstantSpeed, WithMotor
-from mechlab.analytic.impulse.equations import (
+from mechlab.analytic.impulse.model import (
+    Impulse,
+    OutputConstants,
     accelerations,
     angles,
     coefficients,
     constant_speed_acceleration,
     constant_speed_torque,
+    first_integral,
     harmonic_amplitudes,
     harmonic_motion,
     load,
     motor_rate,
     motor_torque_at,
     resonances,
+    shape,
+    slip_speed,
     slope,
 )
-from mechlab.analytic.impulse.limits import OneWayLimits, limits
-from mechlab.analytic.impulse.model import Impulse, OutputConstants, first_integral, shape, slip_speed
 from mechlab.analytic.impulse.regime import (
+    OneWayLimits,
     OneWayRegime,
     Orbit,
     frictionless_mean_speed,
+    limits,
     periodic_orbit,
     section_points,
     unidirectional,

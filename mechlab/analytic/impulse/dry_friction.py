@@ -8,8 +8,14 @@ import math
 
 import numpy as np
 
-from mechlab.analytic.impulse.equations import Array, coefficients, constant_speed_torque, motor_torque_at
-from mechlab.analytic.impulse.model import Impulse, shape
+from mechlab.analytic.impulse.model import (
+    Array,
+    Impulse,
+    coefficients,
+    constant_speed_torque,
+    motor_torque_at,
+    shape,
+)
 
 Modes = tuple[int, ...]
 

@@ -1,6 +1,6 @@
 """Planar linkages as data: elements with names, sizes and modes, each built on those before it, and their motion.
 
-`Description` holds the elements, `Motion` their points, turns, slides and group results by name; `ACTIONS` has the
+`LinkageDescription` holds the elements, `Motion` their points, turns, slides and group results by name; `ACTIONS` has the
 function of each kind of element that adds its part to the Motion.
 """
 
@@ -12,11 +12,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from mechlab.analytic.assur.all_modes import all_modes
 from mechlab.analytic.assur.cycle import GroupMotion, mode_rates
 from mechlab.analytic.assur.dyads import Dyad, prp, rpp, rpr, rrp, rrr
 from mechlab.analytic.assur.plane import Guide, Point, Scalar, driver, fixed, rigid, scalar
-from mechlab.analytic.assur.two_loops import TwoLoops, class_four, class_three
+from mechlab.analytic.assur.two_loops import TwoLoops, all_modes, class_four, class_three
 from mechlab.errors import MechlabError, NoSolution, unknown
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.mujoco.model import file_size
 from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.reactions import motion_forces
 from mechlab.engines.mujoco.runner import run, versions
@@ -30,6 +31,7 @@ class Mujoco(Engine):
     plant = staticmethod(StateOfMujoco)
     stepper = staticmethod(Steps)
     small_motions = staticmethod(MujocoSmallMotions)
+    file_size = staticmethod(file_size)
     motion_forces = staticmethod(motion_forces)
     assemble = staticmethod(assemble)
     rates = staticmethod(rates)

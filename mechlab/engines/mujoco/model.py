@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property, lru_cache
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -179,3 +180,12 @@ def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, what: str, name: str) -> int
         names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(count)]
         raise unknown(f"the MuJoCo model: {what}", name, names)
     return int(found)
+
+
+def file_size(path: Path) -> tuple[float, int]:
+    """Mass [kg] of all bodies of an MJCF file and its number of rates. Raises MechlabError where MuJoCo refuses the file."""
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise MechlabError(f"MuJoCo refuses {path.name}: {error}") from None
+    return float(model.body_mass.sum()), int(model.nv)

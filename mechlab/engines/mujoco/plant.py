@@ -26,7 +26,7 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.newton import Assembly, newton
+from mechlab.mechanism.newton import Assembly, lightest_correction, newton
 
 Terms = tuple[tuple[int, float], ...]
 
@@ -178,6 +178,14 @@ class StateOfMujoco(MujocoPlant):
         residual, jacobian = equality_rows(self.model, self.data)
         order = np.concatenate([self.map.dof, self.map.other_dof])
         return residual, jacobian[:, order], self.data.qvel[order]
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest displacement in the sense of the kinetic energy, connectors included, that takes `residual` away."""
+        order = np.concatenate([self.map.dof, self.map.other_dof])
+        mass = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, mass)
+        dq = lightest_correction(mass[np.ix_(order, order)], self.closing()[1], residual)
+        return dq[: self.mechanism.nv]
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation (3, 3), body axes to world, and origin (3,) of a body."""

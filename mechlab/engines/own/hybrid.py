@@ -26,6 +26,7 @@ from mechlab.experiment.scene import Scene, Settings, initial_state, sample_grid
 from mechlab.integrate import Ending, HybridTrajectory, Modes, integrate_hybrid
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.statics import DryFriction
 
 EQUATIONS_OF = "pinocchio"
 """The engine whose equations of motion are integrated."""
@@ -42,8 +43,8 @@ class RoughEquations:
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> None:
         self.equations = engine(EQUATIONS_OF).equations(mechanism, laws, 0.0)
         self.plant = self.equations.plant
-        passive = self.plant.passive
-        self.rows, self.limits, self.names = passive.friction_rows, passive.friction, passive.friction_names
+        friction = DryFriction.of(mechanism)
+        self.rows, self.limits, self.names = friction.rows, friction.sizes, friction.names
         size = mechanism.nq + mechanism.nv + len(self.equations.memory) + 1
         self.rates = np.zeros((len(self.limits), size))
         self.rates[:, mechanism.nq : mechanism.nq + mechanism.nv] = self.rows

@@ -14,6 +14,7 @@ from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
 from mechlab.engines.pinocchio.friction_trace import trace_friction
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.kinematics import frame_motion
+from mechlab.engines.pinocchio.model import file_size
 from mechlab.engines.pinocchio.quantities import accelerations_of, rates
 from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
 from mechlab.engines.pinocchio.runner import run, versions
@@ -39,6 +40,7 @@ class Pinocchio(Engine):
     plant = staticmethod(PinPlant)
     equations = staticmethod(Equations)
     small_motions = staticmethod(PinSmallMotions)
+    file_size = staticmethod(file_size)
     motion_forces = staticmethod(motion_forces)
     loop_loads = staticmethod(loop_loads)
     rates = staticmethod(rates)

@@ -61,10 +61,10 @@ class Equations:
         columns = self.plant.passive.columns
         self.columns: Array | slice = slice(None) if np.array_equal(columns, range(mechanism.nq)) else columns
         self._nq, self._end = mechanism.nq, mechanism.nq + mechanism.nv
-        rows = self.plant.passive.friction_rows
+        rows = self.plant.passive.friction.rows
         inverse = np.linalg.pinv(self.plant.mass_matrix()) if len(rows) else np.zeros((0, 0))
         softness = np.einsum("ij,jk,ik->i", rows, inverse, rows) if len(rows) else np.zeros(0)
-        self.able = self.plant.passive.friction * softness
+        self.able = self.plant.passive.friction.sizes * softness
         self.width = h * np.maximum(FRICTION_WIDTH, self.able)
 
     def start(self, q: Array, v: Array) -> Array:
@@ -114,7 +114,7 @@ class Equations:
         the state of the plant."""
         plant = self.plant
         if len(self.width):
-            force = force + plant.passive.friction_force(plant.v, self.width)
+            force = force + plant.passive.friction.force(plant.v, self.width)
         return force, *plant.accelerations(force)
 
     def instant(self, t: float, y: Array, forward: Forward | None = None) -> Instant:

@@ -152,7 +152,7 @@ def _se3_of(placement: Placement) -> pin.SE3:
     return pin.SE3(placement.rotation, placement.translation)
 
 
-def urdf_mass(path: Path) -> tuple[float, int]:
+def file_size(path: Path) -> tuple[float, int]:
     """Mass [kg] of everything that moves in a URDF file, and the number of rates, as Pinocchio reads it. Raises MechlabError."""
     try:
         tree = pin.buildModelFromUrdf(str(path))

@@ -202,11 +202,11 @@ def _findings(
     limits = (saturation_finding(scene.laws, forces), capture_finding(scene.laws, settings))
     out += [f for f in limits if f is not None]
     if len(motion.width):
-        rows, able = motion.plant.passive.friction_rows, motion.able
+        rows, able = motion.plant.passive.friction.rows, motion.able
         rates, a = v @ rows.T, np.array([x.a for x in log.instants]) @ rows.T
         how = f"is smoothed below rates of {motion.width.max():.3g}"
         standing = sticks(rates, a, motion.width, able)
-        rubbed = friction_finding(motion.plant.passive.friction_names, t, rates, standing, scene.tolerance, how)
+        rubbed = friction_finding(motion.plant.passive.friction.names, t, rates, standing, scene.tolerance, how)
         out += [rubbed] if rubbed is not None else []
     if settings.integrator == "semi_implicit_Euler":
         text = "first-order integration: energy and phase may be wrong by several per cent"

@@ -13,7 +13,7 @@ from mechlab.engines.mujoco.model_file.options import IN_URDF, settings_to_paste
 from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure
 from mechlab.engines.mujoco.model_file.trial import TrialRun, run_trial
 from mechlab.experiment.recording import Symptom
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.studies.doctor.case import ORDER, Diagnosis, ExaminedFile

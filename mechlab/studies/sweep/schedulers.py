@@ -16,7 +16,7 @@ from threading import Thread
 from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.studies.sweep.evaluate import evaluate
 from mechlab.studies.sweep.request import ANSWERS, RUNS, SweepBlock, SweepRequest
 

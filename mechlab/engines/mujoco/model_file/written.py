@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -20,7 +19,6 @@ from mechlab.engines.mujoco.model_file.options import growing_step
 from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push, started
 from mechlab.engines.mujoco.model_file.trace import at_timestep
 from mechlab.engines.mujoco.trace import step_through
-from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats.mjcf.write import to_mjcf
@@ -146,11 +144,3 @@ def _run(model: mujoco.MjModel, start: Start, parts: int) -> tuple[float, str]:
     data = started(model, start)
     _, rates, _, reason = step_through(model, data, OUTPUTS, parts * each)
     return float(np.max(np.abs(rates), initial=0.0)), reason
-
-
-def compiled_mass(path: Path) -> float:
-    """Mass [kg] of all bodies of an MJCF file as MuJoCo compiles it. Raises MechlabError where MuJoCo refuses the file."""
-    try:
-        return float(mujoco.MjModel.from_xml_path(str(path)).body_mass.sum())
-    except ValueError as error:
-        raise MechlabError(f"MuJoCo refuses {path.name}: {error}") from None

@@ -29,16 +29,11 @@ class SplitMesh:
 
 
 def split_at_edges(vertices: ArrayLike, faces: ArrayLike, angle: float = FEATURE_ANGLE) -> SplitMesh:
-    """Welds equal vertices, then splits them where neighbouring faces meet at more than `angle` [rad].
+    """The mesh of `vertices` (n, 3) and `faces` (m, 3), its equal vertices welded, split as by `split_faces`.
 
-    The corners of faces that meet smoothly share a vertex: connected components over the smooth edges. Its
-    normal is the mean of their face normals, each weighted with its corner angle, so that the triangulation
-    of a flat or round surface does not show. Faces without area are dropped. `vertices`: (n, 3); `faces`: (m,
-    3).
+    Vertices are equal when they are so in single precision, which is what pages and GLB files hold. Faces without
+    area are dropped.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     points, welded = np.unique(np.asarray(vertices, dtype=np.float32), axis=0, return_inverse=True)
     triangles = welded.reshape(-1)[np.asarray(faces, dtype=np.int64)]
     corners = points.astype(np.float64)[triangles]
@@ -46,7 +41,19 @@ def split_at_edges(vertices: ArrayLike, faces: ArrayLike, angle: float = FEATURE
     area = np.linalg.norm(normals, axis=1)
     size = np.ptp(corners.reshape(-1, 3), axis=0).max() if len(corners) else 1.0
     solid = area > 1e-14 * size**2
-    triangles, corners, normals = triangles[solid], corners[solid], normals[solid] / area[solid, None]
+    return split_faces(triangles[solid], corners[solid], normals[solid] / area[solid, None], angle)
+
+
+def split_faces(triangles: Indices, corners: Array, normals: Array, angle: float = FEATURE_ANGLE) -> SplitMesh:
+    """The mesh with its vertices split where neighbouring faces meet at more than `angle` [rad].
+
+    The corners of faces that meet smoothly share a vertex: connected components over the smooth edges. Its
+    normal is the mean of their face normals, each weighted with its corner angle, so that the triangulation
+    of a flat or round surface does not show. `triangles` (m, 3): indices of points; `corners` (m, 3, 3): their
+    places [m]; `normals` (m, 3): of the faces, unit.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
     first, second, smooth, edge_start, edge_end = _edges(triangles, normals, angle)
     # The two ends of a smooth edge, in the corner numbering 3 * face + place; its second face runs the other
@@ -65,7 +72,7 @@ def split_at_edges(vertices: ArrayLike, faces: ArrayLike, angle: float = FEATURE
     np.add.at(out_normals, label, (normals[:, None, :] * _corner_angles(corners)[:, :, None]).reshape(-1, 3))
     out_normals /= np.maximum(np.linalg.norm(out_normals, axis=1), 1e-300)[:, None]
     lines = np.unique(np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1), axis=0)
-    representative = np.zeros(len(points), dtype=np.int64)
+    representative = np.zeros(triangles.max(initial=-1) + 1, dtype=np.int64)
     representative[triangles.reshape(-1)] = label
     return SplitMesh(out_vertices, out_normals, label.reshape(-1, 3).astype(np.int64), representative[lines])
 

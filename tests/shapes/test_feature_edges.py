@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from mechlab.viewer import Story
-from mechlab.viewer.feature_edges import split_at_edges
+from mechlab import shapes
+from mechlab.shapes import split_at_edges
 
 
 def prism(sides: int, radius: float = 0.1, height: float = 0.3) -> tuple[np.ndarray, np.ndarray]:
@@ -27,9 +27,9 @@ def prism(sides: int, radius: float = 0.1, height: float = 0.3) -> tuple[np.ndar
     return np.concatenate([low, high, [[0.0, 0.0, 0.0], [0.0, 0.0, height]]]), np.array(faces)
 
 
-def test_a_box_has_three_normals_at_every_corner_and_twelve_edges(story: Story) -> None:
-    part = story.parts[0]
-    mesh = split_at_edges(part.vertices, part.faces)
+def test_a_box_has_three_normals_at_every_corner_and_twelve_edges() -> None:
+    box = shapes.mesh("box", {"x": 0.1, "y": 0.2, "z": 0.3})
+    mesh = split_at_edges(box.vertices, box.faces)
     assert mesh.vertices.shape == (24, 3)
     assert mesh.edges.shape == (12, 2)
     np.testing.assert_allclose(np.abs(mesh.normals).max(axis=1), 1.0)
