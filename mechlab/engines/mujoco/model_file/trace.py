@@ -12,7 +12,8 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.closure import constraint_jacobian
-from mechlab.engines.mujoco.control import compiling, engine
+from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.model_file.guarded import ModelRefused, load_file, load_text
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import observed_order, order_finding
@@ -99,9 +100,8 @@ def read_model(path: Path) -> FileModel:
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
     try:
-        with compiling():
-            return FileModel(mujoco.MjModel.from_xml_path(str(path)))
-    except ValueError as error:
+        return FileModel(load_file(path))
+    except ModelRefused as error:
         raise MechlabError(f"{path}: MuJoCo refuses the model: {error}") from None
 
 
@@ -171,18 +171,17 @@ def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, bet
 
 
 def compile_file(path: Path) -> tuple[mujoco.MjModel | None, str]:
-    """The model of an MJCF or URDF file, or None and MuJoCo's words when it refuses the file."""
-    return _compiled(lambda: mujoco.MjModel.from_xml_path(str(path)))
+    """The model of an MJCF or URDF file, or None and MuJoCo's words when it refuses the file, or what happened when it crashes."""
+    return _compiled(lambda: load_file(path))
 
 
 def compile_text(text: str) -> tuple[mujoco.MjModel | None, str]:
     """As `compile_file`, of the text of a file."""
-    return _compiled(lambda: mujoco.MjModel.from_xml_string(text))
+    return _compiled(lambda: load_text(text))
 
 
 def _compiled(make: Callable[[], mujoco.MjModel]) -> tuple[mujoco.MjModel | None, str]:
     try:
-        with compiling():
-            return make(), ""
-    except ValueError as error:
-        return None, " ".join(str(error).split())
+        return make(), ""
+    except ModelRefused as error:
+        return None, str(error)
