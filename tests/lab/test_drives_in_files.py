@@ -82,7 +82,7 @@ def test_the_default_scene_of_the_catalog_moves_as_the_written_file(name, tmp_pa
 
 def start(m, model, data, run):
     """Puts the first sample of a run into the data; the connectors of loops follow from the closure of the engine."""
-    from mechlab.engines.mujoco import MujocoMap
+    from mechlab.engines.mujoco.model import MujocoMap
 
     map_ = MujocoMap(m, model)
     data.qpos[:] = map_.engine_coordinates(run.q[0])
