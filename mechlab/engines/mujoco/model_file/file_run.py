@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.model_file.softness import loops
+from mechlab.engines.mujoco.model_file.rows import loops
 from mechlab.engines.mujoco.model_file.trace import HARD, INTEGRATORS
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.experiment.prices import MUJOCO

@@ -9,8 +9,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.growing_step import name_of
-from mechlab.engines.mujoco.model_file.softness import listed
+from mechlab.engines.mujoco.model_file.rows import listed, name_of
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import equality_name
+from mechlab.engines.mujoco.model_file.rows import active, drags, equality_name, listed, loops
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 
@@ -33,40 +33,6 @@ IMPEDANCE = ".9999 .9999 .001 .5 2"
 def equality_default(timestep: float) -> str:
     """The default class that makes every equality without a solref of its own hard."""
     return f'<default><equality solref="{2 * timestep:g} 1" solimp="{IMPEDANCE}"/></default>'
-
-
-def active(model: mujoco.MjModel) -> list[int]:
-    """The equalities that act from the start."""
-    if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
-        return []
-    return [k for k in range(model.neq) if model.eq_active0[k]]
-
-
-_LOOPS = (
-    mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD, mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON,
-)  # fmt: skip
-
-
-def loops(model: mujoco.MjModel) -> list[int]:
-    """The active equalities that close loops or couple joints: not those of flexible bodies, nor welds to a mocap body, which are
-    meant to drag softly."""
-    kinds = [int(kind) for kind in _LOOPS]
-    return [k for k in active(model) if int(model.eq_type[k]) in kinds and not drags(model, k)]
-
-
-def drags(model: mujoco.MjModel, k: int) -> bool:
-    """Whether an equality ties a body to a mocap body, which a program moves."""
-    if int(model.eq_type[k]) not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
-        return False
-    ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
-    if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE:
-        ends = [int(model.site_bodyid[e]) for e in ends]
-    return any(e >= 0 and model.body_mocapid[model.body_rootid[e]] >= 0 for e in ends)
-
-
-def listed(names: list[str], most: int = 4) -> str:
-    """Names with commas, shortened."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def softness(model: mujoco.MjModel, harmless: bool = False) -> Iterator[Symptom]:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.file_run import OUTPUTS, prepared, price, run_file, start_pose
-from mechlab.engines.mujoco.model_file.rows import free_push
-from mechlab.engines.mujoco.model_file.softness import loops
+from mechlab.engines.mujoco.model_file.rows import free_push, loops
 from mechlab.engines.mujoco.model_file.trace import FILE_STEPS, FileTrace, file_order
 from mechlab.experiment.recording import Finding, Symptom
 from mechlab.mechanism.geometry import Array
@@ -78,6 +78,20 @@ class TrialRun:
     def convincing(self) -> bool:
         """Whether the reference is sure enough to tell the error."""
         return bool(self.better) and self.error >= SURE * self.own
+
+    @property
+    def convinced_small(self) -> bool:
+        """Whether the run shows, without contact, that the file's settings change its motion by less than matters."""
+        return bool(self.better) and not self.reason and not self.touched and max(self.error, self.own) <= DOUBTFUL * self.moved
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form; None for what was not found."""
+        found = {
+            "duration": self.duration, "error": self.error, "known_to": self.own, "step_error": self.step, "moved": self.moved,
+            "energy_error": self.energy, "gap": self.gap, "gap_of_reference": self.fine_gap,
+        }  # fmt: skip
+        numbers = {k: x if np.isfinite(x) else None for k, x in found.items()}
+        return numbers | {"ended": self.reason, "reference": self.better, "acting": sorted(self.touched)}
 
     @property
     def shown(self) -> TrialRun:
