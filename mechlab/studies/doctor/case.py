@@ -14,8 +14,8 @@ from mechlab.engines.mujoco.model import Model, to_mujoco
 from mechlab.engines.mujoco.model_file.trace import compile_file, compile_text
 from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.errors import MechlabError
-from mechlab.experiment.recording import Symptom
 from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.recording import Symptom
 from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism

@@ -14,7 +14,15 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import EqualityRows, active, joint_of_dof, listed, loops, name_of, tendon_moments
+from mechlab.engines.mujoco.model_file.rows import (
+    EqualityRows,
+    active,
+    joint_of_dof,
+    listed,
+    loops,
+    name_of,
+    tendon_moments,
+)
 from mechlab.engines.mujoco.model_file.softness import equality_default
 from mechlab.engines.mujoco.model_file.trace import integrator_name
 from mechlab.engines.mujoco.model_file.trial import TrialRun
