@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, TypeVar
+from typing import Any
 
-import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model import Model
 from mechlab.engines.mujoco.model_file import joints, options, parts, softness
-from mechlab.engines.mujoco.model_file.file_run import start_pose
+from mechlab.engines.mujoco.model_file.file_run import start_pose, tried
 from mechlab.engines.mujoco.model_file.options import IN_URDF, settings_to_paste
 from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure, listed, loops
 from mechlab.engines.mujoco.model_file.trial import TrialRun, run_trial
@@ -44,13 +43,13 @@ def diagnose(case: ExaminedFile) -> Diagnosis:
     else:
         findings += _text(case, model)
         start = start_pose(model)
-        seen = _tried(skipped, "freedoms and redundant rows", lambda: engine_structure(model, start, float(model.stat.extent)))
+        seen = tried(skipped, "freedoms and redundant rows", lambda: engine_structure(model, start, float(model.stat.extent)))
         if seen is not None:
             findings += _structure(seen, case.mechanism, own, model)
             skipped += [seen.skipped] if seen.skipped else []
         findings += parts.masses(model)
         if case.kind != "URDF":  # a URDF has no start pose, no integrator and no softness
-            trial = _tried(skipped, "a run", lambda: run_trial(model)) if model.nv else None
+            trial = tried(skipped, "a run", lambda: run_trial(model)) if model.nv else None
             findings += _engine(model, start, trial, skipped)
     notes = [f"mechlab cannot hold this file as a Mechanism ({case.unread}); it is diagnosed as MuJoCo sees it"] if case.unread else []
     notes += list(case.file.notes) if case.file is not None else []
@@ -94,18 +93,6 @@ def _text(case: ExaminedFile, model: Model) -> Iterator[Symptom]:
         yield from other_readers(case.root)
 
 
-Found = TypeVar("Found")
-
-
-def _tried(skipped: list[str], what: str, work: Callable[[], Found]) -> Found | None:
-    """What `work` finds; None, and a line in `skipped`, where the engine gives up or the linear algebra does not converge."""
-    try:
-        return work()
-    except (mujoco.FatalError, np.linalg.LinAlgError, ValueError) as error:
-        skipped.append(f"{what}: {' '.join(str(error).split()).split(' max =')[0].rstrip('.,')}")
-        return None
-
-
 def _engine(model: Model, start: Any, trial: TrialRun | None, skipped: list[str]) -> list[Symptom]:
     shown = None if trial is None else trial.shown
     harmless = shown is not None and shown.convinced_small
@@ -128,7 +115,7 @@ def _engine(model: Model, start: Any, trial: TrialRun | None, skipped: list[str]
         skipped.append(f"the stability of a step: {model.nv} coordinates, above {options.MOST_COORDINATES}")
     found: list[Symptom] = []
     for what, rule in rules.items():
-        found += _tried(skipped, what, lambda rule=rule: list(rule())) or []  # type: ignore[misc]
+        found += tried(skipped, what, lambda rule=rule: list(rule())) or []  # type: ignore[misc]
     return found
 
 

@@ -6,7 +6,9 @@ The cost of a step is counted by its numbers of coordinates and rows, not by a c
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -141,3 +143,15 @@ def _widen(gaps: dict[int, float], data: mujoco.MjData) -> None:
     equality = data.efc_type == _ROW.mjCNSTR_EQUALITY
     for k, x in zip(data.efc_id[equality], np.abs(data.efc_pos[equality]), strict=True):
         gaps[int(k)] = max(gaps.get(int(k), 0.0), float(x))
+
+
+Found = TypeVar("Found")
+
+
+def tried(skipped: list[str], what: str, work: Callable[[], Found]) -> Found | None:
+    """What `work` finds; None, and a line in `skipped`, where the engine gives up or the linear algebra does not converge."""
+    try:
+        return work()
+    except (mujoco.FatalError, np.linalg.LinAlgError, ValueError) as error:
+        skipped.append(f"{what}: {' '.join(str(error).split()).split(' max =')[0].rstrip('.,')}")
+        return None
