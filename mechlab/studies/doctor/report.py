@@ -37,7 +37,9 @@ def _(diagnosis: Diagnosis) -> str:
     for f in diagnosis.findings:
         lines.append(f"  {f.severity:8s}{f.name}: {f.sentence}{f' So: {f.consequence}' if f.consequence and f.severity != 'note' else ''}")
         lines += [f"          {row}" for row in f.paste.splitlines()]
-    lines += [f"  note    {n}" for n in diagnosis.notes]
+    lines += [f"  note    {n}" for n in diagnosis.notes[:NOTES]]
+    if len(diagnosis.notes) > NOTES:
+        lines.append(f"  note    and {len(diagnosis.notes) - NOTES} more remarks on reading it (--json lists all)")
     lines += [f"  not examined: {n}" for n in diagnosis.not_examined]
     if diagnosis.file is not None and diagnosis.file.left_out:
         lines += ["", "not in the mechanism that mechlab reads of it", *(f"  {x.sentence}" for x in diagnosis.file.left_out)]
@@ -53,3 +55,5 @@ def _(diagnosis: Diagnosis) -> str:
 
 
 SHOWN = 12
+NOTES = 4
+"""Remarks on the reading of a file that are printed; the rest is counted."""

@@ -72,6 +72,18 @@ def start_pose(model: mujoco.MjModel) -> Array:
     return np.array(model.key_qpos[0] if model.nkey else model.qpos0)
 
 
+def moving_size(model: mujoco.MjModel) -> float:
+    """Size of what moves [m]: floors and terrain do not count, as they do in MuJoCo's extent."""
+    data = mujoco.MjData(model)
+    reset(model, data)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    moves = [b for b in range(1, model.nbody) if model.body_weldid[b]]
+    radius = max((float(model.geom_rbound[g]) for g in range(model.ngeom) if model.body_weldid[model.geom_bodyid[g]]), default=0.0)
+    spread = float(np.max(np.ptp(data.xipos[moves], axis=0))) if moves else 0.0
+    return max(min(float(model.stat.extent), spread + 2.0 * radius), 1e-9)
+
+
 def price(model: mujoco.MjModel, rows: int) -> float:
     """Counted work of a step as the file says [s]."""
     return MUJOCO.at(model.nv, rows) * (4.0 if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 1.0)

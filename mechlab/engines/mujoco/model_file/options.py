@@ -50,6 +50,8 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
             return "" if trial.touched or kept == "RK4" else f'<option timestep="{h:g}" integrator="RK4"/>'
         return f'<option timestep="{h:g}" integrator="discrete"/>'
     better = trial.shown.better if trial is not None and trial.shown.better else "discrete"
+    if trial is not None and "contacts" in trial.touched and not trial.reason:
+        better = kept
     lines = [
         f'<option timestep="{h:g}" integrator="{"discrete" if unstable else better}" jacobian="dense">',
         '  <flag autoreset="disable"/>',
@@ -85,7 +87,8 @@ def options(model: mujoco.MjModel, qpos: Array, trial: TrialRun | None = None) -
             share = step / max(shown.moved, 1e-2 * shown.size)
             text += f". With half its timestep a run of this file changes by {step:.2g} m ({100 * share:.2g} % of its motion)."
             severe = share > STEP_MATTERS and not shown.touched
-            yield Symptom("first_order", "warning" if severe else "note", text, '<option integrator="RK4"/>', step)
+            cure = "" if shown.touched else '<option integrator="RK4"/>'
+            yield Symptom("first_order", "warning" if severe else "note", text, cure, step)
     if name == "RK4" and model.na:
         names = [name_of(model, "ACTUATOR", k) for k in range(len(model.actuator_dyntype)) if model.actuator_dyntype[k]]
         text = f"{listed(names)} has a state (activation), which MuJoCo integrates in first order beside RK4."

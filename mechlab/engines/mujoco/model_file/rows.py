@@ -209,13 +209,13 @@ def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineS
         gaps, first = rows.at(rows.start)
         names = rows.names()
         large = first.size > MOST_ENTRIES
-        found = [first] if large else [first, *_elsewhere(rows, first, size)]
+        poses = [rows.start, *(() if large else _elsewhere(rows, first, size))]
+        found = [rows.at(pose)[1] for pose in poses]
     groups = rows.groups
     ranks = [len(_kept(j, groups)[0]) for j in found]
     best = found[int(np.argmax(ranks))]
     keep, nearly = _kept(best, groups)
     with engine():
-        rows.at(rows.start)
         spins = () if large else tuple(local_freedoms(rows.model, rows.data, found[-1], size))
     skipped = f"the {len(names)} constraint rows beyond the start pose: {first.size} entries, above {MOST_ENTRIES}" if large else ""
     return EngineStructure(
@@ -225,6 +225,7 @@ def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineS
 
 
 def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
+    """Closed poses around the start."""
     rng = np.random.default_rng(7)
     out: list[Array] = []
     basis = null_space(jacobian)
@@ -237,9 +238,8 @@ def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
         v = basis @ rng.standard_normal(basis.shape[1])
         pose = rows.closed(rows.moved(rows.start, v * reach / max(float(np.max(np.abs(v))), 1e-300)))
         if pose is not None:
-            there = rows.at(pose)[1]
-            if there.shape == jacobian.shape:
-                out.append(there)
+            if rows.at(pose)[1].shape == jacobian.shape:
+                out.append(pose)
     return out
 
 

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.file_run import OUTPUTS, prepared, price, run_file, start_pose
+from mechlab.engines.mujoco.model_file.file_run import OUTPUTS, moving_size, prepared, price, run_file, start_pose
 from mechlab.engines.mujoco.model_file.rows import free_push, loops
 from mechlab.engines.mujoco.model_file.trace import FILE_STEPS, FileTrace, file_order
 from mechlab.experiment.recording import Finding, Symptom
@@ -33,6 +33,10 @@ COARSE, ROUGH = 0.1, 1e-2
 """The same for a tree without contact, whose error comes from the step alone."""
 APART = 0.05
 """With contacts, limits or dry friction the paths depend on the step: over the size of the model, from here on a warning."""
+SLIGHT = 1e-2
+"""Gap of a loop in a run with contacts, over the size of the model, that matters little."""
+WILD, FAST = 10.0, 10.0
+"""Rates more than WILD times those of the finer run, and than FAST [rad/s or m/s], come from the step, not from the mechanism."""
 STILL = 1e-2
 """Motion, over the size of the model, below which a run says nothing."""
 SURE = 3.0
@@ -44,11 +48,11 @@ SEEN = 1e-6
 @dataclass(frozen=True)
 class TrialRun:
     """error [m]: of the centres of mass in a run as the file says; own [m]: error of the reference run itself; step [m]: change of
-    the file's run with half its timestep; energy [J]: largest difference of the energies; gap, fine_gap [m, rad]: largest residual
-    of a loop in the file's run and in the reference; gaps: by equality; touched: what acted besides the loops; duration [s]:
-    simulated time; reason: why the run of the file ended early; better: integrator of the reference run, "" when none completed;
-    moved [m]: extent of the motion; size [m] of the model; pushed [rad/s or m/s]: largest rate of a push, 0 without; skipped: what
-    was not examined and why."""
+    the file's run with half its timestep; fastest, fine_fastest [rad/s or m/s]: largest rates of the two runs; energy [J]: largest
+    difference of the energies; gap, fine_gap [m, rad]: largest residual of a loop in the two runs; gaps: by equality; touched: what
+    acted besides the loops; duration [s]: simulated time; reason: why the run of the file ended early; better: integrator of the
+    reference run, "" when none completed; moved [m]: extent of the motion; size [m] of what moves; pushed [rad/s or m/s]: largest
+    rate of a push, 0 without; follow: the run with a push; skipped: what was not examined and why."""
 
     error: float
     own: float
@@ -58,6 +62,8 @@ class TrialRun:
     moved: float
     size: float
     step: float = np.inf
+    fastest: float = 0.0
+    fine_fastest: float = 0.0
     energy: float = np.inf
     gap: float = 0.0
     fine_gap: float = 0.0
@@ -81,8 +87,18 @@ class TrialRun:
 
     @property
     def convinced_small(self) -> bool:
-        """Whether the run shows, without contact, that the file's settings change its motion by less than matters."""
-        return bool(self.better) and not self.reason and not self.touched and max(self.error, self.own) <= DOUBTFUL * self.moved
+        """Whether the run shows that the softness of the loops matters little: without contact by the error of its motion, with
+        contact by the gaps of its loops."""
+        if not self.better or self.reason or self.wild:
+            return False
+        if self.touched:
+            return self.gap <= SLIGHT * self.size
+        return max(self.error, self.own) <= DOUBTFUL * self.moved
+
+    @property
+    def wild(self) -> bool:
+        """Whether the run reaches rates that only its timestep makes."""
+        return bool(self.better) and self.fastest > WILD * max(self.fine_fastest, FAST)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form; None for what was not found."""
@@ -126,14 +142,21 @@ def _symptoms(t: TrialRun) -> Iterator[Symptom]:
         f"({100 * t.share:.2g} % of its motion; the finer run is known to {t.own:.1g} m)"
     )
     cure = '<option integrator="RK4"/>'
+    if t.wild:
+        text = (
+            f"{how}a run of {t.duration:.3g} s as the file says reaches {t.fastest:.3g} rad/s or m/s, {t.better} with a quarter of the "
+            f"step {t.fine_fastest:.3g}: the step makes them, not the mechanism."
+        )
+        yield Symptom(name, "warning" if t.pushed else "error", text, number=t.fastest)
+        return
     if t.touched:
         acting = " and ".join(sorted(t.touched))
         far = t.error > APART * t.size
         if t.looped and t.convincing and t.share > WRONG and t.gap > DOUBTFUL * t.size:
             text += f", its loops open by {t.gap:.2g} m or rad"
-            yield Symptom(name, "warning" if t.pushed else "error", f"{text}; {acting} act, too.", number=t.error)
+            yield Symptom(name, "warning" if t.pushed else "error", f"{text}, beside {acting}.", number=t.error)
         elif far or t.share > WRONG:
-            text += f"; {acting} act, whose paths depend on the step: compare statistics of runs, not paths."
+            text += f": paths under {acting} depend on the step; compare statistics of runs."
             yield Symptom(name, "warning" if far else "note", text, number=t.error)
         return
     wrong, doubtful = (WRONG, DOUBTFUL) if t.looped else (COARSE, ROUGH)
@@ -157,7 +180,7 @@ def run_trial(model: mujoco.MjModel) -> TrialRun:
 
 
 def _compared(model: mujoco.MjModel, push: Array | None) -> TrialRun:
-    h, size, looped = float(model.opt.timestep), max(float(model.stat.extent), 1e-9), bool(loops(model))
+    h, size, looped = float(model.opt.timestep), moving_size(model), bool(loops(model))
     pushed = 0.0 if push is None else float(np.max(np.abs(push)))
     first = run_file(prepared(model, h), 1, 1, push)
     wanted = max(1, min(MOST_STEPS, round(DURATION / h)) // OUTPUTS)
@@ -181,10 +204,11 @@ def _compared(model: mujoco.MjModel, push: Array | None) -> TrialRun:
         middle = run_file(prepared(model, h / 2, better), 2 * each, push=push) if not fine.reason else fine
         if fine.reason or middle.reason:
             continue
+        moved = max(fine.moved, 0.0 if as_is.reason else as_is.moved)
         found = replace(
-            common, better=better, moved=max(fine.moved, as_is.moved if not as_is.reason else 0.0), error=as_is.apart(fine),
-            own=fine.apart(middle), step=as_is.apart(half), energy=as_is.energy_off(fine), fine_gap=fine.gap,
-            touched=as_is.touched | fine.touched,
+            common, better=better, moved=moved, error=as_is.apart(fine),
+            own=fine.apart(middle), step=as_is.apart(half), fastest=as_is.fastest, fine_fastest=fine.fastest,
+            energy=as_is.energy_off(fine), fine_gap=fine.gap, touched=as_is.touched | fine.touched,
         )  # fmt: skip
         return replace(found, observed=_order(model, found, each, push) if better == "RK4" else None)
     return replace(common, step=as_is.apart(half), skipped="the motion: no finer run of it came through to compare with")
