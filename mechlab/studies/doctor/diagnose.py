@@ -45,7 +45,7 @@ def diagnose(case: ExaminedFile) -> Diagnosis:
         start = start_pose(model)
         seen = tried(skipped, "freedoms and redundant rows", lambda: engine_structure(model, start, float(model.stat.extent)))
         if seen is not None:
-            findings += _structure(seen, case.mechanism, own, model)
+            findings += _structure(seen, case.mechanism, own, model, case.file is not None and not case.file.lost)
             skipped += [seen.skipped] if seen.skipped else []
         findings += parts.masses(model)
         if case.kind != "URDF":  # a URDF has no start pose, no integrator and no softness
@@ -120,7 +120,7 @@ def _engine(model: Model, start: Any, trial: TrialRun | None, skipped: list[str]
 
 
 def _structure(
-    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: Model
+    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: Model, whole: bool
 ) -> Iterator[Symptom]:
     """Findings "gap", "nearly_redundant", "locked", "spins", "singular_reference", "freedoms_differ"."""
     size = max(float(model.stat.extent), 1e-9)
@@ -164,7 +164,8 @@ def _structure(
         )
         yield Symptom("singular_reference", "warning", text)
     if (
-        mechanism is not None
+        whole
+        and mechanism is not None
         and own is not None
         and mechanism.nv == seen.nv
         and own.freedoms != seen.freedoms

@@ -16,7 +16,6 @@ import numpy as np
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.rows import (
     EqualityRows,
-    active,
     joint_of_dof,
     listed,
     loops,
@@ -45,10 +44,11 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
     h, kept = float(model.opt.timestep), integrator_name(model)
     found = list(findings)
     unstable = any(f.name == "unstable_step" for f in found)
-    if not loops(model) and trial is not None and (trial.touched or not any(f.severity == "error" for f in found)):
-        if not unstable:
-            return "" if trial.touched or kept == "RK4" else f'<option timestep="{h:g}" integrator="RK4"/>'
-        return f'<option timestep="{h:g}" integrator="discrete"/>'
+    if not loops(model):
+        if unstable:
+            return f'<option timestep="{h:g}" integrator="discrete"/>'
+        coarse = trial is not None and not trial.touched and any(f.name == "trial" and f.severity != "note" for f in found)
+        return f'<option timestep="{h:g}" integrator="RK4"/>' if coarse and kept != "RK4" else ""
     better = trial.shown.better if trial is not None and trial.shown.better else "discrete"
     if trial is not None and "contacts" in trial.touched and not trial.reason:
         better = kept
@@ -100,7 +100,7 @@ STEP_MATTERS = 1e-3
 
 
 def _sparse(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    if not mujoco.mj_isSparse(model) or not active(model):
+    if not mujoco.mj_isSparse(model) or not loops(model):
         return
     paste = '<option jacobian="dense"/>'
     worst = _sparse_error(model, qpos)

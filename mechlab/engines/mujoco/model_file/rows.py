@@ -57,19 +57,27 @@ _LOOPS = (
 
 def loops(model: mujoco.MjModel) -> list[int]:
     """The active equalities that close loops or couple joints: not those of flexible bodies, nor welds to a mocap body, which are
-    meant to drag softly."""
+    meant to drag softly, nor what pins deformable bodies."""
     kinds = [int(kind) for kind in _LOOPS]
-    return [k for k in active(model) if int(model.eq_type[k]) in kinds and not drags(model, k)]
+    return [k for k in active(model) if int(model.eq_type[k]) in kinds and not drags(model, k) and not _of_flex(model, k)]
+
+
+def _of_flex(model: mujoco.MjModel, k: int) -> bool:
+    """Whether an equality ties a point of a deformable body."""
+    return bool(model.nflex) and bool(set(_bodies(model, k)) & {int(b) for b in model.flex_vertbodyid})
 
 
 def drags(model: mujoco.MjModel, k: int) -> bool:
     """Whether an equality ties a body to a mocap body, which a program moves."""
+    return any(model.body_mocapid[model.body_rootid[b]] >= 0 for b in _bodies(model, k))
+
+
+def _bodies(model: mujoco.MjModel, k: int) -> list[int]:
+    """The bodies that a connect or weld ties; none for other equalities."""
     if int(model.eq_type[k]) not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
-        return False
-    ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
-    if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE:
-        ends = [int(model.site_bodyid[e]) for e in ends]
-    return any(e >= 0 and model.body_mocapid[model.body_rootid[e]] >= 0 for e in ends)
+        return []
+    ends = [int(e) for e in (model.eq_obj1id[k], model.eq_obj2id[k]) if e >= 0]
+    return [int(model.site_bodyid[e]) for e in ends] if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE else ends
 
 
 def equality_name(model: mujoco.MjModel, k: int) -> str:

@@ -52,7 +52,8 @@ class TrialRun:
     difference of the energies; gap, fine_gap [m, rad]: largest residual of a loop in the two runs; gaps: by equality; touched: what
     acted besides the loops; duration [s]: simulated time; reason: why the run of the file ended early; better: integrator of the
     reference run, "" when none completed; moved [m]: extent of the motion; size [m] of what moves; pushed [rad/s or m/s]: largest
-    rate of a push, 0 without; follow: the run with a push; skipped: what was not examined and why."""
+    rate of a push, 0 without; follow: the run with a push; rk4: whether the file asks for RK4; skipped: what was not
+    examined and why."""
 
     error: float
     own: float
@@ -70,6 +71,7 @@ class TrialRun:
     gaps: dict[int, float] | None = None
     touched: frozenset[str] = frozenset()
     looped: bool = False
+    rk4: bool = False
     pushed: float = 0.0
     observed: Finding | None = None
     follow: TrialRun | None = None
@@ -123,7 +125,7 @@ class TrialRun:
     def order(self) -> Iterator[Symptom]:
         """Finding "lost_order": RK4 with hard rows should be of order 2, without rows of order 4."""
         if self.observed is not None and self.observed.severity != "ok":
-            yield Symptom("lost_order", "warning", f"RK4: {self.observed.sentence}.")
+            yield Symptom("lost_order", "warning" if self.looped or self.rk4 else "note", f"RK4: {self.observed.sentence}.")
 
 
 def _symptoms(t: TrialRun) -> Iterator[Symptom]:
@@ -152,7 +154,7 @@ def _symptoms(t: TrialRun) -> Iterator[Symptom]:
     if t.touched:
         acting = " and ".join(sorted(t.touched))
         far = t.error > APART * t.size
-        if t.looped and t.convincing and t.share > WRONG and t.gap > DOUBTFUL * t.size:
+        if t.looped and t.convincing and t.share > WRONG and t.gap > SLIGHT * t.size:
             text += f", its loops open by {t.gap:.2g} m or rad"
             yield Symptom(name, "warning" if t.pushed else "error", f"{text}, beside {acting}.", number=t.error)
         elif far or t.share > WRONG:
@@ -194,7 +196,7 @@ def _compared(model: mujoco.MjModel, push: Array | None) -> TrialRun:
         as_is = run_file(prepared(model, h), each, push=push)
     common = TrialRun(
         np.inf, np.inf, OUTPUTS * each * h, as_is.reason, "", as_is.moved, size, gap=as_is.gap, gaps=as_is.gaps,
-        touched=as_is.touched, looped=looped, pushed=pushed,
+        touched=as_is.touched, looped=looped, pushed=pushed, rk4=model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4,
     )  # fmt: skip
     if as_is.reason.startswith("ended"):
         return common
