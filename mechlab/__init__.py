@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         claims,
         cycle,
         doctor,
+        edit,
         explore,
         fidelities,
         find,
@@ -122,11 +123,11 @@ if TYPE_CHECKING:
         relation,
         revolute,
         screw,
-        shape,
         spherical,
         universal,
     )
     from mechlab.mechanism.parts import LOOP_ROWS
+    from mechlab.shapes import shape
     from mechlab.values import (
         Quantity,
         Range,
@@ -137,7 +138,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "gallery", "generate",
+        "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
         "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
         "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
     ),
@@ -159,9 +160,10 @@ _HOMES = {
     "mechlab.mechanism": (
         "GROUND", "Body", "Builder", "Drive", "Frame", "GearMesh", "Inertia", "Joint", "LinearRelation", "Loop",
         "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "belt", "floating", "mimic",
-        "prismatic", "relation", "revolute", "screw", "shape", "spherical", "universal",
+        "prismatic", "relation", "revolute", "screw", "spherical", "universal",
     ),
     "mechlab.mechanism.parts": ("LOOP_ROWS",),
+    "mechlab.shapes": ("shape",),
     "mechlab.values": ("Quantity", "Range", "Value",),
 }  # fmt: skip
 """Module -> the public names that it holds; a test compares them with the imports above, which type checkers read."""
@@ -174,7 +176,7 @@ __all__ = [
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "floating", "from_json",
+    "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
