@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         Constant,
         ConstantPower,
         DcMotor,
+        FunctionLaw,
         Harmonic,
         Law,
         Motor,
@@ -74,6 +75,7 @@ if TYPE_CHECKING:
         TableLaw,
         Viscous,
     )
+    from mechlab.experiment.motion import Hold, Ramp, Sine, Spline
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.question import (
         Answer,
@@ -99,6 +101,7 @@ if TYPE_CHECKING:
         to_urdf,
     )
     from mechlab.lab.design import Design
+    from mechlab.lab.own_mechanism import scene
     from mechlab.mechanism import (
         GROUND,
         Body,
@@ -145,9 +148,10 @@ _HOMES = {
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
     "mechlab.experiment.laws": (
-        "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "Motor",
+        "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "FunctionLaw", "Harmonic", "Law", "Motor",
         "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous",
     ),
+    "mechlab.experiment.motion": ("Hold", "Ramp", "Sine", "Spline"),
     "mechlab.experiment.parameters": ("parameter",),
     "mechlab.experiment.question": ("Answer", "Answers", "Question",),
     "mechlab.experiment.recording": ("Health", "Recording",),
@@ -157,6 +161,7 @@ _HOMES = {
         "to_urdf",
     ),
     "mechlab.lab.design": ("Design",),
+    "mechlab.lab.own_mechanism": ("scene",),
     "mechlab.mechanism": (
         "GROUND", "Body", "Builder", "Drive", "Frame", "GearMesh", "Inertia", "Joint", "LinearRelation", "Loop",
         "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "belt", "floating", "mimic",
@@ -171,15 +176,15 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Answer", "Answers", "AppliedForce", "Body", "Builder", "Check", "Claim", "ComputedTorque", "Constant",
-    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "GROUND",
-    "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
+    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "FunctionLaw", "GROUND",
+    "GearMesh", "Harmonic", "Health", "Hold", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
-    "Question", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Spring",
+    "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
     "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
-    "save_recording", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
+    "save_recording", "scene", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
     "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
 ]  # fmt: skip
 
