@@ -111,11 +111,14 @@ def _read(path: Path) -> str:
 
 def read_file(path: Path) -> ModelFile:
     """A .json, .xml (MJCF) or .urdf file as it was read; raises MechlabError that names the file."""
+    from mechlab.engines.mujoco.model_file.read_model import read_mjcf_file
     from mechlab.experiment.model_file import ModelFile
     from mechlab.formats import from_json, from_mjcf, from_urdf
 
     kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf), ".urdf": ("URDF", from_urdf)}[path.suffix.lower()]
     try:
+        if kind == "MJCF":
+            return read_mjcf_file(path, _read(path))
         return ModelFile(path, kind, reader(_read(path)))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None

@@ -157,8 +157,7 @@ def claims(sources: Source | Sequence[Source] = (), /, *, figure: File | None = 
     Options:
         figure=FILE: draw the verdict (.png, .svg, .pdf), for one mechanism with a figure
     """
-    from mechlab.studies.check.check import write_figure
-    from mechlab.studies.check.claims import run_claims
+    from mechlab.studies.check.claims import run_claims, write_figure
 
     entries = find_all(sources)
     drawn = "" if figure is None else str(write_figure(entries, figure))

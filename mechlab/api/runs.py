@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
     from mechlab.experiment.scene import Settings
     from mechlab.kit.portrait import PortraitResult
-    from mechlab.lab.fidelity.result import Fidelities
     from mechlab.studies.chart.data import Chart
     from mechlab.studies.cycle.cycle import CycleResult
+    from mechlab.studies.fidelity.result import Fidelities
     from mechlab.studies.sensitivity.result import Sensitivity
 
 
@@ -100,7 +100,7 @@ def simulate(
         at=T,...: times at which to sample the channels [s]
         out=FILE.npz: file for the recording
     """
-    from mechlab.lab.fidelity.choose import run_chosen
+    from mechlab.lab.run import run_scene
 
     if isinstance(values, str):
         warnings.warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning, stacklevel=2)
@@ -108,7 +108,7 @@ def simulate(
     design, rest = design_and_rest(source, key_values(values, given))
     extra = {k: one_number(k, v) for k, v in rest.items()}
     times = tuple(at or ())
-    recording = run_chosen(
+    recording = run_scene(
         design, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
         settings=settings, at=times, extra=extra,
     )  # fmt: skip
@@ -262,7 +262,7 @@ def fidelities(
         needs=N,...: what must be answered (default: what the scene needs): poses, drive_forces, tooth_loads, reactions
         out=PATH: a .svg, .png, .csv or .json file, or a folder for all of them
     """
-    from mechlab.lab.fidelity.compare import compare
+    from mechlab.studies.fidelity.compare import compare
 
     design, rest = design_and_rest(source, key_values(values, given))
     table = compare(design, scene, duration, {k: one_number(k, v) for k, v in rest.items()}, needs)

@@ -93,7 +93,7 @@ def _of(m: Mechanism, name: str) -> _Part:
     if is_rate:
         out[m.nq :] = row
         return _Part((name,), (f"{unit}/s",), out[None], np.zeros(1))
-    for column, c in zip(m._q_columns, row, strict=True):
+    for column, c in zip(m.q_columns, row, strict=True):
         out[column] += c
     return _Part((name,), (unit,), out[None], np.array([m.zero(base)]))
 

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -106,7 +107,7 @@ class Cost:
 
 
 @dataclass(frozen=True, repr=False)
-class Recording(Result):
+class Recording(Result[Path]):
     """A run of a mechanism.
 
     t (n,) [s]; q (n, nq), v (n, nv) as in the Mechanism; `channels` name -> (n,) values, in SI; `units` name -> unit;
@@ -243,6 +244,31 @@ def basic_channels(
                 channels[f"{frame.name}_{letter}"] = points[:, k, axis]
                 units[f"{frame.name}_{letter}"] = "m"
     return channels, units
+
+
+def run_channels(
+    mechanism: Mechanism, q: Array, v: Array, a: Array, forces: Mapping[str, Array]
+) -> tuple[dict[str, Array], dict[str, str]]:
+    """`basic_channels`; NAME_accel of each joint and shaft, from accelerations a (n, nv); NAME_force (n,) of what laws act on."""
+    channels, units = basic_channels(mechanism, q, v)
+    for name in mechanism.scalar_names:
+        channels[f"{name}_accel"] = a @ mechanism.row(name)
+        units[f"{name}_accel"] = f"{units[name]}/s2"
+    for name, values in forces.items():
+        channels[f"{name}_force"] = values
+        units[f"{name}_force"] = force_unit(units[name])
+    return channels, units
+
+
+def force_unit(coordinate: str) -> str:
+    """The unit of a force on a coordinate in m or rad."""
+    return "N" if coordinate == "m" else "N m"
+
+
+def over_samples(forces: Sequence[Mapping[str, float]]) -> dict[str, Array]:
+    """Joint or shaft -> (n,) force at each of n samples, 0 where no law acts."""
+    names = dict.fromkeys(name for now in forces for name in now)
+    return {name: np.array([now.get(name, 0.0) for now in forces]) for name in names}
 
 
 def frame_positions(mechanism: Mechanism, q: Array) -> Array:

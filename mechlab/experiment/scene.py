@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.laws import Law
@@ -206,3 +207,23 @@ def _finite(values: Mapping[str, float], what: str, kind: str) -> None:
     for name, x in values.items():
         if not np.isfinite(x):
             raise MechlabError(f"{what}: {kind} of {name!r}: expected a finite number, got {x!r}.")
+
+
+def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
+    """(n,) sample times [s] from 0 to the duration: the given `times` with both ends added; by default a regular grid
+    of whole timesteps, at most 10 ms apart, with at least 200 samples if the timestep allows it.
+
+    Raises MechlabError for a duration that is not positive or times outside it.
+    """
+    if not np.isfinite(duration) or duration <= 0:
+        raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
+    if times is None:
+        step = min(0.01, duration / 200.0)
+        stride = max(1, int(step / timestep + 1e-9))
+        count = max(1, int(np.ceil(duration / (stride * timestep) - 1e-9)))
+        return np.append(np.arange(count) * (stride * timestep), duration)
+    asked = np.unique(np.asarray(times, dtype=float))
+    if not np.all(np.isfinite(asked)) or (len(asked) and (asked[0] < 0 or asked[-1] > duration * (1 + 1e-12))):
+        raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {asked.tolist()}.")
+    inner = asked[(asked > 0) & (asked < duration)]
+    return np.concatenate([[0.0], inner, [duration]])

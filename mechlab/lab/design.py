@@ -11,6 +11,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import acting, drive_law
 from mechlab.experiment.entry import Entry, SceneRecipe
@@ -80,13 +81,15 @@ class Design(Shown):
 
     def to_mujoco(self, fidelity: str | None = None, settings: Settings | None = None) -> tuple[Any, Any]:
         """(MjModel, MjData) of the generated MJCF, in the reference pose."""
-        from mechlab.engines.mujoco import to_mujoco
+        engine("mujoco")  # raises EngineMissing where it is not installed
+        from mechlab.engines.mujoco.model import to_mujoco
 
         return to_mujoco(self.mechanism(fidelity), settings)
 
     def to_pinocchio(self, fidelity: str | None = None) -> tuple[Any, Any]:
         """(pinocchio.Model, ConstraintSet): the tree, and what closes and couples it."""
-        from mechlab.engines.pinocchio import to_pinocchio
+        engine("pinocchio")  # raises EngineMissing where it is not installed
+        from mechlab.engines.pinocchio.model import to_pinocchio
 
         m = self.mechanism(fidelity)
         return to_pinocchio(m).model, ConstraintSet(m)

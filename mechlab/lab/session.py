@@ -13,8 +13,8 @@ from mechlab.experiment.acting import acting
 from mechlab.experiment.observed import Observed, observed
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import AUTO, Design, with_extra
-from mechlab.lab.problem_settings import drive_step
-from mechlab.lab.run import _complete, _settings
+from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.single_run import chosen_settings, complete
 
 if TYPE_CHECKING:
     from mechlab.engines.mujoco.session import Session, Start
@@ -58,7 +58,7 @@ def setting(
     """The design with the parameters of the scene, the scene, the settings, and the timesteps of an action."""
     of_scene = design.for_scene(scene)
     made = commanded(of_scene, scene, fidelity, extra)
-    chosen = _settings(of_scene, design.scene(scene, made.fidelity), "mujoco", settings, None)
+    chosen = chosen_settings(of_scene, design.scene(scene, made.fidelity), "mujoco", settings)
     if settings is None:
         mechanism = of_scene.mechanism(made.fidelity)
         holding = acting(mechanism, replace(made, laws=(), drives="hold"))
@@ -84,5 +84,5 @@ def open_session(
     mechanism = of_scene.mechanism(made.fidelity)
     seen: Observed = observed(mechanism, observe)
     session: Session = engine_named("mujoco").session(mechanism, made, chosen, seen, substeps, start, seed)
-    session.complete = lambda run: replace(_complete(of_scene, run, made), acts=run.acts)
+    session.complete = lambda run: replace(complete(of_scene, run, made), acts=run.acts)
     return session

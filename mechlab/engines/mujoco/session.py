@@ -33,7 +33,7 @@ from mechlab.engines.mujoco.session_energy import energy_fed
 from mechlab.engines.mujoco.session_record import recording_of
 from mechlab.engines.mujoco.stepping import RATE_LIMIT, SteppingEnd, _reason
 from mechlab.errors import MechlabError, Untrustworthy, unknown
-from mechlab.experiment.law_states import LawStates
+from mechlab.experiment.laws import LawStates
 from mechlab.experiment.observed import Observed
 from mechlab.experiment.recording import Health, Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
@@ -87,8 +87,9 @@ class Session:
         self.map = MujocoMap(mechanism, self.model)
         self.drives = SessionDrives(self.map)
         self._observe(seen)
-        self._ctrl, self._home = self.data.ctrl, self.drives.home
-        self._many = len(self._home)
+        self._ctrl, self._scale, self._shift = self.data.ctrl, self.drives.scale, self.drives.shift
+        self._scaled, self._clamped = bool(np.any(self._scale != 1.0)), bool(np.any(self.drives.clamped))
+        self._many = len(self._shift)
         size = mujoco.mj_stateSize(self.model, ROW)
         self._zeros = np.zeros(size)
         self.rows = np.empty((KEPT + 1, size))
@@ -123,7 +124,7 @@ class Session:
     @property
     def rest_action(self) -> Array:
         """(drives,) the command by which the drives hold their declared targets: also that after a reset."""
-        return self._home.copy()
+        return self.drives.rest.copy()
 
     @property
     def observation_names(self) -> tuple[str, ...]:
@@ -188,7 +189,7 @@ class Session:
         if type(action) is not np.ndarray and isinstance(action, Mapping):
             action = self._by_name(action)
         numbers = np.asarray(action, dtype=float)
-        if numbers.shape != self._home.shape:
+        if numbers.shape != self._shift.shape:
             raise MechlabError(
                 f"{self.mechanism.name}: an action has {self._many} numbers ({', '.join(self.action_names) or 'no drives'}), "
                 f"got the shape {numbers.shape}."
@@ -199,10 +200,14 @@ class Session:
                     raise MechlabError(
                         f"{self.mechanism.name}: action of {name!r}: expected a finite number, got {x!r}."
                     )
-        np.subtract(numbers, self._home, out=self._ctrl)
+        if self._clamped:
+            numbers = np.where(self.drives.clamped, np.clip(numbers, self.drives.low, self.drives.high), numbers)
+        if self._scaled:
+            numbers = self._scale * numbers
+        np.add(numbers, self._shift, out=self._ctrl)
 
     def _by_name(self, action: Mapping[str, float]) -> Array:
-        numbers = self._ctrl + self._home
+        numbers = self.action
         for name, x in action.items():
             if name not in self.action_names:
                 raise unknown(f"{self.mechanism.name}: drive", name, self.action_names)
@@ -226,7 +231,7 @@ class Session:
     @property
     def action(self) -> Array:
         """(drives,) the command that is held now."""
-        return np.asarray(self._ctrl + self._home)
+        return np.asarray((self._ctrl - self._shift) / self._scale)
 
     @property
     def time(self) -> float:
@@ -255,6 +260,7 @@ class Session:
         mujoco.mj_resetData(model, data)
         data.qpos[:] = self.map.engine_coordinates(q)
         data.qvel[:] = self.map.engine_rates(data.qpos, v)
+        data.ctrl[:] = self._scale * self.drives.rest + self._shift
         silence(data)
         self.end: SteppingEnd | None = None
         self._driver = self._laws(scene)

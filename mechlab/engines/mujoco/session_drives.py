@@ -1,10 +1,13 @@
 """The declared drives as a session commands them: names, units, ranges, forces and work from the states it kept.
 
-A command is physical; the control of the engine's actuator is the command less the `home` of the drive, 0 in the model file:
+A command is physical, or in the units of the file that a drive was read from (`Control`):
 
     servo    force = stiffness (target - value) - damping rate      command: the target
     motor    force = command - damping rate
     winding  force = constant x current                             command: the voltage
+    file     force = gear (gain command + push) - stiffness value - damping rate
+
+The control of the engine's actuator is scale x command + shift.
 
 Work is integrated between kept states, a time H apart, under the command that was held, by Simpson's rule. The middle of the interval
 follows from both ends: x = (x0 + x1) / 2 + H (v0 - v1) / 8 and v = 3 (x1 - x0) / (2 H) - (v0 + v1) / 4, of fourth order in H;
@@ -22,7 +25,8 @@ from mechlab.mechanism.parts import Drive
 
 
 class SessionDrives:
-    """See the module. names, units (drives,); home, low, high (drives,) commands: at rest, and their useful range."""
+    """See the module. names, units (drives,); rest, low, high (drives,): the command at which a drive holds its declared target or
+    gives no force, and the useful range; `clamped`: commands beyond the range of a file's control are cut off."""
 
     def __init__(self, map_: MujocoMap) -> None:
         m, model = map_.mechanism, map_.model
@@ -31,19 +35,26 @@ class SessionDrives:
         self.names = tuple(d.name for d in drives)
         slides = {j.name for j in m.joints if j.kind == "prismatic"}
         self.units = tuple(_unit(d, d.on in slides) for d in drives)
-        self.home = np.array([_home(d, m.zero(d.on)) for d in drives])
-        ranges = model.actuator_ctrlrange.reshape(-1, 2) + self.home[:, None]
         joints = {j.name: j for j in m.joints}
+        ways = [_way(model, k, d, m.zero(d.on)) for k, d in enumerate(drives)]
+        self.scale, self.shift = (np.array([w[i] for w in ways]) for i in range(2))
+        self.rest = np.array([w[2] for w in ways])
+        ranges = (model.actuator_ctrlrange.reshape(-1, 2) - self.shift[:, None]) / self.scale[:, None]
+        ranges = np.sort(ranges, axis=1)
         for k, drive in enumerate(drives):
             joint = joints.get(drive.on)
-            if drive.stiffness and drive.winding is None and joint is not None and joint.range is not None:
-                ranges[k] = joint.range
+            if drive.control is not None and drive.control.range is not None:
+                ranges[k] = drive.control.range
+            elif drive.control is None and drive.stiffness and drive.winding is None:
+                if joint is not None and joint.range is not None:
+                    ranges[k] = joint.range
         self.low, self.high = ranges[:, 0].copy(), ranges[:, 1].copy()
+        self.clamped = np.array([d.control is not None and d.control.range is not None for d in drives], dtype=bool)
         self._windings = np.array([d.winding is not None for d in drives], dtype=bool)
         self._electric = [(d.winding.constant, d.winding.resistance) if d.winding else (0.0, 1.0) for d in drives]
         self.on = tuple(d.on for d in drives)
         self._rows = np.array([m.row(d.on) for d in drives]).reshape(len(drives), m.nv)
-        self._columns = map_.qpos[np.asarray(m._q_columns, dtype=int)]
+        self._columns = map_.qpos[m.q_columns]
         limits = model.actuator_forcerange.reshape(-1, 2)
         limited = model.actuator_forcelimited.astype(bool)
         self.limits = np.where(limited[:, None], limits, [-np.inf, np.inf])
@@ -90,15 +101,28 @@ class SessionDrives:
         return simpson, (held / 2.0 * (first + last)).sum(axis=1)
 
 
-def _home(drive: Drive, zero: float) -> float:
-    """The command at which the control of the engine is 0."""
-    if drive.winding is not None or not drive.stiffness:
-        return 0.0
-    return zero if drive.target is None else drive.target
+def _way(model: mujoco.MjModel, k: int, drive: Drive, zero: float) -> tuple[float, float, float]:
+    """Scale and shift from a command to the control of actuator k, and the command at rest.
+
+    The actuator gives gear (gain u + b0) and, with the coordinate instead of the physical value, the terms of stiffness and
+    damping; what the command asks for at the coordinate 0 is put equal to it.
+    """
+    if drive.winding is not None:
+        return 1.0, 0.0, 0.0
+    gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0])
+    push = float(model.actuator_biasprm[k, 0]) if model.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE else 0.0
+    c, target = drive.control, zero if drive.target is None else drive.target
+    per_command = c.gear * c.gain if c is not None else drive.stiffness or 1.0
+    constant = (c.gear * c.push if c is not None else 0.0) - drive.stiffness * zero
+    scale, shift = per_command / (gear * gain), (constant / gear - push) / gain
+    at_rest = (drive.stiffness * (target - zero) - constant) / per_command if drive.stiffness else 0.0
+    return scale, shift, at_rest
 
 
 def _unit(drive: Drive, slides: bool) -> str:
-    """Unit of the command of a drive."""
+    """Unit of the command of a drive; "control" for that of a file."""
+    if drive.control is not None:
+        return "control"
     if drive.winding is not None:
         return "V"
     if drive.stiffness:

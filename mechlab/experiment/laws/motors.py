@@ -34,7 +34,7 @@ class Motor(OnOne):
 class DcMotor(OnOne):
     """A DC motor: torque = constant i with inductance i' = voltage - resistance i - constant rate, from i = `current`.
 
-    Its current is a state of the law (`mechlab.experiment.law_states`), integrated with the motion; without inductance it is
+    Its current is a state of the law (`mechlab.experiment.laws.LawStates`), integrated with the motion; without inductance it is
     (voltage - constant rate) / resistance at once. `neglected`: the time constant [s] of an inductance that was left
     out, for the health record. drive: name of the declared drive that this law is, or "" for a law of the scene.
     """

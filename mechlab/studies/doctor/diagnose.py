@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 
 from mechlab.engines.mujoco.model import Model
-from mechlab.engines.mujoco.model_file import masses, options, softness
-from mechlab.engines.mujoco.model_file.growing_step import growing_step
-from mechlab.engines.mujoco.model_file.masses import contacts
+from mechlab.engines.mujoco.model_file import options, parts, softness
 from mechlab.engines.mujoco.model_file.options import IN_URDF, settings_to_paste
 from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure
 from mechlab.engines.mujoco.model_file.trial import TrialRun, run_trial
 from mechlab.experiment.recording import Symptom
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.studies.doctor.case import ORDER, Diagnosis, ExaminedFile
@@ -45,8 +43,8 @@ def diagnose(case: ExaminedFile) -> Diagnosis:
         start = np.array(model.qpos0)
         seen = engine_structure(model, start, float(model.stat.extent))
         findings += _structure(seen, case.mechanism, own, model)
-        findings += masses.masses(model)
-        findings += options.limits(model, start)
+        findings += parts.masses(model)
+        findings += parts.limits(model, start)
         if case.kind != "URDF":  # a URDF has no integrator and no softness
             trial = run_trial(model) if model.nv else None
             findings += _engine(model, start, trial)
@@ -79,10 +77,10 @@ def _engine(model: Model, start: Any, trial: TrialRun | None) -> Iterator[Sympto
     yield from softness.softness(model)
     yield from softness.sag(model, start)
     yield from options.options(model, start)
-    yield from options.tendons(model, start)
-    yield from options.friction(model)
-    yield from growing_step(model, start)
-    yield from contacts(model, start)
+    yield from parts.tendons(model, start)
+    yield from parts.friction(model)
+    yield from options.growing_step(model, start)
+    yield from parts.contacts(model, start)
     if trial is not None:
         yield from trial.symptoms()
         yield from trial.order()

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mechlab.engines.mujoco.model_file.softness import listed
+from mechlab.engines.mujoco.model_file.rows import listed
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import floats
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import mechlab as ml
 from mechlab.engines.mujoco.session import BLOCK, KEPT, UntrustedSession
 from mechlab.errors import MechlabError, Untrustworthy
-from mechlab.mechanism.parts import Winding
+from mechlab.mechanism.parts import Control, Winding
 
 MASS, LENGTH, ARMATURE = 0.5, 0.4, 0.01
 INERTIA = MASS * LENGTH**2 + ARMATURE + 1e-9
@@ -81,6 +81,25 @@ def test_the_command_of_a_winding_is_its_voltage():
     np.testing.assert_allclose(seen, expected, atol=1e-5)
     v = run["swing_rate"]
     np.testing.assert_allclose(run["swing_force"], constant / resistance * (voltage - constant * v), rtol=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 30.0])
+def test_the_command_of_a_drive_from_a_file_is_in_its_units(stiffness):
+    """gear (gain u + push) - stiffness value - damping rate, with u clamped to its range."""
+    from dataclasses import replace
+
+    control = Control(gain=4.0, gear=5.0, push=0.02, range=(-0.5, 0.5))
+    m = arm(zero=0.3, stiffness=stiffness, damping=0.5)
+    m = replace(m, drives=(replace(m.drives[0], control=control),))
+    t, actions = 0.01 * np.arange(41), 0.7 * np.cos(0.3 * np.arange(40))
+    expected = by_hand(
+        lambda k, x, v: 5.0 * (4.0 * np.clip(actions[k], -0.5, 0.5) + 0.02) - stiffness * (0.3 + x) - 0.5 * v, t
+    )
+    with ml.session(m) as s:
+        assert (s.action_low, s.action_high) == ([-0.5], [0.5])
+        seen = np.array([s.observation] + [s.step([a]) for a in actions])
+        assert s.recording()["swing_command"][:-1] == pytest.approx(np.clip(actions, -0.5, 0.5))
+    np.testing.assert_allclose(seen[:, 0] - 0.3, expected[:, 0], atol=1e-5)
 
 
 def test_at_rest_it_moves_as_a_run_of_the_scene():

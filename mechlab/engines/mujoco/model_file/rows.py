@@ -1,5 +1,5 @@
 """The equality rows of any MuJoCo model: residual and Jacobian at any qpos, names, and a push along the free motions;
-the structure of the model (freedoms, redundant rows) by the rank of the rows at closed poses.
+the structure of the model (freedoms, redundant rows) by the rank of the rows at closed poses; names of its elements.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.closure import equality_rows
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model import constraint_jacobian
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import Redundancy, null_space
 
@@ -25,6 +25,28 @@ _KINDS = {
 
 Start = tuple[Array, Array, Array]
 """qpos, qvel, ctrl."""
+
+
+def name_of(model: mujoco.MjModel, kind: str, k: int) -> str:
+    """The name of element k of a kind ("JOINT", "TENDON"), or its number where it has none."""
+    return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), k) or f"{kind.lower()} number {k}"
+
+
+def joint_of_dof(model: mujoco.MjModel, i: int) -> str:
+    """The name of the joint to which degree of freedom i belongs."""
+    return name_of(model, "JOINT", int(model.dof_jntid[i]))
+
+
+def listed(names: list[str], most: int = 4) -> str:
+    """Names with commas, shortened."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def active(model: mujoco.MjModel) -> list[int]:
+    """The equalities that act from the start."""
+    if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
+        return []
+    return [k for k in range(model.neq) if model.eq_active0[k]]
 
 
 def equality_name(model: mujoco.MjModel, k: int) -> str:
@@ -57,11 +79,9 @@ class EqualityRows:
 
     def at(self, qpos: Array) -> tuple[Array, Array]:
         """(rows,) residual and (rows, nv) Jacobian."""
-        d = self.data
-        d.qpos[:] = qpos
-        mujoco.mj_fwdPosition(self.model, d)
-        keep = d.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        return np.array(d.efc_pos[keep]), constraint_jacobian(self.model, d)[keep]
+        self.data.qpos[:] = qpos
+        mujoco.mj_fwdPosition(self.model, self.data)
+        return equality_rows(self.model, self.data)
 
     def names(self) -> tuple[str, ...]:
         """Row names at the pose last evaluated; `groups` then numbers those that share an equality and a unit."""
@@ -93,6 +113,23 @@ class EqualityRows:
             step = np.asarray(np.linalg.lstsq(jacobian, gap, rcond=1e-9)[0], dtype=np.float64)
             qpos = self.moved(qpos, -step)
         return qpos if np.max(np.abs(self.at(qpos)[0]), initial=0.0) < 1e-9 else None
+
+
+def tendon_moments(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(ntendon, nv) dense Jacobian of the tendon lengths."""
+    out = np.zeros((model.ntendon, model.nv))
+    for k in range(model.ntendon):
+        start, count = int(model.ten_J_rowadr[k]), int(model.ten_J_rownnz[k])
+        flat = np.asarray(data.ten_J).ravel()
+        out[k, model.ten_J_colind[start : start + count]] = flat[start : start + count]
+    return out
+
+
+def started(model: mujoco.MjModel, start: Start) -> mujoco.MjData:
+    """Fresh data at a start."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.ctrl[:] = start
+    return data
 
 
 def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import equality_name
+from mechlab.engines.mujoco.model_file.rows import active, equality_name, listed
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 
@@ -31,18 +31,6 @@ IMPEDANCE = ".9999 .9999 .001 .5 2"
 def equality_default(timestep: float) -> str:
     """The default class that makes every equality without a solref of its own hard."""
     return f'<default><equality solref="{2 * timestep:g} 1" solimp="{IMPEDANCE}"/></default>'
-
-
-def active(model: mujoco.MjModel) -> list[int]:
-    """The equalities that act from the start."""
-    if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
-        return []
-    return [k for k in range(model.neq) if model.eq_active0[k]]
-
-
-def listed(names: list[str], most: int = 4) -> str:
-    """Names with commas, shortened."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def softness(model: mujoco.MjModel) -> Iterator[Symptom]:

@@ -6,7 +6,6 @@ reference pose); where nothing would move, it starts with a push along the motio
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -14,9 +13,8 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import Start, free_push
-from mechlab.engines.mujoco.model_file.softness import active
-from mechlab.engines.mujoco.model_file.trace import FILE_STEPS, HARD, INTEGRATORS, FileTrace, file_order
+from mechlab.engines.mujoco.model_file.rows import Start, active, free_push, started
+from mechlab.engines.mujoco.model_file.trace import FILE_STEPS, INTEGRATORS, FileTrace, at_timestep, file_order, harden
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.experiment.recording import Finding, Symptom
 from mechlab.mechanism.geometry import Array
@@ -118,16 +116,12 @@ def _start(model: mujoco.MjModel, size: float, h: float, each: int) -> Start:
 
 def _run(model: mujoco.MjModel, start: Start, h: float, outputs: int, each: int, better: str = "") -> tuple[Array, str]:
     """(n, bodies, 3) centres of mass, and why it ended early. better: this integrator, with hard rows; else as in the file."""
-    model = copy.copy(model)
-    model.opt.timestep = h
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model = at_timestep(model, h)
     if better:
         model.opt.integrator, model.opt.jacobian = INTEGRATORS[better], mujoco.mjtJacobian.mjJAC_DENSE
         model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
-        model.eq_solref[:] = (2.0 * h, 1.0)
-        model.eq_solimp[:] = HARD
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:], data.ctrl[:] = start
+        harden(model)
+    data = started(model, start)
     poses, _, _, reason = step_through(model, data, outputs, each)
     points = np.empty((len(poses), model.nbody, 3))
     for k, q in enumerate(poses):

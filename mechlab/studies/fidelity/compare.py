@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
@@ -14,14 +15,13 @@ from mechlab.lab.fidelity.choose import (
     exact_words,
     levels,
     missing_answers,
-    run_level,
     sentence,
     too_far,
 )
 from mechlab.lab.fidelity.measure import agreement, closed, error_against, thinned
-from mechlab.lab.fidelity.result import Fidelities, Level
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import single_run, versions
 from mechlab.mechanism.structure import structure
+from mechlab.studies.fidelity.result import Fidelities, Level
 
 MOST_STEPS = 10_000
 """Steps of the richest fidelity; a longer scene is cut unless its duration is asked for."""
@@ -52,7 +52,7 @@ def compare(
     failed: dict[str, str] = {}
     for level in names:
         try:
-            runs[level] = run_level(design, scene, level, span, more)
+            runs[level] = single_run(design, scene, level, span, more)
             bad = [f.sentence for f in runs[level].health.findings if f.severity == "error"]
             failed |= {level: bad[0]} if bad else {}
         except MechlabError as error:
@@ -87,7 +87,8 @@ def _row(
     }  # fmt: skip
     if level == top:
         slip = closed(thinned(run))[1]
-        return row.but(
+        return replace(
+            row,
             cost=cost,
             error=0.0,
             force_error=0.0,
@@ -97,7 +98,8 @@ def _row(
         )
     if top in runs:
         found = error_against(run, runs[top])
-        row = row.but(
+        row = replace(
+            row,
             error=found.poses,
             worst=found.worst,
             force_error=found.forces,
@@ -107,7 +109,7 @@ def _row(
         )
     scenes = [design.scene(scene, f, span, extra) for f in (level, top)]
     same = agreement(m, design.mechanism(top), *scenes)
-    return row.but(cost=cost, exact=exact_words(same, top) if same.exact else "")
+    return replace(row, cost=cost, exact=exact_words(same, top) if same.exact else "")
 
 
 def _chosen(rows: Sequence[Level], needs: Sequence[str], tolerance: float) -> tuple[str | None, str]:
@@ -134,7 +136,7 @@ def _refused(row: Level, needs: Sequence[str], tolerance: float) -> str:
 
 
 def _with_status(row: Level, needs: Sequence[str], tolerance: float, chosen: str | None) -> Level:
-    return row.but(status="chosen" if row.fidelity == chosen else _refused(row, needs, tolerance) or "answers too")
+    return replace(row, status="chosen" if row.fidelity == chosen else _refused(row, needs, tolerance) or "answers too")
 
 
 def _closed_form(design: Design) -> Level:

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.mechanism.geometry import Array
+from mechlab.integrate.adaptive import Array
 
 
 @lru_cache(maxsize=16)

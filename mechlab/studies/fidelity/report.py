@@ -1,10 +1,17 @@
-"""How the table of fidelities is printed."""
+"""The fidelities as one line, as a table, and as files: picture and data."""
 
 from __future__ import annotations
 
-from mechlab.lab.fidelity.result import Fidelities
-from mechlab.results import line_of, text_of
+import json
+from pathlib import Path
+
+from mechlab.files import write, write_formats
+from mechlab.results import line_of, save_result, text_of
+from mechlab.studies.fidelity.picture import draw
+from mechlab.studies.fidelity.result import Fidelities
 from mechlab.tables import number, table
+
+FORMATS = (".svg", ".png", ".json")
 
 
 @line_of.register
@@ -49,3 +56,17 @@ def _(fidelities: Fidelities) -> str:
 def percent(share: float | None) -> str:
     """A share as a percentage."""
     return "-" if share is None else f"{100 * share:.2g} %"
+
+
+@save_result.register
+def _(fidelities: Fidelities, path: Path) -> dict[str, Path]:
+    """Write the picture or the data, by the suffix; into a folder (a path without one) all of them."""
+    stem = f"fidelities_{fidelities.name}"
+    return write_formats("fidelities", path, stem, FORMATS, lambda one: _write(fidelities, one))
+
+
+def _write(fidelities: Fidelities, path: Path) -> None:
+    if path.suffix == ".json":
+        write(path, json.dumps(fidelities.to_dict(), indent=1))
+    else:
+        draw(fidelities, path)

@@ -1,7 +1,8 @@
 """Kinematics of a tree, its loops and its relations at many poses at once, with numpy alone.
 
-For mechanisms whose joints have one coordinate each. Many poses cost a few microseconds each; the cost of a single pose
-is set by the number of numpy calls, hence homogeneous matrices and products of whole arrays.
+For mechanisms whose joints have one coordinate each; `mechlab.mechanism.many_poses` takes spherical joints too and is slower.
+Many poses cost a few microseconds each; the cost of a single pose is set by the number of numpy calls, hence homogeneous
+matrices and products of whole arrays.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.mechanism import Mechanism
 from mechlab.mechanism.constraints import _LOOP_TABLE, AXES
 from mechlab.mechanism.geometry import Array, skew
+from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND
 
 _GROUND = np.eye(4)
