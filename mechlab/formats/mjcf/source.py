@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.formats.xml_text import floats, label, parse
+from mechlab.formats.soundness import sound
+from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import Array, Placement, axis_rotation, frame_along, matrix_to_quaternion
 
 TOP = (
@@ -28,7 +29,7 @@ class MjcfText:
     """A parsed MJCF text. `attributes(element, childclass)` gives an element with its defaults filled in."""
 
     def __init__(self, content: str) -> None:
-        self.root = parse(content, "mujoco", "MJCF file")
+        self.root = sound(content, "mujoco", "MJCF file")
         for element in self.root:
             if element.tag not in TOP:
                 raise fail(element, f"mechlab does not read this part of MJCF. It reads {', '.join(TOP)}.")
