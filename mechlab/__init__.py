@@ -187,7 +187,9 @@ def __getattr__(name: str) -> object:
     if name == "__version__":
         from importlib.metadata import version
 
-        return version("mechlab")
+        from mechlab.errors import DISTRIBUTION
+
+        return version(DISTRIBUTION)
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'mechlab' has no attribute {name!r}")

@@ -104,6 +104,7 @@ def python_file(text: str) -> tuple[str, str]:
 
 def read_file(path: Path) -> ModelFile:
     """A .json, .xml (MJCF) or .urdf file as it was read; raises MechlabError that names the file."""
+    from mechlab.engines.mujoco.model_file.read_model import read_mjcf_file
     from mechlab.experiment.model_file import ModelFile
     from mechlab.formats import from_json, from_mjcf, from_urdf
     from mechlab.formats.model_text import read_text
@@ -111,6 +112,8 @@ def read_file(path: Path) -> ModelFile:
     kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf), ".urdf": ("URDF", from_urdf)}[path.suffix.lower()]
     content = read_text(path)
     try:
+        if kind == "MJCF":
+            return read_mjcf_file(path, content)
         return ModelFile(path, kind, reader(content))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None

@@ -252,6 +252,10 @@ class Builder:
         self.bodies = list(with_balls(self.bodies, self.loops, frozenset(named))[0])
         return self
 
+    def opened(self) -> Mechanism:
+        """The mechanism as it stands, its loops closed or not: for tools that close it. Its coordinates are 0 there."""
+        return self._open(self.bodies)
+
     def build(self) -> Mechanism:
         """The Mechanism; raises MechlabError when a part is not valid or the reference pose does not close."""
         m = self._open(self.bodies)

@@ -200,10 +200,28 @@ class Winding:
 
 
 @dataclass(frozen=True)
+class Control:
+    """The units of the control u of a drive, as a file gives them; the force of the actuator is
+
+        f = gain u + push - stiffness / gear value - damping / gear rate     within `force_range`,
+
+    and `gear` f acts on the joint or shaft, whose physical value and rate these are; stiffness, damping and limit of the
+    Drive are those at the joint. range: u is clamped to it. force_range: only where it is not symmetric.
+    """
+
+    gain: float = 1.0
+    gear: float = 1.0
+    push: float = 0.0
+    range: tuple[float, float] | None = None
+    force_range: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
 class Drive:
     """An actuator on a joint or shaft: a position servo of the given `stiffness` and `damping`, force limited by `limit`;
     with a `winding` a DC motor whose input is the voltage. `target`: physical value that a servo holds without another
-    command; None: that of the reference pose."""
+    command; None: that of the reference pose. `control`: units of its control in a model file; None: the force of a motor
+    [N or N m], the change of a servo's target from its reference."""
 
     name: str
     on: str
@@ -212,6 +230,7 @@ class Drive:
     limit: float | None = None
     winding: Winding | None = None
     target: float | None = field(default=None, metadata={"brief": True})
+    control: Control | None = field(default=None, metadata={"brief": True})
 
 
 AxisLike = str | Sequence[float]

@@ -101,7 +101,7 @@ def test_no_scene_of_the_catalog_has_a_drive_that_holds():
             assert made.drives == "hold" or "free" in scene
 
 
-STRANGE = """<mujoco model="strange">
+STRANGE = """<mujoco model="strange"><default><geom contype="0" conaffinity="0"/></default>
   <worldbody>
     <body><joint name="q" axis="0 1 0" ref="20"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>
     <body pos="0 1 0"><joint name="r" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>

@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.engines.peers.job import job_of
 from mechlab.engines.peers.process import PeerFailed, process
 from mechlab.engines.protocol import Engine
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, install_extra, unknown
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import OWN_EQUATIONS, Price
 from mechlab.experiment.recording import Trace
@@ -60,7 +60,7 @@ def refusal(peer: str, integrator: str, mechanism: Mechanism, scene: Scene) -> s
     Raises MechlabError for an unknown peer or integrator, listing those that exist.
     """
     if not installed(peer):
-        return f"{peer} is not installed; pip install 'mechlab[peers]'"
+        return f"{peer} is not installed; {install_extra('peers')}"
     return not_expressible(peer, integrator, mechanism, scene)
 
 
@@ -131,7 +131,7 @@ class Peer(Engine):
 
     def missing(self) -> str:
         """See `Engine`."""
-        return "" if installed(self.name) else f"{self.name} is not installed; pip install 'mechlab[peers]'"
+        return "" if installed(self.name) else f"{self.name} is not installed; {install_extra('peers')}"
 
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""

@@ -124,7 +124,7 @@ def test_a_chart_without_peers_installed_still_comes_out(monkeypatch: pytest.Mon
     for row in data["peers"]:
         assert row["peer"] is None and row["ours_cpu_s"] > 0.0
         assert row["ours_error"] <= row["target"]
-    assert all("mechlab[peers]" in found.skipped[m.name] for m in PEER_METHODS)
+    assert all("mechanism-lab[peers]" in found.skipped[m.name] for m in PEER_METHODS)
 
 
 def test_an_mjcf_file_has_no_peers(tmp_path: Path) -> None:

@@ -128,7 +128,7 @@ def test_an_absent_peer_is_named_with_its_extra(peer: str, monkeypatch: pytest.M
     monkeypatch.setattr("mechlab.engines.peers.engine.find_spec", lambda name: None)
     mechanism, scene = problem("pendulum")
     why = refusal(peer, INTEGRATORS[peer][0], mechanism, scene)
-    assert peer in why and "mechlab[peers]" in why
+    assert peer in why and "mechanism-lab[peers]" in why
     with pytest.raises(MechlabError, match="not installed"):
         trace(mechanism, scene, Settings(engine=peer, integrator=INTEGRATORS[peer][0]), OUTPUTS)
 
