@@ -27,7 +27,7 @@ def fail(element: ET.Element, message: str) -> MechlabError:
 
 def written_by_mechlab(content: str) -> bool:
     """True for an MJCF text that mechlab wrote. Raises MechlabError for a text that is no MJCF."""
-    return _ours(parse(content, "mujoco", "MJCF file"))
+    return _ours(sound(content, "mujoco", "MJCF file"))
 
 
 def _ours(root: ET.Element) -> bool:
