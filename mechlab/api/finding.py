@@ -104,24 +104,19 @@ def python_file(text: str) -> tuple[str, str]:
     return (path, function) if path.endswith(".py") else ("", "")
 
 
-def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
-
-
 def read_file(path: Path) -> ModelFile:
     """A .json, .xml (MJCF) or .urdf file as it was read; raises MechlabError that names the file."""
     from mechlab.engines.mujoco.model_file.read_model import read_mjcf_file
     from mechlab.experiment.model_file import ModelFile
     from mechlab.formats import from_json, from_mjcf, from_urdf
+    from mechlab.formats.model_text import read_text
 
     kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf), ".urdf": ("URDF", from_urdf)}[path.suffix.lower()]
+    content = read_text(path)
     try:
         if kind == "MJCF":
-            return read_mjcf_file(path, _read(path))
-        return ModelFile(path, kind, reader(_read(path)))
+            return read_mjcf_file(path, content)
+        return ModelFile(path, kind, reader(content))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
 
