@@ -17,7 +17,8 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.mjcf.write import to_mjcf
-from mechlab.formats.xml_text import parse
+from mechlab.formats.model_text import read_text
+from mechlab.formats.soundness import sound
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
@@ -123,16 +124,13 @@ class ExaminedFile:
 def read_case(path: Path, read: Callable[[Path], ModelFile]) -> ExaminedFile:
     """Read and compile an .xml (MJCF) or .urdf file; `read`: the reader of model files. Raises MechlabError for a file that cannot
     be read or is not such XML."""
-    try:
-        content = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
+    content = read_text(path)
     tag, kind = ROOTS[path.suffix.lower()]
+    file, unread, stripped = None, "", ""
     try:
-        root = parse(content, tag, f"{kind} file")
+        root = sound(content, tag, f"{kind} file")
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
-    file, unread, stripped = None, "", ""
     try:
         file = read(path)
     except MechlabError as error:
