@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mechlab.api import (
+        audit,
         chart,
         check,
         claims,
+        cure,
         cycle,
         doctor,
         edit,
@@ -142,7 +144,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
+        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
         "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
         "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
     ),
@@ -182,7 +184,7 @@ __all__ = [
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
+    "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
