@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mechlab.api.arguments import Count, File, Progress, silent
+from mechlab.api.arguments import Count, File, Progress, Seconds, silent
 from mechlab.api.finding import Source, load_design, read_file
 from mechlab.errors import MechlabError
 
@@ -62,7 +62,7 @@ def audit(
     out: File | None = None,
     licences: File | None = None,
     pick: File | None = None,
-    time_limit: float = 120.0,
+    time_limit: Seconds = 120.0,
     jobs: Count | None = None,
     progress: Progress = silent,
 ) -> Audit:
@@ -83,6 +83,8 @@ def audit(
     from mechlab.lab.single_run import versions
     from mechlab.studies.doctor.audit import Audit, models_under, picked, read_mapping, run_audit
 
+    if jobs is not None and jobs < 1:
+        raise MechlabError(f"jobs must be at least 1, got {jobs}.")
     models, skipped = models_under(sources)
     if pick is not None:
         models = picked(models, [line for line in read_text(Path(pick)).splitlines() if line and not line.startswith("#")])

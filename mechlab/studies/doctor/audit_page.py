@@ -17,6 +17,34 @@ MEANING = {
 }
 MARK = {"healthy": "ok", "to be known": "know", "do not trust": "bad", "refused": "stop", "not examined": "open"}
 SIGN = {"ok": "\u2713", "know": "!", "bad": "\u2715", "stop": "\u2298", "open": "?"}
+TITLES = {
+    "beyond_range": "starts outside a joint's range",
+    "control_beyond_range": "commands beyond a joint's range",
+    "soft_equalities": "soft loops",
+    "softer_than_it_could_be": "loops softer than they could be",
+    "trial": "the run is off",
+    "pushed": "off as soon as it is pushed",
+    "degrees": "angles in the wrong unit",
+    "contacts": "parts overlap at the start",
+    "refsafe": "softness below two timesteps",
+    "gap": "the start is not assembled",
+    "not_meshes": "meshes missing",
+    "fixed_range": "joints without a range",
+    "mimic": "mimic joints",
+    "massless": "moving parts without mass or inertia",
+    "triangle": "impossible inertias",
+    "held_friction": "friction that does nothing",
+    "refused": "not taken",
+    "first_order": "integrator of first order",
+    "sparse_jacobian": "sparse Jacobian",
+    "freedoms_differ": "two counts of the freedoms",
+    "pinocchio_reader": "other readers",
+    "masses_changed": "masses changed by the compiler",
+    "spins": "parts that spin freely",
+    "mocap_weld": "dragged by a mocap body",
+    "soft_friction": "soft dry friction",
+}  # fmt: skip
+"""Names of findings in words, where the name alone does not say it."""
 _HEADS = (
     ("Model", "text"), ("Kind", "text"), ("Bodies", "number"), ("Freedoms", "number"), ("Loops", "number"), ("mechlab reads", "text"),
     ("Verdict", "number"), ("Gravest finding", "text"), ("CPU s", "number"),
@@ -34,8 +62,9 @@ def audit_page(audit: Audit, title: str = "Robot and mechanism models, examined"
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body><main>"
         f"<h1>{escape(title)}</h1>"
-        f'<p class="lead">{len(audit.rows)} public model files, each compiled by MuJoCo, counted, run for half a second as it is, and '
-        "compared with a run of hard loops, a quarter of the step and a better integrator. No file was changed.</p>"
+        f'<p class="lead">{len(audit.rows)} model files as their authors publish them: compiled by MuJoCo, freedoms and loops '
+        "counted, every MJCF run for half a second as it is, against a run with hard loops, a quarter of the step and a better "
+        "integrator.</p>"
         f"{_summary(audit)}"
         '<div class="tools"><label>Find <input id="find" type="search" placeholder="name, finding, licence"></label>'
         '<span id="shown" role="status"></span></div>'
@@ -63,7 +92,8 @@ def _summary(audit: Audit) -> str:
 def _row(r: AuditRow) -> str:
     short, mark = r.name.partition("/")[2] or r.name, MARK[r.verdict]
     severity, name, sentence = r.worst
-    grave = f"<b>{escape(name.replace('_', ' '))}</b> {escape(_first(sentence))}" if severity else '<span class="quiet">none</span>'
+    said = CONSEQUENCES.get(name, sentence) if r.verdict not in ("refused", "not examined") else _first(sentence)
+    grave = f"<b>{escape(_words(name))}</b> {escape(said)}" if severity else '<span class="quiet">none</span>'
     reads = r.read + (f'<small>without {escape(", ".join(r.lost[:3]))}{_rest(len(r.lost) - 3)}</small>' if r.lost else "")
     cells = (
         ("Model", short.lower(), f"<b>{escape(_title(short))}</b><small>{escape(short)}</small>"
@@ -84,12 +114,17 @@ def _row(r: AuditRow) -> str:
     return f'<tr data-verdict="{r.verdict}" data-words="{escape(words)}">{tds}</tr>'
 
 
+def _words(name: str) -> str:
+    """The name of a finding in words."""
+    return f"{TITLES.get(name, name.replace('_', ' '))}:"
+
+
 def _more(r: AuditRow) -> str:
     """Every finding of a row, folded away."""
     if not r.findings and not r.not_examined:
         return ""
     items = "".join(
-        f'<li class="{severity}"><b>{severity}</b> {escape(name.replace("_", " "))}: {escape(sentence)}'
+        f'<li class="{severity}"><b>{severity}</b> {escape(_words(name))} {escape(sentence)}'
         f"{f' <em>{escape(CONSEQUENCES[name])}</em>' if name in CONSEQUENCES else ''}</li>"
         for severity, name, sentence in r.findings
     )

@@ -18,6 +18,7 @@ _NAMES = (
     (r"attribution-noncommercial", "CC BY-NC"),
     (r"attribution-sharealike 4\.0|cc[ -]by-sa[ -]4\.0", "CC BY-SA 4.0"),
     (r"attribution 4\.0|cc[ -]by[ -]4\.0", "CC BY 4.0"),
+    (r"\bisc license\b|permission to use, copy, modify, and/or distribute", "ISC"),
     (r"\bmit license\b|permission is hereby granted, free of charge", "MIT"),
     (r"bsd 3-clause|neither the name of", "BSD-3-Clause"),
     (r"bsd 2-clause|redistribution and use in source and binary forms", "BSD-2-Clause"),
@@ -35,21 +36,17 @@ def recognised(text: str) -> str:
 
 
 def licence_of(path: Path, top: Path, name: str, known: Mapping[str, str]) -> str:
-    """The licence of a model: by the mapping (pattern of the name -> licence), the file itself, or the nearest licence file in its
-    folders up to `top`; "" where none is found."""
-    for pattern, licence in known.items():
-        if fnmatch(name, pattern):
-            return licence
-    if own := recognised(_text(path)):
-        return own
-    folder = path.parent
+    """The licence of a model: by the file itself, the nearest licence file in its folders up to `top`, or the mapping (pattern of the
+    name -> licence); "" where none is found."""
+    return recognised(_text(path)) or _above(path.parent, top) or next((v for p, v in known.items() if fnmatch(name, p)), "")
+
+
+def _above(folder: Path, top: Path) -> str:
     while True:
         files = sorted(f for f in folder.iterdir() if f.is_file() and any(fnmatch(f.name.lower(), p) for p in _FILES))
-        for file in files:
-            if licence := recognised(_text(file)):
-                return licence
-        if folder in (top, folder.parent) or top not in folder.parents:
-            return ""
+        found = next((licence for f in files if (licence := recognised(_text(f)))), "")
+        if found or folder == top or top not in folder.parents:
+            return found
         folder = folder.parent
 
 

@@ -23,7 +23,8 @@ class MjcfText:
     def __init__(self, content: str) -> None:
         found = _PROLOG.match(content)
         self.before = found.group(0) if found else ""
-        end = content.rfind(">") + 1
+        closing = content.rfind("</mujoco>")
+        end = content.rfind(">") + 1 if closing < 0 else closing + len("</mujoco>")
         self.after = content[end:]
         parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True, insert_pis=True))
         try:

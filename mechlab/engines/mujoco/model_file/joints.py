@@ -14,6 +14,8 @@ from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 
 _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+SLACK = 1e-3
+"""Share of the range of a joint by which a start may lie beyond it."""
 BEYOND = 0.1
 """A servo that may command positions beyond the range of its joint by this share of the range, or more, is reported."""
 IN_DEGREES = 10.0
@@ -26,7 +28,8 @@ def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     for j in range(model.njnt):
         if model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
             value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
-            if not low - 1e-9 <= value <= high + 1e-9:
+            slack = SLACK * (high - low)
+            if not low - slack <= value <= high + slack:
                 out.append((j, f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})"))
     if not out:
         return
@@ -98,13 +101,13 @@ def ranges_to_command(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
 def _servos(model: mujoco.MjModel) -> Iterator[tuple[int, int, Array, Array]]:
     """(actuator, joint, positions [rad, m] that its ctrlrange commands, ctrlrange that commands the range of the joint) of every
     position servo on a joint, both limited."""
-    joint_kinds = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    joint_kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
     if len(model.actuator_dyntype) != model.nu:  # actuators with several controls have no ctrlrange of their own
         return
     for k in range(model.nu):
         j, kp = int(model.actuator_trnid[k, 0]), -float(model.actuator_biasprm[k, 1])
         affine = model.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE and kp > 0 and model.actuator_ctrllimited[k]
-        if not affine or model.actuator_trntype[k] not in joint_kinds:
+        if not affine or int(model.actuator_trntype[k]) not in joint_kinds:
             continue
         gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0]) / kp
         if gear and gain and model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:

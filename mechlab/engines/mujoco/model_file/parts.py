@@ -142,13 +142,11 @@ def masses(model: mujoco.MjModel) -> Iterator[Symptom]:
 
 DEEP = 1e-3
 """Overlap of two shapes, relative to the size of the model, that is deeper than a resting contact."""
-HEAVY = 10.0
-"""A contact force at the start above this many times the weight of the model is an error of the file."""
 
 
 def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Finding "contacts": moving parts that overlap in the pose qpos (nq,); the number is the contact force over the weight. An
-    error where contact works against a loop, or with more than HEAVY times the weight; a note for other contacts of loops."""
+    error where contact works against a loop, else a warning: few models are meant to start at qpos0. A note for other contacts."""
     between = _touching(model, qpos)
     parts = {p: x for p, x in between.items() if _deep(model, p, x[0])}
     if parts:
@@ -161,7 +159,7 @@ def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
             f"at the start the shapes of {listed(overlaps)} overlap: contact pushes them apart"
             f"{', against the loop that joins them' if loop else ''}, with {heavy:.2g} times the weight of the model."
         )
-        yield Symptom("contacts", "error" if loop or heavy > HEAVY else "warning", text, exclude(model, list(parts)), heavy)
+        yield Symptom("contacts", "error" if loop else "warning", text, exclude(model, list(parts)), heavy)
     elif active(model) and between:
         text = f"{len(between)} pairs of shapes touch at the start; contacts are soft, like everything in MuJoCo but more so."
         yield Symptom("contacts", "note", text, number=len(between))
