@@ -118,7 +118,7 @@ def _of_episode(act: Callable[..., str], name: str) -> dict[tuple[str, str], tup
     """The keywords that both kinds of environment have."""
     changes: dict[str, Any] = {
         "reward": lambda o, a, s: 1.0, "terminated": lambda o, s: True, "seconds": 0.02, "hold": 0.02, "observe": ["rocker_angle"],
-        "start": lambda rng: {"crank_angle_0": 1.2}, "settings": ml.Settings(timestep=2.5e-4), "scene": "free-run",
+        "start": lambda rng: {"crank_angle_0": 1.2}, "settings": ml.Settings(timestep=1.25e-4), "scene": "free-run",
     }  # fmt: skip
     made = {(name, key): (lambda p: act(), lambda p, k=key, v=value: act(**{k: v})) for key, value in changes.items()}
     made[name, "scene"] = (lambda p: "", lambda p: _refused("'no'", lambda: act(scene="no")))
