@@ -112,10 +112,12 @@ def _read(path: Path) -> str:
 def read_file(path: Path) -> ModelFile:
     """A .json, .xml (MJCF) or .urdf file as it was read; raises MechlabError that names the file."""
     from mechlab.experiment.model_file import ModelFile
-    from mechlab.formats import from_json, from_mjcf, from_urdf
+    from mechlab.formats import from_json, from_mjcf, read_urdf
 
-    kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf), ".urdf": ("URDF", from_urdf)}[path.suffix.lower()]
     try:
+        if path.suffix.lower() == ".urdf":
+            return read_urdf(path, _read(path))
+        kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf)}[path.suffix.lower()]
         return ModelFile(path, kind, reader(_read(path)))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
