@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.assembly import rebased
@@ -25,7 +26,7 @@ from mechlab.mechanism.validate import CLOSURE_TOLERANCE, validate
 
 STARTS = 60
 """Most starts of Newton."""
-ENOUGH = 6
+ENOUGH = 4
 """Closed regular poses inside the ranges after which no more starts are made."""
 MENDED = 1e-6
 """Largest gap, in units of the size of the mechanism, that is closed by moving the end of a loop: of rounded numbers in a
@@ -39,6 +40,13 @@ ATTEMPTS = 5
 NAMED = 4
 SAME = 1e-4
 """Poses that differ by less [rad, units of length] are the same branch."""
+
+
+Indices = NDArray[np.intp]
+
+
+class StaysOpen(MechlabError):
+    """No closed pose of the loops was found."""
 
 
 class OpenMechanism(Mechanism):
@@ -67,13 +75,15 @@ class Branch:
 
 @dataclass(frozen=True)
 class Group:
-    """Loops and relations that share joints: their names, their rows, the rates they depend on; the poses that close them."""
+    """Loops and relations that share joints: their names, their rows, the rates they depend on; the poses that close them, or
+    why there are none."""
 
     names: tuple[str, ...]
-    rows: Array
-    columns: Array
+    rows: Indices
+    columns: Indices
     found: tuple[Branch, ...] = ()
     starts: int = 0
+    hopeless: str = ""
 
     @property
     def best(self) -> Branch:
@@ -96,7 +106,7 @@ def assemble(parts: Mapping[str, object]) -> tuple[Mechanism, tuple[str, ...]]:
     for group in solver.groups():
         searched = solver.search(group, start)
         if not searched.found:
-            raise MechlabError(_stays_open(bare, solver, searched, before))
+            raise StaysOpen(_stays_open(bare, solver, searched, before))
         groups.append(searched)
         q = solver.merged(q, searched.best.q, searched)
     pose = q * coordinate_units(bare, solver.unit)
@@ -113,6 +123,7 @@ class _Closing:
         self.unit = bare.length_scale
         self.m = bare if self.unit == 1.0 else in_unit_of_length(bare, self.unit)
         self.tree, self.rows = TreeKinematics(self.m), ConstraintSet(self.m)
+        self.parts = {c.name: c for c in self.rows.items}
 
     def residual(self, q: Array) -> Array:
         """(rows,) residual, lengths in the unit."""
@@ -122,7 +133,7 @@ class _Closing:
         """The loops and relations, those that share a joint together."""
         rng = np.random.default_rng(3)
         some = [self._step(self.m.reference(), rng.standard_normal(self.m.nv)) for _ in range(2)]
-        uses = sum(np.abs(self.rows.jacobian(self.tree.set(q))) for q in some)
+        uses = np.sum([np.abs(self.rows.jacobian(self.tree.set(q))) for q in some], axis=0)
         names = list(self.rows.slices)
         columns = {n: {int(k) for k in np.flatnonzero(uses[self.rows.slices[n]].max(axis=0) > 1e-9)} for n in names}
         together: list[list[str]] = []
@@ -133,7 +144,7 @@ class _Closing:
 
     def _group(self, names: Sequence[str], columns: Mapping[str, set[int]]) -> Group:
         rows = np.concatenate([np.arange(self.rows.slices[n].start, self.rows.slices[n].stop) for n in names])
-        return Group(tuple(names), rows, np.array(sorted(set().union(*(columns[n] for n in names))), dtype=int))
+        return Group(tuple(names), rows, np.array(sorted(set().union(*(columns[n] for n in names))), dtype=np.intp))
 
     def merged(self, q: Array, other: Array, group: Group) -> Array:
         """q with the coordinates of a group from another pose."""
@@ -145,14 +156,15 @@ class _Closing:
 
     def _evaluate(self, q: Array, group: Group) -> tuple[Array, Array]:
         self.tree.set(q)
+        parts = [self.parts[name] for name in group.names]
         jacobian = np.zeros((len(group.rows), self.m.nv))
-        jacobian[:, group.columns] = self.rows.jacobian(self.tree)[np.ix_(group.rows, group.columns)]
-        return self.rows.residual(self.tree)[group.rows], jacobian
+        jacobian[:, group.columns] = np.vstack([c.jacobian(self.tree) for c in parts])[:, group.columns]
+        return np.concatenate([c.residual(self.tree) for c in parts]), jacobian
 
     def _step(self, q: Array, dv: Array) -> Array:
         return integrate(self.m, q, dv)
 
-    def _shaken(self, q: Array, columns: Array, spread: float, rng: np.random.Generator) -> Array:
+    def _shaken(self, q: Array, columns: Indices, spread: float, rng: np.random.Generator) -> Array:
         step = np.zeros(self.m.nv)
         step[columns] = spread * rng.standard_normal(len(columns))
         return self._step(q, step)
@@ -165,7 +177,7 @@ class _Closing:
         if 1e-13 < size < 1e-2:  # rows that nearly repeat others: leave their differences alone
             for _ in range(8):
                 residual, jacobian = self._evaluate(best, group)
-                trial = self._step(best, -np.linalg.lstsq(jacobian, residual, rcond=1e-5)[0])
+                trial = self._step(best, np.asarray(-np.linalg.lstsq(jacobian, residual, rcond=1e-5)[0], dtype=np.float64))
                 after = _size(self._evaluate(trial, group)[0])
                 if after < size or (after < 2.0 * size and after < MENDED):
                     best, size = trial, after
@@ -180,6 +192,8 @@ class _Closing:
             spread = 0.0 if k == 0 else SPREADS[(k - 1) % len(SPREADS)]
             q = self._shaken(start, group.columns, spread, rng)
             q, size = self._grown(q, group, rng) if k % 2 else self.close(q, group)
+            if size > MENDED and k == 0 and (hopeless := self._hopeless(group)):
+                return replace(group, starts=k + 1, hopeless=hopeless)
             if size > MENDED:
                 continue
             branch = self._judged(*self._nearer(q, size, group), group)
@@ -198,7 +212,7 @@ class _Closing:
         done: set[int] = set()
         for name in rng.permutation(list(group.names)):
             own = parts[str(name)]
-            fresh = np.array([c for c in own.columns if int(c) not in done] or own.columns, dtype=int)
+            fresh = np.array([c for c in own.columns if int(c) not in done] or own.columns, dtype=np.intp)
             closed.append(str(name))
             both = self._joined([parts[n] for n in closed])
             for attempt in range(ATTEMPTS):
@@ -211,10 +225,28 @@ class _Closing:
             done |= {int(c) for c in own.columns}
         return q, size
 
+    def _hopeless(self, group: Group) -> str:
+        """Half a sentence on the first loop of a group that does not even close alone; empty where each does."""
+        rng = np.random.default_rng(5)
+        for name in group.names:
+            own, least = self._alone(name), np.inf
+            for k in range(STARTS):
+                q = self._shaken(self.m.reference(), own.columns, 0.0 if k == 0 else SPREADS[k % len(SPREADS)], rng)
+                least = min(least, self.close(q, own)[1])
+                if least <= MENDED:
+                    break
+            else:
+                names = [j.name for j in self.m.joints if self.m.v_slice[j.name].start in own.columns]
+                return (
+                    f"{name} does not even close alone: its {len(own.rows)} rows over the joints {', '.join(names)} stay open by "
+                    f"{least:.2g} at best from {STARTS} starts"
+                )
+        return ""
+
     def _alone(self, name: str) -> Group:
         rows = np.arange(self.rows.slices[name].start, self.rows.slices[name].stop)
         whole = next(g for g in self._known_groups if name in g.names)
-        uses = np.abs(self._evaluate(self._some, replace(whole, rows=rows))[1]).max(axis=0)
+        uses = np.abs(self._evaluate(self._some, replace(whole, names=(name,), rows=rows))[1]).max(axis=0)
         return Group((name,), rows, np.flatnonzero(uses > 1e-9))
 
     def _joined(self, groups: Sequence[Group]) -> Group:
@@ -372,13 +404,19 @@ def _report(m: Mechanism, solver: _Closing, q: Array, groups: Sequence[Group], b
     ways: dict[str, list[str]] = {}
     for group in groups:
         ways.setdefault(_way(group), []).extend(group.names)
-    return (first, *(f"branch of {', '.join(names[:NAMED])}{' and more' if len(names) > NAMED else ''}: {way}" for way, names in ways.items()))
+    return (first, *(f"branch of {_listed(names)}: {way}" for way, names in ways.items()))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:NAMED]) + (" and more" if len(names) > NAMED else "")
 
 
 def _way(group: Group) -> str:
     best, count = group.best, len(group.found)
     starts = f"{group.starts} start{'s' if group.starts > 1 else ''} of Newton"
-    chosen = "the only closed pose found" if count == 1 else f"of {count} closed poses found, that with the least motion from the zero pose,"
+    chosen = "the only closed pose found"
+    if count > 1:
+        chosen = f"of {count} closed poses found, that with the least motion from the zero pose,"
     outside = f"; outside of their range in each: {', '.join(best.outside[:NAMED])}" if best.outside else ""
     return f"{chosen} from {starts}{outside}{'; it is singular, like all of them' if best.singular else ''}"
 
@@ -395,8 +433,8 @@ def _stays_open(m: Mechanism, solver: _Closing, group: Group, before: Array) -> 
     rows = np.zeros_like(before)
     rows[group.rows] = before[group.rows]
     gap, row = _worst(m, solver, rows)
+    found = group.hopeless or f"no closed pose was found from {group.starts} starts of Newton"
     return (
-        f"the loops {', '.join(group.names[:NAMED])}{' and more' if len(group.names) > NAMED else ''} do not close: {row} is open by "
-        f"{gap:.3g} in the zero pose, and no closed pose was found from {group.starts} starts of Newton. Are the frames of the ends the "
-        "right ones, is the type (3d, 6d) right, do the lengths reach?"
+        f"the loops do not close ({_listed(group.names)}): {row} is open by {gap:.3g} in the zero pose, and {found}. Are the frames of its "
+        "ends the right ones, is its type (3d, 6d) right, is a joint in it a ball or universal joint that the files call revolute?"
     )

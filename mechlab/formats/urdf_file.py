@@ -6,6 +6,7 @@ Read beside NAME.urdf: our own NAME.json, then NAME.yaml or another YAML file of
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -17,7 +18,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.model_file import LeftOut, ModelFile
 from mechlab.formats.loops_yaml import RELAY, LoopsYaml, Pin, read_loops_yaml
 from mechlab.formats.mjcf.source import clean
-from mechlab.formats.urdf_assemble import assemble
+from mechlab.formats.urdf_assemble import StaysOpen, assemble
 from mechlab.formats.urdf_left_out import left_out, suspected
 from mechlab.formats.urdf_loops import Closure, closing_frames, declared, in_parent, point_loop
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
@@ -27,6 +28,9 @@ from mechlab.mechanism.geometry import Placement, frame_along, unit
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Loop
 from mechlab.mechanism.tree import depth_first
+
+BALL = re.compile(r"spherical|rotule", re.IGNORECASE)
+"""Names of joints that an Extended URDF is to read as ball joints."""
 
 
 def from_urdf(content: str) -> Mechanism:
@@ -43,7 +47,10 @@ def read_urdf(path: Path, content: str) -> ModelFile:
         mechanism, note = whole
         return ModelFile(path, "URDF", mechanism, left_out(text), (note,) if note else ())
     found, notes = _companions(path, text)
-    mechanism, left, more = _built(text, found)
+    try:
+        mechanism, left, more = _built(text, found)
+    except StaysOpen as error:
+        mechanism, left, more = _with_balls(text, found, error)
     return ModelFile(path, "URDF", mechanism, (*left_out(text), *left), (*text.notes, *notes, *more))
 
 
@@ -123,10 +130,33 @@ def _built(text: UrdfText, files: Sequence[LoopsYaml]) -> tuple[Mechanism, tuple
         "ground_shapes": ground_shapes_of(text),
     }
     mechanism, notes = assemble(parts)
-    left = [LeftOut("part of a joint that closes a loop", names, "a loop has no limits or damping")] if (names := _parts_left(closures)) else []
+    parted = tuple(x for c in closures for x in c.left)
+    left = [LeftOut("part of a joint that closes a loop", parted, "a loop has no limits or damping")] if parted else []
     closed = {n for f in files for n in _used(f)} | {n for c in closures for n in (c.loop.name,)}
     seen = [] if closures else list(suspected(text, closed))
     return mechanism, (*asked.left, *left), (*_sources(closures), *asked.notes, *notes, *seen)
+
+
+def _with_balls(
+    text: UrdfText, files: Sequence[LoopsYaml], error: StaysOpen
+) -> tuple[Mechanism, tuple[LeftOut, ...], tuple[str, ...]]:
+    """The mechanism with the joints that are called ball joints as such, where the loops of an Extended URDF close only so: its
+    writers name them "spherical", and some leave them out of `joint_name`."""
+    named = [n for n, j in text.joints.items() if BALL.search(n) and j.get("type") in ("revolute", "continuous")]
+    names = [n for n in named if not any(n in f.swaps for f in files)]
+    extended = [f for f in files if f.pairs]
+    if not names or not extended:
+        raise error
+    balls = replace(extended[0], swaps=extended[0].swaps | dict.fromkeys(names, "SPHERICAL"))
+    try:
+        mechanism, left, notes = _built(text, [balls, *(f for f in files if f is not extended[0])])
+    except MechlabError:
+        raise error from None
+    note = (
+        f"as {balls.name} says it the loops do not close; they do with the {len(names)} joints that are called spherical as ball joints, "
+        f"and so they were read. Say it there: joint_name: [{', '.join(names)}], joint_type: [SPHERICAL, one for each]"
+    )
+    return mechanism, left, (note, *notes)
 
 
 def _asked(text: UrdfText, files: Sequence[LoopsYaml]) -> _Asked:
@@ -215,10 +245,6 @@ def _drives(text: UrdfText, asked: _Asked) -> tuple[Drive, ...]:
         given = text.joint_names[name]
         out.append(Drive(given, given, limit=effort if 0.0 < effort < UNLIMITED else None))
     return tuple(out)
-
-
-def _parts_left(closures: Sequence[Closure]) -> tuple[str, ...]:
-    return tuple(x for c in closures for x in c.left)
 
 
 def _sources(closures: Sequence[Closure]) -> tuple[str, ...]:

@@ -132,7 +132,7 @@ def _between(text: UrdfText, element: ET.Element, first: tuple[str, str], second
         ends[0] = (ends[0][0], ends[0][1], origin_of(element))
     placed = [_turned(placement @ own, direction, kind, f"{what}: axis") for _, placement, own in ends]
     name = clean(element.get("name") or f"{ends[0][0]}_{ends[1][0]}")
-    return Closure(Loop(name, kind, ends[0][0], ends[1][0], *placed), f"<{element.tag}>")
+    return Closure(Loop(name, kind, ends[0][0], ends[1][0], placed[0], placed[1]), f"<{element.tag}>")
 
 
 def _constraint(text: UrdfText, element: ET.Element) -> Closure:
@@ -150,16 +150,17 @@ def _constraint(text: UrdfText, element: ET.Element) -> Closure:
     placed = [_turned(p, d, kind, f"{what}: axis") for (_, p, _), d in zip(ends, directions, strict=True)]
     if kind == "universal":
         placed = _universal(placed, directions, what)
-    return Closure(Loop(clean(element.get("name") or "constraint"), kind, ends[0][0], ends[1][0], *placed), "<constraint>")
+    name = clean(element.get("name") or "constraint")
+    return Closure(Loop(name, kind, ends[0][0], ends[1][0], placed[0], placed[1]), "<constraint>")
 
 
 def _universal(placed: list[Placement], directions: list[tuple[float, ...] | None], what: str) -> list[Placement]:
     """Ends of a universal loop: its pins lie along x of the first and y of the second placement."""
-    if directions[0] is None or directions[1] is None:
-        raise MechlabError(f"{what}: a universal joint needs <parent_axis> and <child_axis>, its two pins.")
     out = []
     for placement, direction, column in zip(placed, directions, (0, 1), strict=True):
-        z = frame_along(np.array(unit(direction, f"{what}: axis")))
+        if direction is None:
+            raise MechlabError(f"{what}: a universal joint needs <parent_axis> and <child_axis>, its two pins.")
+        z = frame_along(unit(direction, f"{what}: axis"))
         columns = [z[:, 2], z[:, 0], z[:, 1]] if column == 0 else [z[:, 1], z[:, 2], z[:, 0]]
         out.append(placement @ Placement.of(np.column_stack(columns), (0.0, 0.0, 0.0)))
     return out

@@ -122,7 +122,7 @@ class UrdfText:
         heavy = [name for name in frames if mass_of(self.links[name])]
         if heavy:
             mass = sum(mass_of(self.links[name]) for name in heavy)
-            self.notes.append(f"{len(heavy)} links that only mark a frame ({listed(heavy)}) lose their mass, {mass:.2g} kg in all")
+            self.notes.append(f"links that only mark a frame lose their mass, {mass:.2g} kg in all: {listed(heavy)}")
 
     def _is_bare(self, name: str) -> bool:
         """True for a fixed link that is nothing but a frame: without children, shapes and, next to the whole, mass."""
