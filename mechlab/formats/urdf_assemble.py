@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.assembly import rebased
-from mechlab.mechanism.constraints import ConstraintSet
-from mechlab.mechanism.geometry import Array, Placement
-from mechlab.mechanism.kinematics import TreeKinematics, integrate
+from mechlab.mechanism.constraints import Constraint, ConstraintSet, LoopConstraint
+from mechlab.mechanism.geometry import Array, Placement, rotation_log, skew
+from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import newton
@@ -116,6 +116,60 @@ def assemble(parts: Mapping[str, object]) -> tuple[Mechanism, tuple[str, ...]]:
     return mechanism, (*notes, *mended)
 
 
+class _Turned:
+    """A fixed or sliding loop whose rows of rotation are the rotation vector between its ends. Its own rows, sines between
+    axes, vanish at half turns, too, in which Newton would end as often as in the pose that is meant."""
+
+    def __init__(self, constraint: LoopConstraint) -> None:
+        self.constraint, self.loop = constraint, constraint.loop
+        self.offsets = len(constraint.rows) - 3
+
+    def _turn(self, kin: Kinematics) -> tuple[Array, Array]:
+        ra, rb = kin.pose(self.loop.body_a)[0] @ self.loop.placement_a.rotation, kin.pose(self.loop.body_b)[0]
+        return ra, rotation_log(ra.T @ rb @ self.loop.placement_b.rotation)
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(rows,) offsets [m] and rotation vector [rad]."""
+        return np.concatenate([self.constraint.residual(kin)[: self.offsets], self._turn(kin)[1]])
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(rows, nv)."""
+        ra, w = self._turn(kin)
+        origin = np.zeros(3)
+        turning = ra.T @ (kin.jacobian(self.loop.body_b, origin)[3:] - kin.jacobian(self.loop.body_a, origin)[3:])
+        angle, cross = float(np.linalg.norm(w)), skew(w)
+        factor = 1.0 / 12.0 if angle < 1e-4 else 1.0 / angle**2 - (1.0 + np.cos(angle)) / (2.0 * angle * max(np.sin(angle), 1e-9))
+        inverse = np.eye(3) - 0.5 * cross + factor * cross @ cross
+        return np.vstack([self.constraint.jacobian(kin)[: self.offsets], inverse @ turning])
+
+
+class _Pin:
+    """A loop about an axis; a pose in which the two axes point against each other is none of it."""
+
+    def __init__(self, constraint: LoopConstraint) -> None:
+        self.constraint, self.loop = constraint, constraint.loop
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(rows,) that of the loop, and 2 in its last row where the axes are opposed."""
+        ra, rb = (kin.pose(body)[0] for body in (self.loop.body_a, self.loop.body_b))
+        out = self.constraint.residual(kin)
+        if (ra @ self.loop.placement_a.rotation)[:, 2] @ (rb @ self.loop.placement_b.rotation)[:, 2] < 0.0:
+            out[-1] = np.copysign(2.0 - abs(out[-1]), out[-1])
+        return out
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(rows, nv)."""
+        return self.constraint.jacobian(kin)
+
+
+def _turned(constraint: Constraint) -> Constraint | _Turned | _Pin:
+    if isinstance(constraint, LoopConstraint) and constraint.loop.kind in ("fixed", "prismatic"):
+        return _Turned(constraint)
+    if isinstance(constraint, LoopConstraint) and constraint.loop.kind in ("revolute", "cylindrical"):
+        return _Pin(constraint)
+    return constraint
+
+
 class _Closing:
     """Newton for one mechanism, in its own unit of length."""
 
@@ -123,11 +177,12 @@ class _Closing:
         self.unit = bare.length_scale
         self.m = bare if self.unit == 1.0 else in_unit_of_length(bare, self.unit)
         self.tree, self.rows = TreeKinematics(self.m), ConstraintSet(self.m)
-        self.parts = {c.name: c for c in self.rows.items}
+        self.parts = {c.name: _turned(c) for c in self.rows.items}
 
     def residual(self, q: Array) -> Array:
         """(rows,) residual, lengths in the unit."""
-        return self.rows.residual(self.tree.set(q))
+        self.tree.set(q)
+        return np.concatenate([c.residual(self.tree) for c in self.parts.values()])
 
     def groups(self) -> list[Group]:
         """The loops and relations, those that share a joint together."""
