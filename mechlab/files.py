@@ -16,7 +16,7 @@ import socket
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -49,6 +49,27 @@ def write(path: str | os.PathLike[str], content: bytes | str) -> Path:
     with unfinished(path) as temporary:
         temporary.write_bytes(data)
     return Path(path)
+
+
+def write_formats(
+    what: str, path: Path, stem: str, formats: Sequence[str], write_one: Callable[[Path], object]
+) -> dict[str, Path]:
+    """Write one file in the format of its suffix, or STEM.SUFFIX in all formats into a folder (a path without suffix).
+
+    what: names the result in the message. Returns format -> path. Raises MechlabError, which lists the formats, for another
+    suffix.
+    """
+    if path.suffix and path.suffix not in formats:
+        raise MechlabError(
+            f"{what}: cannot write {path.name}; formats: {', '.join(formats)}, or a folder for all of them."
+        )
+    if path.suffix:
+        write_one(path)
+        return {path.suffix[1:]: path}
+    with whole_folder(path) as stage:
+        for suffix in formats:
+            write_one(stage / f"{stem}{suffix}")
+    return {suffix[1:]: path / f"{stem}{suffix}" for suffix in formats}
 
 
 @contextmanager

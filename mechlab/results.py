@@ -12,7 +12,7 @@ from html import escape
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 
 @singledispatch
@@ -34,15 +34,9 @@ def html_of(result: Any) -> str:
 
 
 @singledispatch
-def save_result(result: Any, path: Path) -> Path:
-    """Writes a result to a file, its kind by the ending. Raises TypeError for a type that has no file."""
+def save_result(result: Any, path: Path) -> Any:
+    """Writes a result; returns what its `save` does. Raises TypeError for a type that has no files."""
     raise TypeError(f"no file is registered for {type(result).__name__}")
-
-
-@singledispatch
-def save_files(result: Any, path: Path) -> dict[str, Path]:
-    """Writes a result to files, kind -> path. Raises TypeError for a type that has none."""
-    raise TypeError(f"no files are registered for {type(result).__name__}")
 
 
 offered_pages: list[Callable[[Any], str]] = []
@@ -76,22 +70,20 @@ class Shown:
         return html_of(self)
 
 
-class Result(Shown):
-    """Base of what a verb returns: as Shown, and it can be written to a file."""
+Saved = TypeVar("Saved")
 
-    def save(self, path: str | Path) -> Path:
-        """Write to a file, its kind by the ending; returns the path. Raises MechlabError for a kind that does not exist."""
+
+class Result(Shown, Generic[Saved]):
+    """Base of what is printed and can be written: to one file, `Result[Path]`, or to several, `Result[dict[str, Path]]`."""
+
+    def save(self, path: str | Path) -> Saved:
+        """Write to a file or folder, the kind by the ending; returns the path, or kind -> path where there are several.
+
+        Raises MechlabError for a kind that does not exist, and for a path that cannot take it.
+        """
         load_reports(type(self))
-        return save_result(self, Path(path))
-
-
-class ResultInFiles(Shown):
-    """Base of what a verb returns and writes to several files: tables, pictures, data."""
-
-    def save(self, path: str | Path) -> dict[str, Path]:
-        """Write to files; returns kind -> path. Raises MechlabError for a path that cannot take them."""
-        load_reports(type(self))
-        return save_files(self, Path(path))
+        saved: Saved = save_result(self, Path(path))
+        return saved
 
 
 _loaded: set[type] = set()

@@ -94,7 +94,7 @@ def series_planets(
     rows = rows[np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0], size))]
     a, b, c, d = rows.T
     aw = working_angle(a, b, c, d)
-    shift = (c + d) * (involute(aw) - involute(STANDARD)) / (2.0 * math.tan(STANDARD))
+    shift = profile_shift(a, b, c, d)
     gap = 0.5 * np.min(neighbour_gaps(a, b, c, planets), axis=0) if planets > 1 else np.full(len(a), math.inf)
     return SeriesPlanets(a, b, c, d, aw, a + 2 * b + 2 * c, shift, gap)
 
@@ -108,6 +108,14 @@ def working_angle(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, z4: ArrayLike) ->
     if np.any(cosine >= 1.0):
         raise MechlabError("the gears 3 and 4 are too large for their centre distance: z3 + z4 against z1 + 2 z2 + z3")
     return np.asarray(np.where(c + d == a + 2.0 * b + c, STANDARD, np.arccos(cosine)))
+
+
+def profile_shift(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, z4: ArrayLike) -> FloatArray:
+    """Profile shift of gear 4 [modules] that brings its mesh to the working angle aw, planet 3 without shift:
+    (z3 + z4) (inv aw - inv 20 deg) / (2 tan 20 deg)."""
+    aw = working_angle(z1, z2, z3, z4)
+    teeth = np.asarray(z3, dtype=float) + np.asarray(z4, dtype=float)
+    return np.asarray(teeth * (involute(aw) - involute(STANDARD)) / (2.0 * math.tan(STANDARD)))
 
 
 def neighbour_gaps(z1: ArrayLike, z2: ArrayLike, z3: ArrayLike, planets: int) -> FloatArray:

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.benchmarks import Squeezer
-from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -204,25 +204,20 @@ def _check_test_set(p: Parameters) -> CheckResult:
     return CheckResult({"analytic": [*q, *v]}, 1e-7, expected, "seven angles [rad] and rates [1000 rad/s] at 0.03 s")
 
 
-ENTRY = Entry(
+PROBLEM = parts.Benchmark(Parameters, build, _squeeze, reference, CHANNELS, PRINTED, 1e-6)
+ENTRY = PROBLEM.entry(
+    bodies="seven bars, three loops",
+    scene="squeeze",
+    text="a constant torque on the crank, from rest",
     name="andrews",
     title="Andrews' squeezer (A03)",
     summary="Benchmark A03: seven bodies, three loops, tiny lengths and high speed.",
-    parameters=Parameters,
-    build=build,
-    fidelities={"full": "seven bars, three loops"},
-    default_fidelity="full",
-    scenes={"squeeze": SceneRecipe(_squeeze, "full", "a constant torque on the crank, from rest")},
-    default_scene="squeeze",
     checks=(
-        *parts.checks(build, Parameters, _squeeze, reference, CHANNELS, PRINTED, 1e-6),
         Check("B3", "own equation against the Test Set's solution at 0.03 s", _check_test_set, source=SOURCE),
         moving_check(
             "B4", build, "full", lambda p: (moving(p, p.start_angle + a, w) for a, w in ((0.4, 1.3), (2.5, -0.8)))
         ),
     ),
-    reference=reference,
-    channels=CHANNELS,
     chain="7R, 3 loops",
     formulas="dyads K2-K3, K5-K4, K7-K6 give the pose; J b'' + J'/2 b'^2 = torque + spring (Eksergian).",
     sources=("Schiehlen 1990", "Mazzia & Magherini: Test Set for IVP Solvers (Bari)", "Hairer & Wanner 1996, VII.7"),

@@ -9,7 +9,6 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import Bricard
 from mechlab.analytic.benchmarks.spatial import AXES, CORNERS
-from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -132,22 +131,15 @@ PRINTED = {
     10.0: (0.999730987304, -0.999999963826, -2.68976513e-4),
 }
 
-ENTRY = Entry(
+PROBLEM = parts.Benchmark(Parameters, build, _fall, reference, CHANNELS, PRINTED, 1e-5)
+ENTRY = PROBLEM.entry(
+    bodies="five bars, one loop",
+    scene="fall",
+    text="falls from rest",
     name="bricard",
     title="Bricard's mechanism (A04)",
     summary="Benchmark A04: an overconstrained spatial loop that moves nevertheless.",
-    parameters=Parameters,
-    build=build,
-    fidelities={"full": "five bars, one loop"},
-    default_fidelity="full",
-    scenes={"fall": SceneRecipe(_fall, "full", "falls from rest")},
-    default_scene="fall",
-    checks=(
-        *parts.checks(build, Parameters, _fall, reference, CHANNELS, PRINTED, 1e-5),
-        moving_check("B3", build, "full", lambda p: (moving(p, time) for time in (0.2, 0.5))),
-    ),
-    reference=reference,
-    channels=CHANNELS,
+    checks=(moving_check("B3", build, "full", lambda p: (moving(p, time) for time in (0.2, 0.5))),),
     chain="6R",
     formulas="sum S_k rate_k = 0 over six unit twists, rank 5; the motion is along its null vector.",
     sources=("Bricard 1897", "Gonzalez, Gonzalez & Cuadrado: Benchmarking of multibody dynamics (IFToMM library), A04"),

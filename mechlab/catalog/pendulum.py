@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.benchmarks import Pendulum
-from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
+from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -107,23 +107,18 @@ def _states(p: Parameters) -> Iterator[State]:
         yield State({"angle": angle}, {"angle": rate}, bob, {"P1": at}, (0.0, -p.gravity, 0.0), 1)
 
 
-ENTRY = Entry(
+PROBLEM = parts.Benchmark(Parameters, build, _swing, reference, CHANNELS, PRINTED, 1e-7)
+ENTRY = PROBLEM.entry(
+    bodies="one body, one hinge",
+    scene="swing",
+    text="released at the start angle",
     name="pendulum",
     title="Simple pendulum (A01)",
     summary="Benchmark A01: a point mass on a massless rod, released from the horizontal.",
-    parameters=Parameters,
-    build=build,
-    fidelities={"full": "one body, one hinge"},
-    default_fidelity="full",
-    scenes={"swing": SceneRecipe(_swing, "full", "released at the start angle")},
-    default_scene="swing",
     checks=(
-        *parts.checks(build, Parameters, _swing, reference, CHANNELS, PRINTED, 1e-7),
         Check("B3", "own equation against elliptic functions", _check_elliptic, "Jacobi's elliptic functions"),
         moving_check("B4", build, "full", _states, from_reference=True),
     ),
-    reference=reference,
-    channels=CHANNELS,
     chain="R",
     formulas="phi'' = -(g / L) cos phi; sin(psi / 2) = k sn(sqrt(g / L) t + u0), psi = phi + pi / 2, as long as it swings.",
     sources=("Gonzalez, Gonzalez & Cuadrado: Benchmarking of multibody dynamics (IFToMM library), A01",),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.newton import Status
-from mechlab.results import Result
+from mechlab.results import Shown
 
 TOLERANCE = 1e-6
 """Default relative tolerance between witnesses: rounding is 1e-12, and near a singular position it grows to its square
@@ -99,7 +99,7 @@ class Question:
 
 
 @dataclass(frozen=True, repr=False)
-class Answers(Result):
+class Answers(Shown):
     """The answers of all witnesses to one question, and their largest difference over the values they share."""
 
     question: str

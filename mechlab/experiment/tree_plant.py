@@ -15,6 +15,7 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import lightest_correction
 from mechlab.mechanism.statics import passive_force
 
 
@@ -41,7 +42,7 @@ class TreePlant:
         self.mechanism = mechanism
         self.memory: Mapping[Any, Array] = {}
         self._rows = {n: (mechanism.zero(n), mechanism.row(n)) for n in mechanism.scalar_names}
-        self._columns = mechanism._q_columns
+        self._columns = mechanism.q_columns
         self.set(mechanism.reference() if q is None else q, v)
 
     def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> TreePlant:
@@ -104,6 +105,19 @@ class TreePlant:
     def closing(self) -> tuple[Array, Array, Array]:
         """Residual (rows,), constraint Jacobian (rows, nv), rates (nv,)."""
         return self.residual(), self.jacobian(), self.v
+
+    def accelerations(self, force: ArrayLike) -> Array:
+        """(nv,) accelerations under the generalised `force` (nv,), without dry friction: M a + h = force + J^T r, J a = -dJ/dt v."""
+        tree, rows, nv = self.tree, self.jacobian(), len(self.v)
+        matrix, side = np.zeros((nv + len(rows), nv + len(rows))), np.zeros(nv + len(rows))
+        matrix[:nv, :nv], matrix[:nv, nv:], matrix[nv:, :nv] = tree.mass_matrix(), rows.T, rows
+        side[:nv] = np.asarray(force, dtype=float) + passive_force(tree) - tree.bias_force()
+        side[nv:] = -self.constraint_bias()
+        return np.asarray(np.linalg.lstsq(matrix, side, rcond=1e-12)[0][:nv])
+
+    def correction(self, residual: Array) -> Array:
+        """(nv,) smallest displacement in the sense of the kinetic energy that takes `residual` (rows,) away."""
+        return lightest_correction(self.mass_matrix(), self.jacobian(), residual)
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation (3, 3), body axes to world, and origin (3,) of a body."""

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.formats.model_text import read_text
 
 TYPES = {"3d": "spherical", "6d": "fixed"}
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
@@ -51,10 +52,7 @@ class LoopsYaml:
 def read_loops_yaml(path: Path) -> LoopsYaml | None:
     """What a YAML file says of the loops of a URDF; None for a YAML file on something else. Raises MechlabError that names
     the file and the key."""
-    try:
-        content = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise MechlabError(f"cannot read {path.name}: {getattr(error, 'strerror', None) or error}.") from None
+    content = read_text(path)
     if "closed_loop" not in content and "closures" not in content:
         return None
     return loops_of(content, path.name)
@@ -153,9 +151,7 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def extended_yaml(
-    pairs: list[tuple[str, str, str]], motors: list[str], swaps: dict[str, str]
-) -> str:
+def extended_yaml(pairs: list[tuple[str, str, str]], motors: list[str], swaps: dict[str, str]) -> str:
     """The YAML text of an Extended URDF; the kinds of the pairs are "3d" or "6d"."""
     lines = [
         f"closed_loop: [{', '.join(f'[{_word(a)}, {_word(b)}]' for a, b, _ in pairs)}]",

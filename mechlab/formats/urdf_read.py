@@ -140,8 +140,6 @@ def _inertia(link: ET.Element) -> Inertia:
     placement = origin_of(section)
     mass_element, tensor = section.find("mass"), section.find("inertia")
     mass = 0.0 if mass_element is None else number_of(mass_element, "value", 0.0)
-    if mass < 0.0:
-        raise fail(link, f"its mass is {mass:g} kg; a mass must not be negative.")
     if mass <= MASSLESS:
         return Inertia()
     keys = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")

@@ -7,11 +7,9 @@ from pathlib import Path
 
 from mechlab.errors import MechlabError
 from mechlab.formats.mechanism_json import FORMAT, from_json
+from mechlab.formats.model_text import read_text
 from mechlab.formats.urdf import to_urdf
 from mechlab.mechanism.model import Mechanism
-
-LARGEST = 50_000_000
-"""Most characters of a JSON file that are read."""
 
 
 def whole_from_sidecar(path: Path, content: str) -> tuple[Mechanism, str] | None:
@@ -20,13 +18,7 @@ def whole_from_sidecar(path: Path, content: str) -> tuple[Mechanism, str] | None
     A URDF that was changed since is another mechanism than its JSON: raises MechlabError that says which to keep.
     """
     file = path.with_suffix(".json")
-    if not file.is_file() or file.stat().st_size > LARGEST:
-        return None
-    try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return None
-    if FORMAT not in text:
+    if not file.is_file() or FORMAT not in (text := read_text(file)):
         return None
     try:
         mechanism = from_json(text)

@@ -11,7 +11,8 @@ import xml.etree.ElementTree as ET
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.mjcf.source import Names, fail
-from mechlab.formats.xml_text import floats, parse
+from mechlab.formats.soundness import sound
+from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.naming import colliding_frame
 from mechlab.mechanism.parts import GROUND
@@ -34,7 +35,7 @@ class UrdfText:
 
     def __init__(self, content: str) -> None:
         refuse_xacro(content)
-        self.root = parse(content, "robot", "URDF file")
+        self.root = sound(content, "robot", "URDF file")
         self.links = _named(self.root, "link")
         self.joints = _named(self.root, "joint")
         if not self.links:

@@ -4,14 +4,14 @@ values."""
 from __future__ import annotations
 
 import cmath
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mechlab.engines.protocol import engine
-from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.mass_check import Particles, solid, spread_of
@@ -84,77 +84,69 @@ Reference = Callable[..., Recording]
 Maker = Callable[[Any, str], Scene]
 
 
-def engine_check(
-    build: Callable[[Any, str], Mechanism],
-    make: Maker,
-    reference: Reference,
-    channels: Mapping[str, Channel],
-    limit: float,
-    share: float = 0.1,
-    steps: int = 500,
-) -> Callable[[Any], CheckResult]:
-    """A check of the tracked channels after a `share` of the scene: MuJoCo and Pinocchio against the reference.
+@dataclass(frozen=True)
+class Benchmark:
+    """A benchmark problem: a model and its scene, tracked channels, own equations as reference, printed values.
 
-    limit [m]: largest error allowed for `steps` steps of RK4; with default parameters the error is below a tenth of it.
+    make(p, "full") -> Scene; reference(p, scene) -> Recording. printed: time [s] -> the channels with default parameters, which
+    the reference meets to `tolerance`. limit [m]: largest error allowed to the engines in `steps` steps of RK4 over a `share`
+    of the scene; with default parameters the error is below a tenth of it.
     """
 
-    def check(p: Any) -> CheckResult:
-        scene = make(p, "full")
-        scene = replace(scene, duration=share * scene.duration)
-        h = scene.duration / steps
-        m = build(p, "full")
-        runs = {e: engine(e).run(m, scene, Settings(engine=e, timestep=h)) for e in ("mujoco", "pinocchio")}
-        ends = {n: [float(f(p, r)[-1]) for _, f in channels.values()] for n, r in runs.items()}
-        truth = reference(p, scene)
-        expected = [float(f(p, truth)[-1]) for _, f in channels.values()]
-        return CheckResult(
-            ends, limit, expected, f"tracked position [m] after {scene.duration:g} s, {steps} steps of RK4"
-        )
+    parameters: type[Any]
+    build: Callable[[Any, str], Mechanism]
+    make: Maker
+    reference: Reference
+    channels: Mapping[str, Channel]
+    printed: Mapping[float, tuple[float, ...]]
+    limit: float
+    tolerance: float = 1e-9
+    share: float = 0.1
+    steps: int = 500
 
-    return check
+    def against_engines(self, p: Any) -> CheckResult:
+        """The tracked channels after a share of the scene: MuJoCo and Pinocchio against the reference."""
+        scene = self.make(p, "full")
+        scene = replace(scene, duration=self.share * scene.duration)
+        h = scene.duration / self.steps
+        m = self.build(p, "full")
+        runs = {name: engine(name).run(m, scene, Settings(engine=name, timestep=h)) for name in ("mujoco", "pinocchio")}
+        ends = {n: [float(f(p, r)[-1]) for _, f in self.channels.values()] for n, r in runs.items()}
+        truth = self.reference(p, scene)
+        expected = [float(f(p, truth)[-1]) for _, f in self.channels.values()]
+        note = f"tracked position [m] after {scene.duration:g} s, {self.steps} steps of RK4"
+        return CheckResult(ends, self.limit, expected, note)
 
-
-def printed_check(
-    parameters: type[Any],
-    make: Maker,
-    reference: Reference,
-    channels: Mapping[str, Channel],
-    printed: Mapping[float, tuple[float, ...]],
-    tolerance: float,
-) -> Callable[[Any], CheckResult]:
-    """A check of the reference with default parameters against printed values: time [s] -> channels."""
-
-    def check(p: Any) -> CheckResult:
-        default = parameters()
-        found = reference(default, make(default, "full"))
-        values = {n: f(default, found) for n, (_, f) in channels.items()}
+    def against_printed(self, p: Any) -> CheckResult:
+        """The reference with default parameters against the printed values, whatever the parameters p are."""
+        default = self.parameters()
+        found = self.reference(default, self.make(default, "full"))
+        values = {n: f(default, found) for n, (_, f) in self.channels.items()}
         full = replace(found, channels=found.channels | values)
-        got = [[full.at(n, t) for n in channels] for t in printed]
-        return CheckResult({"analytic": got}, tolerance, [list(x) for x in printed.values()], "with default parameters")
+        got = [[full.at(n, t) for n in self.channels] for t in self.printed]
+        expected = [list(x) for x in self.printed.values()]
+        return CheckResult({"analytic": got}, self.tolerance, expected, "with default parameters")
 
-    return check
-
-
-def checks(
-    build: Callable[[Any, str], Mechanism],
-    parameters: type[Any],
-    make: Maker,
-    reference: Reference,
-    channels: Mapping[str, Channel],
-    printed: Mapping[float, tuple[float, ...]],
-    limit: float,
-    tolerance: float = 1e-9,
-    share: float = 0.1,
-    steps: int = 500,
-) -> tuple[Check, Check]:
-    """The two checks of every benchmark problem."""
-    return (
-        Check("B1", "MuJoCo and Pinocchio against own equations",
-              engine_check(build, make, reference, channels, limit, share, steps),
-              "own equations, DOP853 or Radau, 1e-12"),
-        Check("B2", "own equations against printed values",
-              printed_check(parameters, make, reference, channels, printed, tolerance), "printed reference solutions"),
-    )  # fmt: skip
+    def entry(self, bodies: str, scene: str, text: str, checks: Sequence[Check] = (), **more: Any) -> Entry:
+        """The Entry of the problem. bodies: what its model is made of; scene, text: name of the scene and what happens in it;
+        checks: those besides the two of every benchmark; more: what else an `Entry` takes."""
+        engines, source = "MuJoCo and Pinocchio against own equations", "own equations, DOP853 or Radau, 1e-12"
+        both = (
+            Check("B1", engines, self.against_engines, source),
+            Check("B2", "own equations against printed values", self.against_printed, "printed reference solutions"),
+        )
+        return Entry(
+            parameters=self.parameters,
+            build=self.build,
+            fidelities={"full": bodies},
+            default_fidelity="full",
+            scenes={scene: SceneRecipe(self.make, "full", text)},
+            default_scene=scene,
+            checks=(*both, *checks),
+            reference=self.reference,
+            channels=self.channels,
+            **more,
+        )
 
 
 def columns(mechanism: Mechanism, values: Mapping[str, Array], rates: Mapping[str, Array]) -> tuple[Array, Array]:

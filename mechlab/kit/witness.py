@@ -1,6 +1,6 @@
 """An engine as a witness: it assembles the mechanism, then computes rates and accelerations by its own kinematics.
 
-Quantities are named as in `mechlab.kit.determined`. Only quantities that the given ones determine are answered.
+Quantities are named as in `mechlab.kit.quantities`. Only quantities that the given ones determine are answered.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
-from mechlab.kit.determined import LETTERS, determined, level, quantities, split
+from mechlab.kit.determined import determined
+from mechlab.kit.quantities import LETTERS, level, quantities, split
 from mechlab.mechanism import Mechanism, Status, TreeKinematics, singularity
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length

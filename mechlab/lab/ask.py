@@ -11,7 +11,7 @@ import numpy as np
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.parameters import checked, describe, entry_units
 from mechlab.experiment.question import Answer, Answers, Question, choose, one_spelling
-from mechlab.kit.determined import quantities, split
+from mechlab.kit.quantities import quantities, split
 from mechlab.kit.witness import engine_answer
 from mechlab.lab.design import Design
 from mechlab.lab.gear_trains.power_flow import asks_power_flow, power_flow_question

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.mujoco.model_file.written import FileTrial, compiled_mass, try_file
+from mechlab.engines.mujoco.model_file.written import FileTrial, try_file
 from mechlab.engines.protocol import available, engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
@@ -73,7 +73,7 @@ def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:
 def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:
     masses = {}
     for file in (f"{m.name}.xml", "scene.xml"):
-        masses[file] = compiled_mass(folder / file)
+        masses[file] = engine("mujoco").file_size(folder / file)[0]
         if abs(masses[file] - m.total_mass) > 1e-12 * max(1.0, m.total_mass):
             raise MechlabError(f"{file}: MuJoCo finds {masses[file]:.9g} kg, the mechanism has {m.total_mass:.9g} kg.")
     return {"mujoco": masses}
@@ -82,9 +82,7 @@ def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:
 def _pinocchio(m: Mechanism, folder: Path, sidecar: str) -> dict[str, Any]:
     if available("pinocchio"):
         return {"pinocchio": "not installed"}
-    from mechlab.engines.pinocchio.model import urdf_mass
-
-    mass, nv = urdf_mass(folder / f"{m.name}.urdf")
+    mass, nv = engine("pinocchio").file_size(folder / f"{m.name}.urdf")
     moving = sum(b.inertia.mass for b in m.bodies)
     if abs(mass - moving) > 1e-12 * max(1.0, moving) and not _welded_to_ground(m):
         raise MechlabError(f"{m.name}.urdf: Pinocchio finds {mass:.9g} kg, the mechanism has {moving:.9g} kg.")

@@ -7,21 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechlab.experiment.acting import held_drives
-from mechlab.experiment.laws import DcMotor, Law, Servo
+from mechlab.experiment.acting import is_rough
+from mechlab.experiment.laws import DcMotor, Law
 from mechlab.experiment.recording import Finding, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
-from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
-from mechlab.mechanism.structure import null_space
+from mechlab.lab.fastest_rate import drive_step
+from mechlab.mechanism import Mechanism
 
 FRICTION_STEP = 1e-4
 """Timestep [s] for dry friction in MuJoCo, whose error is of first order in it whatever the integrator."""
 FASTEST = 2e-5
 """Time constants of motors below this [s] are not resolved by any default step."""
 ADAPTIVE = ("DOP853", "Radau")
-RESOLVED = 0.5
-"""Timestep times the fastest eigenvalue of the drives that hold, at most: RK4 is unstable above 2.78, and leaves an error of
-a hundredth of a transient at 1."""
 FINEST = 1e-4
 """Timestep [s] below which drives that hold are not resolved by RK4 but taken implicitly."""
 
@@ -37,7 +34,7 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
     else:
         return settings
     resolving = max(FASTEST, min((x for x in map(motor_lag, scene.laws) if x), default=math.inf))
-    if rough_names(mechanism):
+    if is_rough(mechanism):
         return replace(wanted, timestep=min(base.timestep, FRICTION_STEP, resolving))
     if resolving < base.timestep:
         return replace(wanted, timestep=min(PRESETS["stiff"].timestep, resolving))
@@ -45,37 +42,6 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
     if step < FINEST:
         return replace(wanted, timestep=min(base.timestep, PRESETS["stiff"].timestep))
     return replace(base, timestep=step) if step < base.timestep else base
-
-
-def drive_step(mechanism: Mechanism, scene: Scene) -> float:
-    """The largest timestep [s] that resolves the drives that hold, RESOLVED / |eigenvalue| rounded down to 1, 2 or 5 of a
-    decimal place; infinite without such drives.
-
-    The eigenvalue is the largest of M a + C v + K q = 0 at the reference pose, on the motions that the constraints allow, with the
-    stiffness K and damping C of those drives alone.
-    """
-    servos = [law for law in held_drives(scene.laws) if isinstance(law, Servo)]
-    if not servos:
-        return math.inf
-    tree = TreeKinematics(mechanism)
-    constraints = ConstraintSet(mechanism)
-    basis = null_space(constraints.jacobian(tree)) if constraints.rows else np.eye(mechanism.nv)
-    n, rows = basis.shape[1], np.array([mechanism.row(law.on) for law in servos]) @ basis
-    k, c = (rows.T * [getattr(law, what) for law in servos] @ rows for what in ("stiffness", "damping"))
-    lower = -np.linalg.lstsq(basis.T @ tree.mass_matrix() @ basis, np.hstack([k, c]), rcond=None)[0]
-    values = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower]))
-    fastest = float(np.max(np.abs(values), initial=0.0))
-    if not fastest:
-        return math.inf
-    step = RESOLVED / fastest
-    power = 10.0 ** math.floor(math.log10(step))
-    return max(m for m in (1.0, 2.0, 5.0) if m * power <= step * (1.0 + 1e-9)) * power
-
-
-def rough_names(mechanism: Mechanism) -> tuple[str, ...]:
-    """Names of the joints and shafts with dry friction."""
-    joints = [j.name for j in mechanism.joints if j.friction]
-    return (*joints, *(s.name for s in mechanism.shafts if s.friction))
 
 
 def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:

@@ -1,49 +1,26 @@
-"""Running a scene of a design with an engine: settings, engine, channels of the entry, provenance."""
+"""Running a scene of a design: fidelity, method and error control as asked for, with the error of every channel."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from importlib import metadata
 
 import numpy as np
 
-from mechlab.engines.protocol import engine as engine_named
 from mechlab.errors import MechlabError, NoSolution, unknown
-from mechlab.experiment.acting import what_acts
 from mechlab.experiment.errors import differences, with_errors
-from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
-from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
+from mechlab.experiment.scene import ENGINES, Scene, Settings
 from mechlab.lab.accuracy.control import ControlledRun, run_to_error
 from mechlab.lab.design import Design
-from mechlab.lab.problem_settings import (
-    FASTEST,
-    drive_step,
-    motor_findings,
-    other_softness,
-    settings_for,
-    with_static_motors,
-)
+from mechlab.lab.fidelity.choose import choose, is_auto
+from mechlab.lab.problem_settings import other_softness, with_static_motors
+from mechlab.lab.single_run import analytic_run, chosen_settings, complete, engine_run, refuse_too_long
 from mechlab.lab.step_error import with_step_error
-from mechlab.mechanism.geometry import Array
 
 HALVINGS = 7
 LOOSER = 30.0
-MOST_STEPS = 5e7
-"""Most steps of one run: about ten minutes for a small mechanism."""
-
-
-def versions() -> dict[str, str]:
-    """Installed versions of what numbers depend on."""
-    out = {}
-    for name in ("mechlab", "numpy", "scipy", "mujoco", "pin"):
-        try:
-            out[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
-    return out
 
 
 def run_scene(
@@ -67,35 +44,37 @@ def run_scene(
     changes by less. The estimate stands in the health record, as an error when it is not reached; the error of every channel,
     controlled or not, stands in `errors`.
     estimate: whether a run carries the errors of its channels and its "step_error", which takes more runs.
-    fidelity: one of the entry (default: that of the scene); `mechlab.lab.fidelity.choose.run_chosen` also takes "auto".
+    fidelity: one of the entry (default: that of the scene), or "auto", the cheapest that answers; the finding "fidelity" then says
+    which one was taken and why.
     Raises MechlabError for unknown names and engines that cannot run the scene.
     """
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    choice = choose(design, scene, None, duration, extra) if is_auto(design, scene, fidelity) else None
+    fidelity = choice.chosen if choice is not None else fidelity
     of_scene = design.for_scene(scene)
     if fidelity == "kinematic":
         of_scene.mechanism(fidelity)  # raises: it has none
     made = of_scene.scene(scene, fidelity, duration, extra)
-    chosen = _settings(of_scene, made, engine, settings, timestep)
+    chosen = chosen_settings(of_scene, made, engine, settings, timestep)
     _refuse_idle(design, chosen.engine, timestep, max_error, free=engine is None and settings is None)
-    _refuse_too_long(design.name, made, chosen)
+    refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
     made = with_static_motors(made, replace(chosen, timestep=finest))
     for t in at:
         if not 0.0 <= t <= made.duration:
             raise MechlabError(f"{design.name}: the time {t:g} s lies outside the run (0 to {made.duration:g} s).")
     if chosen.engine == "analytic":
-        run = _analytic(of_scene, made, extra or {})
+        done = complete(of_scene, analytic_run(of_scene, made, extra or {}), made)
     elif max_error is not None:
-        return _to_error(of_scene, made, chosen, max_error, at, choose=engine is None and settings is None)
+        done = _to_error(of_scene, made, chosen, max_error, at, choose=engine is None and settings is None)
     else:
-        run = _once(of_scene, made, chosen, at)
-    done = _complete(of_scene, run, made)
-    if not estimate or chosen.engine == "analytic":
-        return done
-    return with_step_error(
-        done, made, lambda scene, s, times: _complete(of_scene, _once(of_scene, scene, s, times), scene)
-    )
+        done = complete(of_scene, engine_run(of_scene, made, chosen, at), made)
+        if estimate:
+            done = with_step_error(
+                done, made, lambda scene, s, times: complete(of_scene, engine_run(of_scene, scene, s, times), scene)
+            )
+    return done if choice is None else replace(done, health=done.health + Health((choice.finding(),)))
 
 
 def _to_error(
@@ -106,21 +85,11 @@ def _to_error(
     if choose:
         run = _controlled(design, scene, settings, max_error, at)
     elif settings.engine == "hybrid":
-        run = _sharper(lambda s: _once(design, scene, s, at), settings, max_error)
+        run = _sharper(lambda s: engine_run(design, scene, s, at), settings, max_error)
     else:
-        run = _refine(lambda s: _once(design, scene, s, at), settings, max_error)
-    others = [(_complete(design, other, scene), factor) for other, factor in run.others]
-    return with_errors(_complete(design, run.recording, scene), others)
-
-
-def _refuse_too_long(name: str, scene: Scene, settings: Settings) -> None:
-    """Raise MechlabError for a run of more than MOST_STEPS steps, before it begins."""
-    steps = scene.duration / settings.timestep
-    if steps > MOST_STEPS:
-        raise MechlabError(
-            f"{name}: a timestep of {settings.timestep:g} s over {scene.duration:g} s makes {steps:.3g} steps; at most "
-            f"{MOST_STEPS:.3g} are run. Take a timestep of at least {scene.duration / MOST_STEPS:.2g} s, or a shorter duration."
-        )
+        run = _refine(lambda s: engine_run(design, scene, s, at), settings, max_error)
+    others = [(complete(design, other, scene), factor) for other, factor in run.others]
+    return with_errors(complete(design, run.recording, scene), others)
 
 
 def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error: float | None, free: bool) -> None:
@@ -136,42 +105,6 @@ def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error:
         )
 
 
-def _settings(
-    design: Design, scene: Scene, engine: str | None, settings: Settings | str | None, timestep: float | None
-) -> Settings:
-    """The settings of a run: those that were asked for, else the scene's, as the kind of problem and the engine demand."""
-    if isinstance(settings, str) and settings not in PRESETS:
-        raise unknown(f"{design.name}: settings", settings, PRESETS)
-    chosen = PRESETS[settings] if isinstance(settings, str) else settings or scene.settings
-    wanted = engine or chosen.engine
-    if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):
-        chosen = settings_for(chosen, design.mechanism(scene.fidelity), scene)
-    elif wanted == "hybrid":
-        tolerance = min(chosen.tolerance, 1e-10)
-        chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")
-    elif wanted != chosen.engine:
-        step = max(FASTEST, drive_step(design.mechanism(scene.fidelity), scene))
-        chosen = replace(chosen, engine=wanted, integrator="RK4", timestep=min(chosen.timestep, step))
-    return chosen if timestep is None else replace(chosen, timestep=timestep)
-
-
-def _once(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array) -> Recording:
-    """One run by an engine."""
-    times = None if len(at) == 0 else list(at)
-    return engine_named(settings.engine).run(design.mechanism(scene.fidelity), scene, settings, times)
-
-
-def _analytic(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:
-    """The closed form or the own equations of the entry."""
-    if design.entry.reference is None:
-        raise MechlabError(f"{design.name}: it has no closed form to simulate with; engines: mujoco, pinocchio.")
-    if extra:
-        raise MechlabError(
-            f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}."
-        )
-    return design.entry.reference(design.parameters, scene)
-
-
 def _controlled(
     design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]
 ) -> ControlledRun:
@@ -180,24 +113,9 @@ def _controlled(
         return run_to_error(design, scene, max_error, at)
     except NoSolution as cause:
         text = f"the error asked for ({max_error:g}) cannot be reached: {cause} This run is by {default.preset!r}; do not trust it"
-        run = _once(design, scene, default, at)
+        run = engine_run(design, scene, default, at)
         unmet = Finding("max_error", math.inf, max_error, "m or rad", "error", text)
         return ControlledRun(replace(run, health=Health((unmet,)) + run.health), ())
-
-
-def _complete(design: Design, recording: Recording, scene: Scene) -> Recording:
-    """Provenance, and the channels of the entry that the scene asks for."""
-    entry = design.entry
-    parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
-    level = recording.fidelity or scene.fidelity
-    health = recording.health + Health(motor_findings(scene, recording))
-    full = replace(
-        recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,
-        acts=what_acts(recording.mechanism, scene),
-    )  # fmt: skip
-    asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
-    values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
-    return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})
 
 
 def _sharper(once: Callable[[Settings], Recording], settings: Settings, max_error: float) -> ControlledRun:

@@ -9,7 +9,7 @@ from typing import Any
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design, initial_keys
-from mechlab.lab.gear_trains import train_mechanism
+from mechlab.lab.gear_trains.train import train_mechanism
 from mechlab.mechanism.report import Rows, body_rows, closing_rows, freedom_sentences
 from mechlab.mechanism.structure import structure
 from mechlab.results import Shown

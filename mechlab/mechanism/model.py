@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -24,7 +25,7 @@ CHECKS: list[Callable[[Mechanism], None]] = []
 
 
 @dataclass(frozen=True, repr=False)
-class Mechanism(Result):
+class Mechanism(Result[Path]):
     """A tree of bodies, depth-first, and what closes, couples and drives it. All coordinates are 0 in the reference
     pose (spherical joints: the identity), and the reference pose is assembled.
 
@@ -167,10 +168,10 @@ class Mechanism(Result):
 
     def value(self, name: str, q: Array) -> Array:
         """Physical value of a joint or shaft at coordinates q (..., nq): zero + coordinate."""
-        return self.zero(name) + np.asarray(q)[..., self._q_columns] @ self.row(name)
+        return self.zero(name) + np.asarray(q)[..., self.q_columns] @ self.row(name)
 
     @cached_property
-    def _q_columns(self) -> Array:
+    def q_columns(self) -> Array:
         """(nv,) the coordinate that each rate changes; for spherical joints the vector part, with zero coefficients."""
         columns: list[int] = []
         for joint in self.joints:

@@ -60,6 +60,19 @@ class Assembly:
         return self.status is Status.SOLVED
 
 
+def lightest_correction(mass: Array, rows: Array, residual: Array) -> Array:
+    """(nv,) displacement dq with rows dq = -residual that is the smallest in the sense of the kinetic energy, dq^T M dq.
+
+        dq = -M^-1 J^T (J M^-1 J^T)^+ r,    mass M (nv, nv), rows J (m, nv), residual r (m,); J may have redundant rows.
+    Where M is singular by itself, the smallest displacement in the sense of least squares.
+    """
+    try:
+        moved = np.linalg.solve(mass, rows.T)
+    except np.linalg.LinAlgError:
+        return np.asarray(-np.linalg.lstsq(rows, residual, rcond=1e-11)[0])
+    return np.asarray(-moved @ np.linalg.lstsq(rows @ moved, residual, rcond=1e-11)[0])
+
+
 def newton(
     evaluate: Evaluate, step: Step, q: Array, *, tolerance: float = 1e-13, iterations: int = 60, largest: float = 0.5
 ) -> Assembly:

@@ -63,6 +63,37 @@ def passive_force(tree: TreeKinematics) -> Array:
 
 
 @dataclass(frozen=True)
+class DryFriction:
+    """Dry friction of joints and shafts: names (k,) of those that have it, sizes (k,) [N m or N], rows (k, nv) of their rates; a
+    spherical joint has three."""
+
+    names: tuple[str, ...]
+    sizes: Array
+    rows: Array
+
+    @staticmethod
+    def of(m: Mechanism) -> DryFriction:
+        """That of a mechanism."""
+        items: list[Joint | Shaft] = [*m.joints, *m.shafts]
+        names, sizes, rows = [], [], []
+        for x in (x for x in items if x.friction):
+            own = list(np.eye(m.nv)[m.v_slice[x.name]]) if x.name in m.v_slice else [m.row(x.name)]
+            names += [x.name] * len(own)
+            sizes += [x.friction] * len(own)
+            rows += own
+        return DryFriction(tuple(names), np.array(sizes), np.array(rows).reshape(-1, m.nv))
+
+    def force(self, v: Array, width: Array | float) -> Array:
+        """(nv,) as it acts on the joints at rates v (nv,): -friction tanh(rate / width), `width` the rate at which it is smoothed;
+        0: -friction sign(rate)."""
+        if not len(self.sizes):
+            return np.zeros(len(v))
+        rate = self.rows @ v
+        sense = np.tanh(rate / width) if np.all(width) else np.sign(rate)
+        return np.asarray(-self.rows.T @ (self.sizes * sense))
+
+
+@dataclass(frozen=True)
 class HoldingForces:
     """Forces of drives that hold a pose at rest, and the unbalanced rest.
 

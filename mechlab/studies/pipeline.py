@@ -12,8 +12,8 @@ from mechlab.experiment.recording import Recording
 from mechlab.files import whole_folder
 from mechlab.formats import save_recording
 from mechlab.lab.design import Design
-from mechlab.lab.fidelity.choose import run_chosen
 from mechlab.lab.generate import write_verified
+from mechlab.lab.run import run_scene
 from mechlab.results import Shown, line_of, text_of
 from mechlab.studies.check.check import CheckReport, run_checks
 from mechlab.tables import table
@@ -78,7 +78,7 @@ def pipeline(
         progress("checks, each with its witnesses")
         checks = run_checks([design])
         progress(f"simulation of scene {design.default_scene}")
-        recording = run_chosen(design)
+        recording = run_scene(design)
         files["recording"] = save_recording(recording, stage / "run.npz")
         progress("page")
         files["page"] = page(design, recording, stage / f"{design.name}.html")

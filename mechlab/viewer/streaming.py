@@ -25,7 +25,8 @@ from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.lab.design import Design
 from mechlab.lab.design import design as made_of
-from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
+from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lab.run import run_scene
 from mechlab.mechanism.geometry import Array
 from mechlab.values import parse_value
 from mechlab.viewer.from_recording import mechanism_story, placed
@@ -142,7 +143,7 @@ def stream(
     def work() -> None:
         watch = Watch(see, speed, over)
         try:
-            recording = run_chosen(replace(design, entry=watched(design.entry, watch)), scene)
+            recording = run_scene(replace(design, entry=watched(design.entry, watch)), scene)
             if not over():
                 page = final(recording)
                 if not over():

@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from mechlab.analytic import planetary_synthesis as closed
 from mechlab.errors import MechlabError
@@ -92,6 +93,17 @@ def test_example_with_a_large_shift() -> None:
     assert math.isclose(math.degrees(closed.working_angle(20, 43, 35, 100)), 25.8806, abs_tol=5e-5)
     found = closed.series_planets(6, 3, [20], [43], [35])
     assert len(found) == 1 and math.isclose(found.shift[0], 3.440, abs_tol=5e-4)
+
+
+@pytest.mark.parametrize("teeth", [(18, 36, 18, 90), (20, 43, 35, 100), (21, 20, 30, 42)])
+def test_the_profile_shift_brings_the_gears_to_their_centre_distance(teeth: tuple[int, int, int, int]) -> None:
+    z1, z2, z3, z4 = teeth
+    standard = math.radians(20.0)
+    x = float(closed.profile_shift(*teeth))
+    wanted = math.tan(standard) - standard + 2.0 * x * math.tan(standard) / (z3 + z4)
+    angle = brentq(lambda a: math.tan(a) - a - wanted, 0.1, 1.2, xtol=1e-14)
+    # arccos near 20 deg and the solver's 1e-14 leave twelve digits
+    assert math.isclose((z3 + z4) * math.cos(standard) / math.cos(angle), z1 + 2 * z2 + z3, rel_tol=1e-12)
 
 
 def test_refusals() -> None:

@@ -10,16 +10,17 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import law
 from mechlab.experiment.recording import frame_positions
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.lab.accuracy.batch import BatchRows, BatchTree
+from mechlab.integrate.path_time import PathTime, SwingTime, chebyshev_nodes
 from mechlab.lab.accuracy.energies import OneJointEnergies, TreeEnergies
 from mechlab.lab.accuracy.energy_motion import EnergyMotion
 from mechlab.lab.accuracy.measure import ErrorMeasure
-from mechlab.lab.accuracy.path_time import PathTime, SwingTime, chebyshev_nodes
 from mechlab.lab.accuracy.refinement import RefinedMethod
-from mechlab.lab.accuracy.rules import METHOD_RULES, fastest_rate
+from mechlab.lab.accuracy.rules import METHOD_RULES
 from mechlab.lab.accuracy.solve import solve_to
+from mechlab.lab.fastest_rate import fastest_rate
 from mechlab.lab.methods import Problem, method
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Spring, TreeKinematics, prismatic, revolute
+from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.studies.chart.score import reference_of, tracked
 
 
@@ -145,7 +146,7 @@ def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
     """Central differences of the accelerations, with a damped joint, a constant load and a spring between two points."""
     import mujoco
 
-    trace = import_module("mechlab.engines.mujoco.trace")
+    drive, trace = (import_module(f"mechlab.engines.mujoco.{name}") for name in ("drive", "trace"))
     b = Builder("two", gravity=(0.0, 0.0, -9.81))
     b.body("arm", revolute("a", "y", damping=0.3), inertia=Inertia.rod(1.0, (0, 0, 0), (0.5, 0.0, 0.0), 0.02))
     b.body(
@@ -159,8 +160,8 @@ def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
         Spring("k", "ground", "bob", (1.0, 0.3, 0.2), (0.0, 0.1, 0.0), stiffness=800.0, damping=30.0, rest_length=0.4)
     )
     m, scene = b.build(), Scene("s", "full", 1.0, (law("constant", on="a", value=2.0),))
-    model, data, map_ = trace._undriven(m, Settings(integrator="LSODA", tolerance=1e-6), ())
-    trace._start(m, scene, data, map_)
+    model, data, map_ = drive.run_model(m, Settings(integrator="LSODA", tolerance=1e-6), ())
+    drive.put_start(data, map_, *initial_state(m, scene))
     trace._driven(m, scene, model, data, map_, sampling=True)
 
     def slope(y: np.ndarray) -> np.ndarray:

@@ -14,10 +14,10 @@ from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.fidelity.choose import choose, chosen_scene, missing_answers
-from mechlab.lab.fidelity.compare import compare
 from mechlab.lab.fidelity.measure import agreement
 from mechlab.lab.run import run_scene
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute
+from mechlab.studies.fidelity.compare import compare
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ from mechlab.experiment.acting import acting, what_acts
 from mechlab.experiment.laws import Constant, Servo
 from mechlab.experiment.motion import Hold, Sine
 from mechlab.experiment.scene import Scene
+from mechlab.lab.fastest_rate import drive_step
 from mechlab.lab.methods import Problem, method
-from mechlab.lab.problem_settings import drive_step
 from mechlab.mechanism import Builder, Inertia, prismatic
 from mechlab.studies.chart.run import Budget, chart
 from mechlab.studies.chart.score import reference_of

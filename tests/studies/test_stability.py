@@ -13,16 +13,16 @@ from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene
-from mechlab.lab.design import design, entry_of
+from mechlab.lab.design import design
 from mechlab.lab.methods import Problem, method
+from mechlab.lab.own_mechanism import entry_of
 from mechlab.mechanism import Builder, Inertia, Mechanism, prismatic, revolute
 from mechlab.mechanism.parts import LinearRelation
 from mechlab.studies.stability.data import MethodPanel, RunOutcome, StabilityAxis
-from mechlab.studies.stability.gears import plan_stiffness
-from mechlab.studies.stability.linear import largest_step, linearise
 from mechlab.studies.stability.loops import change_point
 from mechlab.studies.stability.measure import panels
 from mechlab.studies.stability.plan import OUTPUTS, StabilityCase, StabilityPlan, with_softness
+from mechlab.studies.stability.springs import largest_step, linearise, plan_stiffness
 from mechlab.studies.stability.study import spaced, study
 from mechlab.studies.stability.vary import faster_joint, link_length, scale_mass, scale_springs, shift_loops
 from mechlab.values import Range

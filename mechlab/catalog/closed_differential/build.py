@@ -15,7 +15,7 @@ from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
 from mechlab.experiment.laws import Constant, ConstantPower, Law, Motor, Viscous
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.epicyclic import on_circle
+from mechlab.kit.epicyclic_build import on_circle
 from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation

@@ -19,7 +19,9 @@ from mechlab.engines.protocol import WITNESSES as ENGINES
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import PRESETS, Settings
-from mechlab.kit.epicyclic import FIDELITIES, TURN, mesh_check, moving_check, wheel
+from mechlab.kit.epicyclic_build import FIDELITIES
+from mechlab.kit.epicyclic_checks import mesh_check
+from mechlab.kit.epicyclic_mass import TURN, moving_check, wheel
 from mechlab.kit.mass_check import NOTHING, State
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array

@@ -24,7 +24,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.checks import closed_form_recording
-from mechlab.kit.epicyclic import expand_by
+from mechlab.kit.epicyclic_motion import expand_by
 from mechlab.kit.questions import for_engines
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property, lru_cache
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.closure import Connector, find_connectors
+from mechlab.engines.mujoco.closure import Connector, equality_jacobian, find_connectors
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import Settings
@@ -170,23 +171,6 @@ class MujocoMap:
         return self._scratch
 
 
-def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """(rows, engine nv) Jacobian of the equality rows of `data`, which must have been evaluated (mj_fwdPosition)."""
-    if mujoco.mj_isSparse(model):
-        raise MechlabError("the MuJoCo model has a sparse Jacobian; mechlab needs option jacobian='dense'.")
-    return constraint_jacobian(model, data)[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
-
-
-def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """(nefc, engine nv) Jacobian of all constraint rows of `data`, which must have been evaluated (mj_fwdPosition)."""
-    if mujoco.mj_isSparse(model):
-        rows = np.zeros((data.nefc, model.nv))
-        mujoco.mju_sparse2dense(rows, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
-        return rows
-    # the engine drops rows that no motion can violate, and keeps their space
-    return np.asarray(data.efc_J[: data.nefc * model.nv].reshape(data.nefc, model.nv))
-
-
 def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, what: str, name: str) -> int:
     found = mujoco.mj_name2id(model, kind, name)
     if found < 0:
@@ -196,3 +180,12 @@ def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, what: str, name: str) -> int
         names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(count)]
         raise unknown(f"the MuJoCo model: {what}", name, names)
     return int(found)
+
+
+def file_size(path: Path) -> tuple[float, int]:
+    """Mass [kg] of all bodies of an MJCF file and its number of rates. Raises MechlabError where MuJoCo refuses the file."""
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise MechlabError(f"MuJoCo refuses {path.name}: {error}") from None
+    return float(model.body_mass.sum()), int(model.nv)

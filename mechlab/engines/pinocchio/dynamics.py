@@ -17,14 +17,14 @@ from numpy.typing import ArrayLike
 from mechlab.engines.pinocchio.constraints import PinConstraints
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.kkt import Factors, dense, factor
-from mechlab.engines.pinocchio.model import PinModel, rate_columns
+from mechlab.engines.pinocchio.model import PinModel
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import Kinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
-from mechlab.mechanism.statics import spring_force, spring_stretch
+from mechlab.mechanism.statics import DryFriction, spring_force, spring_stretch
 
 
 class Passive:
@@ -46,12 +46,9 @@ class Passive:
         self.stiffness = np.array([x.stiffness for x in elastic])
         self.elastic_rows = np.array([m.row(x.name) for x in elastic]).reshape(-1, m.nv)
         self.unstretched = np.array([x.spring_rest - x.zero for x in elastic])
-        self.columns = rate_columns(m)
+        self.columns = m.q_columns
         self.springs = m.springs
-        rough = [x for x in items if x.friction]
-        self.friction = np.array([f for x in rough for f in ([x.friction] * getattr(x, "nv", 1))])
-        self.friction_names = tuple(x.name for x in rough for _ in range(getattr(x, "nv", 1)))
-        self.friction_rows = _friction_rows(m, rough)
+        self.friction = DryFriction.of(m)
 
     def force(self, kin: Kinematics, v: Array) -> Array:
         """(nv,) f of M a + c + f = applied: damping and stiffness of joints and shafts, springs; without dry
@@ -71,25 +68,6 @@ class Passive:
             if spring.damping:
                 power += spring.damping * spring_stretch(kin, spring)[3] ** 2
         return power
-
-    def friction_force(self, v: Array, width: Array | float) -> Array:
-        """(nv,) dry friction as it acts on the joints: -friction tanh(rate / width), `width` the rate at which it is
-        smoothed; 0: -friction sign(rate)."""
-        if not len(self.friction):
-            return np.zeros(len(v))
-        rate = self.friction_rows @ v
-        sense = np.tanh(rate / width) if np.all(width) else np.sign(rate)
-        return np.asarray(-self.friction_rows.T @ (self.friction * sense))
-
-
-def _friction_rows(m: Mechanism, rough: list[Joint | Shaft]) -> Array:
-    rows: list[Array] = []
-    for item in rough:
-        if item.name in m.v_slice:
-            rows += list(np.eye(m.nv)[m.v_slice[item.name]])
-        else:
-            rows.append(m.row(item.name))
-    return np.array(rows).reshape(-1, m.nv)
 
 
 class PinPlant:

@@ -12,8 +12,8 @@ import numpy as np
 from mechlab.errors import NoSolution
 from mechlab.experiment.prices import price_of_poses
 from mechlab.integrate import count_work
-from mechlab.lab.accuracy.batch import BatchRows, BatchTree
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 
 STRIDE = 0.3

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.engines.protocol import is_rough
 from mechlab.errors import MechlabError
+from mechlab.experiment.acting import is_rough
 from mechlab.integrate import work_done
 from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
+from mechlab.lab.accuracy.result import MethodCheck
 from mechlab.lab.accuracy.rules import METHOD_RULES, RULES
 from mechlab.lab.methods import Method, Problem, Stepper
 from mechlab.mechanism.geometry import Array
@@ -26,22 +27,6 @@ LEAST_CHECK_WORK = 1e-4
 """A check may always take this much work [s]."""
 FIRST_INTERVAL = 20.0
 """Work of an adaptive method on the first output interval over that on a later one: a stiff motion starts with a transient."""
-
-
-@dataclass(frozen=True)
-class MethodCheck:
-    """Up to time `until` [s] the check method differs by `difference`; its own error is `own` (both in m or rad)."""
-
-    method: str
-    difference: float
-    own: float
-    until: float
-    sentence: str
-
-    def contradicts(self, estimate: float, size: float) -> bool:
-        """Whether the difference is more than the errors of both explain. estimate: error of the motion; size: largest
-        tracked quantity."""
-        return self.difference > RULES.contradiction * (self.own + estimate) + 1e-11 * size
 
 
 class CheckRunner:

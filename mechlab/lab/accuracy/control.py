@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
+from scipy.interpolate import BPoly
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
@@ -21,16 +22,15 @@ from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.experiment.tree_plant import TreePlant
-from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.accuracy.measure import ErrorMeasure
 from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
 from mechlab.lab.problem_settings import other_softness
-from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.statics import passive_force
 
 OUTPUTS = 400
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
@@ -179,30 +179,21 @@ def _interpolated(
 ) -> tuple[Array, Array, Array]:
     """States at times t: those of the result at output times; between them the quintic through positions, rates and
     accelerations at each `every`-th output time."""
-    m = mechanism
-    known = np.array([_acceleration(m, scene, x, q, v) for x, q, v in zip(result.t, result.q, result.v, strict=True)])
+    known = _accelerations(mechanism, scene, result)
     if len(t) == len(result.t) and every == 1:
         return result.q, result.v, known
-    from scipy.interpolate import BPoly
-
     nodes = np.stack([result.q, result.v, known], axis=1)
     spline = BPoly.from_derivatives(result.t[::every], nodes[::every])
     return spline(t), spline.derivative()(t), spline.derivative(2)(t)
 
 
-def _acceleration(m: Mechanism, scene: Scene, t: float, q: Array, v: Array) -> Array:
-    """(nv,) rigid dynamics at a state, without dry friction: M a + J^T r = forces, J a = -dJ/dt v."""
-    tree, constraints = TreeKinematics(m, q, v), ConstraintSet(m)
-    plant = TreePlant(m)
-    plant.set(q, v, t)
-    applied = applied_force(m, scene.laws, t, plant)[0] if scene.laws else np.zeros(m.nv)
-    force = applied + passive_force(tree) - tree.bias_force()
-    rows = constraints.jacobian(tree)
-    size = m.nv + len(rows)
-    matrix, side = np.zeros((size, size)), np.zeros(size)
-    matrix[: m.nv, : m.nv], matrix[: m.nv, m.nv :], matrix[m.nv :, : m.nv] = tree.mass_matrix(), rows.T, rows
-    side[: m.nv], side[m.nv :] = force, -constraints.bias(tree)
-    return np.asarray(np.linalg.lstsq(matrix, side, rcond=1e-12)[0][: m.nv])
+def _accelerations(m: Mechanism, scene: Scene, result: Solution) -> Array:
+    """(n, nv) at the output times: rigid dynamics under the laws, without dry friction."""
+    plant, out = TreePlant(m), []
+    for t, q, v in zip(result.t, result.q, result.v, strict=True):
+        plant.set(q, v, float(t))
+        out.append(plant.accelerations(applied_force(m, scene.laws, float(t), plant)[0]))
+    return np.array(out)
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:

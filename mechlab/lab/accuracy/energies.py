@@ -13,8 +13,8 @@ import numpy as np
 from mechlab.experiment.prices import price_of_poses
 from mechlab.experiment.scene import Scene
 from mechlab.integrate import count_work
-from mechlab.lab.accuracy.batch import BatchTree, crossed
 from mechlab.mechanism import Joint, Mechanism, Shaft
+from mechlab.mechanism.batch_tree import BatchTree, crossed
 from mechlab.mechanism.geometry import Array
 
 EnergyFunction = Callable[[Array, Array], tuple[Array, Array, Array]]

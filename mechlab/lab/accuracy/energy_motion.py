@@ -15,12 +15,7 @@ from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
 from mechlab.experiment.scene import Scene
-from mechlab.lab.accuracy.batch import BatchRows, BatchTree
-from mechlab.lab.accuracy.branch import CLOSED_TO, TURN, PoseBranch, candidate_joints, next_joint
-from mechlab.lab.accuracy.energies import EnergyFunction, energies_of
-from mechlab.lab.accuracy.measure import States
-from mechlab.lab.accuracy.orbit import EnergyOrbit, OrbitSearch
-from mechlab.lab.accuracy.path_time import (
+from mechlab.integrate.path_time import (
     PathTime,
     SwingTime,
     chebyshev_basis,
@@ -31,8 +26,13 @@ from mechlab.lab.accuracy.path_time import (
     cosine_nodes,
     wave_numbers,
 )
-from mechlab.lab.accuracy.path_time import cosine_fit as cosines
+from mechlab.integrate.path_time import cosine_fit as cosines
+from mechlab.lab.accuracy.branch import CLOSED_TO, TURN, PoseBranch, candidate_joints, next_joint
+from mechlab.lab.accuracy.energies import EnergyFunction, energies_of
+from mechlab.lab.accuracy.measure import States
+from mechlab.lab.accuracy.orbit import EnergyOrbit, OrbitSearch
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 
 PATIENCE = 2

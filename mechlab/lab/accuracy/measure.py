@@ -17,8 +17,8 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording, frame_positions
 from mechlab.integrate import work_done
-from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.methods import Problem
+from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array
 
 

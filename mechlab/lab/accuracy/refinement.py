@@ -17,13 +17,12 @@ from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, work_done, work_limit
-from mechlab.lab.accuracy.measure import ErrorMeasure
+from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
-from mechlab.lab.accuracy.rules import EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
+from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
 from mechlab.mechanism.geometry import Array
 
-EPSILON = 2.2e-16
 TOO_FAST = 2.0
 """A change that falls this many times faster than in theory does so by chance: then it is the estimate itself."""
 CAPTURE_SHARE = 0.5
@@ -144,7 +143,7 @@ class RefinedMethod:
         if len(trace.q) != len(plain.q):
             return math.inf
         t = np.linspace(0.0, scene.duration, self.problem.outputs + 1)
-        return _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
+        return largest(self.measure(t, trace.q, trace.v) - self.measure(t, plain.q, plain.v))
 
     def capture_error(self) -> float:
         """Error [unit] by the time in which held rates are captured: twice the change with half that time, as the error
@@ -158,7 +157,7 @@ class RefinedMethod:
         if len(trace.q) != len(plain.q):
             return math.inf
         t = np.linspace(0.0, p.scene.duration, p.outputs + 1)
-        return 2.0 * _distance(self.measure(t, trace.q, trace.v), self.measure(t, plain.q, plain.v))
+        return 2.0 * largest(self.measure(t, trace.q, trace.v) - self.measure(t, plain.q, plain.v))
 
     def neighbours(self, rounding: float) -> Iterator[NeighbourMotion]:
         """Motions whose differences from the best run give the errors of all channels: the run before the last, with
@@ -166,7 +165,7 @@ class RefinedMethod:
         from `rounding_error`."""
         if len(self.tables) < 2:
             return
-        change, error = _distance(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
+        change, error = largest(self.tracked[-1] - self.tracked[-2]), self.estimate + rounding
         share = error / change if change > 0.0 else 1.0
         q, v = self.tables[-2][-1]
         yield NeighbourMotion(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
@@ -232,7 +231,7 @@ class RefinedMethod:
         self.tracked.append(self.measure(t, *rows[-1][-1]))
         if len(self.tracked) < 2:
             return
-        last = _distance(self.tracked[-1], self.tracked[-2])
+        last = largest(self.tracked[-1] - self.tracked[-2])
         if self.rule.control == "tolerance":
             # the change is the error of the coarser run; one that started far above the target may agree by chance
             enough = 2 if self.rule.error_left[0] else RULES.runs
@@ -242,7 +241,7 @@ class RefinedMethod:
             # two runs of a method that does not extrapolate: the change itself, not a share of it
             self.estimate = math.inf if self.rule.extrapolated or has_kinks(self.problem.scene) else last
             return
-        before = _distance(self.tracked[-2], self.tracked[-3])
+        before = largest(self.tracked[-2] - self.tracked[-3])
         if has_kinks(self.problem.scene):
             # which step a kink falls into is chance: two runs may agree by luck, and none is better than the change
             self.estimate = max(last, before / KINK_RATIO)
@@ -261,10 +260,6 @@ class RefinedMethod:
         if self.rule.extrapolated:
             return EXTRAPOLATED
         return LOOPS_ORDER if self.rule.engine == "mujoco" and _rows(self.problem) else self.rule.order
-
-
-def _distance(a: Array, b: Array) -> float:
-    return float(np.max(np.abs(a - b), initial=0.0))
 
 
 def _rows(problem: Problem) -> bool:

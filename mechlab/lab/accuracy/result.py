@@ -5,9 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechlab.experiment.scene import Settings
-from mechlab.lab.accuracy.check import MethodCheck
 from mechlab.lab.accuracy.measure import ContinuousMotion, ErrorMeasure
+from mechlab.lab.accuracy.rules import RULES
 from mechlab.mechanism.geometry import Array
+
+
+@dataclass(frozen=True)
+class MethodCheck:
+    """Up to time `until` [s] the check method differs by `difference`; its own error is `own` (both in m or rad)."""
+
+    method: str
+    difference: float
+    own: float
+    until: float
+    sentence: str
+
+    def contradicts(self, estimate: float, size: float) -> bool:
+        """Whether the difference is more than the errors of both explain. estimate: error of the motion; size: largest
+        tracked quantity."""
+        return self.difference > RULES.contradiction * (self.own + estimate) + 1e-11 * size
 
 
 @dataclass(frozen=True)

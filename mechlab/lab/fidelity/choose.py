@@ -7,16 +7,16 @@ the richest one; otherwise the error is measured by running both.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.recording import Finding, Health, Recording
-from mechlab.experiment.scene import NEEDS, Scene, Settings
+from mechlab.experiment.recording import Finding
+from mechlab.experiment.scene import NEEDS, Scene
 from mechlab.lab.design import AUTO, Design
 from mechlab.lab.fidelity.measure import Agreement, FidelityError, agreement, error_against
-from mechlab.lab.run import run_scene
+from mechlab.lab.single_run import single_run
 from mechlab.mechanism.model import Mechanism
 
 CLOSED_FORM = "kinematic"
@@ -179,15 +179,8 @@ def short_error(
 ) -> tuple[float, FidelityError]:
     """Length [s] of the comparison, and the error over it."""
     window = min(made.duration, STEPS * made.settings.timestep)
-    runs = [run_level(design, scene, f, window, extra) for f in (level, top)]
+    runs = [single_run(design, scene, f, window, extra) for f in (level, top)]
     return window, error_against(*runs)
-
-
-def run_level(
-    design: Design, scene: str | None, level: str, duration: float | None, extra: Mapping[str, float]
-) -> Recording:
-    """The scene at one fidelity, with the settings that the scene recommends."""
-    return run_scene(design, scene, fidelity=level, duration=duration, extra=dict(extra), estimate=False)
 
 
 def chosen_scene(
@@ -198,34 +191,11 @@ def chosen_scene(
     extra: Mapping[str, float] | None = None,
 ) -> Scene:
     """`Design.scene`, where the fidelity may also be "auto": the cheapest that answers what the scene needs."""
-    if _is_auto(design, scene, fidelity):
+    if is_auto(design, scene, fidelity):
         fidelity = choose(design, scene, None, duration, extra).chosen
     return design.scene(scene, fidelity, duration, extra)
 
 
-def run_chosen(
-    design: Design,
-    scene: str | None = None,
-    *,
-    engine: str | None = None,
-    fidelity: str | None = None,
-    duration: float | None = None,
-    timestep: float | None = None,
-    max_error: float | None = None,
-    settings: Settings | str | None = None,
-    at: Sequence[float] = (),
-    extra: Mapping[str, float] | None = None,
-    estimate: bool = True,
-) -> Recording:
-    """`mechlab.lab.run.run_scene`, where the fidelity may also be "auto"; the finding "fidelity" then says which one was taken
-    and why."""
-    choice = choose(design, scene, None, duration, extra) if _is_auto(design, scene, fidelity) else None
-    done = run_scene(
-        design, scene, engine=engine, fidelity=choice.chosen if choice else fidelity, duration=duration, timestep=timestep,
-        max_error=max_error, settings=settings, at=at, extra=extra, estimate=estimate,
-    )  # fmt: skip
-    return done if choice is None else replace(done, health=done.health + Health((choice.finding(),)))
-
-
-def _is_auto(design: Design, scene: str | None, fidelity: str | None) -> bool:
+def is_auto(design: Design, scene: str | None, fidelity: str | None) -> bool:
+    """Whether the fidelity of a run is to be chosen: asked for, or left open by the scene."""
     return (fidelity or design.recipe(scene).fidelity) == AUTO

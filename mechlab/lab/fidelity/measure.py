@@ -14,14 +14,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, initial_state
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, close, integrate, newton
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.statics import DryFriction
 from mechlab.mechanism.structure import null_space, structure
 
+REFERENCE = "pinocchio"
+"""The engine that closes samples and gives accelerations: its rows are rigid."""
 SAMPLES = 100
 
 
@@ -72,16 +76,14 @@ def thinned(run: Recording) -> Recording:
 def closed(run: Recording) -> tuple[Recording, float]:
     """The run with every pose closed again, its basic channels from them; and the largest correction [rad or m]."""
     m = run.mechanism
-    from mechlab.engines.pinocchio import PinPlant
-
-    plant = PinPlant(m)
-    if not len(plant.constraints):
+    if not (m.loops or m.relations):
         return run, 0.0
+    plant = engine(REFERENCE).plant(m)
     q, slip = run.q.copy(), 0.0
     for k in range(len(q)):
         moved = np.zeros(m.nv)
         for _ in range(4):
-            residual = plant.set(q[k]).residual()
+            residual = plant.set(q[k]).closing()[0]
             if np.max(np.abs(residual)) < 1e-13:
                 break
             step = plant.correction(residual)
@@ -196,11 +198,9 @@ def _same_state(small: Mechanism, rich: Mechanism, common: list[str], q: Array, 
 
 
 def _accelerations(m: Mechanism, scene: Scene, q: Array, v: Array) -> Array:
-    from mechlab.engines.pinocchio import PinPlant
-
-    plant = PinPlant(m, q, v)
-    force = applied_force(m, scene.laws, 0.0, plant)[0] + plant.passive.friction_force(v, FRICTION_WIDTH)
-    found = plant.accelerations(force)[0]
+    rigid = engine(REFERENCE)
+    laws = applied_force(m, scene.laws, 0.0, rigid.plant(m).set(q, v))[0]
+    found = rigid.accelerations(m, q, v, laws + DryFriction.of(m).force(v, FRICTION_WIDTH))
     if not np.all(np.isfinite(found)):
         raise MechlabError(f"{m.name}: accelerations at the start of {scene.name!r} are not finite.")
     return np.asarray(found)

@@ -18,10 +18,9 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
-from mechlab.lab.gear_trains import train_mechanism
+from mechlab.lab.gear_trains.train import FORCE, each_case, train_mechanism
 from mechlab.mechanism import ConstraintSet, Mechanism
 
-FORCE = "_force"
 ROW_SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
 """Time constant [s] and impedance of the rows (MuJoCo's solref and solimp); defaults: of the preset `accurate`."""
 STEPS = 4
@@ -67,7 +66,7 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
     return Question(
         "lag of soft rows", tuple(values), tuple(f"{n}_{what}" for what in ("lag", "load") for n in first),
         {
-            "analytic": lambda p, given: _each(given, lambda x: _predicted(m, x)),
+            "analytic": lambda p, given: each_case(given, lambda case: Answer(_predicted(m, case))),
             "pinocchio": lambda p, given: _rigid(m, given),
             "mujoco": lambda p, given: _measured(m, given),
         },
@@ -82,16 +81,6 @@ def _loaded(m: Mechanism, given: Mapping[str, float]) -> tuple[Scene, Settings]:
     laws = tuple(Constant(k.removesuffix(FORCE), float(x)) for k, x in given.items() if k.endswith(FORCE))
     settings = Settings(timestep=tc / STEPS, timeconst=float(STEPS), impedance=float(given["row_impedance"]))
     return Scene("load", "parts", ONSET * tc, laws), settings
-
-
-def _each(given: Mapping[str, Any], ask: Any) -> Answer:
-    """The closed form over arrays, one case after the other."""
-    shape = np.broadcast_shapes(*(np.shape(x) for x in given.values()))
-    if not shape:
-        return Answer(ask({k: float(x) for k, x in given.items()}))
-    flat = {k: np.broadcast_to(x, shape).ravel() for k, x in given.items()}
-    found = [ask({k: float(x[i]) for k, x in flat.items()}) for i in range(int(np.prod(shape)))]
-    return Answer({k: np.array([x[k] for x in found]).reshape(shape) for k in found[0]})
 
 
 def _named(lags: Mapping[str, float], loads: Mapping[str, float]) -> dict[str, float]:

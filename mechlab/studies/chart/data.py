@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from mechlab.results import ResultInFiles, Shown
+from mechlab.results import Result, Shown
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Recommendation:
 
 
 @dataclass(frozen=True, repr=False)
-class Chart(ResultInFiles):
+class Chart(Result[dict[str, Path]]):
     """All points of a scene, the reference that their errors are measured against, and what follows from them.
 
     unit: of the errors; tracked: the quantities whose largest error counts; reference_error: estimated error of the

@@ -17,7 +17,7 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.chart.advice import flat_defaults, recommend
 from mechlab.studies.chart.data import Chart, ChartPoint

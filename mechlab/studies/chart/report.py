@@ -8,9 +8,8 @@ import math
 from html import escape
 from pathlib import Path
 
-from mechlab.errors import MechlabError
-from mechlab.files import whole_folder, write
-from mechlab.results import html_of, line_of, save_files, text_of
+from mechlab.files import write, write_formats
+from mechlab.results import html_of, line_of, save_result, text_of
 from mechlab.studies.chart.advice import headline
 from mechlab.studies.chart.data import Chart, ChartPoint, PeerTable
 from mechlab.studies.chart.picture import draw, picture
@@ -79,24 +78,13 @@ def _csv(chart: Chart) -> str:
     return csv_text([names, *(["" if row[n] is None else row[n] for n in names] for row in points)])
 
 
-@save_files.register
+@save_result.register
 def _(chart: Chart, path: Path) -> dict[str, Path]:
     """Write the chart: a file of the format of its name, or all formats into a folder (a path without a suffix).
 
     Raises MechlabError for another format.
     """
-    if path.suffix and path.suffix not in FORMATS:
-        raise MechlabError(
-            f"chart: cannot write {path.name}; formats: {', '.join(FORMATS)}, or a folder for all of them."
-        )
-    if path.suffix:
-        _write(chart, path)
-        return {path.suffix[1:]: path}
-    with whole_folder(path) as stage:
-        names = [f"chart_{chart.name}{suffix}" for suffix in FORMATS]
-        for name in names:
-            _write(chart, stage / name)
-    return {Path(n).suffix[1:]: path / n for n in names}
+    return write_formats("chart", path, f"chart_{chart.name}", FORMATS, lambda one: _write(chart, one))
 
 
 def _write(chart: Chart, path: Path) -> None:

@@ -24,7 +24,7 @@ from mechlab.integrate import OutOfWork, work_done, work_limit
 from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, TOLERANCES, Method, Problem, steps
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.studies.chart.advice import flat_defaults, recommend
 from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, PUBLISHED, Chart, ChartPoint
 from mechlab.studies.chart.peers import compare

@@ -1,41 +1,17 @@
-"""Runs the checks of entries: each with its witnesses, their difference, and whether it passed; and draws the figure of an entry."""
+"""Runs the checks of entries: each with its witnesses, their difference, and whether it passed."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check, CheckResult, Entry
-from mechlab.files import unfinished
 from mechlab.lab.design import Design
 from mechlab.results import Shown
 from mechlab.studies.check.generic_checks import generic_checks
-
-SUFFIXES = (".png", ".svg", ".pdf")
-
-
-def write_figure(entries: Sequence[Entry], path: str | Path) -> Path:
-    """Draw the figure of the one entry that has one to `path` (.png, .svg or .pdf).
-
-    Raises MechlabError for another suffix, and when not exactly one of the entries has a figure.
-    """
-    target = Path(path)
-    if target.suffix.lower() not in SUFFIXES:
-        raise MechlabError(f"figure {target}: expected a name that ends in {', '.join(SUFFIXES)}.")
-    able = [e for e in entries if e.figure is not None]
-    if len(able) != 1 or able[0].figure is None:
-        names = ", ".join(e.name for e in able) or "none"
-        raise MechlabError(
-            f"a figure is drawn for one mechanism; of {', '.join(e.name for e in entries)} these have one: {names}. "
-            "Name that one."
-        )
-    with unfinished(target) as temporary:
-        able[0].figure(temporary)
-    return target
 
 
 @dataclass(frozen=True)

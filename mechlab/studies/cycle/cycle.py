@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ ZERO = 1e-11
 
 
 @dataclass(frozen=True, repr=False)
-class CycleResult(Result):
+class CycleResult(Result[Path]):
     """A cycle: columns name -> (n,) in SI units at the positions of the drive, with units and notes.
 
     Force, moment and position columns that are zero at every position are left out of `columns` and named in `zero`.

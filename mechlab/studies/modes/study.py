@@ -15,7 +15,7 @@ from mechlab.experiment.laws import Law, applied_force
 from mechlab.experiment.scene import Scene, initial_pose
 from mechlab.lab.design import Design, with_extra
 from mechlab.lab.fidelity.choose import chosen_scene
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import structure

@@ -10,7 +10,8 @@ import numpy as np
 from mechlab.errors import MechlabError, NoSolution, Untrustworthy, unknown
 from mechlab.experiment.recording import Recording
 from mechlab.lab.design import Design
-from mechlab.lab.fidelity.choose import chosen_scene, run_chosen
+from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lab.run import run_scene
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.check.check import checks_of
 from mechlab.studies.cycle.cycle import CycleResult
@@ -25,9 +26,9 @@ POLE = 1e3
 def short_run(
     design: Design, scene: str | None, extra: Mapping[str, float], timestep: float | None = None, **run: Any
 ) -> Recording:
-    """A few steps of a run, for its channels and findings. run: further options of `run_chosen`."""
+    """A few steps of a run, for its channels and findings. run: further options of `run_scene`."""
     step = timestep or chosen_scene(design.for_scene(scene), scene, None).settings.timestep
-    return run_chosen(design, scene, duration=FEW_STEPS * step, timestep=timestep, extra=extra, **run)
+    return run_scene(design, scene, duration=FEW_STEPS * step, timestep=timestep, extra=extra, **run)
 
 
 def channel(design: Design, recording: Recording, name: str) -> Array:

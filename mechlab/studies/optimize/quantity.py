@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Question
-from mechlab.kit.determined import quantities
+from mechlab.kit.quantities import quantities
 from mechlab.lab.ask import asked_mechanism
 from mechlab.lab.design import Design
 from mechlab.studies.cycle.cycle import run_cycle

@@ -12,7 +12,7 @@ from mechlab.errors import MechlabError, NoSolution, Untrustworthy
 from mechlab.experiment.question import Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
-from mechlab.lab.fidelity.choose import run_chosen
+from mechlab.lab.run import run_scene
 from mechlab.studies.cycle.cycle import run_cycle
 from mechlab.studies.named.answers import single_number, witness_answer
 from mechlab.studies.named.number import NamedNumber, reduced_finite
@@ -161,7 +161,7 @@ class RunSource:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """Their values. Raises Untrustworthy for a run with a finding of severity "error"."""
-        run = run_chosen(design, None, extra=dict(self.extra), estimate=False)
+        run = run_scene(design, None, extra=dict(self.extra), estimate=False)
         if not run.health.trusted:
             raise Untrustworthy(f"{design.name}: {'; '.join(distrust(run))}")
         out = {}

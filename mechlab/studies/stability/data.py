@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.results import ResultInFiles
+from mechlab.results import Result
 
 
 class RunOutcome(Enum):
@@ -133,7 +134,7 @@ class StabilityMap:
 
 
 @dataclass(frozen=True, repr=False)
-class Stability(ResultInFiles):
+class Stability(Result[dict[str, Path]]):
     """All maps of a mechanism; without: kind of map -> why it is missing."""
 
     name: str

@@ -1,25 +1,20 @@
-"""Maps of gears, springs and friction: gear ratio, light parts under load, stiffness with theoretical limits,
-sticking."""
+"""Maps of gears and friction: gear ratio, light parts under load, sticking."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from mechlab.experiment.lag import predicted_lags
-from mechlab.experiment.laws import Constant, OneSidedStop, Servo
+from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.methods import Method, Problem
 from mechlab.mechanism import Mechanism
 from mechlab.studies.stability.data import StabilityAxis, Theory
-from mechlab.studies.stability.linear import LinearisedScene, formula, largest_step, linearise
 from mechlab.studies.stability.loops import loop_bodies
 from mechlab.studies.stability.plan import (
-    DIVISIONS,
-    OUTPUTS,
     StabilityCase,
     StabilityPlan,
     steps_of,
-    tree_methods,
     usual_methods,
 )
 from mechlab.studies.stability.vary import (
@@ -27,8 +22,6 @@ from mechlab.studies.stability.vary import (
     rough_parts,
     scale_friction,
     scale_mass,
-    scale_servos,
-    scale_springs,
     with_mechanism,
 )
 
@@ -146,70 +139,6 @@ def _step(m: Mechanism, scene: Scene, body: str, factor: float, way: Method) -> 
 def _fidelity(case: StabilityCase) -> str:
     free = f", {case.remark}" if case.remark else ""
     return f"fidelity {case.scene.fidelity}{free}, where gears are rows; dry friction, if any, is left out"
-
-
-FACTORS = (1e-2, 10**-1.5, 1e-1, 10**-0.5, 1.0, 10**0.5, 1e1, 10**1.5, 1e2)
-FEW = (DIVISIONS[:7], FACTORS[::2])
-"""Coarser grid for scenes with servos: their laws are evaluated in Python at every stage of every step."""
-
-
-def stiff_parts(mechanism: Mechanism) -> dict[str, tuple[float, str]]:
-    """Name -> stiffness and its unit of every spring, sprung joint and sprung shaft."""
-    out = {s.name: (s.stiffness, "N/m") for s in mechanism.springs if s.stiffness}
-    for j in mechanism.joints:
-        if j.stiffness:
-            out[j.name] = (j.stiffness, "N/m" if j.kind == "prismatic" else "N m/rad")
-    return out | {s.name: (s.stiffness, "N m/rad") for s in mechanism.shafts if s.stiffness}
-
-
-def plan_stiffness(case: StabilityCase) -> StabilityPlan | str:
-    """The map of stiffness, or a text that says why there is none."""
-    m, scene = case.mechanism, case.scene
-    springs = stiff_parts(m)
-    servos = {w.on: w.stiffness for w in scene.laws if isinstance(w, Servo | OneSidedStop) and w.stiffness}
-    if not springs and not servos:
-        return "it has no springs, and the scene no servo: nothing that limits the timestep by its stiffness"
-    methods = tree_methods(case)
-
-    def problem(y: float) -> Problem:
-        return case.problem(scale_springs(m, y), scale_servos(scene, y), duration)
-
-    limits = [x for x in (largest_step(linearise(m, scene), w) for w in methods) if x < 1e3]
-    if not limits:
-        return "no explicit method among those asked for: springs do not limit their timestep"
-    divisions, factors = FEW if servos else (DIVISIONS, FACTORS)
-    top = min(max(limits), 4.0 * min(limits))  # what is treated implicitly may have a limit far away
-    duration = OUTPUTS * (min(divisions) * max(divisions) * min(limits) * top) ** 0.5
-
-    def theory(shown: tuple[Method, ...]) -> tuple[Theory, ...]:
-        return spring_theory(factors, [_linear(problem(y)) for y in factors], shown)
-
-    named = [f"{n} {k:.3g} {u}" for n, (k, u) in springs.items()] + [f"servo of {n} {k:.3g}" for n, k in servos.items()]
-    text = f"stiffness of {', '.join(named[:3])}{', ...' if len(named) > 3 else ''}, times this; damping by its root"
-    return StabilityPlan(
-        "stiffness", "timestep and stiffness", StabilityAxis("stiffness / as given", "", factors, text, 1.0), problem, methods,
-        steps_of(duration, divisions), theory=theory,
-        remark="the limits of theory are those of the start pose" if m.loops else "",
-    )  # fmt: skip
-
-
-def _linear(problem: Problem) -> LinearisedScene:
-    return linearise(problem.mechanism, problem.scene)
-
-
-def spring_theory(
-    values: tuple[float, ...], systems: list[LinearisedScene], methods: tuple[Method, ...]
-) -> tuple[Theory, ...]:
-    """The largest stable step of every method at every value; methods with the same limits share one line."""
-    lines: dict[tuple[tuple[float, ...], str], list[str]] = {}
-    for m in methods:
-        limits = tuple(largest_step(s, m) for s in systems)
-        if all(x < float("inf") for x in limits):
-            rounded = tuple(float(f"{x:.9g}") for x in limits)
-            lines.setdefault((rounded, formula(systems[len(systems) // 2], m)), []).append(m.name)
-    return tuple(
-        Theory("largest stable timestep", text, limits, values, tuple(names)) for (limits, text), names in lines.items()
-    )
 
 
 FRICTION_FACTORS = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0)

@@ -21,20 +21,15 @@ from mechlab.lab.design import Design
 from mechlab.lab.design import design as make_design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, Problem
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.studies.named.number import SINGLE_NUMBERS, parameter_infos, parameter_values
 from mechlab.studies.stability.data import Stability, StabilityAxis, StabilityMap
-from mechlab.studies.stability.gears import (
-    plan_gear_ratio,
-    plan_light_parts,
-    plan_sticking,
-    plan_stiffness,
-    stiff_parts,
-)
+from mechlab.studies.stability.gears import plan_gear_ratio, plan_light_parts, plan_sticking
 from mechlab.studies.stability.loops import plan_mass_ratio, plan_redundancy, plan_singular, plan_softness
 from mechlab.studies.stability.measure import panels
 from mechlab.studies.stability.plan import LONGEST, OUTPUTS, StabilityCase, StabilityPlan, steps_of, usual_methods
-from mechlab.studies.stability.report import sentences
+from mechlab.studies.stability.report import VALUE_NAMES, sentences
+from mechlab.studies.stability.springs import plan_stiffness, stiff_parts
 from mechlab.studies.stability.vary import (
     rough_parts,
     scale_friction,
@@ -216,13 +211,8 @@ def make_map(plan: StabilityPlan, seconds: float, progress: Callable[[str], None
     theory = plan.theory(able)
     x = StabilityAxis("timestep", "s", plan.steps)
     first = plan.problem(plan.y.nominal if plan.y.nominal in plan.y.values else plan.y.values[-1])
-    names = {
-        "error": "error / how far it moves",
-        "energy": "energy astray / energy turned over",
-        "gap": "open rows, rad or m",
-    }
     made = StabilityMap(
-        plan.kind, plan.title, x, plan.y, shown, theory, names[plan.measure], plan.right, plan.wrong,
+        plan.kind, plan.title, x, plan.y, shown, theory, VALUE_NAMES[plan.measure], plan.right, plan.wrong,
         first.scene.fidelity, first.scene.duration, (), skipped,
     )  # fmt: skip
     return replace(made, sentences=sentences(made, plan.remark))

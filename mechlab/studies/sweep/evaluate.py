@@ -14,7 +14,7 @@ from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.question import Answer
 from mechlab.lab.ask import ask
 from mechlab.lab.design import Design
-from mechlab.lab.fidelity.choose import run_chosen
+from mechlab.lab.run import run_scene
 from mechlab.mechanism import Status
 from mechlab.studies.named.answers import answer_in_parts, nodes_at, question_taking, witness_answer
 from mechlab.studies.named.number import varied
@@ -140,7 +140,7 @@ def _point(request: SweepRequest, design: Design, extra: Mapping[str, float], at
     wrong: tuple[str, ...] = ()
     if any(q.of_run for q in request.quantities):
         estimate = any(q.name == STEP_ERROR for q in request.quantities)
-        recording = run_chosen(
+        recording = run_scene(
             design, request.scene, engine=request.engine, fidelity=request.fidelity, duration=request.duration,
             timestep=request.timestep, extra=extra, estimate=estimate,
         )  # fmt: skip

@@ -14,7 +14,7 @@ from mechlab.experiment.parameters import checked, entry_units
 from mechlab.experiment.question import Question
 from mechlab.lab.ask import parameters_and_rest
 from mechlab.lab.design import Design
-from mechlab.lab.run import versions
+from mechlab.lab.single_run import versions
 from mechlab.studies.named.answers import chosen_witness, question_taking
 from mechlab.studies.named.number import NamedNumber, parameter_infos, varied
 from mechlab.studies.sweep.evaluate import DIFFERENCE

@@ -10,15 +10,16 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
+from mechlab.experiment.acting import is_rough
 from mechlab.experiment.energy import ENERGY_LIMIT
 from mechlab.experiment.findings import GAP_LIMIT
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
-from mechlab.lab.accuracy.batch import BatchTree
 from mechlab.lab.design import AUTO, Design
-from mechlab.lab.problem_settings import rough_names, settings_for
+from mechlab.lab.problem_settings import settings_for
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.named.number import NamedNumber, reduced
 from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepRequest
@@ -63,7 +64,7 @@ def why_not(request: SweepRequest, design: Design) -> str:
     reasons = {
         f"the scene has laws that Python evaluates ({', '.join(others)})": bool(others),
         "the scene keeps its assembly mode": bool(scene.keep_mode), "there are loops": bool(mechanism.loops),
-        "there is dry friction": bool(rough_names(mechanism)), "there are damped springs": any(s.damping for s in mechanism.springs),
+        "there is dry friction": is_rough(mechanism), "there are damped springs": any(s.damping for s in mechanism.springs),
         "there are joints of three coordinates": any(j.nv != 1 for j in mechanism.joints),
         f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
         "the timestep does not divide the duration": abs(steps - round(steps)) > 1e-9,

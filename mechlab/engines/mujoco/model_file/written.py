@@ -8,19 +8,17 @@ servos, are tried in turn.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import compiling, engine
-from mechlab.engines.mujoco.model_file.growing_step import growing_step
-from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push
+from mechlab.engines.mujoco.model_file.options import growing_step
+from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push, started
+from mechlab.engines.mujoco.model_file.trace import at_timestep
 from mechlab.engines.mujoco.trace import step_through
-from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats.mjcf.write import to_mjcf
@@ -142,18 +140,7 @@ def run_trouble(model: mujoco.MjModel) -> Symptom | None:
 def _run(model: mujoco.MjModel, start: Start, parts: int) -> tuple[float, str]:
     """The largest rate of a run with the timestep divided by `parts`, and why it ended early."""
     each = max(1, min(MOST_STEPS, round(DURATION / model.opt.timestep)) // OUTPUTS)
-    model = copy.copy(model)
-    model.opt.timestep /= parts
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:], data.ctrl[:] = start
+    model = at_timestep(model, model.opt.timestep / parts)
+    data = started(model, start)
     _, rates, _, reason = step_through(model, data, OUTPUTS, parts * each)
     return float(np.max(np.abs(rates), initial=0.0)), reason
-
-
-def compiled_mass(path: Path) -> float:
-    """Mass [kg] of all bodies of an MJCF file as MuJoCo compiles it. Raises MechlabError where MuJoCo refuses the file."""
-    try:
-        return float(mujoco.MjModel.from_xml_path(str(path)).body_mass.sum())
-    except ValueError as error:
-        raise MechlabError(f"MuJoCo refuses {path.name}: {error}") from None

@@ -1,0 +1,108 @@
+"""One run of a scene: its settings, the engine, the channels of the entry and where the numbers come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib import metadata
+
+from mechlab.engines.protocol import engine as engine_named
+from mechlab.errors import DISTRIBUTION, MechlabError, unknown
+from mechlab.experiment.acting import what_acts
+from mechlab.experiment.parameters import describe
+from mechlab.experiment.recording import Health, Recording
+from mechlab.experiment.scene import PRESETS, Scene, Settings
+from mechlab.lab.design import Design
+from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.problem_settings import FASTEST, motor_findings, settings_for, with_static_motors
+from mechlab.mechanism.geometry import Array
+
+MOST_STEPS = 5e7
+"""Most steps of one run: about ten minutes for a small mechanism."""
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of what numbers depend on."""
+    out = {}
+    for name, distribution in {"mechlab": DISTRIBUTION, **{p: p for p in ("numpy", "scipy", "mujoco", "pin")}}.items():
+        try:
+            out[name] = metadata.version(distribution)
+        except metadata.PackageNotFoundError:
+            continue
+    return out
+
+
+def single_run(
+    design: Design, scene: str | None, fidelity: str, duration: float | None, extra: Mapping[str, float]
+) -> Recording:
+    """The scene once, at one fidelity, with the settings that it recommends; no error is estimated."""
+    of_scene = design.for_scene(scene)
+    made = of_scene.scene(scene, fidelity, duration, extra)
+    settings = chosen_settings(of_scene, made)
+    refuse_too_long(design.name, made, settings)
+    made = with_static_motors(made, settings)
+    if settings.engine == "analytic":
+        return complete(of_scene, analytic_run(of_scene, made, extra), made)
+    return complete(of_scene, engine_run(of_scene, made, settings), made)
+
+
+def chosen_settings(
+    design: Design, scene: Scene, engine: str | None = None, settings: Settings | str | None = None,
+    timestep: float | None = None,
+) -> Settings:  # fmt: skip
+    """The settings of a run: those that were asked for, else the scene's, as the kind of problem and the engine demand."""
+    if isinstance(settings, str) and settings not in PRESETS:
+        raise unknown(f"{design.name}: settings", settings, PRESETS)
+    chosen = PRESETS[settings] if isinstance(settings, str) else settings or scene.settings
+    wanted = engine or chosen.engine
+    if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):
+        chosen = settings_for(chosen, design.mechanism(scene.fidelity), scene)
+    elif wanted == "hybrid":
+        tolerance = min(chosen.tolerance, 1e-10)
+        chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")
+    elif wanted != chosen.engine:
+        step = max(FASTEST, drive_step(design.mechanism(scene.fidelity), scene))
+        chosen = replace(chosen, engine=wanted, integrator="RK4", timestep=min(chosen.timestep, step))
+    return chosen if timestep is None else replace(chosen, timestep=timestep)
+
+
+def engine_run(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array = ()) -> Recording:
+    """One run by an engine, sampled at the times `at` [s] at least."""
+    times = None if len(at) == 0 else list(at)
+    return engine_named(settings.engine).run(design.mechanism(scene.fidelity), scene, settings, times)
+
+
+def analytic_run(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:
+    """The closed form or the own equations of the entry."""
+    if design.entry.reference is None:
+        raise MechlabError(f"{design.name}: it has no closed form to simulate with; engines: mujoco, pinocchio.")
+    if extra:
+        raise MechlabError(
+            f"{design.name}: engine analytic takes no initial values or loads beyond the scene's: {', '.join(extra)}."
+        )
+    return design.entry.reference(design.parameters, scene)
+
+
+def refuse_too_long(name: str, scene: Scene, settings: Settings) -> None:
+    """Raise MechlabError for a run of more than MOST_STEPS steps, before it begins."""
+    steps = scene.duration / settings.timestep
+    if steps > MOST_STEPS:
+        raise MechlabError(
+            f"{name}: a timestep of {settings.timestep:g} s over {scene.duration:g} s makes {steps:.3g} steps; at most "
+            f"{MOST_STEPS:.3g} are run. Take a timestep of at least {scene.duration / MOST_STEPS:.2g} s, or a shorter duration."
+        )
+
+
+def complete(design: Design, recording: Recording, scene: Scene) -> Recording:
+    """Provenance, and the channels of the entry that the scene asks for."""
+    entry = design.entry
+    parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
+    level = recording.fidelity or scene.fidelity
+    health = recording.health + Health(motor_findings(scene, recording))
+    full = replace(
+        recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,
+        acts=what_acts(recording.mechanism, scene),
+    )  # fmt: skip
+    asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
+    values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
+    return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})

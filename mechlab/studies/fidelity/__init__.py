@@ -1,0 +1,1 @@
+"""`mechlab fidelity`: all fidelities of a scene side by side: answers, error against the richest, cost."""
