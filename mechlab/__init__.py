@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         studio,
         sweep,
         synthesize,
+        track,
         view,
         workspace,
     )
@@ -127,6 +128,15 @@ if TYPE_CHECKING:
         universal,
     )
     from mechlab.mechanism.parts import LOOP_ROWS
+    from mechlab.studies.track.result import Track
+    from mechlab.studies.track.tasks import (
+        CenterOfMassTask,
+        FrameTask,
+        PostureTask,
+        RangeLimit,
+        RateLimit,
+        SingularityLimit,
+    )
     from mechlab.values import (
         Quantity,
         Range,
@@ -139,7 +149,7 @@ _HOMES = {
     "mechlab.api": (
         "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "gallery", "generate",
         "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
-        "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
+        "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
@@ -162,23 +172,29 @@ _HOMES = {
         "prismatic", "relation", "revolute", "screw", "shape", "spherical", "universal",
     ),
     "mechlab.mechanism.parts": ("LOOP_ROWS",),
+    "mechlab.studies.track.result": ("Track",),
+    "mechlab.studies.track.tasks": (
+        "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit",
+    ),
     "mechlab.values": ("Quantity", "Range", "Value",),
 }  # fmt: skip
 """Module -> the public names that it holds; a test compares them with the imports above, which type checkers read."""
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Answer", "Answers", "AppliedForce", "Body", "Builder", "Check", "Claim", "ComputedTorque", "Constant",
-    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "GROUND",
-    "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
-    "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
-    "Question", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Spring",
-    "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "floating", "from_json",
+    "Answer", "Answers", "AppliedForce", "Body", "Builder", "CenterOfMassTask", "Check", "Claim", "ComputedTorque",
+    "Constant", "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame",
+    "FrameTask", "GROUND", "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law",
+    "LinearRelation", "Loop", "CheckResult", "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop",
+    "PRESETS", "Placement", "Plant", "PostureTask", "Quantity", "Question", "Range", "RangeLimit", "RateLimit",
+    "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "SingularityLimit", "Spring",
+    "Status", "TableLaw", "Track", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__",
+    "belt", "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "floating", "from_json",
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
+    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "track", "universal", "view",
+    "workspace",
 ]  # fmt: skip
 
 
