@@ -21,10 +21,16 @@ FARTHEST = 0.35
 """Largest change from one pose to the next; beyond it the way is halved, so that the assembly mode is kept."""
 HALVINGS, RETRIES = 7, 1
 """How often the way is halved where it is too far, and where the search does not settle."""
+HALVED = 8
+"""How often a step that loses is halved."""
+SMALL = 0.03
+"""A step that is small enough for its losses to be of second order [rad, sizes]."""
 STILL = 1e-12
 """A step below this ends the search."""
 SETTLED = 1e-9
 """Below this a step that no direction is free to correct has squared its error away: the next one is not taken."""
+NEGLIGIBLE = 1e-7
+"""A search whose last step is below this has settled as far as rounding lets it."""
 PRESSING = 1e-9
 """A bound whose multiplier is larger is what stops the motion."""
 
@@ -69,31 +75,50 @@ class Follower:
         """Steps from a closed pose; least motion is counted from there."""
         closed, q = self.closed, start
         pressing: tuple[tuple[Bound, bool], ...] = ()
-        unmet = self._unmet(closed.set(q), targets)
+        closed.set(q)
         for count in range(1, STEPS + 1):
             basis = closed.basis
             levels = self._levels(basis, targets, closed.between(start, q))
             rows, low, high = bound_rows(closed, basis, bounds)
-            step = lexicographic(levels, rows, low, high)
-            pressing = tuple((b, m > 0) for b, m in zip(bounds, step.multipliers, strict=True) if abs(m) > PRESSING)
-            dv = basis @ step.z
-            size = float(np.max(np.abs(dv), initial=0.0))
-            if size < STILL:
-                return Pose(q, pressing, count, True)
-            scale = min(1.0, LONGEST / size)
-            for _ in range(8):
-                trial = closed.close(closed.moved(q, scale * dv))
-                after = self._unmet(closed.set(trial.q), targets)
-                if trial.closed and after <= unmet * (1.0 + 1e-9) + (scale * size) ** 2 + 1e-13:
+            for careful in (False, True):
+                step = lexicographic(levels, rows, low, high, careful)
+                pressing = tuple((b, m > 0) for b, m in zip(bounds, step.multipliers, strict=True) if abs(m) > PRESSING)
+                dv = basis @ step.z
+                size = float(np.max(np.abs(dv), initial=0.0))
+                if size < STILL:
+                    return Pose(q, pressing, count, True)
+                taken = self._take(q, dv, targets, levels[0], step.z, HALVED if careful else 1)
+                if taken is not None:
                     break
-                scale *= 0.5
             else:
-                closed.set(q)
-                return Pose(q, pressing, count, False)
-            q, unmet = trial.q, after
+                return Pose(q, pressing, count, size < NEGLIGIBLE)
+            q = taken
             if size < SETTLED and not step.free and not pressing:
                 return Pose(q, pressing, count, True)
-        return Pose(q, pressing, STEPS, False)
+        return Pose(q, pressing, STEPS, size < NEGLIGIBLE)
+
+    def _take(
+        self, q: Array, dv: Array, targets: Sequence[Array], first: tuple[Array, Array], z: Array, tries: int
+    ) -> Array | None:
+        """The closed pose after the step dv, or the first of its halves, that does not lose at the first priority; None, at q,
+        where none does.
+
+        What bounds make it lose by its rows is no loss. A step for the lower priorities, or along a bound, loses with the
+        square of its size; the next step gains that back.
+        """
+        size, unmet = float(np.max(np.abs(dv))), float(np.linalg.norm(first[1]))
+        scale = min(1.0, LONGEST / size)
+        for _ in range(tries):
+            squared = (scale * size) ** 2
+            trial = self.closed.close(self.closed.moved(q, scale * dv))
+            after = self._unmet(self.closed.set(trial.q), targets)
+            bent = squared if unmet <= 0.01 * squared or scale * size < SMALL else 0.0
+            expected = float(np.linalg.norm(first[1] - scale * (first[0] @ z)))
+            if trial.closed and after <= max(unmet, expected) * (1.0 + 1e-9) + bent + 1e-13:
+                return trial.q
+            scale *= 0.5
+        self.closed.set(q)
+        return None
 
     def _unmet(self, closed: Closed, targets: Sequence[Array]) -> float:
         """Norm of what is missing at the first priority."""

@@ -40,10 +40,12 @@ class QpStep:
     free: int
 
 
-def lexicographic(levels: Sequence[tuple[Array, Array]], rows: Array, lower: Array, upper: Array) -> QpStep:
+def lexicographic(
+    levels: Sequence[tuple[Array, Array]], rows: Array, lower: Array, upper: Array, careful: bool = False
+) -> QpStep:
     """The step for levels (A (k, f), b (k,)) in the order of their priority, rows (c, f) with bounds (c,).
 
-    Bounds that contradict each other here are widened until z = 0 is allowed.
+    careful: mu_k = |b_k|, for a pose where less is gained than the rows promise (Levenberg, Marquardt). Bounds that contradict each other here are widened until z = 0 is allowed.
     """
     f = rows.shape[1]
     z, basis, multipliers = np.zeros(f), np.eye(f), np.zeros(len(rows))
@@ -54,7 +56,8 @@ def lexicographic(levels: Sequence[tuple[Array, Array]], rows: Array, lower: Arr
         rank = int(np.sum(values > RANK * max(1.0, values[0] if len(values) else 0.0)))
         side, bounded = b - a @ z, rows @ basis
         low, high = lower - rows @ z, upper - rows @ z
-        w, dual = _level(a @ basis, side, (left[:, :rank], values[:rank], right[:rank]), bounded, low, high)
+        parts = left[:, :rank], values[:rank], right[:rank]
+        w, dual = _level(a @ basis, side, parts, bounded, low, high, careful)
         z = z + basis @ w
         multipliers = np.where(multipliers == 0.0, dual, multipliers)
         basis = basis @ right[rank:].T
@@ -62,9 +65,11 @@ def lexicographic(levels: Sequence[tuple[Array, Array]], rows: Array, lower: Arr
 
 
 def _level(
-    a: Array, b: Array, parts: tuple[Array, Array, Array], rows: Array, low: Array, high: Array
+    a: Array, b: Array, parts: tuple[Array, Array, Array], rows: Array, low: Array, high: Array, careful: bool
 ) -> tuple[Array, Array]:
     """w and multipliers of one level; parts: the singular value decomposition of a at its rank."""
+    if careful:
+        return _damped(a, b, parts, rows, low, high, float(np.linalg.norm(b)))
     w, dual = _damped(a, b, parts, rows, low, high, 0.0)
     unmet = float(np.linalg.norm(b - a @ w))
     return (w, dual) if unmet <= MET else _damped(a, b, parts, rows, low, high, unmet)
