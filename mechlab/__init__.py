@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         claims,
         cycle,
         doctor,
+        edit,
         explore,
         fidelities,
         find,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         portrait,
         run,
         sensitivity,
+        session,
         show,
         simulate,
         solve,
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
         Constant,
         ConstantPower,
         DcMotor,
+        FunctionLaw,
         Harmonic,
         Law,
         Motor,
@@ -74,6 +77,7 @@ if TYPE_CHECKING:
         TableLaw,
         Viscous,
     )
+    from mechlab.experiment.motion import Hold, Ramp, Sine, Spline
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.question import (
         Answer,
@@ -99,6 +103,7 @@ if TYPE_CHECKING:
         to_urdf,
     )
     from mechlab.lab.design import Design
+    from mechlab.lab.own_mechanism import scene
     from mechlab.mechanism import (
         GROUND,
         Body,
@@ -123,11 +128,11 @@ if TYPE_CHECKING:
         relation,
         revolute,
         screw,
-        shape,
         spherical,
         universal,
     )
     from mechlab.mechanism.parts import LOOP_ROWS
+    from mechlab.shapes import shape
     from mechlab.studies.track.result import Track
     from mechlab.studies.track.tasks import (
         CenterOfMassTask,
@@ -147,16 +152,17 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "gallery", "generate",
+        "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
         "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
-        "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",
+        "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
     "mechlab.experiment.laws": (
-        "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "Motor",
+        "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "FunctionLaw", "Harmonic", "Law", "Motor",
         "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous",
     ),
+    "mechlab.experiment.motion": ("Hold", "Ramp", "Sine", "Spline"),
     "mechlab.experiment.parameters": ("parameter",),
     "mechlab.experiment.question": ("Answer", "Answers", "Question",),
     "mechlab.experiment.recording": ("Health", "Recording",),
@@ -166,12 +172,14 @@ _HOMES = {
         "to_urdf",
     ),
     "mechlab.lab.design": ("Design",),
+    "mechlab.lab.own_mechanism": ("scene",),
     "mechlab.mechanism": (
         "GROUND", "Body", "Builder", "Drive", "Frame", "GearMesh", "Inertia", "Joint", "LinearRelation", "Loop",
         "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "belt", "floating", "mimic",
-        "prismatic", "relation", "revolute", "screw", "shape", "spherical", "universal",
+        "prismatic", "relation", "revolute", "screw", "spherical", "universal",
     ),
     "mechlab.mechanism.parts": ("LOOP_ROWS",),
+    "mechlab.shapes": ("shape",),
     "mechlab.studies.track.result": ("Track",),
     "mechlab.studies.track.tasks": (
         "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit",
@@ -182,19 +190,18 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Answer", "Answers", "AppliedForce", "Body", "Builder", "CenterOfMassTask", "Check", "Claim", "ComputedTorque",
-    "Constant", "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame",
-    "FrameTask", "GROUND", "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law",
-    "LinearRelation", "Loop", "CheckResult", "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop",
-    "PRESETS", "Placement", "Plant", "PostureTask", "Quantity", "Question", "Range", "RangeLimit", "RateLimit",
-    "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "SingularityLimit", "Spring",
-    "Status", "TableLaw", "Track", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__",
-    "belt", "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "floating", "from_json",
+    "Answer", "Answers", "AppliedForce", "Body", "Builder", "Check", "Claim", "ComputedTorque", "Constant",
+    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "FunctionLaw", "GROUND",
+    "GearMesh", "Harmonic", "Health", "Hold", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
+    "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
+    "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
+    "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
+    "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
-    "save_recording", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "track", "universal", "view",
-    "workspace",
+    "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
+    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
+    "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
 ]  # fmt: skip
 
 
@@ -203,7 +210,9 @@ def __getattr__(name: str) -> object:
     if name == "__version__":
         from importlib.metadata import version
 
-        return version("mechlab")
+        from mechlab.errors import DISTRIBUTION
+
+        return version(DISTRIBUTION)
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module 'mechlab' has no attribute {name!r}")

@@ -6,6 +6,8 @@ import traceback
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+DISTRIBUTION = "mechanism-lab"
+"""The name of mechlab on the package index, where `mechlab` is another library; import and command are `mechlab`."""
 USER_MODULE = "mechlab_user_"
 """Prefix of the names of modules that are made from users' files."""
 
@@ -36,6 +38,11 @@ class NoSolution(MechlabError):
 
 class EngineMissing(MechlabError):
     """An optional engine is not installed; the message says how to get it."""
+
+
+def install_extra(extra: str) -> str:
+    """The command that installs mechlab with an optional part of its dependencies."""
+    return f"pip install '{DISTRIBUTION}[{extra}]'"
 
 
 def unknown(what: str, name: object, existing: Iterable[str], error: type[MechlabError] = MechlabError) -> MechlabError:

@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mechlab.api.arguments import Error, File, Progress, Seconds, Values, key_values, silent
+from mechlab.api.arguments import Error, File, Plain, Progress, Seconds, Values, key_values, silent
 from mechlab.api.finding import Source, design_and_rest
-from mechlab.values import Value, one_number
+from mechlab.values import one_number
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from mechlab.studies.track.result import Track
-    from mechlab.studies.track.tasks import Limit, Target, Task
+    from mechlab.studies.track.tasks import Limit, Row, Target, Task
 
 
 def track(
     source: Source,
-    values: Mapping[str, Target | Value] | None = None,
+    values: Mapping[str, Target] | None = None,
     /,
     tasks: Sequence[Task | Limit] = (),
     *,
-    times: ArrayLike | None = None,
+    times: Row | None = None,
     duration: Seconds = 1.0,
     wishes: Sequence[str] = (),
     tolerance: Error | None = None,
     max_rate: Values | None = None,
-    clearance: float | None = None,
+    clearance: Plain | None = None,
     fidelity: str | None = None,
     out: File | None = None,
     progress: Progress = silent,
-    **given: Value | Callable[[float], ArrayLike],
+    **given: Target,
 ) -> Track:
     """Lead frames, joints or shafts of a closed mechanism along a path; all loops, gears and joint ranges hold.
 
@@ -54,7 +52,7 @@ def track(
         wishes=KEY,...: targets that may yield: met as far as the others allow
         tolerance=E: largest error that counts as met [m or rad]; default 1e-9 of the size, 1e-9 rad
         max_rate=JOINT=V,...: largest rates of joints or shafts [rad/s or m/s]
-        clearance=D: least distance from singularity of the loops, the smallest singular value of their rows [1]
+        clearance=D: least distance from singularity of the loops, the smallest singular value of their rows
         fidelity=F: level of fidelity: minimal, parts, full
         out=FILE.npz: the motion as a recording, which `view` opens; or all numbers as FILE.json
     """

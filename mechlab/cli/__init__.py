@@ -18,7 +18,7 @@ from mechlab.cli import output
 from mechlab.cli.arguments import one_name, refuse_bytes, split_tokens, with_flags
 from mechlab.cli.terminal import bar
 from mechlab.cli.verbs import VERBS
-from mechlab.errors import MechlabError, UsageError, unknown, user_fault
+from mechlab.errors import DISTRIBUTION, MechlabError, UsageError, unknown, user_fault
 from mechlab.values import Written
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class _Call:
             output.write(HELP.format(verbs="\n".join(f"  {name:11}{verb.text}" for name, verb in VERBS.items())))
             return 0
         if self.verb == "--version":
-            output.write(f"mechlab {output.package_version('mechlab') or 'not installed'}")
+            output.write(f"mechlab {output.package_version(DISTRIBUTION) or 'not installed'}")
             return 0
         if self.verb == "--completion":
             from mechlab.cli.completion import script

@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab.cli.terminal import fitted, width_of_stdout
-from mechlab.errors import MechlabError
+from mechlab.errors import DISTRIBUTION, MechlabError
 from mechlab.values import Range, Written
 
 if TYPE_CHECKING:
     from mechlab.experiment.model_file import ModelFile
 
 SCHEMA = 1
-PACKAGES = ("mechlab", "numpy", "scipy", "mujoco", "pin")
+PACKAGES = ("numpy", "scipy", "mujoco", "pin")
 
 
 def envelope(verb: str, names: list[str], values: Mapping[str, Written]) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def envelope(verb: str, names: list[str], values: Mapping[str, Written]) -> dict
         "status": "answered",
         "exit_code": 0,
         "units": SYSTEM,
-        "versions": {package: package_version(package) for package in PACKAGES},
+        "versions": {"mechlab": package_version(DISTRIBUTION)} | {p: package_version(p) for p in PACKAGES},
         "parameters": dict(values),
     }
 

@@ -12,7 +12,6 @@ motion of frames by their own kinematics. `one_freedom` and `hybrid` only run; t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,99 +19,17 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.motion_forces import LoopLoads, MotionForces
+from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
+from mechlab.experiment.observed import Observed
 from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.experiment.tree_plant import MassShare, TreePlant
-from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly
-
-SMOOTH_LAWS = ("constant", "harmonic", "table", "servo", "viscous", "constant_power")
-"""Kinds of laws without memory and without kinks."""
-
-
-def is_rough(mechanism: Mechanism) -> bool:
-    """Whether a joint or shaft has dry friction."""
-    return any(j.friction for j in mechanism.joints) or any(s.friction for s in mechanism.shafts)
-
-
-def why_no_smooth_tree(mechanism: Mechanism, laws: tuple[Law, ...]) -> str:
-    """Why it is not a tree of one-coordinate joints without dry friction under smooth laws; "" when it is."""
-    m = mechanism
-    if m.loops or m.relations:
-        return "it has loops or gears"
-    if is_rough(m) or any(j.nv != 1 for j in m.joints) or any(s.inertia or s.damping or s.stiffness for s in m.shafts):
-        return "its joints or shafts are of other kinds, or have dry friction"
-    other = [law.kind for law in laws if law.kind not in SMOOTH_LAWS]
-    return f"a law of kind {other[0]}" if other else ""
-
-
-class BlowUp(Exception):
-    """A motion that cannot go on: the time t [s], and the reason in words."""
-
-    def __init__(self, t: float, reason: str) -> None:
-        super().__init__(reason)
-        self.t = t
-        self.reason = reason
-
-
-@dataclass(frozen=True)
-class Instant:
-    """Equations of motion at one instant: accelerations a (nv,), reactions (rows,), forces of the laws by joint or shaft, and
-    power [W] that goes into the mechanism, less what dampers take."""
-
-    a: Array
-    reactions: Array
-    forces: dict[str, float]
-    power: float
-
-
-@dataclass(frozen=True)
-class EngineState:
-    """A mechanism at one state as one engine computes it.
-
-    q (nq,) coordinates [rad, m]; v (nv,) rates [rad/s, m/s].
-    mass_matrix (nv, nv) M with armatures and shafts [kg m2, kg m, kg].
-    bias (nv,) h of M a + h = applied + J^T reactions: velocity, gravity and passive terms without dry friction [N m, N].
-    poses: body -> rotation (3, 3), body axes to world, and origin (3,) in the world [m].
-    points: frame -> its origin (3,) in the world [m].
-    residual (rows,) how far loops and relations are open [m, rad]; rows (rows, engine nv) its gradient; rates (engine nv,) the
-    rates that it is multiplied by: v first, then those of connectors, bodies that an engine adds to close some kinds of loops.
-    names (nv,): of the rates. row_names: of the Mechanism's own rows; an engine may have more.
-    """
-
-    mechanism: Mechanism
-    engine: str
-    q: Array
-    v: Array
-    mass_matrix: Array
-    bias: Array
-    poses: Mapping[str, tuple[Array, Array]]
-    points: Mapping[str, Array]
-    residual: Array
-    rows: Array
-    rates: Array
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """(nv,) names of the rates."""
-        return tuple(self.mechanism.rate_names)
-
-    @property
-    def row_names(self) -> tuple[str, ...]:
-        """Names of the Mechanism's constraint rows."""
-        return tuple(ConstraintSet(self.mechanism).rows)
-
-    @property
-    def placement(self) -> Array:
-        """(12 bodies + 3 frames,) rotations and origins of all bodies, then the points of all frames, as one row of numbers."""
-        turned = [[*np.ravel(r), *p] for r, p in self.poses.values()]
-        return np.concatenate([np.ravel(turned), np.ravel(list(self.points.values()))])
 
 
 class StatePlant(Plant, Protocol):
@@ -187,6 +104,13 @@ class Engine:
         """A trace that can be continued (`advance(outputs)`), outputs `between` [s] apart; None where it cannot."""
         return None
 
+    def session(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, seen: Observed, substeps: int = 1,
+        start: Any = None, seed: int | None = None,
+    ) -> Any:  # fmt: skip
+        """A step loop in which the caller commands the drives; see `mechlab.engines.mujoco.session`."""
+        raise self._refusal("has no step loop")
+
     def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
         """(n, nq) coordinates of a run at `outputs` + 1 even times; fewer rows when it ended early."""
         return self.run(mechanism, scene, settings, np.linspace(0.0, scene.duration, outputs + 1)).q
@@ -207,7 +131,15 @@ class Engine:
 
     def state(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
         """The EngineState at coordinates q (nq,) and rates v (nv,), default 0."""
-        return state_of(self.name, self.plant(mechanism), q, v)
+        m, plant = mechanism, self.plant(mechanism)
+        q = np.array(q, dtype=float)
+        v = np.zeros(m.nv) if v is None else np.array(v, dtype=float)
+        plant.set(q, v)
+        residual, rows, rates = plant.closing()
+        return EngineState(
+            m, self.name, q, v, np.array(plant.mass_matrix()), np.array(plant.bias()), {b.name: plant.pose(b.name) for b in m.bodies},
+            {f.name: plant.point(f.name) for f in m.frames}, residual, rows, rates,
+        )  # fmt: skip
 
     def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Any:
         """The equations of motion under laws as a function of (t, y), dry friction smoothed for steps of h [s]."""
@@ -276,19 +208,6 @@ class NumpyTree(Engine):
 
 
 ENGINES = {"numpy": NumpyTree()}
-
-
-def state_of(name: str, plant: StatePlant, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
-    """The EngineState of a plant at coordinates q (nq,) and rates v (nv,), default 0."""
-    m = plant.mechanism
-    q = np.array(q, dtype=float)
-    v = np.zeros(m.nv) if v is None else np.array(v, dtype=float)
-    plant.set(q, v)
-    residual, rows, rates = plant.closing()
-    return EngineState(
-        m, name, q, v, np.array(plant.mass_matrix()), np.array(plant.bias()), {b.name: plant.pose(b.name) for b in m.bodies},
-        {f.name: plant.point(f.name) for f in m.frames}, residual, rows, rates,
-    )  # fmt: skip
 
 
 _PINOCCHIO = "Pinocchio is not installed; `pip install pin` (there is no wheel for Windows: use WSL)."

@@ -44,7 +44,7 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
         case "servo":
             return _servo(law, on, length, unit, many)
         case "dc_motor":
-            return f"DC motor{many} {on} at {law.voltage:g} V"
+            return f"DC motor{many} {on} at {'a voltage over time' if callable(getattr(law.voltage, 'at', None)) else f'{law.voltage:g} V'}"
         case "motor":
             return f"motor {on}, stall {law.stall:g} {unit}, no load {law.no_load_rate:g} {length}/s"
         case "constant":
@@ -61,6 +61,8 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
             return f"drag {law.coefficient:g} {unit} s/{length} on {on}"
         case "one_sided_stop":
             return f"stop of {on} at {law.at:g} {length}, {law.stiffness:g} {unit}/{length}"
+        case "function":
+            return f"the user's function {law.name} on {on}"
         case "computed_torque":
             return f"computed torque of {on}"
     return f"{law.kind.replace('_', ' ')} on {on}"
@@ -154,3 +156,23 @@ def _idle(mechanism: Mechanism, rest: Sequence[Drive]) -> list[str]:
         if drives:
             out.append(f"{'drive' if len(drives) == 1 else 'drives'} {rounded([d.name for d in drives])} {text}")
     return out
+
+
+SMOOTH_LAWS = ("constant", "harmonic", "table", "servo", "viscous", "constant_power")
+"""Kinds of laws without memory and without kinks."""
+
+
+def is_rough(mechanism: Mechanism) -> bool:
+    """Whether a joint or shaft has dry friction."""
+    return any(j.friction for j in mechanism.joints) or any(s.friction for s in mechanism.shafts)
+
+
+def why_no_smooth_tree(mechanism: Mechanism, laws: tuple[Law, ...]) -> str:
+    """Why it is not a tree of one-coordinate joints without dry friction under smooth laws; "" when it is."""
+    m = mechanism
+    if m.loops or m.relations:
+        return "it has loops or gears"
+    if is_rough(m) or any(j.nv != 1 for j in m.joints) or any(s.inertia or s.damping or s.stiffness for s in m.shafts):
+        return "its joints or shafts are of other kinds, or have dry friction"
+    other = [law.kind for law in laws if law.kind not in SMOOTH_LAWS]
+    return f"a law of kind {other[0]}" if other else ""

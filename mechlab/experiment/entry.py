@@ -136,7 +136,6 @@ class Claim:
     printed: Any
     test: Callable[[], ClaimResult]
     source: str = ""
-    tags: tuple[str, ...] = field(default=())
 
 
 @dataclass(frozen=True)

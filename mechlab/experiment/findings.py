@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.constraints import ConstraintSet
@@ -26,26 +25,6 @@ GAP_LIMIT = 1e-4
 MODE_SAMPLES = 200
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
-
-
-def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
-    """(n,) sample times [s] from 0 to the duration: the given `times` with both ends added; by default a regular grid
-    of whole timesteps, at most 10 ms apart, with at least 200 samples if the timestep allows it.
-
-    Raises MechlabError for a duration that is not positive or times outside it.
-    """
-    if not np.isfinite(duration) or duration <= 0:
-        raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
-    if times is None:
-        step = min(0.01, duration / 200.0)
-        stride = max(1, int(step / timestep + 1e-9))
-        count = max(1, int(np.ceil(duration / (stride * timestep) - 1e-9)))
-        return np.append(np.arange(count) * (stride * timestep), duration)
-    asked = np.unique(np.asarray(times, dtype=float))
-    if not np.all(np.isfinite(asked)) or (len(asked) and (asked[0] < 0 or asked[-1] > duration * (1 + 1e-12))):
-        raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {asked.tolist()}.")
-    inner = asked[(asked > 0) & (asked < duration)]
-    return np.concatenate([[0.0], inner, [duration]])
 
 
 def kinematic_findings(
@@ -192,7 +171,7 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
     itself after a blow-up; None when there is no such sample. With d the largest distance from the
     reference so far, a step is such a jump when it is longer than RESTART_JUMP d and than twice the usual speed allows, when it
     ends within a tenth of d from the reference, and when the speed is lower after it than before."""
-    home, columns = mechanism.reference(), mechanism._q_columns
+    home, columns = mechanism.reference(), mechanism.q_columns
     if len(t) < 3 or not len(columns) or not np.all(np.isfinite(q)):
         return None
     distance = np.max(np.abs(q - home)[:, columns], axis=1)
@@ -278,6 +257,12 @@ def friction_finding(
         return Finding("friction", value, tolerance, "rad or m", "warning", f"{text} (tolerance {tolerance:g})")
     text += f", beyond the tolerance {tolerance:g} of the scene; --engine hybrid follows it exactly, a smaller timestep more closely"
     return Finding("friction", value, tolerance, "rad or m", "error", text)
+
+
+def stopped_finding(t: float, duration: float, reason: str) -> Finding:
+    """Finding "blow_up" (an error): the time t [s] at which a run could not go on, and why."""
+    text = f"the run stopped at t = {t:.6g} s of {duration:g} s: {reason}"
+    return Finding("blow_up", t, duration, "s", "error", text)
 
 
 OPEN_LOOP = 1e-3

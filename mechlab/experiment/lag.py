@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.experiment.law_states import LawStates
+from mechlab.experiment.laws import LawStates
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.experiment.tree_plant import TreePlant

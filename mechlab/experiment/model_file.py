@@ -7,7 +7,8 @@ What is left out is said by name: every verb prints it, its JSON lists it (`left
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,13 @@ class LeftOut:
 class ModelFile:
     """A model file: its path (None for a text), kind ("MJCF", "URDF"), mechanism, what is left out of it, and `notes`, sentences
     on what was decided in reading: a loop that was closed and by how much, the branch that was taken, a name that was changed.
+
+    joints: the file's joint -> the joints of the mechanism that stand for it: one, or for a free joint its three slides along
+    the axes of the world and its ball joint; bodies and drives: the file's body or actuator -> that of the mechanism. Elements
+    without a name have the key `unnamed(k)`, k their number in the file. A body of the file may have more bodies in the
+    mechanism, NAME.1, NAME.2, where its joints act at different points, and the frame of a body stands at its joints.
+    reference: the coordinates of the file (MuJoCo's qpos) in the reference pose of the mechanism; empty: those of the file's own
+    (qpos0). `mechlab.engines.mujoco.model_file.coordinates` converts states with them.
     """
 
     path: Path | None
@@ -52,6 +60,10 @@ class ModelFile:
     mechanism: Mechanism
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
+    joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False, compare=False)
+    bodies: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
+    drives: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
+    reference: tuple[float, ...] = ()
 
     @property
     def name(self) -> str:
@@ -62,6 +74,17 @@ class ModelFile:
     def remarks(self) -> tuple[str, ...]:
         """What is left out and what was decided, a sentence each; empty for a file that was read whole."""
         return (*(f"left out: {x.sentence}" for x in self.left_out), *self.notes)
+
+    @property
+    def lost(self) -> tuple[LeftOut, ...]:
+        """What acts on the motion without contacts and is not in the mechanism; empty: nothing is lost. Contacts, floor, meshes,
+        sensors, keyframes, lights and the like are left out but not lost: they are `kept` in a run of the file as it is."""
+        return tuple(x for x in self.left_out if not x.kept)
+
+
+def unnamed(number: int) -> str:
+    """Key of an element of a file that has no name; number: from 0, in the order of the file."""
+    return f"#{number}"
 
 
 class LeftOutWarning(UserWarning):

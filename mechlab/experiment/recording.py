@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -61,16 +61,22 @@ def limit_finding(name: str, value: float, limit: float, unit: str, what: str, w
 @dataclass(frozen=True)
 class Symptom:
     """One finding about a model file: a name, its severity ("error": results of the file as it is cannot be trusted; "warning";
-    "note": concerns other tools), a sentence with the numbers, and text to paste into the file ("" for none)."""
+    "note": a default, or a matter of other tools), a sentence with the numbers, and text to paste into the file ("" for none);
+    number: the measured value that the sentence is about; consequence: what it does to a user's results."""
 
     name: str
     severity: str
     sentence: str
     paste: str = ""
+    number: float | None = None
+    consequence: str = ""
 
-    def to_dict(self) -> dict[str, str]:
+    def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
-        return {"name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste}
+        return {
+            "name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste,
+            "number": self.number, "consequence": self.consequence,
+        }  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -244,6 +250,31 @@ def basic_channels(
                 channels[f"{frame.name}_{letter}"] = points[:, k, axis]
                 units[f"{frame.name}_{letter}"] = "m"
     return channels, units
+
+
+def run_channels(
+    mechanism: Mechanism, q: Array, v: Array, a: Array, forces: Mapping[str, Array]
+) -> tuple[dict[str, Array], dict[str, str]]:
+    """`basic_channels`; NAME_accel of each joint and shaft, from accelerations a (n, nv); NAME_force (n,) of what laws act on."""
+    channels, units = basic_channels(mechanism, q, v)
+    for name in mechanism.scalar_names:
+        channels[f"{name}_accel"] = a @ mechanism.row(name)
+        units[f"{name}_accel"] = f"{units[name]}/s2"
+    for name, values in forces.items():
+        channels[f"{name}_force"] = values
+        units[f"{name}_force"] = force_unit(units[name])
+    return channels, units
+
+
+def force_unit(coordinate: str) -> str:
+    """The unit of a force on a coordinate in m or rad."""
+    return "N" if coordinate == "m" else "N m"
+
+
+def over_samples(forces: Sequence[Mapping[str, float]]) -> dict[str, Array]:
+    """Joint or shaft -> (n,) force at each of n samples, 0 where no law acts."""
+    names = dict.fromkeys(name for now in forces for name in now)
+    return {name: np.array([now.get(name, 0.0) for now in forces]) for name in names}
 
 
 def frame_positions(mechanism: Mechanism, q: Array) -> Array:

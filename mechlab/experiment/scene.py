@@ -13,9 +13,10 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, NoSolution, unknown
-from mechlab.experiment.laws import Law
+from mechlab.experiment.laws import Law, laws_of
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -99,8 +100,9 @@ DRIVES = ("hold", "free")
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene. duration [s]; initial: physical values of joints at t = 0, the others follow by assembly from the
-    reference pose; initial_rates: rates of joints or shafts, the others follow from the constraints (minimum norm).
+    """A scene. fidelity: "" for the one that the mechanism has by default; duration [s]; initial: physical values of joints at
+    t = 0, the others follow by assembly from the reference pose; initial_rates: rates of joints or shafts, the others follow
+    from the constraints (minimum norm).
     `needs`, `tolerance` [m or rad]: what the run must answer, and its largest error; `settings`: the recommended way to
     compute it. `keep_mode`: joints or shafts for which the assembly mode must not change; a run that changes it stops
     there with an error.
@@ -110,9 +112,9 @@ class Scene:
     MechlabError for another word.
     """
 
-    name: str
-    fidelity: str
-    duration: float
+    name: str = "own"
+    fidelity: str = ""
+    duration: float = 2.0
     laws: tuple[Law, ...] = ()
     initial: dict[str, float] = field(default_factory=dict)
     initial_rates: dict[str, float] = field(default_factory=dict)
@@ -127,6 +129,8 @@ class Scene:
     def __post_init__(self) -> None:
         if self.drives not in DRIVES:
             raise unknown(f"scene {self.name}: drives", self.drives, DRIVES)
+        if type(self.laws) is not tuple:
+            object.__setattr__(self, "laws", laws_of(self.laws))
 
 
 PATH_STEPS = 10
@@ -206,3 +210,23 @@ def _finite(values: Mapping[str, float], what: str, kind: str) -> None:
     for name, x in values.items():
         if not np.isfinite(x):
             raise MechlabError(f"{what}: {kind} of {name!r}: expected a finite number, got {x!r}.")
+
+
+def sample_grid(duration: float, timestep: float, times: ArrayLike | None = None) -> Array:
+    """(n,) sample times [s] from 0 to the duration: the given `times` with both ends added; by default a regular grid
+    of whole timesteps, at most 10 ms apart, with at least 200 samples if the timestep allows it.
+
+    Raises MechlabError for a duration that is not positive or times outside it.
+    """
+    if not np.isfinite(duration) or duration <= 0:
+        raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
+    if times is None:
+        step = min(0.01, duration / 200.0)
+        stride = max(1, int(step / timestep + 1e-9))
+        count = max(1, int(np.ceil(duration / (stride * timestep) - 1e-9)))
+        return np.append(np.arange(count) * (stride * timestep), duration)
+    asked = np.unique(np.asarray(times, dtype=float))
+    if not np.all(np.isfinite(asked)) or (len(asked) and (asked[0] < 0 or asked[-1] > duration * (1 + 1e-12))):
+        raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {asked.tolist()}.")
+    inner = asked[(asked > 0) & (asked < duration)]
+    return np.concatenate([[0.0], inner, [duration]])

@@ -42,7 +42,7 @@ class TreePlant:
         self.mechanism = mechanism
         self.memory: Mapping[Any, Array] = {}
         self._rows = {n: (mechanism.zero(n), mechanism.row(n)) for n in mechanism.scalar_names}
-        self._columns = mechanism._q_columns
+        self._columns = mechanism.q_columns
         self.set(mechanism.reference() if q is None else q, v)
 
     def set(self, q: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> TreePlant:

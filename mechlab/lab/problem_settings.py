@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechlab.engines.protocol import is_rough
+from mechlab.experiment.acting import is_rough
 from mechlab.experiment.laws import DcMotor, Law
 from mechlab.experiment.recording import Finding, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings

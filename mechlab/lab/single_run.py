@@ -7,7 +7,7 @@ from dataclasses import replace
 from importlib import metadata
 
 from mechlab.engines.protocol import engine as engine_named
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import DISTRIBUTION, MechlabError, unknown
 from mechlab.experiment.acting import what_acts
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Health, Recording
@@ -24,9 +24,9 @@ MOST_STEPS = 5e7
 def versions() -> dict[str, str]:
     """Installed versions of what numbers depend on."""
     out = {}
-    for name in ("mechlab", "numpy", "scipy", "mujoco", "pin"):
+    for name, distribution in {"mechlab": DISTRIBUTION, **{p: p for p in ("numpy", "scipy", "mujoco", "pin")}}.items():
         try:
-            out[name] = metadata.version(name)
+            out[name] = metadata.version(distribution)
         except metadata.PackageNotFoundError:
             continue
     return out

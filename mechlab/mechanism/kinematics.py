@@ -254,3 +254,13 @@ def integrate(mechanism: Mechanism, q: ArrayLike, dv: ArrayLike) -> Array:
         else:
             out[qs] = q[qs] + dv[vs]
     return out
+
+
+def unit_quaternions(mechanism: Mechanism, q: Array) -> Array:
+    """(n, nq) coordinates with quaternions of unit length, as interpolation and extrapolation do not keep it."""
+    out = q.copy()
+    for joint in mechanism.joints:
+        if joint.kind == "spherical":
+            s = mechanism.q_slice[joint.name]
+            out[:, s] /= np.linalg.norm(out[:, s], axis=1, keepdims=True)
+    return out

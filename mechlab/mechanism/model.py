@@ -168,10 +168,10 @@ class Mechanism(Result[Path]):
 
     def value(self, name: str, q: Array) -> Array:
         """Physical value of a joint or shaft at coordinates q (..., nq): zero + coordinate."""
-        return self.zero(name) + np.asarray(q)[..., self._q_columns] @ self.row(name)
+        return self.zero(name) + np.asarray(q)[..., self.q_columns] @ self.row(name)
 
     @cached_property
-    def _q_columns(self) -> Array:
+    def q_columns(self) -> Array:
         """(nv,) the coordinate that each rate changes; for spherical joints the vector part, with zero coefficients."""
         columns: list[int] = []
         for joint in self.joints:

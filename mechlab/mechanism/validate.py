@@ -174,6 +174,23 @@ def _attachments(m: Mechanism) -> None:
             if not drive.stiffness or drive.winding is not None:
                 raise MechlabError(f"{m.name}: drive {drive.name!r}: only a servo, with a stiffness, has a target.")
         _winding(m, drive)
+        _control(m, drive)
+
+
+def _control(m: Mechanism, drive: Drive) -> None:
+    if drive.control is None:
+        return
+    what = f"{m.name}: drive {drive.name!r}: control"
+    if drive.winding is not None:
+        raise MechlabError(f"{what}: the control of a DC motor (winding) is its voltage; it has no other units.")
+    for key in ("gain", "gear", "push"):
+        _finite(getattr(drive.control, key), f"{what}: {key}")
+    if drive.control.gear == 0.0:
+        raise MechlabError(f"{what}: a gear of 0 moves nothing.")
+    for key in ("range", "force_range"):
+        ends = getattr(drive.control, key)
+        if ends is not None and not _finite(ends[0], f"{what}: {key}") < _finite(ends[1], f"{what}: {key}"):
+            raise MechlabError(f"{what}: {key} must be (low, high) with low < high, got {ends!r}.")
 
 
 def _winding(m: Mechanism, drive: Drive) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.errors import EngineMissing, MechlabError
+from mechlab.errors import EngineMissing, MechlabError, install_extra
 from mechlab.files import unfinished, write
 from mechlab.viewer.framing import tempo
 from mechlab.viewer.picture import Drawing
@@ -98,7 +98,7 @@ def find_ffmpeg() -> str:
         return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:
         raise EngineMissing(
-            "A film is encoded by ffmpeg, which was not found. Try: pip install 'mechlab[film]' (imageio-ffmpeg), "
+            f"A film is encoded by ffmpeg, which was not found. Try: {install_extra('film')} (imageio-ffmpeg), "
             "or install the system package ffmpeg."
         ) from error
 

@@ -249,6 +249,17 @@ def test_stages_by_brute_force() -> None:
     assert found == expected and found
 
 
+def test_six_planets_that_touch_exactly_fit() -> None:
+    """sin(pi / 6) = 1/2: (sun + planet) / 2 >= planet + 2 in whole numbers, so that equality is no matter of a last bit."""
+    share, teeth = Fraction(1, 3), range(4, 60)
+    expected = {
+        (s, p, s + 2 * p) for s, p in product(teeth, repeat=2)
+        if s + 2 * p < 60 and Fraction(s, 2 * s + 2 * p) == share and (2 * s + 2 * p) % 6 == 0 and s + p >= 2 * (p + 2)
+    }  # fmt: skip
+    assert (8, 4, 16) in expected
+    assert {tuple(row) for row in stage_teeth(share, 6, teeth).tolist()} == expected
+
+
 def test_equal_ratios_are_refused() -> None:
     with pytest.raises(MechlabError, match="must differ"):
         sun_shares(Fraction(2), Fraction(2))

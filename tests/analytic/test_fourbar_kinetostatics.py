@@ -7,7 +7,7 @@ from mechlab.analytic import fourbar
 from mechlab.catalog import fourbar as catalog
 from mechlab.engines.mujoco.reactions import InverseDynamicsSolver
 from mechlab.engines.own.closed_path import ClosedPath
-from mechlab.engines.pinocchio import inverse_dynamics
+from mechlab.engines.pinocchio.reactions import inverse_dynamics
 from mechlab.errors import NoSolution
 
 LINKS = (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechlab.analytic import transition_matrices as tm
-from mechlab.engines.pinocchio import PinPlant
+from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.errors import MechlabError
 from mechlab.mechanism import Builder, Inertia, Placement, prismatic, revolute
 from mechlab.mechanism.geometry import axis_rotation

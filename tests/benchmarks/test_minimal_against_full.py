@@ -8,7 +8,7 @@ import time
 import mujoco
 import pytest
 
-from mechlab.engines.mujoco import to_mujoco
+from mechlab.engines.mujoco.model import to_mujoco
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.reduction import reduce

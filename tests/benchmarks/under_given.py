@@ -15,11 +15,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import null_space
 
-from mechlab.engines.pinocchio import PinConstraints, PinKinematics, Quantities, assemble, frame_motion
+from mechlab.engines.pinocchio.constraints import PinConstraints
+from mechlab.engines.pinocchio.inverse import assemble
+from mechlab.engines.pinocchio.kinematics import PinKinematics, frame_motion
+from mechlab.engines.pinocchio.quantities import Quantities
 from mechlab.errors import MechlabError
 from mechlab.kit.quantities import level
 from mechlab.lab.ask import ask
-from mechlab.lab.design import design, entry_of
+from mechlab.lab.design import design
+from mechlab.lab.own_mechanism import entry_of
 from mechlab.mechanism import Mechanism, integrate
 from mechlab.mechanism.structure import sample_poses, structure
 from tests.engines.pinocchio.random_mechanisms import random_mechanism

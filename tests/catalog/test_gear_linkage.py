@@ -24,8 +24,8 @@ from mechlab.catalog.gear_linkage.checks import CHECKS
 from mechlab.catalog.gear_linkage.claims import CLAIMS
 from mechlab.catalog.gear_linkage.looks import tooth_counts
 from mechlab.cli import main
-from mechlab.engines.mujoco import run
-from mechlab.engines.pinocchio import run as run_pinocchio
+from mechlab.engines.mujoco.runner import run
+from mechlab.engines.pinocchio.runner import run as run_pinocchio
 from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Verdict
 from mechlab.experiment.findings import ModeWatch

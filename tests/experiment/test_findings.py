@@ -5,10 +5,10 @@ import pytest
 
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.energy import dissipation, energy, energy_finding, kinetic_energy, potential_energy, work
-from mechlab.experiment.findings import kinematic_findings, mode_signs, sample_grid, saturation_finding
+from mechlab.experiment.findings import kinematic_findings, mode_signs, saturation_finding
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.motion import Hold
-from mechlab.experiment.scene import Scene, initial_state
+from mechlab.experiment.scene import Scene, initial_state, sample_grid
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Spring, TreeKinematics, close, mode_sign, revolute
 
 

@@ -24,8 +24,8 @@ def two_discs(joined: bool = False) -> Mechanism:
 
 
 def run(m: Mechanism, law: HeldRates, engine: str, rates: dict[str, float], duration: float = 1.0) -> Recording:
-    from mechlab.engines.mujoco import run as mujoco
-    from mechlab.engines.pinocchio import run as pinocchio
+    from mechlab.engines.mujoco.runner import run as mujoco
+    from mechlab.engines.pinocchio.runner import run as pinocchio
 
     scene = Scene("held", "full", duration, (law,), initial_rates=rates)
     return (mujoco if engine == "mujoco" else pinocchio)(m, scene, Settings(engine=engine, integrator="RK4"))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechlab.engines.mujoco import run
+from mechlab.engines.mujoco.runner import run
 from mechlab.experiment.lag import lag_findings, predicted_lags, softness
 from mechlab.experiment.laws import Constant, Harmonic
 from mechlab.experiment.scene import PRESETS, Scene, Settings, preset

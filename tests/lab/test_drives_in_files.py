@@ -82,7 +82,7 @@ def test_the_default_scene_of_the_catalog_moves_as_the_written_file(name, tmp_pa
 
 def start(m, model, data, run):
     """Puts the first sample of a run into the data; the connectors of loops follow from the closure of the engine."""
-    from mechlab.engines.mujoco import MujocoMap
+    from mechlab.engines.mujoco.model import MujocoMap
 
     map_ = MujocoMap(m, model)
     data.qpos[:] = map_.engine_coordinates(run.q[0])
@@ -101,7 +101,7 @@ def test_no_scene_of_the_catalog_has_a_drive_that_holds():
             assert made.drives == "hold" or "free" in scene
 
 
-STRANGE = """<mujoco model="strange">
+STRANGE = """<mujoco model="strange"><default><geom contype="0" conaffinity="0"/></default>
   <worldbody>
     <body><joint name="q" axis="0 1 0" ref="20"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>
     <body pos="0 1 0"><joint name="r" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 .4 0 0" size=".02" mass="1"/></body>

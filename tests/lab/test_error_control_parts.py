@@ -146,7 +146,7 @@ def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
     """Central differences of the accelerations, with a damped joint, a constant load and a spring between two points."""
     import mujoco
 
-    trace = import_module("mechlab.engines.mujoco.trace")
+    drive, trace = (import_module(f"mechlab.engines.mujoco.{name}") for name in ("drive", "trace"))
     b = Builder("two", gravity=(0.0, 0.0, -9.81))
     b.body("arm", revolute("a", "y", damping=0.3), inertia=Inertia.rod(1.0, (0, 0, 0), (0.5, 0.0, 0.0), 0.02))
     b.body(
@@ -160,8 +160,8 @@ def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
         Spring("k", "ground", "bob", (1.0, 0.3, 0.2), (0.0, 0.1, 0.0), stiffness=800.0, damping=30.0, rest_length=0.4)
     )
     m, scene = b.build(), Scene("s", "full", 1.0, (law("constant", on="a", value=2.0),))
-    model, data, map_ = trace._undriven(m, Settings(integrator="LSODA", tolerance=1e-6), ())
-    trace._start(m, scene, data, map_)
+    model, data, map_ = drive.run_model(m, Settings(integrator="LSODA", tolerance=1e-6), ())
+    drive.put_start(data, map_, *initial_state(m, scene))
     trace._driven(m, scene, model, data, map_, sampling=True)
 
     def slope(y: np.ndarray) -> np.ndarray:

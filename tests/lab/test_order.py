@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.mujoco import run
+from mechlab.engines.mujoco.runner import run
 from mechlab.experiment.errors import (
     SAFETY,
     SAFETY_SEEN,

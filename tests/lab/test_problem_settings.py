@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.mujoco import run as run_mujoco
+from mechlab.engines.mujoco.runner import run as run_mujoco
 from mechlab.experiment.laws import Constant, DcMotor
 from mechlab.experiment.scene import PRESETS, Scene, Settings
 from mechlab.lab.problem_settings import FASTEST, FRICTION_STEP, motor_findings, settings_for, with_static_motors

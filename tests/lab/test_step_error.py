@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.mujoco import run
+from mechlab.engines.mujoco.runner import run
 from mechlab.engines.own.one_freedom import run as run_one_freedom
 from mechlab.engines.pinocchio.runner import run as run_pinocchio
 from mechlab.experiment.energy import energy_finding

@@ -99,8 +99,9 @@ def test_closed_differential_has_the_matrix_of_the_specification() -> None:
 
 def test_both_engines_keep_the_off_diagonal() -> None:
     """MuJoCo 4.0.0 drops the coupling of tendon armature between joints that are not nested; Pinocchio 4.1.0 is right."""
-    from mechlab.engines.mujoco import MujocoMap, MujocoPlant, to_mujoco
-    from mechlab.engines.pinocchio import PinPlant
+    from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
+    from mechlab.engines.mujoco.plant import MujocoPlant
+    from mechlab.engines.pinocchio.dynamics import PinPlant
 
     m = reduce(TRAINS["closed differential"]).mechanism
     model, data = to_mujoco(m)
@@ -112,7 +113,7 @@ def test_both_engines_keep_the_off_diagonal() -> None:
 
 def test_constant_moments_run_as_the_specification_says() -> None:
     """S1: 100 and -200 N m from 100 and 50 rad/s for 0.5 s: (461.383100, -54.935543), DOP853 at 1e-12 in the specification."""
-    from mechlab.engines.mujoco import run
+    from mechlab.engines.mujoco.runner import run
     from mechlab.experiment.laws import Constant
     from mechlab.experiment.scene import Scene
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.mujoco import run, to_mujoco
 from mechlab.engines.mujoco.findings import _slip
+from mechlab.engines.mujoco.model import to_mujoco
+from mechlab.engines.mujoco.runner import run
 from mechlab.experiment.findings import restart_finding
 from mechlab.experiment.held_rates import HeldRates, RateHold, capture_finding
 from mechlab.experiment.laws import Constant, OneSidedStop, Servo

@@ -80,8 +80,9 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.mujoco import run, to_mujoco
-from mechlab.engines.mujoco.model import equality_jacobian
+from mechlab.engines.mujoco.closure import equality_jacobian
+from mechlab.engines.mujoco.model import to_mujoco
+from mechlab.engines.mujoco.runner import run
 from mechlab.errors import MechlabError
 from mechlab.experiment.held_rates import ViscousBetween
 from mechlab.experiment.scene import Scene, Settings, preset

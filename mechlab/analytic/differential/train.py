@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -152,10 +153,16 @@ def conditions(train: Train, planets: int) -> tuple[StageConditions, StageCondit
     """Assembly conditions of both stages for standard gears."""
     out = []
     for sun, planet, ring in ((train.z1, train.z2, train.z3), (train.z4, train.z5, train.z6)):
-        gap = np.inf if planets == 1 else (sun + planet) * np.sin(np.pi / planets) - planet - 2
-        # sin(pi / 6) is not exactly 1/2: an exact touch must not depend on its last bit.
-        out.append(StageConditions((sun + ring) % planets == 0, bool(gap >= -1e-9)))
+        out.append(StageConditions((sun + ring) % planets == 0, bool(_neighbours_clear(sun, planet, planets))))
     return out[0], out[1]
+
+
+def _neighbours_clear(sun: Any, planet: Any, planets: int) -> Any:
+    """Whether neighbouring planets with standard addenda do not overlap: (z1 + z2) sin(pi / n) >= z2 + 2."""
+    if planets == 1:
+        return True
+    # sin(pi / 6) is not exactly 1/2: an exact touch must not depend on its last bit
+    return (sun + planet) * np.sin(np.pi / planets) - planet - 2 >= -1e-9
 
 
 @dataclass(frozen=True)
@@ -237,6 +244,4 @@ def _suns_and_planets(teeth: Sequence[int]) -> tuple[IntArray, IntArray]:
 
 def _assembles(sun: IntArray, planet: IntArray, planets: int, teeth: Sequence[int]) -> NDArray[np.bool_]:
     ok = np.isin(sun + 2 * planet, np.asarray(teeth)) & (2 * (sun + planet) % planets == 0)
-    if planets > 1:
-        ok &= (sun + planet) * math.sin(math.pi / planets) >= planet + 2
-    return np.asarray(ok)
+    return np.asarray(ok & _neighbours_clear(sun, planet, planets))

@@ -126,7 +126,7 @@ def _keep(
     out.reached[at] = states[np.arange(len(states)), first, 0]  # where the engine gives up it repeats its last time
     if mechanism.relations:
         rows = np.array([mechanism.coefficient_row(x.coefficients) for x in mechanism.relations])
-        out.slip[at] = np.max(np.abs(out.q[at][..., mechanism._q_columns] @ rows.T), axis=(1, 2), initial=0.0)
+        out.slip[at] = np.max(np.abs(out.q[at][..., mechanism.q_columns] @ rows.T), axis=(1, 2), initial=0.0)
     q, v = map_.coordinates(qpos[:, :-1]), map_.rates(qvel[:, :-1])
     potential, kinetic = sensed[:, :, 0], sensed[:, :, 1]
     done = np.zeros(kinetic.shape)

@@ -11,6 +11,12 @@ The engine's rows (efc_J) have no dJ/dt v. The rows here span the same space and
 Connectors: MuJoCo closes a loop by `connect` or `weld` only. A loop that is a prismatic, cylindrical or universal joint becomes a
 small body that hangs on one side of the loop with the joints of that kind, and is welded to the other side. Its
 coordinates do not belong to the Mechanism; in an assembled pose they follow in closed form from the pose of the weld.
+
+`ExactDynamics`: accelerations and reactions of hard constraints from the engine's own terms. MuJoCo holds a distance loop by a
+tendon equality, whose dJ/dt v it ignores: its positions converge, its accelerations and forces do not. With the exact rows of
+`Closure` they follow from the same mass matrix, forces and Jacobians; redundant rows share their load by least squares:
+
+    M a - J^T r = qfrc_smooth + forces of friction and limits,    J a = -dJ/dt v
 """
 
 from __future__ import annotations
@@ -124,6 +130,59 @@ def _tendon(model: mujoco.MjModel, tendon: int) -> tuple[Array, _Pair | None]:
     if len(sites) != 2:
         raise MechlabError(f"the MuJoCo model: tendon {tendon} is not the distance of two sites.")
     return row, _site_pair(model, sites[0], sites[1], False, True)
+
+
+def equality_rows(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array]:
+    """(rows,) residual and (rows, engine nv) Jacobian of the equality rows of `data`, evaluated (mj_fwdPosition)."""
+    return data.efc_pos[_is_equality(data)].copy(), equality_jacobian(model, data)
+
+
+def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(rows, engine nv) Jacobian of the equality rows of `data`, which must have been evaluated (mj_fwdPosition)."""
+    if mujoco.mj_isSparse(model):
+        raise MechlabError("the MuJoCo model has a sparse Jacobian; mechlab needs option jacobian='dense'.")
+    return constraint_jacobian(model, data)[_is_equality(data)]
+
+
+def _is_equality(data: mujoco.MjData) -> Array:
+    """(nefc,) whether a constraint row belongs to an equality."""
+    return np.asarray(data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+
+
+def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(nefc, engine nv) Jacobian of all constraint rows of `data`, which must have been evaluated (mj_fwdPosition)."""
+    if mujoco.mj_isSparse(model):
+        rows = np.zeros((data.nefc, model.nv))
+        mujoco.mju_sparse2dense(rows, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+        return rows
+    # the engine drops rows that no motion can violate, and keeps their space
+    return np.asarray(data.efc_J[: data.nefc * model.nv].reshape(data.nefc, model.nv))
+
+
+class ExactDynamics:
+    """Solves the constrained equations at the state of a MjData after mj_forward."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.closure = Closure(model)
+        self._mass = np.zeros((model.nv, model.nv))
+
+    def solve(self, data: mujoco.MjData) -> tuple[Array, Array]:
+        """(engine nv,) accelerations and (rows,) reactions of the rows of `closure`."""
+        model = self.model
+        mujoco.mj_fullM(model, data, self._mass)
+        jacobian, bias = self.closure.rows(data)
+        other = np.logical_not(_is_equality(data))
+        rows = constraint_jacobian(model, data)
+        force = data.qfrc_smooth + rows[other].T @ data.efc_force[other]
+        free = np.linalg.solve(self._mass, np.column_stack([force, jacobian.T]))
+        compliance = jacobian @ free[:, 1:]
+        # Scaled to a unit diagonal, so that rows in metres and in radians are cut off alike; void rows stay void.
+        diagonal = np.diag(compliance)
+        scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-14 * np.max(diagonal, initial=1e-300)))
+        scaled = compliance * scale[:, None] * scale
+        reaction = scale * np.linalg.lstsq(scaled, -scale * (bias + jacobian @ free[:, 0]), rcond=1e-11)[0]
+        return free[:, 0] + free[:, 1:] @ reaction, reaction
 
 
 @dataclass(frozen=True)

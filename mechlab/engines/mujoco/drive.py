@@ -13,9 +13,9 @@ from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
-from mechlab.experiment.law_states import LawStates
-from mechlab.experiment.laws import AppliedForce, DcMotor, Law, Servo
+from mechlab.experiment.laws import AppliedForce, DcMotor, Law, LawStates, Servo
 from mechlab.experiment.prices import CALLBACK, price_of_laws
+from mechlab.experiment.scene import Settings
 from mechlab.integrate import count_work
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -28,7 +28,7 @@ class Driver:
 
     `forces`: joint or shaft -> force of all laws on it, at the last evaluation. `work` [J] is integrated with the
     weights of the method: the four stages of RK4, or the trapezoidal rule for the methods of one evaluation a step.
-    States of laws (`mechlab.experiment.law_states`) are integrated here: with the stages of RK4, which keeps its order (an
+    States of laws (`mechlab.experiment.laws.LawStates`) are integrated here: with the stages of RK4, which keeps its order (an
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
 
     Declared drives that `engage` gave to actuators are applied by the engine, whose implicit methods take them
@@ -152,6 +152,25 @@ def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:
             model.actuator_biasprm[k, :3] = law.stiffness * offset, -law.stiffness, -law.damping
         elif isinstance(law, Servo):
             model.actuator_damping[k] = law.damping
+
+
+RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
+
+
+def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
+    """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
+    model, data = to_mujoco(mechanism, settings)
+    map_ = MujocoMap(mechanism, model)
+    engage(map_, laws)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model, data, map_
+
+
+def put_start(data: mujoco.MjData, map_: MujocoMap, q: Array, v: Array) -> None:
+    """Put the start of a run, q (nq,) and v (nv,), into the data; the solver remembers nothing."""
+    data.qpos[:] = map_.engine_coordinates(q)
+    data.qvel[:] = map_.engine_rates(data.qpos, v)
+    data.qacc_warmstart[:] = 0.0
 
 
 def motor_states(mechanism: Mechanism, control: float, rates: Array, currents: Array) -> tuple[Array, Array, Array]:

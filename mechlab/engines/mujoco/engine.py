@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.motion_forces import MotionForces
-from mechlab.engines.mujoco.linearise import MujocoSmallMotions
 from mechlab.engines.mujoco.model import file_size
-from mechlab.engines.mujoco.plant import StateOfMujoco
+from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.reactions import motion_forces
 from mechlab.engines.mujoco.runner import run, versions
+from mechlab.engines.mujoco.session import Session, Start
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
-from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
+from mechlab.engines.protocol import Engine
+from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
+from mechlab.experiment.observed import Observed
 from mechlab.experiment.prices import MUJOCO, Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.newton import Assembly
 
 
 class Mujoco(Engine):
@@ -33,9 +29,16 @@ class Mujoco(Engine):
     name = "mujoco"
     fixed_steps = MUJOCO_INTEGRATORS
 
-    def versions(self) -> dict[str, str]:
-        """See `Engine`."""
-        return versions()
+    versions = staticmethod(versions)
+    plant = staticmethod(StateOfMujoco)
+    stepper = staticmethod(Steps)
+    small_motions = staticmethod(MujocoSmallMotions)
+    file_size = staticmethod(file_size)
+    motion_forces = staticmethod(motion_forces)
+    assemble = staticmethod(assemble)
+    rates = staticmethod(rates)
+    accelerations_of = staticmethod(accelerations_of)
+    frame_motion = staticmethod(frame_motion)
 
     def run(
         self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
@@ -53,9 +56,12 @@ class Mujoco(Engine):
             return extrapolated(mechanism, scene, settings, outputs)
         return trace(mechanism, scene, settings, outputs)
 
-    def stepper(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> Steps:
-        """See `mechlab.engines.mujoco.trace.Steps`."""
-        return Steps(mechanism, scene, settings, between)
+    def session(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, seen: Observed, substeps: int = 1,
+        start: Start | None = None, seed: int | None = None,
+    ) -> Session:  # fmt: skip
+        """See `mechlab.engines.mujoco.session`."""
+        return Session(mechanism, scene, settings, seen, substeps, start, seed)
 
     def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
         """(n, nq) coordinates at `outputs` + 1 even times: the steps of `run`, without what it records."""
@@ -75,50 +81,12 @@ class Mujoco(Engine):
         """The price of one stage of mj_step."""
         return MUJOCO
 
-    def plant(self, mechanism: Mechanism) -> StateOfMujoco:
-        """The mechanism in its reference pose at rest; actuators are taken out."""
-        return StateOfMujoco(mechanism)
-
-    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> MujocoSmallMotions:
-        """See `mechlab.engines.mujoco.linearise`."""
-        return MujocoSmallMotions(mechanism, laws)
-
-    def file_size(self, path: Path) -> tuple[float, int]:
-        """Of an MJCF file."""
-        return file_size(path)
-
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """qacc of mj_forward, with the engine's soft rows."""
         plant = StateOfMujoco(mechanism)
         if force is not None:
             plant.data.qfrc_applied[plant.map.dof] = np.asarray(force, dtype=float)
         return plant.map.rates(plant.set(q, v).data.qacc).copy()
-
-    def motion_forces(
-        self, mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
-    ) -> MotionForces:
-        """See `mechlab.engines.mujoco.reactions.motion_forces`."""
-        return motion_forces(mechanism, q, v, drive, acceleration, load)
-
-    def assemble(
-        self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
-    ) -> Assembly:
-        """See `mechlab.engines.mujoco.solve_newton.assemble`."""
-        return assemble(mechanism, given, start, steps)
-
-    def rates(self, mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
-        """See `mechlab.engines.mujoco.solve_newton.rates`."""
-        return rates(mechanism, q, given)
-
-    def accelerations_of(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
-        """See `mechlab.engines.mujoco.solve_newton.accelerations_of`."""
-        return accelerations_of(mechanism, q, v, given)
-
-    def frame_motion(
-        self, mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
-    ) -> tuple[Array, Array, Array]:
-        """See `mechlab.engines.mujoco.solve_newton.frame_motion`."""
-        return frame_motion(mechanism, frame, q, v, a)
 
 
 ENGINES = {"mujoco": Mujoco()}

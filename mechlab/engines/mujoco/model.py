@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.closure import Connector, find_connectors
+from mechlab.engines.mujoco.closure import Connector, equality_jacobian, find_connectors
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import Settings
@@ -169,23 +169,6 @@ class MujocoMap:
         if self._scratch is None:
             self._scratch = mujoco.MjData(self.model)
         return self._scratch
-
-
-def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """(rows, engine nv) Jacobian of the equality rows of `data`, which must have been evaluated (mj_fwdPosition)."""
-    if mujoco.mj_isSparse(model):
-        raise MechlabError("the MuJoCo model has a sparse Jacobian; mechlab needs option jacobian='dense'.")
-    return constraint_jacobian(model, data)[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
-
-
-def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """(nefc, engine nv) Jacobian of all constraint rows of `data`, which must have been evaluated (mj_fwdPosition)."""
-    if mujoco.mj_isSparse(model):
-        rows = np.zeros((data.nefc, model.nv))
-        mujoco.mju_sparse2dense(rows, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
-        return rows
-    # the engine drops rows that no motion can violate, and keeps their space
-    return np.asarray(data.efc_J[: data.nefc * model.nv].reshape(data.nefc, model.nv))
 
 
 def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, what: str, name: str) -> int:

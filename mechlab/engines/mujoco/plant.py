@@ -2,11 +2,9 @@
 
 `MujocoPlant` looks at the MjData of a run; `StateOfMujoco` has a model of its own and can be put into any state.
 
-`ExactDynamics`: accelerations and reactions of hard constraints from the engine's own terms. MuJoCo holds a distance loop by a
-tendon equality, whose dJ/dt v it ignores: its positions converge, its accelerations and forces do not. With the exact rows of
-`Closure` they follow from the same mass matrix, forces and Jacobians; redundant rows share their load by least squares:
-
-    M a - J^T r = qfrc_smooth + forces of friction and limits,    J a = -dJ/dt v
+`MujocoSmallMotions`: what small motions about a rest need, in the engine's own coordinates, connectors of loops included.
+`mjd_transitionFD` is not used: it differentiates a step in which loops are springs, so its matrices hold the stiffness of the
+constraint solver. Here the engine's smooth forces (qfrc_bias, qfrc_passive) are combined with the exact rows of `Closure`.
 """
 
 from __future__ import annotations
@@ -18,16 +16,17 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.mujoco.closure import Closure
+from mechlab.engines.mujoco.closure import Closure, equality_rows
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model import MujocoMap, constraint_jacobian, equality_jacobian, passive, to_mujoco
+from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.errors import unknown
+from mechlab.experiment.laws import Law, applied_force
 from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.newton import lightest_correction
+from mechlab.mechanism.newton import Assembly, lightest_correction, newton
 
 Terms = tuple[tuple[int, float], ...]
 
@@ -52,7 +51,7 @@ class MujocoPlant:
         for name in mechanism.scalar_names:
             row = mechanism.row(name)
             columns = [(int(k), float(row[k])) for k in np.flatnonzero(row)]
-            q_terms = tuple((int(map_.qpos[mechanism._q_columns[k]]), c) for k, c in columns)
+            q_terms = tuple((int(map_.qpos[mechanism.q_columns[k]]), c) for k, c in columns)
             self._terms[name] = (mechanism.zero(name), q_terms, tuple((int(map_.dof[k]), c) for k, c in columns))
 
     @property
@@ -116,7 +115,8 @@ class MujocoPlant:
         return len(self.map.other_dof) > 0
 
     @cached_property
-    def _closure(self) -> Closure:
+    def closure(self) -> Closure:
+        """The equality constraints of the model with their exact bias."""
         return Closure(self.model)
 
     @cached_property
@@ -140,7 +140,7 @@ class MujocoPlant:
                 tree, constraints = self._tree(), self._numpy[1]
                 self._kept = constraints.jacobian(tree), constraints.bias(tree)
             else:
-                jacobian, bias = self._closure.rows(self.data)
+                jacobian, bias = self.closure.rows(self.data)
                 self._kept = jacobian[:, self.map.dof], bias
             self._rows_state = state
         return self._kept
@@ -168,16 +168,16 @@ class StateOfMujoco(MujocoPlant):
 
     def relation_rows(self) -> Array:
         """(relations, nv) rows of the tendons that stand for the relations, in their order."""
-        equalities, closure = self.map.equalities, self._closure
+        equalities, closure = self.map.equalities, self.closure
         k = [closure.slices[equalities[r.name][0]].start for r in self.mechanism.relations]
         return closure.rows(self.data)[0][k][:, self.map.dof]
 
     def closing(self) -> tuple[Array, Array, Array]:
         """(rows,) residual and (rows, engine nv) gradient of the engine's equality rows (efc_pos, efc_J), (engine nv,) rates;
         columns of the Mechanism first, in its order, then those of connectors."""
-        data, order = self.data, np.concatenate([self.map.dof, self.map.other_dof])
-        rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        return data.efc_pos[rows].copy(), equality_jacobian(self.model, data)[:, order], data.qvel[order]
+        residual, jacobian = equality_rows(self.model, self.data)
+        order = np.concatenate([self.map.dof, self.map.other_dof])
+        return residual, jacobian[:, order], self.data.qvel[order]
 
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest displacement in the sense of the kinetic energy, connectors included, that takes `residual` away."""
@@ -215,27 +215,61 @@ class StateOfMujoco(MujocoPlant):
         return out
 
 
-class ExactDynamics:
-    """Solves the constrained equations at the state of a MjData after mj_forward."""
+class MujocoSmallMotions:
+    """A mechanism under laws, held still at time 0; implements `mechlab.studies.modes.eigen.Dynamics` on MuJoCo.
 
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self.model = model
-        self.closure = Closure(model)
-        self._mass = np.zeros((model.nv, model.nv))
+    A pose x is the engine's qpos; displacements and rates have the engine's nv entries.
+    """
 
-    def solve(self, data: mujoco.MjData) -> tuple[Array, Array]:
-        """(engine nv,) accelerations and (rows,) reactions of the rows of `closure`."""
-        model = self.model
-        mujoco.mj_fullM(model, data, self._mass)
-        jacobian, bias = self.closure.rows(data)
-        other = data.efc_type != mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        rows = constraint_jacobian(model, data)
-        force = data.qfrc_smooth + rows[other].T @ data.efc_force[other]
-        free = np.linalg.solve(self._mass, np.column_stack([force, jacobian.T]))
-        compliance = jacobian @ free[:, 1:]
-        # Scaled to a unit diagonal, so that rows in metres and in radians are cut off alike; void rows stay void.
-        diagonal = np.diag(compliance)
-        scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-14 * np.max(diagonal, initial=1e-300)))
-        scaled = compliance * scale[:, None] * scale
-        reaction = scale * np.linalg.lstsq(scaled, -scale * (bias + jacobian @ free[:, 0]), rcond=1e-11)[0]
-        return free[:, 0] + free[:, 1:] @ reaction, reaction
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> None:
+        self.mechanism, self.laws = mechanism, laws
+        self.plant = StateOfMujoco(mechanism)
+        self.model, self.data, self.map = self.plant.model, self.plant.data, self.plant.map
+        self.nv = int(self.model.nv)
+
+    def pose(self, q: ArrayLike) -> Array:
+        """The engine's qpos of coordinates q (nq,), connectors placed."""
+        return self.map.engine_coordinates(np.asarray(q, dtype=float))
+
+    def coordinates(self, x: Array) -> Array:
+        """(nq,) coordinates of the Mechanism."""
+        return self.map.coordinates(x)
+
+    def rates(self, basis: Array) -> Array:
+        """(nv, k) columns in the order of the Mechanism's rates, of columns (engine nv, k)."""
+        return np.asarray(basis[self.map.dof])
+
+    def moved(self, x: Array, dv: Array) -> Array:
+        """The pose after the displacement dv (engine nv,), not closed again."""
+        out = x.copy()
+        mujoco.mj_integratePos(self.model, out, dv, 1.0)
+        return out
+
+    def closed(self, x: Array) -> Assembly:
+        """The nearest pose in which all equalities are closed: Newton on the engine's efc_pos and efc_J."""
+        return newton(lambda qpos: equality_rows(self.model, self._at(qpos)), self.moved, x)
+
+    def rows(self, x: Array) -> Array:
+        """(rows, engine nv) Jacobian of all equalities."""
+        return self.plant.closure.rows(self._at(x))[0]
+
+    def mass(self, x: Array) -> Array:
+        """(engine nv, engine nv) mass matrix, armatures and shafts included."""
+        out = np.zeros((self.nv, self.nv))
+        mujoco.mj_fullM(self.model, self._at(x), out)
+        return out
+
+    def force(self, x: Array, v: Array | None = None) -> Array:
+        """(engine nv,) g of M a + g = J^T reactions: weight, springs, dampers, velocity terms, less the laws."""
+        data = self._at(x, v)
+        out = data.qfrc_bias - data.qfrc_passive
+        out[self.map.dof] -= applied_force(self.mechanism, self.laws, 0.0, self.plant)[0]
+        return np.asarray(out)
+
+    def _at(self, x: Array, v: Array | None = None) -> mujoco.MjData:
+        data = self.data
+        data.qpos[:] = x
+        data.qvel[:] = 0.0 if v is None else v
+        mujoco.mj_fwdPosition(self.model, data)
+        mujoco.mj_fwdVelocity(self.model, data)
+        return data

@@ -18,9 +18,9 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.motion_forces import MotionForces
+from mechlab.engines.mujoco.closure import ExactDynamics
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
-from mechlab.engines.mujoco.plant import ExactDynamics
+from mechlab.engines.state import MotionForces
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.formats.mjcf.write_loops import axis_name, axis_site_names, connector_name, site_names
 from mechlab.mechanism.geometry import Array, cross
@@ -231,10 +231,12 @@ class InverseDynamicsSolver:
         return out
 
 
-def motion_forces(m: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array) -> MotionForces:
+def motion_forces(
+    mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
+) -> MotionForces:
     """`InverseDynamicsSolver` at states q (n, nq), v (n, nv): the last joint of every body; reactions of relations are
     not read. Raises MechlabError unless all loops are spherical, which transmit no moment."""
-    solver = InverseDynamicsSolver(m)
+    m, solver = mechanism, InverseDynamicsSolver(mechanism)
     found = [solver.solve(q[k], v[k], drive, acceleration, load) for k in range(len(q))]
     loops = {x.name: np.array([np.concatenate([f.loops[x.name], np.zeros(3)]) for f in found]) for x in m.loops}
     joints = {b.joints[-1].name: np.array([f.joints[b.joints[-1].name] for f in found]) for b in m.bodies if b.joints}

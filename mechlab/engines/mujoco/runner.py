@@ -10,15 +10,15 @@ import numpy as np
 import scipy
 
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, engage
+from mechlab.engines.mujoco.drive import Driver, put_start, run_model
 from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch, health, masses_finding
-from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
+from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.reactions import Reactions
 from mechlab.engines.mujoco.stepping import advance, grid
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.findings import ModeWatch
-from mechlab.experiment.recording import Cost, Health, Recording, basic_channels
+from mechlab.experiment.recording import Cost, Health, Recording, run_channels
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings, initial_state
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -50,13 +50,8 @@ def run(
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
     steps = grid(scene.duration, chosen.timestep, sample_times)
     q, v = initial_state(mechanism, scene)
-    model, data = to_mujoco(mechanism, chosen)
-    map_ = MujocoMap(mechanism, model)
-    engage(map_, scene.laws)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    data.qpos[:] = map_.engine_coordinates(q)
-    data.qvel[:] = map_.engine_rates(data.qpos, v)
-    data.qacc_warmstart[:] = 0.0
+    model, data, map_ = run_model(mechanism, chosen, scene.laws)
+    put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = _Samples(mechanism, model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
     with controlled(data, driver) if scene.laws and not driver.at_once else engine():
@@ -135,15 +130,7 @@ class _Samples:
 
     def channels(self, mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
         """All channels of the run, with units."""
-        channels, units = basic_channels(mechanism, q, v)
-        a = np.array(self._a)
-        for name in mechanism.scalar_names:
-            channels[f"{name}_accel"] = a @ mechanism.row(name)
-            units[f"{name}_accel"] = f"{units[name]}/s2"
-        slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
-        for name, values in self.forces.items():
-            channels[f"{name}_force"] = values
-            units[f"{name}_force"] = "N" if name in slides else "N m"
+        channels, units = run_channels(mechanism, q, v, np.array(self._a), self.forces)
         if self.reactions.names:
             load = np.array(self._load)
             channels |= {name: load[:, k] for k, name in enumerate(self.reactions.names)}

@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.mujoco.closure import Closure
-from mechlab.engines.mujoco.model import MujocoMap, equality_jacobian, to_mujoco
+from mechlab.engines.mujoco.closure import Closure, equality_jacobian, equality_rows
+from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism.assembly import same_mode
 from mechlab.mechanism.geometry import Array, axis_rotation, rotation_log
@@ -119,7 +119,7 @@ class Targets:
 Given = Mapping[str, float | Array]
 
 
-def assemble(m: Mechanism, given: Given, start: ArrayLike | None = None, steps: int = 10) -> Assembly:
+def assemble(mechanism: Mechanism, given: Given, start: ArrayLike | None = None, steps: int = 10) -> Assembly:
     """Coordinates q (nq,) that close all loops and relations and have the `given` quantities, by MuJoCo.
 
     given: joints and shafts (physical values), FRAME_x FRAME_y FRAME_z [m], FRAME_rotation (3, 3). Newton on the
@@ -129,6 +129,7 @@ def assemble(m: Mechanism, given: Given, start: ArrayLike | None = None, steps: 
     The engine's soft constraints do not matter here: the residual is brought to rounding level. With fewer quantities
     than freedoms the others move as little as they must. Raises MechlabError for an unknown name.
     """
+    m = mechanism
     model, data = to_mujoco(m)
     map_ = MujocoMap(m, model)
     targets = Targets(map_, given, rates=False)
@@ -144,10 +145,10 @@ def assemble(m: Mechanism, given: Given, start: ArrayLike | None = None, steps: 
     def evaluate(qpos: Array, s: float) -> tuple[Array, Array]:
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(model, data)
-        rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+        residual, jacobian = equality_rows(model, data)
         wanted = {name: _between(begin[name], end[name], s) for name in end}
-        residual = np.concatenate([data.efc_pos[rows], targets.missing(data, wanted)])
-        return residual, np.vstack([equality_jacobian(model, data), targets.jacobian(data)])
+        missing = targets.missing(data, wanted)
+        return np.concatenate([residual, missing]), np.vstack([jacobian, targets.jacobian(data)])
 
     def step(qpos: Array, dv: Array) -> Array:
         out = qpos.copy()
@@ -165,40 +166,40 @@ def assemble(m: Mechanism, given: Given, start: ArrayLike | None = None, steps: 
     return found
 
 
-def rates(m: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
+def rates(mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
     """(nv,) rates that keep all constraints at the pose q (nq,) and have the `given` ones, from MuJoCo's Jacobians.
 
     given: rates of joints and shafts, FRAME_x FRAME_y FRAME_z [m/s], FRAME_wx FRAME_wy FRAME_wz [rad/s]; the smallest
     when they do not fix the motion. Raises NoSolution when they contradict the constraints (as at a singular pose).
     """
-    model, data, map_ = _at(m, q, None)
+    model, data, map_ = _at(mechanism, q, None)
     targets = Targets(map_, given, rates=True)
     matrix = np.vstack([equality_jacobian(model, data), targets.jacobian(data)])
     wanted = np.concatenate([np.zeros(len(matrix) - len(given)), [float(x) for x in given.values()]])
-    return map_.rates(_solved(m, matrix, wanted, "rates", tuple(given)))
+    return map_.rates(_solved(mechanism, matrix, wanted, "rates", tuple(given)))
 
 
-def accelerations_of(m: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
+def accelerations_of(mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
     """(nv,) accelerations that keep all constraints at the pose q (nq,) and rates v (nv,) and have the `given` ones.
 
     given: as of `rates`, second derivatives. dJ/dt v is exact, from mj_jacDot (see `Closure`). Raises NoSolution when
     the given ones contradict the constraints.
     """
-    model, data, map_ = _at(m, q, v)
+    model, data, map_ = _at(mechanism, q, v)
     targets = Targets(map_, given, rates=True)
     jacobian, bias = Closure(model).rows(data)
     matrix = np.vstack([jacobian, targets.jacobian(data)])
     wanted = np.concatenate([-bias, [float(x) for x in given.values()] - targets.bias(data)])
-    return map_.rates(_solved(m, matrix, wanted, "accelerations", tuple(given)))
+    return map_.rates(_solved(mechanism, matrix, wanted, "accelerations", tuple(given)))
 
 
 def frame_motion(
-    m: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
+    mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
 ) -> tuple[Array, Array, Array]:
     """Pose (4, 4), velocity (6,) and acceleration (6,) of a Frame by MuJoCo: linear at its origin, then angular, in
     world axes. Rates and accelerations default to zero."""
-    m.frame(frame)
-    model, data, map_ = _at(m, q, v)
+    mechanism.frame(frame)
+    model, data, map_ = _at(mechanism, q, v)
     targets = Targets(map_, [f"{frame}_{s}" for s in ("x", "y", "z", "wx", "wy", "wz")], rates=True)
     jacobian = targets.jacobian(data)
     site = map_.site(frame)

@@ -16,8 +16,10 @@ from mechlab.mechanism.geometry import Array
 MAX_SAMPLES = 1000
 RATE_LIMIT = 1e6
 """A rate [rad/s or m/s] beyond this counts as a blow-up."""
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+INTEGRATION_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+"""All that the next step depends on."""
+UNSOLVED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+"""Warnings of the engine that say that a run has blown up."""
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,10 @@ def advance(
     CPU seconds of stepping, and the number of steps.
     """
     cpu, done = 0.0, 0
-    state = np.empty(mujoco.mj_stateSize(model, _STATE))
+    state = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE))
     for here in steps.samples:
         if here > done:
-            mujoco.mj_getState(model, data, state, _STATE)
+            mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
             start = time.thread_time()
             _step(model, data, steps, done, here)
             cpu += time.thread_time() - start
@@ -117,7 +119,7 @@ def _step(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, e
 def _fault(data: mujoco.MjData) -> str | None:
     if not (np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)) and np.all(np.isfinite(data.qacc))):
         return "not finite"
-    if np.max(np.abs(data.qvel), initial=0.0) > RATE_LIMIT or any(data.warning[k].number for k in _BAD):
+    if np.max(np.abs(data.qvel), initial=0.0) > RATE_LIMIT or any(data.warning[k].number for k in UNSOLVED):
         return "huge"
     return None
 
@@ -126,8 +128,8 @@ def _locate(
     model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, steps: Grid, state: Array, start: int, end: int
 ) -> SteppingEnd:
     """Repeat the steps one by one from the last good state, to say when it happened."""
-    mujoco.mj_setState(model, data, state, _STATE)
-    for k in _BAD:
+    mujoco.mj_setState(model, data, state, INTEGRATION_STATE)
+    for k in UNSOLVED:
         data.warning[k].number = 0
     before = data.qvel.copy()
     for k in range(start, end):

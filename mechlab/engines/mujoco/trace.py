@@ -13,20 +13,18 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, engage, engaged
-from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
+from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model
+from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import MujocoPlant
-from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, RATE_LIMIT, UNSOLVED
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import MUJOCO
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate import count_work, integrate_lsoda
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import unit_quaternions
 from mechlab.mechanism.model import Mechanism
-
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
 
 def step_through(
@@ -45,7 +43,7 @@ def step_through(
         spent += clock() - began
         qpos[k], qvel[k] = data.qpos, data.qvel
         fastest = np.max(np.abs(qvel[k]), initial=0.0)
-        if not fastest < RATE_LIMIT or any(data.warning[w].number for w in _BAD):
+        if not fastest < RATE_LIMIT or any(data.warning[w].number for w in UNSOLVED):
             return qpos[:k], qvel[:k], spent, f"diverged before t = {data.time:.4g} s"
     return qpos, qvel, spent, ""
 
@@ -66,24 +64,24 @@ class Steps:
             self.model, self.data, self.map = _kept(mechanism, settings, engaged(scene.laws), threading.get_ident())
             mujoco.mj_resetData(self.model, self.data)
         else:
-            self.model, self.data, self.map = _undriven(mechanism, settings, engaged(scene.laws))
+            self.model, self.data, self.map = run_model(mechanism, settings, engaged(scene.laws))
         # nobody reads them, and a chart shows the cost of stepping alone
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        _start(mechanism, scene, self.data, self.map)
+        put_start(self.data, self.map, *initial_state(mechanism, scene))
         self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
-        self._state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
-        mujoco.mj_getState(self.model, self.data, self._state, _STATE)
+        self._state = np.empty(mujoco.mj_stateSize(self.model, INTEGRATION_STATE))
+        mujoco.mj_getState(self.model, self.data, self._state, INTEGRATION_STATE)
 
     def advance(self, outputs: int) -> Trace:
         """The present state and the states after each of `outputs` further intervals `between`."""
         model, data = self.model, self.data
         model.opt.timestep = self.timestep
-        mujoco.mj_setState(model, data, self._state, _STATE)
-        for w in _BAD:
+        mujoco.mj_setState(model, data, self._state, INTEGRATION_STATE)
+        for w in UNSOLVED:
             data.warning[w].number = 0  # counted in another run
         with self._laws():
             qpos, qvel, spent, reason = step_through(model, data, outputs, self.each, self.price)
-        mujoco.mj_getState(model, data, self._state, _STATE)
+        mujoco.mj_getState(model, data, self._state, INTEGRATION_STATE)
         done = (len(qpos) - 1) * self.each
         return Trace(self.map.coordinates(qpos), self.map.rates(qvel), spent, done, reason)
 
@@ -93,30 +91,10 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) 
     return Steps(mechanism, scene, settings, scene.duration / outputs).advance(outputs)
 
 
-_Engine = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
-
-
-def _undriven(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...]) -> _Engine:
-    """A model without the automatic reset, and without actuators but those of the drives that hold."""
-    model, data = to_mujoco(mechanism, settings)
-    map_ = MujocoMap(mechanism, model)
-    engage(map_, held)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return model, data, map_
-
-
 @lru_cache(maxsize=16)
-def _kept(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...], thread: int) -> _Engine:
-    """`_undriven`, made once for a thread."""
-    return _undriven(mechanism, settings, held)
-
-
-def _start(mechanism: Mechanism, scene: Scene, data: mujoco.MjData, map_: MujocoMap) -> None:
-    """Puts the start of a scene into the data."""
-    q, v = initial_state(mechanism, scene)
-    data.qpos[:] = map_.engine_coordinates(q)
-    data.qvel[:] = map_.engine_rates(data.qpos, v)
-    data.qacc_warmstart[:] = 0.0
+def _kept(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...], thread: int) -> RunModel:
+    """`run_model`, made once for a thread."""
+    return run_model(mechanism, settings, held)
 
 
 def _constant(scene: Scene) -> bool:
@@ -147,8 +125,8 @@ def _driven(
 def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
     """A scene of a tree of one-coordinate joints at `outputs` + 1 even times: MuJoCo's equations of motion (mj_forward, exact
     without constraints) under LSODA, to the tolerance of the settings."""
-    model, data, map_ = _undriven(mechanism, settings, engaged(scene.laws))
-    _start(mechanism, scene, data, map_)
+    model, data, map_ = run_model(mechanism, settings, engaged(scene.laws))
+    put_start(data, map_, *initial_state(mechanism, scene))
     n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     qpos, qvel, qacc, forward = data.qpos, data.qvel, data.qacc, mujoco.mj_forwardSkip
@@ -214,8 +192,4 @@ def extrapolated(mechanism: Mechanism, scene: Scene, settings: Settings, outputs
     if not (coarse.complete and fine.complete):
         return replace(fine, cpu_s=spent, steps=steps, reason=fine.reason or coarse.reason)
     q, v = 2.0 * fine.q - coarse.q, 2.0 * fine.v - coarse.v
-    for joint in mechanism.joints:
-        if joint.kind == "spherical":
-            s = mechanism.q_slice[joint.name]
-            q[:, s] /= np.linalg.norm(q[:, s], axis=1, keepdims=True)
-    return Trace(q, v, spent, steps)
+    return Trace(unit_quaternions(mechanism, q), v, spent, steps)

@@ -13,14 +13,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.protocol import BlowUp, Engine, Instant, available, engine, is_rough
+from mechlab.engines.protocol import Engine, available, engine
+from mechlab.engines.state import BlowUp, Instant
 from mechlab.errors import MechlabError
+from mechlab.experiment.acting import is_rough
 from mechlab.experiment.energy import energy_finding
-from mechlab.experiment.findings import kinematic_findings, sample_grid, saturation_finding
+from mechlab.experiment.findings import kinematic_findings, saturation_finding, stopped_finding
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import EQUATIONS, Price
-from mechlab.experiment.recording import Cost, Finding, Health, Recording
-from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, over_samples
+from mechlab.experiment.scene import Scene, Settings, initial_state, sample_grid
 from mechlab.integrate import Ending, HybridTrajectory, Modes, integrate_hybrid
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -125,14 +127,12 @@ def recording_of(
     findings.append(
         energy_finding(mechanism, t, q, v, np.array([x.power for x in instants]), y[:, -1], laws=scene.laws)
     )
-    forces = {n: found[f"{n}_force"] for n in mechanism.scalar_names if f"{n}_force" in found}
-    limited = saturation_finding(scene.laws, forces)
+    limited = saturation_finding(scene.laws, over_samples([x.forces for x in instants]))
     if limited is not None:
         findings.append(limited)
     findings.append(_friction(motion, parts))
     if end is not None:
-        text = f"the run stopped at t = {end.t:.6g} s of {scene.duration:g} s: {end.reason}"
-        findings.insert(0, Finding("blow_up", end.t, scene.duration, "s", "error", text))
+        findings.insert(0, stopped_finding(end.t, scene.duration, end.reason))
     evaluations = sum(p.evaluations for p in parts)
     return Recording(
         mechanism=mechanism, t=t, q=q, v=v, channels=found, units=units, health=Health(tuple(findings)),
@@ -161,7 +161,7 @@ def run(
     mechanism: Mechanism,
     scene: Scene,
     settings: Settings | None = None,
-    sample_times: ArrayLike | None = None,
+    times: ArrayLike | None = None,
     *,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
@@ -171,11 +171,11 @@ def run(
     there with the finding "blow_up" (error). Raises MechlabError for bad input, NoSolution when the start does not close.
     """
     chosen = settings or Settings(engine="hybrid", integrator="DOP853")
-    times = sample_grid(scene.duration, min(chosen.timestep, scene.duration / 200.0), sample_times)
+    samples = sample_grid(scene.duration, min(chosen.timestep, scene.duration / 200.0), times)
     q, v = initial_state(mechanism, scene)
     motion = RoughEquations(mechanism, scene.laws)
     began = time.thread_time()
-    parts, end = _integrate(motion, times, motion.equations.start(q, v), chosen.tolerance, progress)
+    parts, end = _integrate(motion, samples, motion.equations.start(q, v), chosen.tolerance, progress)
     spent = time.thread_time() - began
     return recording_of(mechanism, scene, chosen, motion, parts, end, spent)
 
@@ -208,12 +208,7 @@ class Hybrid(Engine):
     """See the module."""
 
     name = "hybrid"
-
-    def run(
-        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
-    ) -> Recording:
-        """See `run`."""
-        return run(mechanism, scene, settings, times)
+    run = staticmethod(run)
 
     def missing(self) -> str:
         """What must be installed for the engine whose equations it takes; "" when all is there."""

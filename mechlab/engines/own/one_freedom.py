@@ -19,17 +19,23 @@ from mechlab.engines.own.closed_path import choose_path
 from mechlab.engines.protocol import Engine
 from mechlab.errors import NoSolution, unknown
 from mechlab.experiment.energy import energy_finding
-from mechlab.experiment.findings import friction_finding, kinematic_findings, sample_grid, saturation_finding, sticks
-from mechlab.experiment.law_states import LawStates
-from mechlab.experiment.laws import Law, applied_force
+from mechlab.experiment.findings import (
+    friction_finding,
+    kinematic_findings,
+    saturation_finding,
+    sticks,
+    stopped_finding,
+)
+from mechlab.experiment.laws import Law, LawStates, applied_force
 from mechlab.experiment.prices import CLOSED_POSE, ONE_FREEDOM, Price, price_of_laws
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
-from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.experiment.recording import Cost, Health, Recording, limit_finding, over_samples, run_channels
+from mechlab.experiment.scene import Scene, Settings, initial_state, sample_grid
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.integrate import RK4, count_work, integrate_adaptive, integrate_fixed
 from mechlab.integrate.one_freedom import PathTable, Terms, acceleration, right_side
 from mechlab.mechanism import Joint, Mechanism, Shaft, TreeKinematics
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import unit_quaternions
 from mechlab.mechanism.statics import passive_force
 from mechlab.mechanism.structure import structure
 
@@ -157,7 +163,7 @@ def run(
     mechanism: Mechanism,
     scene: Scene,
     settings: Settings | None = None,
-    sample_times: ArrayLike | None = None,
+    times: ArrayLike | None = None,
 ) -> Recording:
     """A scene by the equation of the one freedom: RK4 with steps of at most `timestep`, or DOP853 with `tolerance`.
 
@@ -168,13 +174,13 @@ def run(
     settings = settings or Settings(engine="one_freedom")
     if settings.integrator not in INTEGRATORS:
         raise unknown("integrator of one_freedom", settings.integrator, INTEGRATORS)
-    times = sample_grid(scene.duration, settings.timestep, sample_times)
+    samples = sample_grid(scene.duration, settings.timestep, times)
     q0, v0 = initial_state(mechanism, scene)
     began = time.thread_time()
     model = OneFreedom(mechanism, scene.laws, q0, timestep=settings.timestep)
     first = [model.path.start.phi, float(mechanism.row(model.coordinate) @ v0), 0.0]
     state = np.concatenate([first, model.memory.initial])
-    t, y, steps, end = _integrate(model, settings, times, state)
+    t, y, steps, end = _integrate(model, settings, samples, state)
     spent = time.thread_time() - began
     return _recording(model, scene, settings, t, y, Cost(spent, steps, model.evaluations), end)
 
@@ -229,32 +235,21 @@ def _recording(
         power[k] = terms.power
         standing[k], rubbing[k] = model.standing(u, w, a[k], terms.inertia)
         forces.append(model.forces)
-    for joint in m.joints:
-        if joint.kind == "spherical":
-            s = m.q_slice[joint.name]
-            q[:, s] /= np.linalg.norm(q[:, s], axis=1, keepdims=True)
-    channels, units = basic_channels(m, q, v)
-    for name in m.scalar_names:
-        channels[f"{name}_accel"] = a @ m.row(name)
-        units[f"{name}_accel"] = f"{units[name]}/s2"
-    for name in dict.fromkeys(n for x in forces for n in x):
-        channels[f"{name}_force"] = np.array([x.get(name, 0.0) for x in forces])
-        units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
+    q = unit_quaternions(m, q)
+    acting = over_samples(forces)
+    channels, units = run_channels(m, q, v, a, acting)
     findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2], laws=scene.laws)]
     text = (
         f"along {model.coordinate}, {model.table.pieces} cells from {model.table.samples} closed poses; "
         "they are off between the nodes, relative to each column, by"
     )
     findings.append(limit_finding("path_error", model.table.error, PATH_LIMIT, "", text))
-    limited = saturation_finding(
-        scene.laws, {n: channels[f"{n}_force"] for n in m.scalar_names if f"{n}_force" in channels}
-    )
+    limited = saturation_finding(scene.laws, acting)
     how = f"is smoothed below rates of {np.max(model.width, initial=0.0):.3g}"
     rubbed = friction_finding(rough, t, rubbing, standing, scene.tolerance, how)
     findings += [x for x in (limited, rubbed) if x is not None]
     if end is not None:
-        why = f"the run stopped at t = {end[0]:.6g} s of {scene.duration:g} s: {end[1]}"
-        findings.insert(0, Finding("blow_up", end[0], scene.duration, "s", "error", why))
+        findings.insert(0, stopped_finding(end[0], scene.duration, end[1]))
     return Recording(
         m, t, q, v, channels, units, Health(tuple(findings)), cost, settings, scene.name, m.name, scene.fidelity,
         versions={"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()},
@@ -266,12 +261,7 @@ class OneFreedomEngine(Engine):
 
     name = "one_freedom"
     fixed_steps = ("RK4",)
-
-    def run(
-        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
-    ) -> Recording:
-        """See `run`."""
-        return run(mechanism, scene, settings, times)
+    run = staticmethod(run)
 
     def refuses(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""

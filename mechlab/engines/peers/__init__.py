@@ -2,8 +2,3 @@
 
 Only charts use them, to say what a result costs elsewhere. They are not witnesses. Each runs in a process of its own.
 """
-
-from mechlab.engines.peers.links import INTEGRATORS, PEERS, controlled, installed, refusal
-from mechlab.engines.peers.process import PeerStopped
-
-__all__ = ["INTEGRATORS", "PEERS", "PeerStopped", "controlled", "installed", "refusal"]

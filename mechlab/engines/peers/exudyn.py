@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.peers.job import Job
-from mechlab.engines.peers.links import Links, Pose, links_of
+from mechlab.engines.peers.job import Job, Links, Pose, links_of
 from mechlab.experiment.recording import Trace
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Loop

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.peers.job import Job
-from mechlab.engines.peers.links import Links, Pose, links_of, loop_points
+from mechlab.engines.peers.job import Job, Links, Pose, links_of, loop_points
 from mechlab.experiment.recording import Trace
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Spring

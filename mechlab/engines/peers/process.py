@@ -1,5 +1,8 @@
 """Timed runs of a peer in a process of its own, kept between runs and started again after a crash or a limit: a crash is a reason
-why a run ended, not the end of the program. A message between the two is 8 bytes of length and that many bytes of pickle.
+why a run ended, not the end of the program.
+
+Run as `python -m mechlab.engines.peers.process PEER`, this module is the other process. A message is 8 bytes of length and that
+many bytes of pickle: of (Job, limit) one way, of (Trace, "") or (None, sentence) the other.
 """
 
 from __future__ import annotations
@@ -12,16 +15,11 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from typing import Any, BinaryIO
 
-import numpy as np
-
-from mechlab.engines.peers.job import Job, job_of
-from mechlab.engines.peers.links import controlled, refusal
+from mechlab.engines.peers.job import Job
 from mechlab.errors import MechlabError
-from mechlab.experiment.recording import Trace
-from mechlab.experiment.scene import Scene, Settings
-from mechlab.mechanism.model import Mechanism
 
 LENGTH = 8
 
@@ -87,7 +85,7 @@ class Process:
             self.end()
             one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
             self._popen = subprocess.Popen(
-                [sys.executable, "-m", "mechlab.engines.peers.child", self.peer],
+                [sys.executable, "-m", "mechlab.engines.peers.process", self.peer],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | one,
             )  # fmt: skip
         return self._popen
@@ -146,26 +144,35 @@ def process(peer: str) -> Process:
     return _PROCESSES[peer]
 
 
-LIMIT = 4.0
-"""CPU time that a run may take, unless told otherwise [s]."""
+def limit_cpu(seconds: float) -> None:
+    """End this process after `seconds` of CPU time; 0: never. Systems without such a timer have no limit."""
+    if hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGPROF, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
-def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, limit: float = LIMIT) -> Trace:
-    """A scene at `outputs` + 1 even times by the peer `settings.engine`: fixed steps that divide their distance, or the
-    tolerance of the settings for integrators with step control (`controlled`).
+def serve(peer: str) -> None:
+    """The process that a peer runs in: answer jobs from standard input on standard output, until the input ends.
 
-    A run that fails ends early, with the reason. Raises MechlabError for what the peer cannot be given, PeerStopped when
-    the run takes more than `limit` seconds of CPU.
+    Engines print and crash as they like: their output goes nowhere, and a run that uses up its CPU time is ended by the system, in
+    the middle of the engine's own code if need be.
     """
-    peer = settings.engine
-    why = refusal(peer, settings.integrator, mechanism, scene)
-    if why:
-        raise MechlabError(f"{mechanism.name}: {why}.")
-    value = settings.tolerance if controlled(peer, settings.integrator) else settings.timestep
-    job = job_of(mechanism, scene, outputs, settings.integrator, value)
-    try:
-        found = process(peer).ask(job, limit)
-    except PeerFailed as failed:
-        return Trace(job.q[None, :], job.v[None, :], np.nan, 0, str(failed))
-    assert isinstance(found, Trace)
-    return found
+    answers = os.fdopen(os.dup(1), "wb")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    engine = import_module(f"mechlab.engines.peers.{peer}")
+    while (message := read_message(sys.stdin.buffer)) is not None:
+        job, limit = message
+        limit_cpu(limit)
+        try:
+            answer: Any = (engine.run(job), "")
+        except Exception as error:  # whatever a foreign engine raises is an answer
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            answer = (None, lines[0][:200])
+        limit_cpu(0.0)
+        write_message(answers, answer)
+
+
+if __name__ == "__main__":
+    serve(sys.argv[1])

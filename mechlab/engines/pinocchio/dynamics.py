@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from mechlab.engines.pinocchio.constraints import PinConstraints
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.kkt import Factors, dense, factor
-from mechlab.engines.pinocchio.model import PinModel, rate_columns
+from mechlab.engines.pinocchio.model import PinModel
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.geometry import Array
@@ -46,7 +46,7 @@ class Passive:
         self.stiffness = np.array([x.stiffness for x in elastic])
         self.elastic_rows = np.array([m.row(x.name) for x in elastic]).reshape(-1, m.nv)
         self.unstretched = np.array([x.spring_rest - x.zero for x in elastic])
-        self.columns = rate_columns(m)
+        self.columns = m.q_columns
         self.springs = m.springs
         self.friction = DryFriction.of(m)
 

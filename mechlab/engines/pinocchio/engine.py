@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from mechlab.engines.motion_forces import LoopLoads, MotionForces
 from mechlab.engines.pinocchio.dynamics import PinPlant
-from mechlab.engines.pinocchio.equations import Equations
+from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
+from mechlab.engines.pinocchio.friction_trace import trace_friction
 from mechlab.engines.pinocchio.inverse import Solved, assemble
-from mechlab.engines.pinocchio.jacobians import accelerations_of, rates
 from mechlab.engines.pinocchio.kinematics import frame_motion
-from mechlab.engines.pinocchio.linearise import PinSmallMotions
 from mechlab.engines.pinocchio.model import file_size
+from mechlab.engines.pinocchio.quantities import accelerations_of, rates
 from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
 from mechlab.engines.pinocchio.runner import run, versions
-from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace, trace_friction
-from mechlab.engines.protocol import Engine, is_rough, why_no_smooth_tree
+from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace
+from mechlab.engines.protocol import Engine
+from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, EQUATIONS, Price
-from mechlab.experiment.recording import Recording, Trace
+from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -36,15 +35,17 @@ class Pinocchio(Engine):
     name = "pinocchio"
     fixed_steps = ("RK4", "semi_implicit_Euler")
 
-    def versions(self) -> dict[str, str]:
-        """See `Engine`."""
-        return versions()
-
-    def run(
-        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
-    ) -> Recording:
-        """See `mechlab.engines.pinocchio.runner.run`."""
-        return run(mechanism, scene, settings, times)
+    versions = staticmethod(versions)
+    run = staticmethod(run)
+    plant = staticmethod(PinPlant)
+    equations = staticmethod(Equations)
+    small_motions = staticmethod(PinSmallMotions)
+    file_size = staticmethod(file_size)
+    motion_forces = staticmethod(motion_forces)
+    loop_loads = staticmethod(loop_loads)
+    rates = staticmethod(rates)
+    accelerations_of = staticmethod(accelerations_of)
+    frame_motion = staticmethod(frame_motion)
 
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
@@ -71,22 +72,6 @@ class Pinocchio(Engine):
         """The price of Pinocchio's constrained dynamics where it fits, else of the factored equations."""
         return CONSTRAINED if fits(mechanism, laws) else EQUATIONS
 
-    def plant(self, mechanism: Mechanism) -> PinPlant:
-        """The mechanism in its reference pose at rest."""
-        return PinPlant(mechanism)
-
-    def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Equations:
-        """See `mechlab.engines.pinocchio.equations`."""
-        return Equations(mechanism, laws, h)
-
-    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> PinSmallMotions:
-        """See `mechlab.engines.pinocchio.linearise`."""
-        return PinSmallMotions(mechanism, laws)
-
-    def file_size(self, path: Path) -> tuple[float, int]:
-        """Of a URDF file."""
-        return file_size(path)
-
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) by the factored equations; of a tree without shafts by the articulated-body algorithm (pin.aba)."""
         plant = PinPlant(mechanism, q, v)
@@ -96,35 +81,11 @@ class Pinocchio(Engine):
         tau = applied - plant.passive.force(plant.kin, plant.v)
         return np.array(pin.aba(plant.kin.model, plant.kin.data, plant.kin.q_pin, plant.v, tau))
 
-    def motion_forces(
-        self, mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
-    ) -> MotionForces:
-        """See `mechlab.engines.pinocchio.reactions.motion_forces`."""
-        return motion_forces(mechanism, q, v, drive, acceleration, load)
-
-    def loop_loads(self, mechanism: Mechanism, q: Array, v: Array, force: Array) -> LoopLoads:
-        """See `mechlab.engines.pinocchio.reactions.loop_loads`."""
-        return loop_loads(mechanism, q, v, force)
-
     def assemble(
         self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
     ) -> Solved:
         """See `mechlab.engines.pinocchio.inverse.assemble`."""
         return assemble(mechanism, given, start=start, steps=steps)
-
-    def rates(self, mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
-        """See `mechlab.engines.pinocchio.jacobians.rates`."""
-        return rates(mechanism, q, given)
-
-    def accelerations_of(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
-        """See `mechlab.engines.pinocchio.jacobians.accelerations_of`."""
-        return accelerations_of(mechanism, q, v, given)
-
-    def frame_motion(
-        self, mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
-    ) -> tuple[Array, Array, Array]:
-        """See `mechlab.engines.pinocchio.kinematics.frame_motion`."""
-        return frame_motion(mechanism, frame, q, v, a)
 
 
 ENGINES = {"pinocchio": Pinocchio()}

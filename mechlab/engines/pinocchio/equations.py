@@ -1,4 +1,5 @@
-"""Equations of motion as functions of (t, state): what the integrators call, and the projection onto the constraints.
+"""Equations of motion as functions of (t, state): what the integrators call, and the projection onto the constraints. And what
+small motions about a rest need: closed poses, forces, constraint rows and mass matrix (`PinSmallMotions`).
 
 The state is y = (q, v, z, work): coordinates (nq,), rates (nv,), states of the laws, work done on the mechanism less
 what dampers took [J].
@@ -10,14 +11,13 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.reactions import channels
-from mechlab.engines.protocol import BlowUp, Instant
+from mechlab.engines.state import BlowUp, Instant
 from mechlab.errors import MechlabError
-from mechlab.experiment.law_states import LawStates
-from mechlab.experiment.laws import AppliedForce, Law
+from mechlab.experiment.laws import AppliedForce, Law, LawStates, applied_force
 from mechlab.experiment.prices import EQUATIONS, price_of_laws
 from mechlab.integrate import count_work
 from mechlab.mechanism.constraints import ConstraintSet
@@ -25,8 +25,8 @@ from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, newton
 
-Indices = NDArray[np.int_]
 FASTEST = 1e6
 CLOSED = 1e-13
 LOST = 1e-3
@@ -59,7 +59,7 @@ class Equations:
         self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         columns = self.plant.passive.columns
-        self.columns: Indices | slice = slice(None) if np.array_equal(columns, range(mechanism.nq)) else columns
+        self.columns: Array | slice = slice(None) if np.array_equal(columns, range(mechanism.nq)) else columns
         self._nq, self._end = mechanism.nq, mechanism.nq + mechanism.nv
         rows = self.plant.passive.friction.rows
         inverse = np.linalg.pinv(self.plant.mass_matrix()) if len(rows) else np.zeros((0, 0))
@@ -179,3 +179,48 @@ class Equations:
         faster = v + h * now.a
         kept = self.memory.after(t, self.plant, self.law_states(y), h)
         return np.concatenate([integrate(self.mechanism, q, h * faster), faster, kept, [y[-1] + h * now.power]])
+
+
+class PinSmallMotions:
+    """A mechanism under laws, held still at time 0; implements `mechlab.studies.modes.eigen.Dynamics` on Pinocchio.
+
+    A pose x is the Mechanism's coordinates (nq,); displacements and rates have its nv entries.
+    """
+
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> None:
+        self.mechanism, self.laws = mechanism, laws
+        self.plant = PinPlant(mechanism)
+        self.nv = mechanism.nv
+
+    def pose(self, q: ArrayLike) -> Array:
+        """(nq,) the pose of coordinates q (nq,)."""
+        return np.array(q, dtype=float)
+
+    def coordinates(self, x: Array) -> Array:
+        """(nq,) coordinates of a pose."""
+        return x
+
+    def rates(self, basis: Array) -> Array:
+        """(nv, k) columns in the order of the Mechanism's rates."""
+        return basis
+
+    def moved(self, x: Array, dv: Array) -> Array:
+        """The pose after the displacement dv (nv,), not closed again."""
+        return integrate(self.mechanism, x, dv)
+
+    def closed(self, x: Array) -> Assembly:
+        """The nearest pose in which all loops and relations are closed: Newton with the smallest steps."""
+        return newton(lambda q: (self.plant.set(q).residual(), self.plant.jacobian()), self.moved, x)
+
+    def rows(self, x: Array) -> Array:
+        """(rows, nv) constraint Jacobian."""
+        return self.plant.set(x).jacobian()
+
+    def mass(self, x: Array) -> Array:
+        """(nv, nv) mass matrix, armatures and shafts included."""
+        return self.plant.set(x).mass_matrix()
+
+    def force(self, x: Array, v: Array | None = None) -> Array:
+        """(nv,) g of M a + g = J^T reactions: weight, springs, dampers, velocity terms, less the laws."""
+        plant = self.plant.set(x, np.zeros(self.nv) if v is None else v)
+        return plant.bias() - applied_force(self.mechanism, self.laws, 0.0, plant)[0]

@@ -124,14 +124,14 @@ class PinKinematics:
 
 
 def frame_motion(
-    m: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
+    mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
 ) -> tuple[Array, Array, Array]:
     """Pose (4, 4), velocity (6,) and acceleration (6,) of a Frame: linear at its origin, then angular, in world axes.
 
     Rates v and accelerations a (nv,) default to zero. Raises MechlabError for an unknown frame.
     """
-    place = m.frame(frame)
-    kin = PinKinematics(m, q, v)
+    place = mechanism.frame(frame)
+    kin = PinKinematics(mechanism, q, v)
     rotation, origin = kin.pose(place.body)
     point = origin + rotation @ place.placement.translation
     pose = np.eye(4)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.mechanism.geometry import Array, Placement
@@ -150,15 +150,6 @@ def _se3(pair: tuple[Array, Array]) -> pin.SE3:
 
 def _se3_of(placement: Placement) -> pin.SE3:
     return pin.SE3(placement.rotation, placement.translation)
-
-
-def rate_columns(mechanism: Mechanism) -> NDArray[np.intp]:
-    """(nv,) for each rate the coordinate it changes; a spherical joint's vector part stands in."""
-    columns: list[int] = []
-    for joint in mechanism.joints:
-        start = mechanism.q_slice[joint.name].start
-        columns += [start] if joint.nv == 1 else [start + 1, start + 2, start + 3]
-    return np.array(columns, dtype=np.intp)
 
 
 def file_size(path: Path) -> tuple[float, int]:

@@ -11,12 +11,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from mechlab.engines.motion_forces import LoopLoads, MotionForces
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.quantities import Quantities
-from mechlab.engines.protocol import Instant
+from mechlab.engines.state import Instant, LoopLoads, MotionForces
 from mechlab.errors import NoSolution
-from mechlab.experiment.recording import basic_channels
+from mechlab.experiment.recording import force_unit, over_samples, run_channels
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.statics import spring_pull
@@ -153,9 +152,11 @@ def joint_wrenches(plant: PinPlant, a: Array, reactions: Array) -> dict[str, Wre
     return out
 
 
-def motion_forces(m: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array) -> MotionForces:
+def motion_forces(
+    mechanism: Mechanism, q: Array, v: Array, drive: str, acceleration: float, load: Array
+) -> MotionForces:
     """`inverse_dynamics` for one drive at states q (n, nq), v (n, nv) under the constant load (nv,)."""
-    plant, count = PinPlant(m), len(q)
+    m, plant, count = mechanism, PinPlant(mechanism), len(q)
     out = MotionForces(
         np.zeros(count), {x.name: np.zeros((count, 6)) for x in m.loops}, {j.name: np.zeros((count, 6)) for j in m.joints},
         {r.name: np.zeros(count) for r in m.relations},
@@ -171,10 +172,10 @@ def motion_forces(m: Mechanism, q: Array, v: Array, drive: str, acceleration: fl
     return out
 
 
-def loop_loads(m: Mechanism, q: Array, v: Array, force: Array) -> LoopLoads:
+def loop_loads(mechanism: Mechanism, q: Array, v: Array, force: Array) -> LoopLoads:
     """Solves J^T r + force = 0 for the loops' reactions r, the smallest where rows are redundant, at states q (n, nq),
     v (n, nv)."""
-    plant = PinPlant(m)
+    m, plant = mechanism, PinPlant(mechanism)
     out = LoopLoads(*({x.name: np.zeros((len(q), 3)) for x in m.loops} for _ in range(2)))
     for k in range(len(q)):
         plant.set(q[k], v[k])
@@ -200,18 +201,12 @@ def channels(
     axes, and _mx, _my, _mz, the moment about frame b, for loops that transmit one.
     """
     m = plant.mechanism
-    values, units = basic_channels(m, q, v)
-    a = np.array([x.a for x in instants])
-    for name in m.scalar_names:
-        values[f"{name}_accel"] = a @ m.row(name)
-        units[f"{name}_accel"] = f"{units[name]}/s2"
-    for name in dict.fromkeys(n for x in instants for n in x.forces):
-        values[f"{name}_force"] = np.array([x.forces.get(name, 0.0) for x in instants])
-        units[f"{name}_force"] = _force_unit(units[name])
+    a, forces = np.array([x.a for x in instants]), over_samples([x.forces for x in instants])
+    values, units = run_channels(m, q, v, a, forces)
     for relation in m.relations:
         k = plant.constraints.slices[relation.name].start
         values[f"{relation.name}_load"] = np.array([x.reactions[k] for x in instants])
-        units[f"{relation.name}_load"] = _force_unit(units[relation.coefficients[0][0]])
+        units[f"{relation.name}_load"] = force_unit(units[relation.coefficients[0][0]])
     _loops(plant, t, q, v, instants, values, units)
     return values, units
 
@@ -237,7 +232,3 @@ def _loops(
         for j, part in enumerate((*FORCES, *MOMENTS) if turning else FORCES):
             values[f"{loop.name}_{part}"] = table[:, k, j]
             units[f"{loop.name}_{part}"] = "N" if part in FORCES else "N m"
-
-
-def _force_unit(coordinate: str) -> str:
-    return "N" if coordinate == "m" else "N m"

@@ -13,20 +13,20 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.reactions import channels
-from mechlab.engines.protocol import BlowUp, Instant
+from mechlab.engines.state import BlowUp, Instant
 from mechlab.errors import unknown
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import (
     ModeWatch,
     friction_finding,
     kinematic_findings,
-    sample_grid,
     saturation_finding,
     sticks,
+    stopped_finding,
 )
 from mechlab.experiment.held_rates import capture_finding
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
-from mechlab.experiment.scene import PINOCCHIO_INTEGRATORS, Scene, Settings, initial_state
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding, over_samples
+from mechlab.experiment.scene import PINOCCHIO_INTEGRATORS, Scene, Settings, initial_state, sample_grid
 from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -52,7 +52,7 @@ def run(
     mechanism: Mechanism,
     scene: Scene,
     settings: Settings | None = None,
-    sample_times: ArrayLike | None = None,
+    times: ArrayLike | None = None,
     *,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
@@ -66,12 +66,12 @@ def run(
     settings = settings or Settings(engine="pinocchio")
     if settings.integrator not in PINOCCHIO_INTEGRATORS:
         raise unknown("integrator of pinocchio", settings.integrator, PINOCCHIO_INTEGRATORS)
-    times = sample_grid(scene.duration, settings.timestep, sample_times)
+    samples = sample_grid(scene.duration, settings.timestep, times)
     q, v = initial_state(mechanism, scene)
     motion = Equations(mechanism, scene.laws, settings.timestep)
     began = time.thread_time()
     start = motion.start(q, v)
-    log = _integrate(motion, settings, times, start, progress, ModeWatch(mechanism, scene.keep_mode))
+    log = _integrate(motion, settings, samples, start, progress, ModeWatch(mechanism, scene.keep_mode))
     spent = time.thread_time() - began
     return _recording(mechanism, scene, settings, motion, log, start, spent)
 
@@ -158,12 +158,13 @@ def _recording(
     evaluations = motion.plant.evaluations
     if log.instants:
         found, units = channels(motion.plant, t, q, v, log.instants)
-        findings = _findings(mechanism, scene, settings, motion, log, t, y, found)
+        findings = _findings(mechanism, scene, settings, motion, log, t, y)
     else:
         found, units = basic_channels(mechanism, q, v)
         findings = []
     if log.end is not None:
-        findings.insert(0, _blow_up(log.end, scene.duration))
+        advice = f"{log.end.reason}; try a smaller timestep"
+        findings.insert(0, stopped_finding(log.end.t, scene.duration, advice))
     return Recording(
         mechanism=mechanism,
         t=t,
@@ -189,7 +190,6 @@ def _findings(
     log: _Log,
     t: Array,
     y: Array,
-    found: dict[str, Array],
 ) -> list[Finding]:
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
     out = list(kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode))
@@ -198,7 +198,7 @@ def _findings(
     if len(motion.plant.constraints):
         text = "the largest projection onto the constraints in a step was"
         out.append(limit_finding("closure_correction", motion.corrected, CORRECTION_LIMIT, "m or rad", text, 1e-4))
-    forces = {n: found[f"{n}_force"] for n in mechanism.scalar_names if f"{n}_force" in found}
+    forces = over_samples([x.forces for x in log.instants])
     limits = (saturation_finding(scene.laws, forces), capture_finding(scene.laws, settings))
     out += [f for f in limits if f is not None]
     if len(motion.width):
@@ -212,11 +212,6 @@ def _findings(
         text = "first-order integration: energy and phase may be wrong by several per cent"
         out.append(Finding("first_order", settings.timestep, 0.0, "s", "warning", text))
     return out
-
-
-def _blow_up(end: BlowUp, duration: float) -> Finding:
-    text = f"the run stopped at t = {end.t:.6g} s of {duration:g} s: {end.reason}; try a smaller timestep"
-    return Finding("blow_up", end.t, duration, "s", "error", text)
 
 
 def versions() -> dict[str, str]:

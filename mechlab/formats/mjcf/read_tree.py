@@ -122,7 +122,9 @@ class BodyTree:
 
 
 @dataclass(frozen=True)
-class _PlacedJoint:
+class PlacedJoint:
+    """The joints of a Mechanism that stand for one joint of the file, and where it acts in the frame of its body there."""
+
     joint: tuple[Joint, ...]
     pos: Vector
 
@@ -170,7 +172,7 @@ def _is_base(element: ET.Element, parent: str, placement: Placement) -> bool:
 
 def _body(
     source: MjcfText, tree: BodyTree, element: ET.Element, parent: str, outer: Placement, childclass: str | None,
-    before: tuple[_PlacedJoint, ...],
+    before: tuple[PlacedJoint, ...],
 ) -> None:  # fmt: skip
     refuse(element, "gravcomp", "mocap")
     childclass = element.get("childclass") or childclass
@@ -193,7 +195,7 @@ def _body(
         return
     name = tree.body_names.add(given.removesuffix(":body") or None)
     tree.body_names.given[given] = name
-    parent, placement, inner, own = _anchored(tree, name, parent, placement, joints)
+    parent, placement, inner, own = anchored(tree, name, parent, placement, joints)
     tree.frame_of[name] = inner
     slot = len(tree.bodies)
     tree.bodies.append(Body(name, parent, placement, own))
@@ -206,8 +208,8 @@ def _body(
     tree.bodies[slot] = replace(tree.bodies[slot], inertia=inertia, shapes=tuple(shapes))
 
 
-def _anchored(
-    tree: BodyTree, name: str, parent: str, placement: Placement, joints: tuple[_PlacedJoint, ...]
+def anchored(
+    tree: BodyTree, name: str, parent: str, placement: Placement, joints: tuple[PlacedJoint, ...]
 ) -> tuple[str, Placement, Placement, tuple[Joint, ...]]:
     """Parent, placement, MJCF frame and joints of a body whose joints act off its origin: the body frame moves to the
     joints; joints at different points get bodies in between."""
@@ -235,18 +237,18 @@ def _anchored(
 
 def _joints(
     source: MjcfText, tree: BodyTree, element: ET.Element, childclass: str | None, body: str
-) -> list[_PlacedJoint]:
+) -> list[PlacedJoint]:
     out = []
     for child in element:
         if child.tag == "freejoint" or (child.tag == "joint" and child.get("type") == "free"):
             name = tree.joint_names.add(child.get("name"), f"{body or 'body'}_free")
-            out.append(_PlacedJoint(floating(name), (0.0, 0.0, 0.0)))
+            out.append(PlacedJoint(floating(name), (0.0, 0.0, 0.0)))
         elif child.tag == "joint":
             out.append(_joint(source, tree, source.attributes(child, childclass)))
     return out
 
 
-def _joint(source: MjcfText, tree: BodyTree, e: ET.Element) -> _PlacedJoint:
+def _joint(source: MjcfText, tree: BodyTree, e: ET.Element) -> PlacedJoint:
     refuse(e, "springdamper", "actuatorfrcrange", "actuatorgravcomp")
     kind = e.get("type", "hinge")
     if kind not in KINDS:
@@ -274,7 +276,7 @@ def _joint(source: MjcfText, tree: BodyTree, e: ET.Element) -> _PlacedJoint:
         one(e, "damping"), one(e, "armature"), one(e, "frictionloss"), one(e, "stiffness"),
         spring_at + shift if one(e, "stiffness") and kind != "ball" else 0.0,
     )  # fmt: skip
-    return _PlacedJoint((joint,), (pos[0], pos[1], pos[2]))
+    return PlacedJoint((joint,), (pos[0], pos[1], pos[2]))
 
 
 def _inertial(source: MjcfText, e: ET.Element) -> Inertia:

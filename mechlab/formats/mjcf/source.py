@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.formats.xml_text import floats, label, parse
+from mechlab.formats.soundness import sound
+from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import Array, Placement, axis_rotation, frame_along, matrix_to_quaternion
 
 TOP = (
@@ -24,11 +25,20 @@ def fail(element: ET.Element, message: str) -> MechlabError:
     return MechlabError(f"{label(element)}: {message}")
 
 
+def written_by_mechlab(content: str) -> bool:
+    """True for an MJCF text that mechlab wrote. Raises MechlabError for a text that is no MJCF."""
+    return _ours(sound(content, "mujoco", "MJCF file"))
+
+
+def _ours(root: ET.Element) -> bool:
+    return any(t.get("name") == "written_by" and t.get("data") == "mechlab" for t in root.iter("text"))
+
+
 class MjcfText:
     """A parsed MJCF text. `attributes(element, childclass)` gives an element with its defaults filled in."""
 
     def __init__(self, content: str) -> None:
-        self.root = parse(content, "mujoco", "MJCF file")
+        self.root = sound(content, "mujoco", "MJCF file")
         for element in self.root:
             if element.tag not in TOP:
                 raise fail(element, f"mechlab does not read this part of MJCF. It reads {', '.join(TOP)}.")
@@ -46,7 +56,7 @@ class MjcfText:
             raise MechlabError(f"<compiler>: eulerseq={self.eulerseq!r} must be three of x, y, z.")
         self.autolimits = compiler.get("autolimits", "true") == "true"
         self.inertia_from_geoms = compiler.get("inertiafromgeom", "auto")
-        self.ours = any(t.get("name") == "written_by" and t.get("data") == "mechlab" for t in self.root.iter("text"))
+        self.ours = _ours(self.root)
         self.defaults: dict[str, dict[str, dict[str, str]]] = {"main": {}}
         for element in self.section("default"):
             self._read_defaults(element, "main", {})
@@ -153,6 +163,10 @@ class Names:
         if name:
             self.given[name] = out
         return out
+
+    def reserve(self, name: str) -> None:
+        """Keep a name from being given to an element."""
+        self._taken.add(name)
 
     def find(self, name: str | None, element: ET.Element) -> str:
         """The name of an element that `element` refers to; raises MechlabError that lists what exists."""

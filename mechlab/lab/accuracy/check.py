@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.engines.protocol import is_rough
 from mechlab.errors import MechlabError
+from mechlab.experiment.acting import is_rough
 from mechlab.integrate import work_done
 from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
 from mechlab.lab.accuracy.result import MethodCheck

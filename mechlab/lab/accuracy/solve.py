@@ -15,8 +15,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from mechlab.engines.protocol import is_rough, why_no_smooth_tree
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.scene import Scene, initial_state
 from mechlab.lab.accuracy.by_energy import SolveTask, solve_as_pendulum, solve_by_energy
 from mechlab.lab.accuracy.check import CheckRunner

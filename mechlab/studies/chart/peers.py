@@ -16,7 +16,8 @@ from importlib import metadata
 
 import numpy as np
 
-from mechlab.engines.peers import PEERS, PeerStopped
+from mechlab.engines.peers.engine import PEERS
+from mechlab.engines.peers.process import PeerStopped
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
 from mechlab.lab.accuracy.result import Solution

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.engines.protocol import is_rough
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.acting import is_rough
 from mechlab.experiment.energy import energy
 from mechlab.experiment.recording import Recording, Trace, basic_channels
 from mechlab.lab.methods import METHODS, Problem

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.protocol import IMPLEMENTATIONS, EngineState, engine
+from mechlab.engines.protocol import IMPLEMENTATIONS, engine
+from mechlab.engines.state import EngineState
 from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array

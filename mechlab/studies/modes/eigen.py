@@ -28,7 +28,7 @@ STEP = 1e-3
 class Dynamics(Protocol):
     """Equations M a + g(x, v) = J^T reactions of a mechanism under constant laws, in the coordinates x of one engine.
 
-    Implemented by `mechlab.engines.pinocchio.linearise` and `mechlab.engines.mujoco.linearise`.
+    Implemented by the engines: `mechlab.engines.protocol.Engine.small_motions`.
     """
 
     mechanism: Mechanism

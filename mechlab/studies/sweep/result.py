@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import EngineMissing, MechlabError, unknown
+from mechlab.errors import EngineMissing, MechlabError, install_extra, unknown
 from mechlab.files import unfinished
 from mechlab.formats.json_text import parse
 from mechlab.mechanism.geometry import Array
@@ -121,7 +121,7 @@ class SweepResult(Shown):
         return {"least": float(x.min()), "largest": float(x.max())} if x.size else {"least": None, "largest": None}
 
 
-HOW = "pip install 'mechlab[cluster]'"
+HOW = install_extra("cluster")
 
 
 def need_xarray() -> Any:

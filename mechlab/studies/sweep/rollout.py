@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.protocol import engine, is_rough
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
+from mechlab.experiment.acting import is_rough
 from mechlab.experiment.energy import ENERGY_LIMIT
 from mechlab.experiment.findings import GAP_LIMIT
 from mechlab.experiment.laws import Constant

@@ -15,7 +15,7 @@ from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 from typing import Any
 
-from mechlab.errors import EngineMissing, MechlabError
+from mechlab.errors import EngineMissing, MechlabError, install_extra
 from mechlab.lab.single_run import versions
 from mechlab.studies.sweep.evaluate import evaluate
 from mechlab.studies.sweep.request import ANSWERS, RUNS, SweepBlock, SweepRequest
@@ -130,7 +130,7 @@ RETRIES = 3
 """Number of times that a failed block is tried again; Dask itself limits retries after workers that die."""
 CONNECT = 20
 """Time to wait for the scheduler and for a first worker [s]."""
-HOW = "pip install 'mechlab[cluster]'"
+HOW = install_extra("cluster")
 
 
 @lru_cache(maxsize=4)

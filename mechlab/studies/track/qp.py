@@ -45,7 +45,8 @@ def lexicographic(
 ) -> QpStep:
     """The step for levels (A (k, f), b (k,)) in the order of their priority, rows (c, f) with bounds (c,).
 
-    careful: mu_k = |b_k|, for a pose where less is gained than the rows promise (Levenberg, Marquardt). Bounds that contradict each other here are widened until z = 0 is allowed.
+    careful: mu_k = |b_k|, for a pose where less is gained than the rows promise (Levenberg, Marquardt).
+    Bounds that contradict each other here are widened until z = 0 is allowed.
     """
     f = rows.shape[1]
     z, basis, multipliers = np.zeros(f), np.eye(f), np.zeros(len(rows))

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.kit.quantities import quantities
@@ -100,7 +99,7 @@ def _shape(axes: tuple[int, ...]) -> tuple[int, ...]:
     return () if len(axes) == 1 else (3,)
 
 
-def times_of(m: Mechanism, tasks: Sequence[Task], times: ArrayLike | None, duration: float) -> Array:
+def times_of(m: Mechanism, tasks: Sequence[Task], times: object, duration: float) -> Array:
     """(n,) times [s]: as given; else even over `duration`, as many as the targets have values.
 
     Raises MechlabError for times that do not increase, and for targets with unlike numbers of values.

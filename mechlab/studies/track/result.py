@@ -134,8 +134,10 @@ class Track(Result[Path]):
         }  # fmt: skip
 
 
-def miss_sentence(x: Tracked, t: Array, limits: tuple[ActiveLimit, ...], settled: NDArray[np.bool_]) -> str:
-    """Where, by how much and why a target is missed."""
+def miss_sentence(
+    x: Tracked, t: Array, limits: tuple[ActiveLimit, ...], settled: NDArray[np.bool_], alone: bool
+) -> str:
+    """Where, by how much and why a target is missed. alone: it is the only one that must be met."""
     k = int(np.argmax(x.error))
     spans = runs(x.missed)
     text = f"{x.name} is missed by up to {number(x.largest)} {x.unit} (at {t[k]:g} s), "

@@ -226,8 +226,8 @@ def _result(
     )
     stopped = _active(poses, closed.unit, m)
     settled = np.array([p.pose.settled for p in poses])
-    gap = max(p.gap for p in poses)
-    findings = [_target_finding(x, t, stopped, settled) for x in tracked if x.required]
+    gap, alone = max(p.gap for p in poses), sum(x.required for x in tracked) == 1
+    findings = [_target_finding(x, t, stopped, settled, alone) for x in tracked if x.required]
     findings.append(limit_finding("closure", gap, GAP, "of the size", "loops and gears are open by"))
     v = _rates(closed, q, t) * closed.rate_units
     q = q * closed.coordinate_units
@@ -261,11 +261,15 @@ def _has(closed: Closed, of: str) -> bool:
     return bool({"closure": len(closed.rows), "drives": len(closed.m.drives), "targets": closed.target_rank}[of])
 
 
-def _target_finding(x: Tracked, t: Array, limits: tuple[ActiveLimit, ...], settled: NDArray[np.bool_]) -> Finding:
+def _target_finding(
+    x: Tracked, t: Array, limits: tuple[ActiveLimit, ...], settled: NDArray[np.bool_], alone: bool
+) -> Finding:
     if not np.any(x.missed):
         text = f"{x.name} is met within {number(x.tolerance)} {x.unit}: largest error {number(x.largest)} {x.unit}"
         return Finding(f"target_{x.name}", x.largest, x.tolerance, x.unit, "ok", text)
-    return Finding(f"target_{x.name}", x.largest, x.tolerance, x.unit, "error", miss_sentence(x, t, limits, settled))
+    return Finding(
+        f"target_{x.name}", x.largest, x.tolerance, x.unit, "error", miss_sentence(x, t, limits, settled, alone)
+    )
 
 
 def _active(poses: list[_Found], unit: float, m: Mechanism) -> tuple[ActiveLimit, ...]:

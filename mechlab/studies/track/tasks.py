@@ -6,13 +6,16 @@ Tasks of one priority share by their weights.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from numpy.typing import ArrayLike
+from mechlab.values import Numbers, Value
 
-Target = ArrayLike | Callable[[float], ArrayLike]
+Row = Numbers | Sequence[float]
+Points = Value | Sequence[Row] | Sequence[Sequence[Row]]
+"""Numbers, or an array of up to three dimensions."""
+Target = Points | Callable[[float], Points]
 """A constant, values along the path (one a time, first axis), or a function of the time [s]."""
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
-from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
+from mechlab.errors import EngineMissing, MechlabError, NoSolution, install_extra, unknown
 from mechlab.files import write
 from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
@@ -204,7 +204,7 @@ def _marching_cubes() -> Any:
         from skimage.measure import marching_cubes
     except ModuleNotFoundError as error:
         raise EngineMissing(
-            f"the surface of a workspace needs scikit-image ({error.name} is missing): pip install 'mechlab[workspace]'. "
+            f"the surface of a workspace needs scikit-image ({error.name} is missing): {install_extra('workspace')}. "
             "Counts, volumes and maps do without it."
         ) from None
     return marching_cubes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechlab.catalog.closed_differential.build import SCENES, Parameters, build
-from mechlab.engines.mujoco import run
+from mechlab.engines.mujoco.runner import run
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import AppliedForce, Constant, applied_force

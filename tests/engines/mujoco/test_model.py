@@ -6,10 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from mechlab.engines.mujoco import MujocoMap, MujocoPlant, to_mujoco
-from mechlab.engines.mujoco.closure import Closure
-from mechlab.engines.mujoco.model import passive
-from mechlab.engines.mujoco.plant import ExactDynamics
+from mechlab.engines.mujoco.closure import Closure, ExactDynamics
+from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
+from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.errors import MechlabError
 from mechlab.mechanism import (
     Builder,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mechlab.engines.mujoco import run
+from mechlab.engines.mujoco.runner import run
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, prismatic, revolute

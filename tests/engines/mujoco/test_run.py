@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mechlab.engines.mujoco import run, to_mujoco
-from mechlab.engines.mujoco.model import _compiled
+from mechlab.engines.mujoco.model import _compiled, to_mujoco
+from mechlab.engines.mujoco.runner import run
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Constant, Harmonic, Servo, Viscous
 from mechlab.experiment.motion import Hold

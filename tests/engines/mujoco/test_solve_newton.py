@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from mechlab.engines.mujoco import accelerations_of, assemble, frame_motion, rates
+from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism import Builder, Inertia, Status, TreeKinematics, close, floating, integrate, revolute
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mechlab.engines.own.hybrid import run
-from mechlab.engines.pinocchio import run as run_smooth
+from mechlab.engines.pinocchio.runner import run as run_smooth
 from mechlab.experiment.laws import Constant, DcMotor, Harmonic
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Builder, Inertia, revolute
@@ -56,7 +56,7 @@ def test_shaking_sticks_where_smoothing_creeps() -> None:
 
 
 def test_motor_law_has_its_current_in_every_engine() -> None:
-    from mechlab.engines.mujoco import run as run_mujoco
+    from mechlab.engines.mujoco.runner import run as run_mujoco
 
     m = wheel(friction=0.0)
     motor = DcMotor("turn", 2.0, 0.5, 1.0, 0.2, 0.3)

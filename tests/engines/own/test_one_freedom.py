@@ -11,7 +11,7 @@ from mechlab.catalog import fourbar
 from mechlab.cli import main
 from mechlab.engines.own.closed_path import ClosedPath, choose_path
 from mechlab.engines.own.one_freedom import OneFreedom, run
-from mechlab.engines.pinocchio import run as run_pinocchio
+from mechlab.engines.pinocchio.runner import run as run_pinocchio
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.laws import ComputedTorque, Servo
 from mechlab.experiment.motion import Ramp

@@ -12,7 +12,8 @@ import pytest
 import mechlab as ml
 from mechlab import api
 from mechlab.cli import main
-from mechlab.engines.peers import INTEGRATORS, PeerStopped, controlled, installed
+from mechlab.engines.peers.engine import INTEGRATORS, controlled, installed
+from mechlab.engines.peers.process import PeerStopped
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Trace
 from mechlab.lab.methods import METHODS, PEER_METHODS, Method, Problem
@@ -113,7 +114,7 @@ def test_peers_stay_out_of_a_chart_that_does_not_ask_for_them() -> None:
 
 
 def test_a_chart_without_peers_installed_still_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mechlab.engines.peers.links.find_spec", lambda name: None)
+    monkeypatch.setattr("mechlab.engines.peers.engine.find_spec", lambda name: None)
     monkeypatch.setattr(chart_peers, "REPEATS", 1)
     some = [m for m in METHODS if m.name == "own equations, scipy DOP853"]
     d = ml.load("pendulum")
@@ -123,7 +124,7 @@ def test_a_chart_without_peers_installed_still_comes_out(monkeypatch: pytest.Mon
     for row in data["peers"]:
         assert row["peer"] is None and row["ours_cpu_s"] > 0.0
         assert row["ours_error"] <= row["target"]
-    assert all("mechlab[peers]" in found.skipped[m.name] for m in PEER_METHODS)
+    assert all("mechanism-lab[peers]" in found.skipped[m.name] for m in PEER_METHODS)
 
 
 def test_an_mjcf_file_has_no_peers(tmp_path: Path) -> None:

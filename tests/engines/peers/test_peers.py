@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.peers import INTEGRATORS, PEERS, PeerStopped, controlled, installed, refusal
-from mechlab.engines.peers.job import independent
-from mechlab.engines.peers.links import links_of, not_expressible
-from mechlab.engines.peers.process import trace
+from mechlab.engines.peers.engine import INTEGRATORS, PEERS, controlled, installed, not_expressible, refusal, trace
+from mechlab.engines.peers.job import independent, links_of
+from mechlab.engines.peers.process import PeerStopped
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene, Settings
@@ -126,10 +125,10 @@ def test_axes_compound_joints_welds_springs_and_loads_are_carried_over(
 
 @pytest.mark.parametrize("peer", PEERS)
 def test_an_absent_peer_is_named_with_its_extra(peer: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mechlab.engines.peers.links.find_spec", lambda name: None)
+    monkeypatch.setattr("mechlab.engines.peers.engine.find_spec", lambda name: None)
     mechanism, scene = problem("pendulum")
     why = refusal(peer, INTEGRATORS[peer][0], mechanism, scene)
-    assert peer in why and "mechlab[peers]" in why
+    assert peer in why and "mechanism-lab[peers]" in why
     with pytest.raises(MechlabError, match="not installed"):
         trace(mechanism, scene, Settings(engine=peer, integrator=INTEGRATORS[peer][0]), OUTPUTS)
 

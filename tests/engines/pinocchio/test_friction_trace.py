@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from mechlab.engines.own.hybrid import run
-from mechlab.engines.pinocchio import trace as friction_trace
+from mechlab.engines.pinocchio import friction_trace
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Harmonic
 from mechlab.experiment.scene import Scene, Settings

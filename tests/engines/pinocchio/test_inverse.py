@@ -5,7 +5,8 @@ import pytest
 from random_mechanisms import random_mechanism
 from samples import fourbar, planetary, scara
 
-from mechlab.engines.pinocchio import Closer, assemble
+from mechlab.engines.pinocchio.closer import Closer
+from mechlab.engines.pinocchio.inverse import assemble
 from mechlab.errors import MechlabError
 from mechlab.mechanism import ConstraintSet, Status, TreeKinematics, close, integrate
 from mechlab.mechanism.geometry import axis_rotation

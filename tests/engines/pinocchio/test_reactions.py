@@ -5,8 +5,9 @@ import pytest
 from random_mechanisms import random_mechanism
 from samples import fourbar, planetary, scara
 
-from mechlab.engines.pinocchio import PinPlant, inverse_dynamics, rates
-from mechlab.engines.pinocchio.reactions import joint_wrenches, loop_wrenches
+from mechlab.engines.pinocchio.dynamics import PinPlant
+from mechlab.engines.pinocchio.quantities import rates
+from mechlab.engines.pinocchio.reactions import inverse_dynamics, joint_wrenches, loop_wrenches
 from mechlab.errors import NoSolution
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, revolute
 from mechlab.mechanism.structure import null_space

@@ -7,7 +7,7 @@ import pytest
 from random_mechanisms import random_mechanism
 from samples import fourbar, planetary, scara
 
-from mechlab.engines.pinocchio import run
+from mechlab.engines.pinocchio.runner import run
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.laws import ComputedTorque, Constant, Harmonic, Servo, TableLaw
 from mechlab.experiment.motion import Hold, Sine
@@ -89,7 +89,7 @@ def test_planetary_loads_and_reduced_motion():
     m = planetary()
     scene = Scene("start", "parts", 0.2, (Constant("sun", 0.5), Constant("carrier", -0.2)))
     found = run(m, scene, settings("DOP853"))
-    from mechlab.engines.pinocchio import PinPlant
+    from mechlab.engines.pinocchio.dynamics import PinPlant
     from mechlab.mechanism import ConstraintSet, TreeKinematics
     from mechlab.mechanism.structure import null_space
 

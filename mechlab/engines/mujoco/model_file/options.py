@@ -1,6 +1,8 @@
-"""Findings on options and parts of a MuJoCo model: integrator, Jacobian, autoreset, activations, tendons, friction, limits.
+"""Findings on the options of a MuJoCo model: Jacobian, autoreset, activations, and whether the integrator can follow the model at
+its timestep. `settings_to_paste` makes the recommended `<option>` and default class of equalities from what was found.
 
-`settings_to_paste` makes the recommended `<option>` and default class of equalities from what was found.
+`growing_step`: linearised at rest on the motions z that the equality rows allow, M z'' + D z' + K z = 0 (springs, tendons,
+position and velocity servos; no weight), a step of the integrator is a matrix; by it no motion may grow that the equations damp.
 """
 
 from __future__ import annotations
@@ -12,11 +14,20 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.growing_step import integrator_name, joint_of_dof, name_of, tendon_moments
-from mechlab.engines.mujoco.model_file.softness import active, equality_default, listed
+from mechlab.engines.mujoco.model_file.rows import (
+    EqualityRows,
+    joint_of_dof,
+    listed,
+    loops,
+    name_of,
+    tendon_moments,
+)
+from mechlab.engines.mujoco.model_file.softness import equality_default
+from mechlab.engines.mujoco.model_file.trace import integrator_name
 from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.structure import null_space
 
 IN_URDF = (
     '<mujoco><compiler discardvisual="false"/><option integrator="RK4" timestep="0.001" jacobian="dense"/></mujoco>'
@@ -25,17 +36,28 @@ IN_URDF = (
 
 
 def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
-    """The text; an XML comment says which attributes to delete. The integrator is the one that completed the trial."""
-    h = float(model.opt.timestep)
-    better = trial.better if trial is not None and trial.better else "discrete"
-    if any(f.name == "unstable_step" for f in findings):
-        better = "discrete"
+    """The text; an XML comment says which attributes to delete; "" for a model in which nothing needs to change.
+
+    The integrator is the one that completed the trial. A model without loops that lives by contacts keeps the integrator of its
+    file: RK4 gains nothing there.
+    """
+    h, kept = float(model.opt.timestep), integrator_name(model)
+    found = list(findings)
+    unstable = any(f.name == "unstable_step" for f in found)
+    if not loops(model):
+        if unstable:
+            return f'<option timestep="{h:g}" integrator="discrete"/>'
+        coarse = trial is not None and not trial.touched and any(f.name == "trial" and f.severity != "note" for f in found)
+        return f'<option timestep="{h:g}" integrator="RK4"/>' if coarse and kept != "RK4" else ""
+    better = trial.shown.better if trial is not None and trial.shown.better else "discrete"
+    if trial is not None and "contacts" in trial.touched and not trial.reason:
+        better = kept
     lines = [
-        f'<option timestep="{h:g}" integrator="{better}" jacobian="dense">',
+        f'<option timestep="{h:g}" integrator="{"discrete" if unstable else better}" jacobian="dense">',
         '  <flag autoreset="disable"/>',
         "</option>",
     ]
-    if active(model):
+    if loops(model):
         lines.append(equality_default(h))
         lines.append("<!-- an equality with a solref or solimp of its own keeps it: delete those attributes -->")
     return "\n".join(lines)
@@ -43,34 +65,42 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
 
 WRONG = 1e-6
 """Relative difference of accelerations by sparse and dense Jacobian beyond rounding (1e-12 was measured)."""
-IMPLICIT = ("implicitfast", "implicit")
 
 
-def options(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Findings on options: "sparse_jacobian", "autoreset", "first_order", "first_order_activation", "fast_activation"."""
+def options(model: mujoco.MjModel, qpos: Array, trial: TrialRun | None = None) -> Iterator[Symptom]:
+    """Findings on options: "sparse_jacobian", "autoreset", "first_order", "first_order_activation"."""
     yield from _sparse(model, qpos)
     if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
         text = (
-            "autoreset is on: a run that blows up starts again from the reference pose and goes on; nothing but a counter "
-            "(mjData.warning) tells."
+            "autoreset is on, MuJoCo's default: a run that blows up starts again from the reference pose and goes on; nothing but a "
+            "counter (mjData.warning) tells."
         )
-        yield Symptom("autoreset", "warning", text, '<option><flag autoreset="disable"/></option>')
+        yield Symptom("autoreset", "note", text, '<option><flag autoreset="disable"/></option>')
     name = integrator_name(model)
-    if name != "RK4" and active(model):
-        text = (
-            f"{name} closes the loops but is of first order: phase and energy drift (a four-bar was 0.26 rad wrong after 1 s at "
-            "1 ms where RK4 was 9e-5). A small gap does not mean a right motion."
-        )
-        yield Symptom("first_order", "warning", text, '<option integrator="RK4"/>')
+    if name != "RK4" and loops(model):
+        shown = None if trial is None else trial.shown
+        step = None if shown is None or not np.isfinite(shown.step) else shown.step
+        text = f"{name} closes the loops but is of first order: a small gap does not mean a right motion"
+        if step is None or shown is None:
+            yield Symptom("first_order", "warning", f"{text}.", '<option integrator="RK4"/>')
+        else:
+            share = step / max(shown.moved, 1e-2 * shown.size)
+            text += f". With half its timestep a run of this file changes by {step:.2g} m ({100 * share:.2g} % of its motion)."
+            severe = share > STEP_MATTERS and not shown.touched
+            cure = "" if shown.touched else '<option integrator="RK4"/>'
+            yield Symptom("first_order", "warning" if severe else "note", text, cure, step)
     if name == "RK4" and model.na:
-        names = [name_of(model, "ACTUATOR", k) for k in range(model.nu) if model.actuator_dyntype[k]]
+        names = [name_of(model, "ACTUATOR", k) for k in range(len(model.actuator_dyntype)) if model.actuator_dyntype[k]]
         text = f"{listed(names)} has a state (activation), which MuJoCo integrates in first order beside RK4."
         yield Symptom("first_order_activation", "warning", text)
-    yield from _fast_activation(model)
+
+
+STEP_MATTERS = 1e-3
+"""Change of a run with half its timestep, over its motion, from which on the order of the integrator matters."""
 
 
 def _sparse(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    if not mujoco.mj_isSparse(model) or not active(model):
+    if not mujoco.mj_isSparse(model) or not loops(model):
         return
     paste = '<option jacobian="dense"/>'
     worst = _sparse_error(model, qpos)
@@ -109,118 +139,96 @@ def _sparse_error(model: mujoco.MjModel, qpos: Array) -> float:
     return worst
 
 
-def _fast_activation(model: mujoco.MjModel) -> Iterator[Symptom]:
-    h, kind = float(model.opt.timestep), mujoco.mjtDyn.mjDYN_FILTER
-    quick = [k for k in range(model.nu) if model.actuator_dyntype[k] == kind and model.actuator_dynprm[k, 0] < h]
-    if quick:
-        names = [name_of(model, "ACTUATOR", k) for k in quick]
-        text = f"the time constant of {listed(names)} is below the timestep {h:g} s: the filter is unstable or does nothing."
-        yield Symptom("fast_activation", "error", text, 'dyntype="filterexact"')
+GROWTH = 1.0 + 1e-4
+"""Growth factor of one step that is more than rounding."""
 
 
-def tendons(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Findings on tendons: "armature_across_branches", "damping_across_branches", "tendon_equality_lag", "held_friction"."""
+MOST_COORDINATES = 200
+"""Coordinates above which the stability of a step is not examined: it takes the eigenvalues of many matrices of twice that size."""
+
+
+def too_large(model: mujoco.MjModel) -> bool:
+    """Whether the model has too many coordinates for `growing_step`."""
+    return bool(model.nv > MOST_COORDINATES)
+
+
+def growing_step(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
+    """Finding "unstable_step": names the joint that moves most in the growing motion, and a timestep without growth."""
+    if not model.nv or too_large(model):
+        return
+    m, k, d, d_explicit, basis = _linear(model, qpos)
+    if not basis.shape[1] or not (np.any(k) or np.any(d)):
+        return
+    name, h = integrator_name(model), float(model.opt.timestep)
+    own = np.linalg.eigvals(_rates(m, k, d))
+    if np.max(own.real, initial=0.0) > 1e-6 * float(np.max(np.abs(own), initial=1.0)):
+        return  # the equations themselves grow: a negative stiffness
+    growth, vector = _worst(name, h, m, k, d, d_explicit)
+    if growth <= GROWTH:
+        return
+    fits = h
+    while fits > 1e-9 * h and _worst(name, fits, m, k, d, d_explicit)[0] > GROWTH:
+        fits *= 0.5
+    culprit = joint_of_dof(model, int(np.argmax(np.abs(basis @ vector))))
+    text = (
+        f"a spring, damper or servo at {culprit} is too stiff for {name} at {h:g} s: each step makes its motion {growth:.3g} "
+        f"times as large. {name} needs {fits:.2g} s; 'discrete' takes stiff springs and dampers at any step, in first order."
+    )
+    cure = f'<option integrator="discrete"/>   or   <option timestep="{fits:.2g}"/>'
+    yield Symptom("unstable_step", "error", text, cure, growth)
+
+
+def _linear(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """M, K, D and the part of D that Euler takes explicitly, on the basis (nv, n) of the free motions."""
     with engine():
-        probe = copy.copy(model)
-        probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        data = mujoco.MjData(probe)
-        data.qpos[:] = qpos
-        rng = np.random.default_rng(2)
-        mujoco.mj_integratePos(probe, data.qpos, 0.01 * rng.standard_normal(model.nv), 1.0)
-        mujoco.mj_fwdPosition(probe, data)
-        moments = tendon_moments(probe, data)
-    across = {k: pair for k in range(model.ntendon) if (pair := _branches(model, moments[k])) is not None}
-    for k, (a, b) in across.items():
-        name, ends = (
-            name_of(model, "TENDON", k),
-            f"{joint_of_dof(model, a)} and {joint_of_dof(model, b)}, which lie on different branches",
-        )
-        if model.tendon_armature[k] > 0:
-            text = f"the armature of {name} couples {ends}: MuJoCo drops that term of the mass matrix and says nothing."
-            yield Symptom("armature_across_branches", "error", text)
-        damped = model.tendon_damping[k] > 0 or np.any(model.tendon_dampingpoly[k])
-        if damped and integrator_name(model) in IMPLICIT:
-            text = f"the damping of {name} couples {ends}: {integrator_name(model)} drops that term, momentum is lost."
-            yield Symptom("damping_across_branches", "error", text, '<option integrator="RK4"/>')
-        elif damped:
-            text = (
-                f"the damping of {name} couples {ends}: right with {integrator_name(model)}, wrong with implicitfast."
+        rows = EqualityRows(model, qpos)
+        _, jacobian = rows.at(qpos)
+        data, nv = rows.data, model.nv
+        mass = np.zeros((nv, nv))
+        mujoco.mj_fullM(rows.model, data, mass)
+        tendon = tendon_moments(rows.model, data)
+        count = len(model.actuator_dyntype)  # not nu: an actuator may have several controls
+        actuator = np.zeros((count, nv))
+        if count:
+            mujoco.mju_sparse2dense(
+                actuator, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
             )
-            yield Symptom("damping_across_branches", "note", text)
-    yield from _held(model)
-
-
-def _held(model: mujoco.MjModel) -> Iterator[Symptom]:
-    """Tendon equalities whose second derivative is not what it should be, and friction on tendons that stand still."""
-    kind = mujoco.mjtEq
-    curved, rubbing = [], []
-    for k in active(model):
-        if model.eq_type[k] == kind.mjEQ_TENDON:
-            t = int(model.eq_obj1id[k])
-            if model.wrap_type[model.tendon_adr[t]] != mujoco.mjtWrap.mjWRAP_JOINT:
-                curved.append(name_of(model, "TENDON", t))
-            if model.tendon_frictionloss[t] > 0 and model.eq_obj2id[k] < 0:
-                rubbing.append(name_of(model, "TENDON", t))
-        elif model.eq_type[k] == kind.mjEQ_JOINT and np.any(model.eq_data[k, 2:5]):
-            curved.append(name_of(model, "JOINT", int(model.eq_obj1id[k])))
-    if curved:
-        text = (
-            f"the equality of {listed(curved)} is not linear in the coordinates and MuJoCo leaves out its dJ/dt v: positions "
-            "are right, accelerations and reactions are not."
-        )
-        yield Symptom("curved_equality", "warning", text)
-    if rubbing:
-        text = (
-            f"frictionloss of {listed(rubbing)} does nothing: an equality holds the tendon still. Put it on the joints."
-        )
-        yield Symptom("held_friction", "warning", text)
-
-
-def _branches(model: mujoco.MjModel, moment: Array) -> tuple[int, int] | None:
-    """Two degrees of freedom with a moment of which neither is above the other in the tree."""
-    dofs = [int(i) for i in np.flatnonzero(np.abs(moment) > 1e-12)]
-    for n, b in enumerate(dofs):
-        above, i = set(), b
-        while i >= 0:
-            above.add(i)
-            i = int(model.dof_parentid[i])
-        for a in dofs[:n]:
-            if a not in above:
-                return a, b
-    return None
-
-
-def friction(model: mujoco.MjModel) -> Iterator[Symptom]:
-    """Finding "soft_friction": dry friction is a soft row, too."""
-    dofs = [i for i in range(model.nv) if model.dof_frictionloss[i] > 0]
-    soft = [
-        i for i in dofs if model.dof_solref[i, 0] > HARD_FRICTION * model.opt.timestep or model.dof_solimp[i, 1] < 0.99
-    ]
-    names = list(dict.fromkeys(joint_of_dof(model, i) for i in soft))
-    ropes = [k for k in range(model.ntendon) if model.tendon_frictionloss[k] > 0]
-    names += [name_of(model, "TENDON", k) for k in ropes if model.tendon_solimp_fri[k, 1] < 0.99]
-    if names:
-        text = (
-            f"the dry friction of {listed(names)} is as soft as MuJoCo's default: what should stick creeps, what should stop "
-            "stops late, and the order of RK4 is lost. It has a solref of its own."
-        )
-        h = float(model.opt.timestep)
-        paste = f'<default><joint solreffriction="{2 * h:g} 1" solimpfriction=".9999 .9999 .001 .5 2"/></default>'
-        yield Symptom("soft_friction", "warning", text, paste)
-
-
-HARD_FRICTION = 4.0
-
-
-def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "beyond_range": a joint that starts outside its range is pushed by its stop."""
-    out = []
+    springs = np.zeros((nv, nv))
     for j in range(model.njnt):
-        single = int(model.jnt_type[j]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-        if model.jnt_limited[j] and single:
-            value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
-            if not low - 1e-9 <= value <= high + 1e-9:
-                out.append(f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})")
-    if out:
-        text = f"the reference pose is outside the range of {listed(out)}: the stop pushes from the first step on"
-        yield Symptom("beyond_range", "error", f"{text}; degrees written as radians look like this, too.")
+        i, kind = int(model.jnt_dofadr[j]), mujoco.mjtJoint(model.jnt_type[j])
+        n = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}.get(kind, 1)
+        springs[range(i, i + n), range(i, i + n)] = model.jnt_stiffness[j]
+    springs += tendon.T @ np.diag(model.tendon_stiffness) @ tendon
+    servo = np.where(model.actuator_dyntype == mujoco.mjtDyn.mjDYN_NONE, 1.0, 0.0)
+    springs -= actuator.T @ np.diag(servo * model.actuator_biasprm[:, 1]) @ actuator
+    explicit = tendon.T @ np.diag(model.tendon_damping) @ tendon
+    explicit -= actuator.T @ np.diag(servo * model.actuator_biasprm[:, 2]) @ actuator
+    joints = np.diag(model.dof_damping)
+    basis = null_space(jacobian)
+    m, k, own, other = (basis.T @ x @ basis for x in (mass, springs, joints, explicit))
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP:
+        other, own = other + own, np.zeros_like(own)
+    return m, k, own + other, other, basis
+
+
+def _rates(m: Array, k: Array, d: Array) -> Array:
+    n, inverse = len(m), np.linalg.inv(m)
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ k, -inverse @ d]])
+
+
+def _worst(name: str, h: float, m: Array, k: Array, d: Array, explicit: Array) -> tuple[float, Array]:
+    """The largest growth of a step, and the motion (n,) that grows."""
+    n = len(m)
+    if name == "RK4":
+        values, vectors = np.linalg.eig(_rates(m, k, d))
+        z = values * h
+        growth = np.abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24)
+    else:
+        later = k if name == "discrete" else np.zeros_like(k)
+        held = explicit if name == "Euler" else np.zeros_like(explicit)
+        inverse = np.linalg.inv(m + h * (d - held) + h * h * later)
+        rate = np.block([-h * inverse @ k, inverse @ (m - h * held)])
+        values, vectors = np.linalg.eig(np.vstack([np.hstack([np.eye(n), np.zeros((n, n))]) + h * rate, rate]))
+        growth = np.abs(values)
+    worst = int(np.argmax(growth))
+    return float(growth[worst]), np.asarray(np.abs(vectors[:n, worst]))

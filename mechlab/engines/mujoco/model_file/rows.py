@@ -1,5 +1,5 @@
 """The equality rows of any MuJoCo model: residual and Jacobian at any qpos, names, and a push along the free motions;
-the structure of the model (freedoms, redundant rows) by the rank of the rows at closed poses.
+the structure of the model (freedoms, redundant rows) by the rank of the rows at closed poses; names of its elements.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.closure import equality_rows
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model import constraint_jacobian
+from mechlab.engines.mujoco.model_file.spins import local_freedoms
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import Redundancy, null_space
 
@@ -25,6 +26,58 @@ _KINDS = {
 
 Start = tuple[Array, Array, Array]
 """qpos, qvel, ctrl."""
+
+
+def name_of(model: mujoco.MjModel, kind: str, k: int) -> str:
+    """The name of element k of a kind ("JOINT", "TENDON"), or its number where it has none."""
+    return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), k) or f"{kind.lower()} number {k}"
+
+
+def joint_of_dof(model: mujoco.MjModel, i: int) -> str:
+    """The name of the joint to which degree of freedom i belongs."""
+    return name_of(model, "JOINT", int(model.dof_jntid[i]))
+
+
+def listed(names: list[str], most: int = 4) -> str:
+    """Names with commas, shortened."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def active(model: mujoco.MjModel) -> list[int]:
+    """The equalities that act from the start."""
+    if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
+        return []
+    return [k for k in range(model.neq) if model.eq_active0[k]]
+
+
+_LOOPS = (
+    mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD, mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON,
+)  # fmt: skip
+
+
+def loops(model: mujoco.MjModel) -> list[int]:
+    """The active equalities that close loops or couple joints: not those of flexible bodies, nor welds to a mocap body, which are
+    meant to drag softly, nor what pins deformable bodies."""
+    kinds = [int(kind) for kind in _LOOPS]
+    return [k for k in active(model) if int(model.eq_type[k]) in kinds and not drags(model, k) and not _of_flex(model, k)]
+
+
+def _of_flex(model: mujoco.MjModel, k: int) -> bool:
+    """Whether an equality ties a point of a deformable body."""
+    return bool(model.nflex) and bool(set(_bodies(model, k)) & {int(b) for b in model.flex_vertbodyid})
+
+
+def drags(model: mujoco.MjModel, k: int) -> bool:
+    """Whether an equality ties a body to a mocap body, which a program moves."""
+    return any(model.body_mocapid[model.body_rootid[b]] >= 0 for b in _bodies(model, k))
+
+
+def _bodies(model: mujoco.MjModel, k: int) -> list[int]:
+    """The bodies that a connect or weld ties; none for other equalities."""
+    if int(model.eq_type[k]) not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
+        return []
+    ends = [int(e) for e in (model.eq_obj1id[k], model.eq_obj2id[k]) if e >= 0]
+    return [int(model.site_bodyid[e]) for e in ends] if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE else ends
 
 
 def equality_name(model: mujoco.MjModel, k: int) -> str:
@@ -57,11 +110,9 @@ class EqualityRows:
 
     def at(self, qpos: Array) -> tuple[Array, Array]:
         """(rows,) residual and (rows, nv) Jacobian."""
-        d = self.data
-        d.qpos[:] = qpos
-        mujoco.mj_fwdPosition(self.model, d)
-        keep = d.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        return np.array(d.efc_pos[keep]), constraint_jacobian(self.model, d)[keep]
+        self.data.qpos[:] = qpos
+        mujoco.mj_fwdPosition(self.model, self.data)
+        return equality_rows(self.model, self.data)
 
     def names(self) -> tuple[str, ...]:
         """Row names at the pose last evaluated; `groups` then numbers those that share an equality and a unit."""
@@ -95,6 +146,23 @@ class EqualityRows:
         return qpos if np.max(np.abs(self.at(qpos)[0]), initial=0.0) < 1e-9 else None
 
 
+def tendon_moments(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """(ntendon, nv) dense Jacobian of the tendon lengths."""
+    out = np.zeros((model.ntendon, model.nv))
+    for k in range(model.ntendon):
+        start, count = int(model.ten_J_rowadr[k]), int(model.ten_J_rownnz[k])
+        flat = np.asarray(data.ten_J).ravel()
+        out[k, model.ten_J_colind[start : start + count]] = flat[start : start + count]
+    return out
+
+
+def started(model: mujoco.MjModel, start: Start) -> mujoco.MjData:
+    """Fresh data at a start."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.ctrl[:] = start
+    return data
+
+
 def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
     """(nv,) rates v along all motions that the equality rows allow, with v^T M v = PUSH x weight x size; zero where
     nothing can move. size [m]: that of the model."""
@@ -112,6 +180,8 @@ def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
 
 
 POSES, SPREAD = 4, 0.1
+MOST_ENTRIES = 40_000
+"""Rows times coordinates above which only the start pose is examined: each further pose takes many least-squares problems."""
 VOID, SMALL, NEARLY = 1e-12, 1e-8, 1e-3
 """Below VOID a row is zero. With the part that other rows span removed, a unit row below SMALL is rounding (it repeats
 them), below NEARLY it is suspicious."""
@@ -121,7 +191,8 @@ them), below NEARLY it is suspicious."""
 class EngineStructure:
     """nv coordinates; names of the equality rows; rank (largest of several poses) and rank in the reference pose; rows that
     repeat others; rows that nearly do: (row, length of the unit row without the part that others span); residuals
-    (rows,) at the reference."""
+    (rows,) at the reference; spins: bodies that can move without anything else moving, and in how many ways; skipped: what was not
+    examined, and why."""
 
     nv: int
     rows: tuple[str, ...]
@@ -130,6 +201,8 @@ class EngineStructure:
     redundant: tuple[Redundancy, ...]
     nearly: tuple[tuple[str, float], ...]
     gaps: Array
+    spins: tuple[tuple[str, int], ...] = ()
+    skipped: str = ""
 
     @property
     def freedoms(self) -> int:
@@ -143,18 +216,24 @@ def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineS
         rows = EqualityRows(model, qpos)
         gaps, first = rows.at(rows.start)
         names = rows.names()
-        found = [first, *_elsewhere(rows, first, size)]
+        large = first.size > MOST_ENTRIES
+        poses = [rows.start, *(() if large else _elsewhere(rows, first, size))]
+        found = [rows.at(pose)[1] for pose in poses]
     groups = rows.groups
     ranks = [len(_kept(j, groups)[0]) for j in found]
     best = found[int(np.argmax(ranks))]
     keep, nearly = _kept(best, groups)
+    with engine():
+        spins = () if large else tuple(local_freedoms(rows.model, rows.data, found[-1], size))
+    skipped = f"the {len(names)} constraint rows beyond the start pose: {first.size} entries, above {MOST_ENTRIES}" if large else ""
     return EngineStructure(
-        model.nv, names, max(ranks), ranks[0], _redundant(best, keep, names),
-        tuple((names[i], x) for i, x in nearly), gaps,
+        model.nv, names, max(ranks), ranks[0], () if large else _redundant(best, keep, names),
+        tuple((names[i], x) for i, x in nearly), gaps, spins, skipped,
     )  # fmt: skip
 
 
 def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
+    """Closed poses around the start."""
     rng = np.random.default_rng(7)
     out: list[Array] = []
     basis = null_space(jacobian)
@@ -167,9 +246,8 @@ def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
         v = basis @ rng.standard_normal(basis.shape[1])
         pose = rows.closed(rows.moved(rows.start, v * reach / max(float(np.max(np.abs(v))), 1e-300)))
         if pose is not None:
-            there = rows.at(pose)[1]
-            if there.shape == jacobian.shape:
-                out.append(there)
+            if rows.at(pose)[1].shape == jacobian.shape:
+                out.append(pose)
     return out
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +11,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.control import compiling, engine
-from mechlab.engines.mujoco.model import constraint_jacobian
+from mechlab.engines.mujoco.closure import constraint_jacobian
+from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.model_file.guarded import ModelRefused, load_file, load_text
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import observed_order, order_finding
@@ -29,6 +31,25 @@ INTEGRATORS = {
 FILE_STEPS = 4
 """Steps between two outputs in the coarsest run of an order check of a file."""
 HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+
+
+def integrator_name(model: mujoco.MjModel) -> str:
+    """The name of the integrator that a model asks for."""
+    return next(n for n, k in INTEGRATORS.items() if k == model.opt.integrator)
+
+
+def at_timestep(model: mujoco.MjModel, timestep: float) -> mujoco.MjModel:
+    """A copy with that timestep [s] and without the automatic reset, so that a blow-up ends a run."""
+    out = copy.copy(model)
+    out.opt.timestep = timestep
+    out.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return out
+
+
+def harden(model: mujoco.MjModel) -> None:
+    """Make all equalities of a model as hard as its timestep allows."""
+    model.eq_solref[:] = (2.0 * model.opt.timestep, 1.0)
+    model.eq_solimp[:] = HARD
 
 
 @dataclass(frozen=True)
@@ -61,7 +82,7 @@ class FileModel:
     @property
     def integrator(self) -> str:
         """The integrator of the file."""
-        return next(n for n, k in INTEGRATORS.items() if k == self.model.opt.integrator)
+        return integrator_name(self.model)
 
     @property
     def extent(self) -> float:
@@ -79,27 +100,21 @@ def read_model(path: Path) -> FileModel:
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
     try:
-        with compiling():
-            return FileModel(mujoco.MjModel.from_xml_path(str(path)))
-    except ValueError as error:
+        return FileModel(load_file(path))
+    except ModelRefused as error:
         raise MechlabError(f"{path}: MuJoCo refuses the model: {error}") from None
 
 
 def trace_file(source: FileModel, integrator: str, hard: bool, duration: float, outputs: int, each: int) -> FileTrace:
     """A run from the first keyframe (or qpos0) in `outputs` x `each` steps. hard: all equalities with solref 2 h and
     impedance .9999 instead of what the file says."""
-    import copy
-
-    model = copy.copy(source.model)
-    h = duration / outputs / each
-    model.opt.timestep, model.opt.integrator = h, INTEGRATORS[integrator]
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model = at_timestep(source.model, duration / outputs / each)
+    model.opt.integrator = INTEGRATORS[integrator]
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     if not source.driven:
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
     if hard:
-        model.eq_solref[:] = (2.0 * h, 1.0)
-        model.eq_solimp[:] = HARD
+        harden(model)
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -156,18 +171,17 @@ def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, bet
 
 
 def compile_file(path: Path) -> tuple[mujoco.MjModel | None, str]:
-    """The model of an MJCF or URDF file, or None and MuJoCo's words when it refuses the file."""
-    return _compiled(lambda: mujoco.MjModel.from_xml_path(str(path)))
+    """The model of an MJCF or URDF file, or None and MuJoCo's words when it refuses the file, or what happened when it crashes."""
+    return _compiled(lambda: load_file(path))
 
 
 def compile_text(text: str) -> tuple[mujoco.MjModel | None, str]:
     """As `compile_file`, of the text of a file."""
-    return _compiled(lambda: mujoco.MjModel.from_xml_string(text))
+    return _compiled(lambda: load_text(text))
 
 
 def _compiled(make: Callable[[], mujoco.MjModel]) -> tuple[mujoco.MjModel | None, str]:
     try:
-        with compiling():
-            return make(), ""
-    except ValueError as error:
-        return None, " ".join(str(error).split())
+        return make(), ""
+    except ModelRefused as error:
+        return None, str(error)

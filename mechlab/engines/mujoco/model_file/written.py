@@ -8,7 +8,6 @@ servos, are tried in turn.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -16,8 +15,9 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import compiling, engine
-from mechlab.engines.mujoco.model_file.growing_step import growing_step
-from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push
+from mechlab.engines.mujoco.model_file.options import growing_step
+from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push, started
+from mechlab.engines.mujoco.model_file.trace import at_timestep
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.experiment.recording import Symptom
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
@@ -140,10 +140,7 @@ def run_trouble(model: mujoco.MjModel) -> Symptom | None:
 def _run(model: mujoco.MjModel, start: Start, parts: int) -> tuple[float, str]:
     """The largest rate of a run with the timestep divided by `parts`, and why it ended early."""
     each = max(1, min(MOST_STEPS, round(DURATION / model.opt.timestep)) // OUTPUTS)
-    model = copy.copy(model)
-    model.opt.timestep /= parts
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:], data.ctrl[:] = start
+    model = at_timestep(model, model.opt.timestep / parts)
+    data = started(model, start)
     _, rates, _, reason = step_through(model, data, OUTPUTS, parts * each)
     return float(np.max(np.abs(rates), initial=0.0)), reason

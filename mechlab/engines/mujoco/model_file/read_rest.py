@@ -1,0 +1,77 @@
+"""What a compiled MuJoCo model has besides its mechanism: contacts, drawings, sensors, keyframes, fluids. Named, not read."""
+
+from __future__ import annotations
+
+import mujoco
+
+from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, key
+from mechlab.engines.mujoco.model_file.read_tree import geom_shape, switched_off
+from mechlab.experiment.model_file import unnamed
+
+DISABLE, GEOM = mujoco.mjtDisableBit, mujoco.mjtGeom
+
+
+def read_rest(model: mujoco.MjModel, remarks: Remarks) -> None:
+    """Name everything in a model that its mechanism does not hold."""
+    _fluid(model, remarks)
+    for k in range(model.nflex):
+        remarks.lose("flex", key(model, OBJECT.mjOBJ_FLEX, k), "a deformable body")
+    for k in range(model.nplugin):
+        remarks.lose("plugin", key(model, OBJECT.mjOBJ_PLUGIN, k), "code outside the file")
+    _contacts(model, remarks)
+    _drawn(model, remarks)
+    for what, kind, count in (
+        ("sensor", OBJECT.mjOBJ_SENSOR, model.nsensor),
+        ("keyframe", OBJECT.mjOBJ_KEY, model.nkey),
+        ("camera", OBJECT.mjOBJ_CAMERA, model.ncam),
+        ("light", OBJECT.mjOBJ_LIGHT, model.nlight),
+        ("material", OBJECT.mjOBJ_MATERIAL, model.nmat),
+        ("texture", OBJECT.mjOBJ_TEXTURE, model.ntex),
+        ("skin", OBJECT.mjOBJ_SKIN, model.nskin),
+    ):
+        for k in range(count):
+            remarks.keep(what, key(model, kind, k))
+
+
+def _fluid(model: mujoco.MjModel, remarks: Remarks) -> None:
+    for name in ("density", "viscosity"):
+        if getattr(model.opt, name) > 0.0:
+            remarks.lose("fluid", name, "forces of a medium on the bodies")
+
+
+def _contacts(model: mujoco.MjModel, remarks: Remarks) -> None:
+    """Geoms that may touch: those whose bits meet the bits of another body's geom, and explicit pairs."""
+    off = switched_off(model, DISABLE.mjDSBL_CONTACT, DISABLE.mjDSBL_CONSTRAINT)
+    if not off:
+        for k in range(model.ngeom):
+            if any(
+                (model.geom_contype[k] & model.geom_conaffinity[j])
+                or (model.geom_contype[j] & model.geom_conaffinity[k])
+                for j in range(model.ngeom)
+                if model.geom_bodyid[j] != model.geom_bodyid[k]
+            ):
+                remarks.keep("contact", _geom_name(model, k), "here parts pass through each other")
+        for k in range(model.npair):
+            remarks.keep("contact pair", key(model, OBJECT.mjOBJ_PAIR, k), "here parts pass through each other")
+    for k in range(model.nexclude):
+        remarks.keep("exclude", key(model, OBJECT.mjOBJ_EXCLUDE, k), "of contacts")
+
+
+def _geom_name(model: mujoco.MjModel, k: int) -> str:
+    """Name of a geom, or its number and its body."""
+    name = key(model, OBJECT.mjOBJ_GEOM, k)
+    if name != unnamed(k):
+        return name
+    return f"{name} of {key(model, OBJECT.mjOBJ_BODY, int(model.geom_bodyid[k]))}"
+
+
+def _drawn(model: mujoco.MjModel, remarks: Remarks) -> None:
+    words = {
+        GEOM.mjGEOM_MESH: "mesh",
+        GEOM.mjGEOM_PLANE: "plane",
+        GEOM.mjGEOM_HFIELD: "height field",
+        GEOM.mjGEOM_SDF: "sdf",
+    }
+    for k in range(model.ngeom):
+        if geom_shape(model, k) is None:
+            remarks.keep(words.get(GEOM(model.geom_type[k]), "ellipsoid"), _geom_name(model, k), "not drawn here")
