@@ -18,6 +18,8 @@ if TYPE_CHECKING:
         cycle,
         doctor,
         edit,
+        environment,
+        environments,
         explore,
         fidelities,
         find,
@@ -152,9 +154,10 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
-        "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
-        "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",
+        "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
+        "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run",
+        "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize",
+        "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
@@ -196,8 +199,8 @@ __all__ = [
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
-    "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
+    "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
+    "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
     "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
