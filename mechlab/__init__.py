@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         studio,
         sweep,
         synthesize,
+        track,
         view,
         workspace,
     )
@@ -134,6 +135,15 @@ if TYPE_CHECKING:
     )
     from mechlab.mechanism.parts import LOOP_ROWS
     from mechlab.shapes import shape
+    from mechlab.studies.track.result import Track
+    from mechlab.studies.track.tasks import (
+        CenterOfMassTask,
+        FrameTask,
+        PostureTask,
+        RangeLimit,
+        RateLimit,
+        SingularityLimit,
+    )
     from mechlab.values import (
         Quantity,
         Range,
@@ -146,7 +156,8 @@ _HOMES = {
     "mechlab.api": (
         "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
         "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run",
-        "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
+        "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize",
+        "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
@@ -172,6 +183,10 @@ _HOMES = {
     ),
     "mechlab.mechanism.parts": ("LOOP_ROWS",),
     "mechlab.shapes": ("shape",),
+    "mechlab.studies.track.result": ("Track",),
+    "mechlab.studies.track.tasks": (
+        "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit",
+    ),
     "mechlab.values": ("Quantity", "Range", "Value",),
 }  # fmt: skip
 """Module -> the public names that it holds; a test compares them with the imports above, which type checkers read."""
@@ -189,6 +204,7 @@ __all__ = [
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
     "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
+    "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
 ]  # fmt: skip
 
 

@@ -49,6 +49,10 @@ LIKE: dict[str, dict[str, str]] = {
         "duration": "--duration", "timestep": "--timestep", "out": "-o", "plot": "--plot", "resume": "--resume",
         "scheduler": "--scheduler", "workers": "--workers",
     },
+    "track": {
+        "duration": "--duration", "wishes": "--wishes", "tolerance": "--tolerance", "max_rate": "--max-rate",
+        "clearance": "--clearance", "fidelity": "--fidelity", "out": "-o",
+    },
     "view": {
         "html": "--html", "png": "--png", "host": "--host", "glb": "--glb", "mp4": "--mp4", "csv": "--csv", "against": "--against",
         "explorable": "--explore", "vary": "--vary",
@@ -173,6 +177,14 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
     ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
     ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
+    ("track", "times"): (
+        lambda p: ml.track("fourbar", crank_angle=(1.0, 2.0)).t[-1],
+        lambda p: ml.track("fourbar", crank_angle=(1.0, 2.0), times=[0.0, 3.0]).t[-1],
+    ),
+    ("track", "tasks"): (
+        lambda p: ml.track("fourbar", crank_angle=1.0)["crank_angle_error"][0],
+        lambda p: ml.track("fourbar", {}, [ml.PostureTask({"crank_angle": 1.0})])["crank_angle"][0],
+    ),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (
         lambda p: api.view("pendulum", wait=False).to_dict()["message"],
