@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         gallery,
         generate,
         generate_catalog,
+        linearize,
         list_entries,
         load,
         load_recording,
@@ -155,8 +156,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "mechlab.api": (
         "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
-        "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run",
-        "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize",
+        "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
+        "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize",
         "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
@@ -200,7 +201,8 @@ __all__ = [
     "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
     "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
-    "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
+    "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "linearize",
+    "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
     "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",

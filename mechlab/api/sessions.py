@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from mechlab.engines.mujoco.session import Session, Start
     from mechlab.experiment.scene import Settings
     from mechlab.lab.environment import Environment, Environments, Reward, Terminated
+    from mechlab.studies.modes.controlled import LinearModel
 
 
 def session(
@@ -146,6 +147,33 @@ def environments(
     one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings)
     fleet = Fleet(one, count, threads)
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
+
+
+def linearize(
+    source: Source,
+    values: Values | None = None,
+    /,
+    *,
+    fidelity: str | None = None,
+    witness: Literal["pinocchio", "mujoco"] = "pinocchio",
+    **given: Value,
+) -> LinearModel:
+    """The linear equations x' = A x + B u of a mechanism about a pose that its drives hold, on the motions that its loops allow.
+
+        model = ml.linearize("my.py:cart", lean_0=0)
+        P = scipy.linalg.solve_continuous_are(model.A, model.B, Q, R)
+        gain = np.linalg.solve(R, model.B.T @ P)
+        with ml.session("my.py:cart") as s:
+            s.step(model.at_rest - gain @ model.state(*s.state))
+
+    Keys: parameters, X_0 (values of the pose; the rest closes from the reference pose), X_force (constant loads). u: commands of
+    the drives as of `session`, less those that hold the pose; force limits and the currents' delay are left out. witness: whose
+    forces and rows. Raises NoSolution where the drives cannot hold the pose, Untrustworthy at a singular position.
+    """
+    from mechlab.studies.modes.controlled import linear_model
+
+    design, rest = design_and_rest(source, key_values(values, given))
+    return linear_model(design, fidelity, {k: one_number(k, v) for k, v in rest.items()}, witness)
 
 
 def _with_gymnasium() -> ModuleType:
