@@ -157,8 +157,8 @@ _HOMES = {
     "mechlab.api": (
         "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
         "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
-        "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize",
-        "track", "view", "workspace",
+        "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
+        "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),

@@ -40,7 +40,8 @@ def session(
         ml.view(s.recording())
 
     An action is an array over the declared drives in their order (`s.action_names`, `s.action_units`): the target of a servo
-    [rad or m], the force of a motor [N m or N], the voltage of a winding [V]. It is held for `hold` seconds, in whole timesteps
+    [rad or m], the target rate of a drive with damping alone, the force of a motor [N m or N], the voltage of a winding [V]; of a drive
+    read from a file, the control of that file. It is held for `hold` seconds, in whole timesteps
     (the timestep is shortened to divide it); None: one timestep. An observation is an array (`s.observation_names`): all joints
     and their rates, or what `observe` names: joints, shafts, X_rate, and frames (X_x, X_y, X_z). `s.action_low`, `s.action_high`:
     ranges of joints and force limits; commands beyond are not clipped.

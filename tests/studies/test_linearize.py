@@ -15,9 +15,9 @@ def cart(**drive):
     """A cart on x with a point mass on a pole of 0.5 m that stands at lean = 0, turning about y."""
     b = ml.Builder("cart", gravity=(0.0, 0.0, -9.81))
     tiny = (1e-9, 1e-9, 1e-9, 0.0, 0.0, 0.0)
-    b.body("cart", ml.prismatic("x", "x"), inertia=ml.Inertia(CART, tensor=tiny))
+    b.body("cart", ml.prismatic("x", "x", damping=DRAG), inertia=ml.Inertia(CART, tensor=tiny))
     b.body("pole", ml.revolute("lean", "y"), parent="cart", inertia=ml.Inertia(BOB, (0.0, 0.0, LENGTH), tiny))
-    b.drive("x", **{"damping": DRAG, **drive})
+    b.drive("x", **drive)
     return b.build()
 
 
@@ -30,16 +30,18 @@ def by_hand(stiffness=0.0, damping=DRAG):
 
 
 @pytest.mark.parametrize("witness", ["pinocchio", "mujoco"])
-@pytest.mark.parametrize("drive", ["motor", "servo", "winding"])
+@pytest.mark.parametrize("drive", ["motor", "speed", "servo", "winding"])
 def test_a_cart_with_a_pole(drive, witness):
     """Eigenvalues, and the transfer from the command to cart and pole: the coordinates of the model are its own."""
     if drive == "motor":
         made, (A, b), gain = cart(), by_hand(), 1.0
+    elif drive == "speed":
+        made, (A, b), gain = cart(damping=5.0), by_hand(0.0, DRAG + 5.0), 5.0
     elif drive == "servo":
         made, (A, b), gain = cart(stiffness=40.0), by_hand(40.0), 40.0
     else:
         w = Winding(0.3, 2.0)
-        made, (A, b), gain = cart(damping=0.0, winding=w), by_hand(0.0, 0.3**2 / 2.0), 0.15
+        made, (A, b), gain = cart(winding=w), by_hand(0.0, DRAG + 0.3**2 / 2.0), 0.15
     model = ml.linearize(made, witness=witness)
     np.testing.assert_allclose(
         np.sort_complex(np.linalg.eigvals(model.A)), np.sort_complex(np.linalg.eigvals(A)), atol=1e-6

@@ -125,4 +125,5 @@ def _way(m: Mechanism, drive: Drive, value: float, force: float) -> tuple[Law, f
         return law, gain, (force + drive.stiffness * value - c.gear * c.push) / gain
     if drive.stiffness:
         return law, drive.stiffness, value + force / drive.stiffness
-    return law, 1.0, force
+    gain = drive.damping or 1.0
+    return law, gain, force / gain
