@@ -26,10 +26,14 @@ from mechlab.results import Shown
 
 HOLD, FREE = "hold", "free-motion"
 """The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
+AS_IS = "as-is"
+"""The scene of somebody's MJCF file, run by MuJoCo as the file is."""
 AUTO = "auto"
 """Fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
 
 
+FILE_TOLERANCE = 1e-2
+"""Largest error [m or rad] of a run of a stranger's file: soft contacts are not meant to be better."""
 LONGEST = 1e6
 """Longest simulated time [s] of a run."""
 
@@ -127,6 +131,11 @@ class Design(Shown):
             return FREE
         return chosen
 
+    def scene_for(self, engine: str | None = None) -> str:
+        """The scene that a run without a scene's name is of, for an engine: a stranger's MJCF file is run as it is, unless another
+        engine than `file` is asked for."""
+        return AS_IS if AS_IS in self.entry.scenes and engine in (None, "file") else self.default_scene
+
     def scene(
         self,
         name: str | None = None,
@@ -151,7 +160,7 @@ class Design(Shown):
             if not duration <= LONGEST:
                 raise MechlabError(f"{self.name}: duration must be at most {LONGEST:g} s, got {duration:g} s.")
             scene = replace(scene, duration=duration)
-        if level != "kinematic" and scene.drives == "hold":
+        if level != "kinematic" and scene.drives == "hold" and scene.file is None:
             scene = acting(self.mechanism(level), scene)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 
@@ -249,12 +258,19 @@ class NoParameters:
 
 def entry_of(mechanism: Mechanism, file: ModelFile | None = None) -> Entry:
     """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`. file: that it was
-    read from."""
+    read from; a stranger's MJCF file has the scene `as-is`, too."""
     made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary)
-    made = replace(made, file=file)
-    if holding(mechanism):
-        return made
-    return replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
+    if not holding(mechanism):
+        made = replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
+    if file is None or not file.joints:
+        return replace(made, file=file)
+    text = "the file as MuJoCo runs it: its contacts, actuators, timestep and softness"
+
+    def as_is(p: Any, fidelity: str) -> Scene:
+        settings = engine("file").settings(file)
+        return Scene(AS_IS, fidelity, 2.0, tolerance=FILE_TOLERANCE, settings=settings, text=text, file=file)
+
+    return replace(made, file=file, scenes={**made.scenes, AS_IS: SceneRecipe(as_is, "full", text)})
 
 
 def entry_of_function(function: Callable[..., Mechanism], name: str | None = None) -> Entry:
