@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         claims,
         cycle,
         doctor,
+        edit,
         explore,
         fidelities,
         find,
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
         Constant,
         ConstantPower,
         DcMotor,
+        FunctionLaw,
         Harmonic,
         Law,
         Motor,
@@ -73,6 +75,7 @@ if TYPE_CHECKING:
         TableLaw,
         Viscous,
     )
+    from mechlab.experiment.motion import Hold, Ramp, Sine, Spline
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.question import (
         Answer,
@@ -98,6 +101,7 @@ if TYPE_CHECKING:
         to_urdf,
     )
     from mechlab.lab.design import Design
+    from mechlab.lab.own_mechanism import scene
     from mechlab.mechanism import (
         GROUND,
         Body,
@@ -122,11 +126,11 @@ if TYPE_CHECKING:
         relation,
         revolute,
         screw,
-        shape,
         spherical,
         universal,
     )
     from mechlab.mechanism.parts import LOOP_ROWS
+    from mechlab.shapes import shape
     from mechlab.values import (
         Quantity,
         Range,
@@ -137,16 +141,17 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "gallery", "generate",
+        "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
         "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
         "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
     "mechlab.experiment.laws": (
-        "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "Motor",
+        "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "FunctionLaw", "Harmonic", "Law", "Motor",
         "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous",
     ),
+    "mechlab.experiment.motion": ("Hold", "Ramp", "Sine", "Spline"),
     "mechlab.experiment.parameters": ("parameter",),
     "mechlab.experiment.question": ("Answer", "Answers", "Question",),
     "mechlab.experiment.recording": ("Health", "Recording",),
@@ -156,12 +161,14 @@ _HOMES = {
         "to_urdf",
     ),
     "mechlab.lab.design": ("Design",),
+    "mechlab.lab.own_mechanism": ("scene",),
     "mechlab.mechanism": (
         "GROUND", "Body", "Builder", "Drive", "Frame", "GearMesh", "Inertia", "Joint", "LinearRelation", "Loop",
         "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "belt", "floating", "mimic",
-        "prismatic", "relation", "revolute", "screw", "shape", "spherical", "universal",
+        "prismatic", "relation", "revolute", "screw", "spherical", "universal",
     ),
     "mechlab.mechanism.parts": ("LOOP_ROWS",),
+    "mechlab.shapes": ("shape",),
     "mechlab.values": ("Quantity", "Range", "Value",),
 }  # fmt: skip
 """Module -> the public names that it holds; a test compares them with the imports above, which type checkers read."""
@@ -169,15 +176,15 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Answer", "Answers", "AppliedForce", "Body", "Builder", "Check", "Claim", "ComputedTorque", "Constant",
-    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "GROUND",
-    "GearMesh", "Harmonic", "Health", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
+    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "FunctionLaw", "GROUND",
+    "GearMesh", "Harmonic", "Health", "Hold", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
-    "Question", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Spring",
+    "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "explore", "fidelities", "find", "floating", "from_json",
+    "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
-    "save_recording", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
+    "save_recording", "scene", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
     "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
 ]  # fmt: skip
 

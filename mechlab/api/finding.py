@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import importlib.util
-import inspect
 import sys
 import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
@@ -58,7 +57,8 @@ def find(source: Source) -> Entry:
     from mechlab import catalog
     from mechlab.experiment.entry import Entry
     from mechlab.experiment.model_file import LeftOutWarning
-    from mechlab.lab.design import Design, entry_of, entry_of_function
+    from mechlab.lab.design import Design
+    from mechlab.lab.own_mechanism import entry_of, entry_of_class, entry_of_function
     from mechlab.mechanism import Mechanism
 
     if isinstance(source, Entry):
@@ -67,6 +67,8 @@ def find(source: Source) -> Entry:
         return source.entry
     if isinstance(source, Mechanism):
         return entry_of(source)
+    if isinstance(source, type):
+        return entry_of_class(source)
     if callable(source):
         return entry_of_function(source)
     text = str(source)
@@ -102,24 +104,19 @@ def python_file(text: str) -> tuple[str, str]:
     return (path, function) if path.endswith(".py") else ("", "")
 
 
-def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
-
-
 def read_file(path: Path) -> ModelFile:
     """A .json, .xml (MJCF) or .urdf file as it was read; raises MechlabError that names the file."""
     from mechlab.engines.mujoco.model_file.read_model import read_mjcf_file
     from mechlab.experiment.model_file import ModelFile
     from mechlab.formats import from_json, from_mjcf, from_urdf
+    from mechlab.formats.model_text import read_text
 
     kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf), ".urdf": ("URDF", from_urdf)}[path.suffix.lower()]
+    content = read_text(path)
     try:
         if kind == "MJCF":
-            return read_mjcf_file(path, _read(path))
-        return ModelFile(path, kind, reader(_read(path)))
+            return read_mjcf_file(path, content)
+        return ModelFile(path, kind, reader(content))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
 
@@ -127,7 +124,7 @@ def read_file(path: Path) -> ModelFile:
 def _from_python(path: Path, name: str) -> Entry:
     """The entry of a user's function. Errors name the file and its own line."""
     from mechlab.experiment.entry import Entry
-    from mechlab.lab.design import entry_of_function
+    from mechlab.lab.own_mechanism import entry_of_class, entry_of_function
 
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
@@ -140,8 +137,9 @@ def _from_python(path: Path, name: str) -> Entry:
     own = {
         n: f
         for n, f in vars(module).items()
-        if callable(f) and getattr(f, "__module__", "") == spec.name and not isinstance(f, type)
-    }
+        if getattr(f, "__module__", "") == spec.name and not hasattr(f, "_mechlab_scene")
+        and (hasattr(f, "build") and is_dataclass(f) if isinstance(f, type) else callable(f))
+    }  # fmt: skip
     if not name:
         if len(own) != 1:
             raise MechlabError(f"{path} defines {', '.join(own) or 'no function'}: say which one, as {path}:FUNCTION.")
@@ -150,14 +148,8 @@ def _from_python(path: Path, name: str) -> Entry:
         return getattr(module, name)
     if name not in own:
         raise unknown(f"{path}: function", name, own)
-    function = own[name]
-
-    def guarded(**values: Any) -> Mechanism:
-        return _guarded(path, lambda: function(**values))
-
-    guarded.__name__, guarded.__doc__ = function.__name__, function.__doc__
-    guarded.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
-    return entry_of_function(guarded, name)
+    entry_of_it = entry_of_class if isinstance(own[name], type) else entry_of_function
+    return entry_of_it(own[name], name, lambda work: _guarded(path, work))
 
 
 def _guarded(path: Path, work: Callable[[], Any]) -> Any:

@@ -17,6 +17,7 @@ from mechlab.values import Value
 if TYPE_CHECKING:
     from mechlab.lab.results import FilesResult, TableResult
     from mechlab.lab.sheet import Description
+    from mechlab.mechanism import Builder
     from mechlab.studies.check.check import CheckReport
     from mechlab.studies.check.claims import ClaimReport
     from mechlab.studies.doctor.case import Diagnosis
@@ -62,6 +63,19 @@ def show(
     from mechlab.lab.sheet import describe_design
 
     return describe_design(load_design(source, given), fidelity)
+
+
+def edit(
+    source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
+) -> Builder:
+    """A Builder of a mechanism, a design, a file or a name of the catalog, at a fidelity: add parts, change, rename or remove
+    them, attach another mechanism; then `assemble()` closes it, or `build()` where it closes as it is.
+
+    Without a change `edit(m).build() == m`. What the reader of a file left out stays left out; it is a warning.
+    """
+    from mechlab.mechanism import Builder
+
+    return Builder.of(load_design(source, key_values(values, parameters)).mechanism(fidelity))
 
 
 def generate(

@@ -14,10 +14,12 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.values import Value, one_number
 
 if TYPE_CHECKING:
+    from mechlab.experiment.laws import Laws
     from mechlab.experiment.question import Answers
     from mechlab.experiment.recording import Recording
-    from mechlab.experiment.scene import Settings
+    from mechlab.experiment.scene import Scene, Settings
     from mechlab.kit.portrait import PortraitResult
+    from mechlab.lab.own_scene import Commands
     from mechlab.studies.chart.data import Chart
     from mechlab.studies.cycle.cycle import CycleResult
     from mechlab.studies.fidelity.result import Fidelities
@@ -71,7 +73,9 @@ def simulate(
     values: Values | str | None = None,
     /,
     *,
-    scene: str | None = None,
+    scene: str | Scene | None = None,
+    laws: Laws = (),
+    drives: Commands | None = None,
     duration: Seconds | None = None,
     timestep: Seconds | None = None,
     max_error: Error | None = None,
@@ -88,6 +92,12 @@ def simulate(
     Nothing is raised for a run that cannot be trusted: look at `health.trusted`. settings: a Settings or the name of a preset
     ("accurate", "stiff", "draft").
 
+    scene: also a Scene of your own. laws: what acts in addition, as a list of laws or joint -> function(t, plant) that gives a
+    force [N m or N] (or a constant number); a function is called at every stage of a step. drives: drive -> what it follows: a
+    number, a function of time, a motion (`Hold`, `Ramp`, `Sine`, `Spline`) or (times, values), in the unit of the drive: target
+    value of a servo, target rate of a drive with damping alone, voltage of a DC motor, else force. A law on a joint takes the place
+    of its drive and of the scene's own law there.
+
     Options:
         scene=S: name of a scene; `mechlab show NAME` lists them
         duration=T: simulated time [s]
@@ -100,12 +110,17 @@ def simulate(
         at=T,...: times at which to sample the channels [s]
         out=FILE.npz: file for the recording
     """
+    from mechlab.lab.own_scene import with_laws, with_scene
     from mechlab.lab.run import run_scene
 
     if isinstance(values, str):
         warnings.warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning, stacklevel=2)
         values, scene = None, values
     design, rest = design_and_rest(source, key_values(values, given))
+    if scene is not None and not isinstance(scene, str):
+        design, scene = with_scene(design, scene), None
+    if laws or drives:
+        design, scene = with_laws(design, scene, laws, drives), None
     extra = {k: one_number(k, v) for k, v in rest.items()}
     times = tuple(at or ())
     recording = run_scene(

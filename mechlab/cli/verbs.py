@@ -34,7 +34,7 @@ class Verb:
     switches: Mapping[str, Switch] = field(default_factory=dict)
 
 
-NOT_OPTIONS = {"settings", "progress", "command", "port", "wait", "pictures", "models", "names"}
+NOT_OPTIONS = {"settings", "laws", "drives", "progress", "command", "port", "wait", "pictures", "models", "names"}
 """Keywords of the API that are no options: for Python alone, or given in another way."""
 
 VERBS: dict[str, Verb] = {

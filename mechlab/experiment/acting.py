@@ -44,7 +44,7 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
         case "servo":
             return _servo(law, on, length, unit, many)
         case "dc_motor":
-            return f"DC motor{many} {on} at {law.voltage:g} V"
+            return f"DC motor{many} {on} at {'a voltage over time' if callable(getattr(law.voltage, 'at', None)) else f'{law.voltage:g} V'}"
         case "motor":
             return f"motor {on}, stall {law.stall:g} {unit}, no load {law.no_load_rate:g} {length}/s"
         case "constant":
@@ -61,6 +61,8 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
             return f"drag {law.coefficient:g} {unit} s/{length} on {on}"
         case "one_sided_stop":
             return f"stop of {on} at {law.at:g} {length}, {law.stiffness:g} {unit}/{length}"
+        case "function":
+            return f"the user's function {law.name} on {on}"
         case "computed_torque":
             return f"computed torque of {on}"
     return f"{law.kind.replace('_', ' ')} on {on}"

@@ -26,7 +26,8 @@ KINDS: dict[object, str] = {float: "number", int: "integer", Fraction: "ratio", 
 
 @dataclass(frozen=True)
 class ParameterInfo:
-    """One parameter as it is shown to a user. kind: "number", "integer", "ratio", "text", "numbers" or "integers" (lists)."""
+    """One parameter as it is shown to a user. kind: "number", "integer", "ratio", "text", "numbers" or "integers" (lists). any_unit: its
+    unit is not known, so a number with any unit is taken, in SI."""
 
     name: str
     kind: str
@@ -39,6 +40,7 @@ class ParameterInfo:
     strict: bool
     length: int | None
     optional: bool
+    any_unit: bool = False
 
     @property
     def range_text(self) -> str:
@@ -58,7 +60,8 @@ def parameter(
     high: float | None = None,
     strict: bool = False,
 ) -> T:
-    """A dataclass field with unit, meaning, source and limits; `strict` excludes the value `low` itself."""
+    """A dataclass field, or the default of an argument of a function, with unit, meaning, source and limits; `strict` excludes the
+    value `low` itself."""
     meta = {"unit": unit, "text": text, "source": source, "low": low, "high": high, "strict": strict}
     return field(default=default, metadata=meta)
 
@@ -84,6 +87,7 @@ def _info(f: Field[Any], hint: Any) -> ParameterInfo:
     return ParameterInfo(
         f.name, kind, default, meta.get("unit", ""), meta.get("text", ""), meta.get("source", ""),
         meta.get("low"), meta.get("high"), meta.get("strict", False), length, optional,
+        meta.get("any_unit", False),
     )  # fmt: skip
 
 
@@ -120,7 +124,7 @@ def _scalar(kind: str, value: object, what: str, info: ParameterInfo) -> object:
     if isinstance(value, str):
         value = parse_value(what, value)
     written = getattr(value, "unit", None)
-    if written is not None and written != info.unit:
+    if written is not None and written != info.unit and not info.any_unit:
         wanted = f"[{info.unit}]" if info.unit else "without a unit"
         raise MechlabError(f"{what}: expected a number {wanted}, got {getattr(value, 'written', written)}.")
     if kind == "ratio":

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, NoSolution, unknown
-from mechlab.experiment.laws import Law
+from mechlab.experiment.laws import Law, laws_of
 from mechlab.experiment.model_file import ModelFile
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.constraints import ConstraintSet
@@ -101,8 +101,9 @@ DRIVES = ("hold", "free")
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene. duration [s]; initial: physical values of joints at t = 0, the others follow by assembly from the
-    reference pose; initial_rates: rates of joints or shafts, the others follow from the constraints (minimum norm).
+    """A scene. fidelity: "" for the one that the mechanism has by default; duration [s]; initial: physical values of joints at
+    t = 0, the others follow by assembly from the reference pose; initial_rates: rates of joints or shafts, the others follow
+    from the constraints (minimum norm).
     `needs`, `tolerance` [m or rad]: what the run must answer, and its largest error; `settings`: the recommended way to
     compute it. `keep_mode`: joints or shafts for which the assembly mode must not change; a run that changes it stops
     there with an error.
@@ -112,9 +113,9 @@ class Scene:
     MechlabError for another word. file: the model file that the engine `file` runs as it is; its own actuators act.
     """
 
-    name: str
-    fidelity: str
-    duration: float
+    name: str = "own"
+    fidelity: str = ""
+    duration: float = 2.0
     laws: tuple[Law, ...] = ()
     initial: dict[str, float] = field(default_factory=dict)
     initial_rates: dict[str, float] = field(default_factory=dict)
@@ -130,6 +131,8 @@ class Scene:
     def __post_init__(self) -> None:
         if self.drives not in DRIVES:
             raise unknown(f"scene {self.name}: drives", self.drives, DRIVES)
+        if type(self.laws) is not tuple:
+            object.__setattr__(self, "laws", laws_of(self.laws))
 
 
 PATH_STEPS = 10

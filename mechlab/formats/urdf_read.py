@@ -14,8 +14,9 @@ import numpy as np
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf.source import clean, fail
+from mechlab.formats.soundness import sound
 from mechlab.formats.urdf import MASSLESS
-from mechlab.formats.xml_text import floats, parse
+from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
@@ -28,7 +29,7 @@ UNLIMITED = 1e8  # a wider range counts as none: `to_urdf` writes 1e9 for a join
 
 def from_urdf(content: str) -> Mechanism:
     """The Mechanism in a URDF text; raises MechlabError that names what it cannot read."""
-    root = parse(content, "robot", "URDF file")
+    root = sound(content, "robot", "URDF file")
     links = _named(root, "link")
     joints = _named(root, "joint")
     above: dict[str, ET.Element] = {}

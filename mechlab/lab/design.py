@@ -2,38 +2,29 @@
 
 from __future__ import annotations
 
-import inspect
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, make_dataclass, replace
-from dataclasses import fields as dataclass_fields
-from fractions import Fraction
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.acting import acting, drive_law
+from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
-from mechlab.experiment.model_file import LeftOut, ModelFile
-from mechlab.experiment.parameters import checked, describe, make, mechanism_units, parameter
+from mechlab.experiment.model_file import LeftOut
+from mechlab.experiment.parameters import checked, describe, make, mechanism_units
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.lab.own_mechanism import AS_IS, FREE, HOLD, holding
 from mechlab.mechanism import ConstraintSet, Mechanism
-from mechlab.mechanism.naming import refuse_parameters
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.results import Shown
 
-HOLD, FREE = "hold", "free-motion"
-"""The scenes of a mechanism without an entry: its drives hold their targets, or are released."""
-AS_IS = "as-is"
-"""The scene of somebody's MJCF file, run by MuJoCo as the file is."""
 AUTO = "auto"
 """Fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
 
 
-FILE_TOLERANCE = 1e-2
-"""Largest error [m or rad] of a run of a stranger's file: soft contacts are not meant to be better."""
 LONGEST = 1e6
 """Longest simulated time [s] of a run."""
 
@@ -246,93 +237,3 @@ def design(entry: Entry, values: Mapping[str, Any]) -> Design:
     chosen = make(entry.parameters, values, entry.name)
     given = {k: getattr(chosen, k) for k in values}
     return Design(entry, chosen, given)
-
-
-# -- mechanisms without an entry -----------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class NoParameters:
-    """A bare Mechanism has no parameters."""
-
-
-def entry_of(mechanism: Mechanism, file: ModelFile | None = None) -> Entry:
-    """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`. file: that it was
-    read from; a stranger's MJCF file has the scene `as-is`, too."""
-    made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary)
-    if not holding(mechanism):
-        made = replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
-    if file is None or not file.joints:
-        return replace(made, file=file)
-    text = "the file as MuJoCo runs it: its contacts, actuators, timestep and softness"
-
-    def as_is(p: Any, fidelity: str) -> Scene:
-        settings = engine("file").settings(file)
-        return Scene(AS_IS, fidelity, 2.0, tolerance=FILE_TOLERANCE, settings=settings, text=text, file=file)
-
-    return replace(made, file=file, scenes={**made.scenes, AS_IS: SceneRecipe(as_is, "full", text)})
-
-
-def entry_of_function(function: Callable[..., Mechanism], name: str | None = None) -> Entry:
-    """An entry for a user's function: its keyword arguments are the parameters, their defaults give the kinds.
-
-    Raises MechlabError when an argument has no default.
-    """
-    fields: list[tuple[str, type, Any]] = []
-    for key, argument in inspect.signature(function).parameters.items():
-        if argument.default is inspect.Parameter.empty or argument.kind in (
-            argument.VAR_KEYWORD,
-            argument.VAR_POSITIONAL,
-        ):
-            raise MechlabError(
-                f"{function.__name__}: argument {key!r} needs a default value; it becomes a parameter of the mechanism."
-            )
-        fields.append((key, _kind(argument.default), parameter(argument.default, "", "")))
-    cls = make_dataclass(f"{function.__name__}_parameters", fields, frozen=True)
-
-    def build(p: Any, fidelity: str) -> Mechanism:
-        made = function(**asdict(p))
-        if not isinstance(made, Mechanism):
-            raise MechlabError(
-                f"{function.__name__}() returned {type(made).__name__}, expected a Mechanism: "
-                "end it with `return b.build()` or `return b.assemble(guess)`."
-            )
-        refuse_parameters(made, [f.name for f in dataclass_fields(p)])
-        return made
-
-    summary = (inspect.getdoc(function) or "").split("\n")[0]
-    return _entry(name or function.__name__, cls, build, summary)
-
-
-def _kind(default: object) -> type:
-    if isinstance(default, tuple):
-        return tuple[int, ...] if all(isinstance(x, int) for x in default) else tuple[float, ...]
-    for kind in (Fraction, str):
-        if isinstance(default, kind):
-            return kind
-    return float
-
-
-def holding(mechanism: Mechanism) -> bool:
-    """Whether a drive of the mechanism gives a force while nothing is asked of it."""
-    return any(drive_law(mechanism, d) is not None for d in mechanism.drives)
-
-
-def _entry(name: str, cls: type[Any], build: Callable[[Any, str], Mechanism], summary: str) -> Entry:
-    def hold(p: Any, fidelity: str) -> Scene:
-        return Scene(HOLD, fidelity, 2.0, text="the drives hold their targets against weight, springs and loads")
-
-    def free(p: Any, fidelity: str) -> Scene:
-        return Scene(
-            FREE, fidelity, 2.0, text="the mechanism moves under its own weight from the given initial state",
-            drives="free",
-        )  # fmt: skip
-
-    return Entry(
-        name=name, title=name, summary=summary, parameters=cls, build=build, fidelities={"full": "as written"},
-        default_fidelity="full", default_scene=HOLD,
-        scenes={
-            HOLD: SceneRecipe(hold, "full", "gravity, springs and the drives, which hold their targets"),
-            FREE: SceneRecipe(free, "full", "moves freely from its initial state, its drives released"),
-        },
-    )  # fmt: skip

@@ -35,11 +35,10 @@ def with_file_error(
     times = np.append(recording.t[:-1][whole[:-1]], recording.t[-1])
     try:
         finer = again(scene, replace(recording.settings, timestep=FINER * h), times)
-    except MechlabError as error:
-        finer, why = None, str(error)
-    else:
         why = "it blew up" if finer.t[-1] < recording.t[-1] * (1.0 - 1e-9) else ""
-    if finer is None or why:
+    except MechlabError as error:
+        finer, why = recording, str(error)
+    if why:
         text = f"the run does not come through at two thirds of the timestep ({why}): its error cannot be estimated"
         return _with(recording, Finding("step_error", math.inf, tolerance, "rad or m", "error", text))
     mine, theirs = shared_times(recording, finer)

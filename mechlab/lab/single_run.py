@@ -12,8 +12,9 @@ from mechlab.experiment.acting import what_acts
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Health, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
-from mechlab.lab.design import AS_IS, Design
+from mechlab.lab.design import Design
 from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.own_mechanism import AS_IS
 from mechlab.lab.problem_settings import FASTEST, motor_findings, settings_for, with_static_motors
 from mechlab.mechanism.geometry import Array
 

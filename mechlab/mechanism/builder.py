@@ -10,10 +10,14 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.mechanism import edit
 from mechlab.mechanism.assembly import assembled_pose, rebased
+from mechlab.mechanism.attach import MakesMechanism, attach
 from mechlab.mechanism.gears import GearMesh, relation
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, vector
+from mechlab.mechanism.given import Number, options_of, point, si
 from mechlab.mechanism.inertia import Inertia
+from mechlab.mechanism.links import BLUE, plate, uniform_bar
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import (
     GROUND,
@@ -30,36 +34,17 @@ from mechlab.mechanism.parts import (
     Shape,
     Spring,
     Winding,
-    X,
-    Z,
     as_fraction,
     axis_vector,
-    shape,
 )
 from mechlab.mechanism.tilt import with_balls
 from mechlab.mechanism.tree import depth_first, too_many_bodies
 from mechlab.mechanism.validate import validate
 
-PIN: Color = (0.28, 0.31, 0.36, 1.0)
 
-
-def uniform_bar(
-    name: str, joint: Joint, length: float, mass: float | None, width: float | None, color: Color, layer: float
-) -> tuple[Inertia, tuple[Shape, ...]]:
-    """Inertia and shapes of the bar along its local x, from its joint to `length` [m]; see `Builder.bar`."""
-    w = 0.08 * length if width is None else width
-    m = length if mass is None else mass
-    axis = np.array(joint.axis) if joint.kind == "revolute" and abs(joint.axis[0]) < 0.5 else np.array(Z)
-    facing = np.column_stack([np.array(X), np.cross(axis, X), axis])
-    place = Placement.of(facing, layer * axis)
-    looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.18 * w)
-    ends = (layer * axis, layer * axis + np.array([length, 0.0, 0.0]))
-    pins = [
-        shape("cylinder", Placement.of(facing, p), PIN, f"pin_{k}", radius=0.18 * w, length=0.9 * w)
-        for k, p in enumerate(ends)
-    ]
-    rod = Inertia.rod(m, (0.0, 0.0, 0.0), (length, 0.0, 0.0), w / 4)
-    return rod, (looks, *pins)
+def _a_joint(joint: object, what: str) -> None:
+    if not isinstance(joint, Joint):
+        raise MechlabError(f"{what}: expected a joint such as revolute('name'), got {joint!r}.")
 
 
 class _Open(Mechanism):
@@ -92,7 +77,7 @@ class Builder:
         name: str,
         *joints: Joint,
         parent: str = GROUND,
-        at: Sequence[float] = (0.0, 0.0, 0.0),
+        at: Sequence[Number] = (0.0, 0.0, 0.0),
         turned: Placement = IDENTITY,
         inertia: Inertia | None = None,
         shapes: Sequence[Shape] = (),
@@ -100,7 +85,18 @@ class Builder:
         """A body whose frame stands `at` a point of its parent, rotated by `turned`, moving by `joints` in their order."""
         if len(self.bodies) == MAX_BODIES:
             raise too_many_bodies(self.name)
-        placement = Placement(vector(at, f"body {name!r}: at")) @ turned
+        what = f"{self.name}: body {name!r}"
+        for joint in joints:
+            _a_joint(joint, what)
+        if any(b.name == name for b in self.bodies):
+            raise MechlabError(
+                f"{what} exists already, names cannot be used more than once: give another name, or use change_body to change it."
+            )
+        if inertia is not None and not isinstance(inertia, Inertia):
+            raise MechlabError(
+                f"{what}: inertia: expected an Inertia such as Inertia.box(mass, x, y, z), got {inertia!r}."
+            )
+        placement = Placement(point(at, f"{what}: at")) @ turned
         self.bodies.append(Body(name, parent, placement, tuple(joints), inertia or Inertia(), tuple(shapes)))
         return self
 
@@ -108,29 +104,67 @@ class Builder:
         self,
         name: str,
         joint: Joint,
-        length: float,
+        length: Number,
         *,
         parent: str = GROUND,
-        at: Sequence[float] = (0.0, 0.0, 0.0),
-        mass: float | None = None,
-        width: float | None = None,
-        color: Color = (0.25, 0.45, 0.75, 1.0),
-        layer: float = 0.0,
+        at: Sequence[Number] = (0.0, 0.0, 0.0),
+        mass: Number | None = None,
+        width: Number | None = None,
+        color: Color = BLUE,
+        layer: Number = 0.0,
     ) -> Builder:
         """A straight uniform bar along its local x, from its joint to `length` [m]; mass defaults to 1 kg per metre.
 
-        `layer` [m] lifts its picture along the axis of its joint, so that bars do not cut through each other.
+        `layer` [m] lifts its picture along the axis of its joint, so that bars do not cut through each other. Numbers may
+        be text with a unit ("100mm").
         """
-        if not np.isfinite(length) or length <= 0:
-            raise MechlabError(f"{self.name}: bar {name!r}: length must be positive, got {length!r} m.")
-        rod, shapes = uniform_bar(name, joint, length, mass, width, color, layer)
+        what = f"{self.name}: bar {name!r}"
+        _a_joint(joint, what)
+        long = si(length, f"{what}: length", "m", above=0.0)
+        m = None if mass is None else si(mass, f"{what}: mass", "kg", low=0.0)
+        w = None if width is None else si(width, f"{what}: width", "m", above=0.0)
+        rod, shapes = uniform_bar(name, joint, long, m, w, color, si(layer, f"{what}: layer", "m"))
         return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=shapes)
 
+    def plate(
+        self,
+        name: str,
+        joint: Joint,
+        points: Sequence[Sequence[Number]],
+        *,
+        parent: str = GROUND,
+        at: Sequence[Number] = (0.0, 0.0, 0.0),
+        mass: Number | None = None,
+        density: float | None = None,
+        width: Number | None = None,
+        thickness: Number | None = None,
+        color: Color = BLUE,
+        layer: Number = 0.0,
+    ) -> Builder:
+        """A flat plate with three or more pins (a ternary link): one at its joint, one at each of `points`, (x, y) or
+        (x, y, z) [m] in its body, in the plane through the joint at right angles to its axis.
+
+        Its outline is all within `width` / 2 of the convex hull of the pins (width: 12 % of its span by default). mass =
+        area x `thickness` (0.4 x width) x `density` (2700 kg/m3) unless `mass` [kg] is given; centre and inertia are those
+        of the outline exactly, the bores filled by their pins. Raises MechlabError for points off the plane, points closer
+        than the bores, or both mass and density.
+        """
+        what = f"{self.name}: plate {name!r}"
+        _a_joint(joint, what)
+        if mass is not None and density is not None:
+            raise MechlabError(f"{what}: give its mass or its density, not both.")
+        m = None if mass is None else si(mass, f"{what}: mass", "kg", low=0.0)
+        rho = None if density is None else si(density, f"{what}: density", "kg/m3", above=0.0)
+        w = None if width is None else si(width, f"{what}: width", "m", above=0.0)
+        t = None if thickness is None else si(thickness, f"{what}: thickness", "m", above=0.0)
+        solid, shapes = plate(name, joint, points, m, rho, w, t, color, si(layer, f"{what}: layer", "m"))
+        return self.body(name, joint, parent=parent, at=at, inertia=solid, shapes=shapes)
+
     def frame(
-        self, name: str, body: str, at: Sequence[float] = (0.0, 0.0, 0.0), turned: Placement = IDENTITY
+        self, name: str, body: str, at: Sequence[Number] = (0.0, 0.0, 0.0), turned: Placement = IDENTITY
     ) -> Builder:
         """A named point of interest, `at` a point of the body."""
-        self.frames.append(Frame(name, body, Placement(vector(at, f"frame {name!r}: at")) @ turned))
+        self.frames.append(Frame(name, body, Placement(point(at, f"frame {name!r}: at")) @ turned))
         return self
 
     def loop(
@@ -138,12 +172,12 @@ class Builder:
         name: str,
         body_a: str,
         body_b: str,
-        at_a: Sequence[float] = (0.0, 0.0, 0.0),
-        at_b: Sequence[float] = (0.0, 0.0, 0.0),
+        at_a: Sequence[Number] = (0.0, 0.0, 0.0),
+        at_b: Sequence[Number] = (0.0, 0.0, 0.0),
         kind: str = "spherical",
         axis_a: AxisLike = "z",
         axis_b: AxisLike | None = None,
-        length: float = 0.0,
+        length: Number = 0.0,
     ) -> Builder:
         """Close a loop: the point `at_a` of body a meets `at_b` of body b. Joint axes are given in each body's frame;
         `axis_b` defaults to `axis_a`. A planar loop closed by "spherical" has one void row, along its normal."""
@@ -154,9 +188,9 @@ class Builder:
             frame_a = np.eye(3)
         if kind in ("spherical", "distance") or (axis_b or axis_a) == "z":
             frame_b = np.eye(3)
-        self.loops.append(
-            Loop(name, kind, body_a, body_b, Placement.of(frame_a, at_a), Placement.of(frame_b, at_b), length)
-        )
+        place_a = Placement.of(frame_a, point(at_a, f"{what}: at_a"))
+        place_b = Placement.of(frame_b, point(at_b, f"{what}: at_b"))
+        self.loops.append(Loop(name, kind, body_a, body_b, place_a, place_b, si(length, f"{what}: length", "m")))
         return self
 
     def close_here(self, loop: Loop) -> Builder:
@@ -180,6 +214,8 @@ class Builder:
         side: int = 1,
     ) -> Builder:
         """A gear mesh between the joints `a` and `b`, axes held by `carrier`: see `GearMesh`."""
+        if isinstance(teeth, str) or not isinstance(teeth, Sequence) or len(teeth) != 2:
+            raise MechlabError(f"mesh {name!r}: teeth: expected two tooth counts (of {a!r}, of {b!r}), got {teeth!r}.")
         za, zb = (as_fraction(z, f"mesh {name!r}: teeth") for z in teeth)
         return self.mesh(GearMesh(name, a, b, carrier, kind, (za, zb), side=side))
 
@@ -191,12 +227,15 @@ class Builder:
 
     def shaft(self, name: str, coefficients: Mapping[str, object], **options: object) -> Builder:
         """A Shaft: coefficients of joints (exact), options as of `Shaft`."""
+        options_of(Shaft, options, f"shaft {name!r}", fixed=("name", "coefficients"))
         terms = tuple((n, as_fraction(c, f"shaft {name!r}: {n}")) for n, c in coefficients.items())
         self.shafts.append(Shaft(name, terms, **options))  # type: ignore[arg-type]
         return self
 
     def spring(self, spring: Spring) -> Builder:
         """A spring and damper between two points."""
+        if not isinstance(spring, Spring):
+            raise MechlabError(f"{self.name}: expected a Spring(name, body_a, body_b, ...), got {spring!r}.")
         self.springs.append(spring)
         return self
 
@@ -217,6 +256,68 @@ class Builder:
     def ground(self, *shapes: Shape) -> Builder:
         """Shapes that stand still."""
         self.ground_shapes += shapes
+        return self
+
+    # -- editing -----------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> Builder:
+        """A Builder that holds the parts of a Mechanism: `build()` gives an equal one, until something is changed."""
+        b = cls(mechanism.name, mechanism.gravity, mechanism.summary)
+        b.bodies, b.loops, b.shafts = list(mechanism.bodies), list(mechanism.loops), list(mechanism.shafts)
+        b.meshes, b.springs, b.drives = list(mechanism.relations), list(mechanism.springs), list(mechanism.drives)
+        b.frames, b.ground_shapes = list(mechanism.frames), list(mechanism.ground_shapes)
+        return b
+
+    def change_body(self, name: str, /, *, mass: Number | None = None, **fields: object) -> Builder:
+        """Change a body: fields as of `Body` (parent, placement, joints, inertia, shapes); `mass` [kg] scales its inertia.
+
+        Raises MechlabError for a body or field that does not exist, or a mass for a body without inertia.
+        """
+        if mass is not None:
+            what = f"{self.name}: body {name!r}: mass"
+            part = edit.find(self, name, "body")[1]
+            assert isinstance(part, Body)
+            old = part.inertia
+            if "inertia" in fields or not old.mass:
+                raise MechlabError(
+                    f"{what}: it has no inertia to scale, or gets another: give inertia=Inertia(...) alone."
+                )
+            ratio = (m := si(mass, what, "kg", low=0.0)) / old.mass
+            xx, yy, zz, xy, xz, yz = (ratio * x for x in old.tensor)
+            fields["inertia"] = replace(old, mass=m, tensor=(xx, yy, zz, xy, xz, yz))
+        edit.change(self, name, "body", fields)
+        return self
+
+    def change(self, name: str, /, *, kind: str | None = None, **fields: object) -> Builder:
+        """Change fields of any part, as of its dataclass: `change("crank", kind="drive", limit=5.0)`. `kind` (body, joint,
+        loop, relation, shaft, spring, drive, frame) where several parts have the name.
+
+        Raises MechlabError for a name or field that does not exist. Another name: `rename`.
+        """
+        edit.change(self, name, kind, fields)
+        return self
+
+    def rename(self, old: str, new: str, kind: str | None = None) -> Builder:
+        """Give a part another name, and everything that refers to it. Raises MechlabError for a name that is taken."""
+        edit.rename(self, old, new, kind)
+        return self
+
+    def remove(self, name: str, kind: str | None = None, *, with_dependents: bool = False) -> Builder:
+        """Take a part away; a body whose joint is removed is welded to its parent. `with_dependents`: also everything that
+        stands on it. Raises MechlabError that lists what does, otherwise."""
+        edit.remove(self, name, kind, with_dependents)
+        return self
+
+    def attach(
+        self, other: Mechanism | MakesMechanism, at: str = GROUND, prefix: str = "", turned: Placement = IDENTITY
+    ) -> Builder:
+        """Attach another mechanism (a Mechanism, or a Design at its default fidelity) with its ground at a frame or a body
+        of this one, placed by `turned` in it. All its names get the prefix; gravity stays that of this mechanism.
+
+        Raises MechlabError for a name that exists already (give a prefix), and for a frame or body that does not exist.
+        """
+        attach(self, other, at, prefix, turned)
         return self
 
     # -- the result --------------------------------------------------------------------------------------------------
@@ -261,14 +362,16 @@ class Builder:
         m = self._open(self.bodies)
         return Mechanism(**self._parts(self.bodies, m.relations))  # type: ignore[arg-type]
 
-    def assemble(self, guess: Mapping[str, float] | None = None, hold: Sequence[str] = ()) -> Mechanism:
+    def assemble(self, guess: Mapping[str, Number] | None = None, hold: Sequence[str] = ()) -> Mechanism:
         """The Mechanism, closed by Newton from `guess` (joint name -> change from the placements as given).
 
         Joints in `hold` keep their guess exactly. The closed pose becomes the reference pose: placements absorb it, and
         it is added to the `zero` of each joint and shaft. Raises MechlabError that names the loop that stays open.
         """
         m = self._open(self.bodies)
-        q = assembled_pose(m, guess or {}, hold)
+        units = {j.name: "m" if j.kind == "prismatic" else "rad" for j in m.joints}
+        start = {n: si(x, f"{self.name}: guess of {n!r}", units.get(n, "rad")) for n, x in (guess or {}).items()}
+        q = assembled_pose(m, start, hold)
         self.bodies = [rebased(b, m, q) for b in depth_first(self.bodies)]
         self.shafts = [replace(s, zero=float(m.value(s.name, q))) for s in self.shafts]
         return self.build()

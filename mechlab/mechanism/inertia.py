@@ -24,10 +24,16 @@ class Inertia:
     tensor: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        mass = float(self.mass)
+        try:
+            mass = float(self.mass)
+        except (TypeError, ValueError):
+            raise MechlabError(f"mass: expected a number in kg, got {self.mass!r}.") from None
         if not math.isfinite(mass) or mass < 0.0:
             raise MechlabError(f"mass: expected a finite number >= 0 kg, got {self.mass!r}.")
-        tensor = tuple(float(x) for x in self.tensor)
+        try:
+            tensor = tuple(float(x) for x in self.tensor)
+        except (TypeError, ValueError):
+            tensor = ()
         if len(tensor) != 6 or not all(math.isfinite(x) for x in tensor):
             raise MechlabError(
                 f"inertia tensor: expected six finite numbers (xx, yy, zz, xy, xz, yz), got {self.tensor!r}."

@@ -12,6 +12,7 @@ from fractions import Fraction
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
+from mechlab.mechanism.given import options_of, pair, si
 from mechlab.mechanism.inertia import Inertia
 
 Color = tuple[float, float, float, float]
@@ -39,8 +40,18 @@ class Shape:
 def shape(
     kind: str, placement: Placement = IDENTITY, color: Color = (0.62, 0.66, 0.72, 1.0), name: str = "", **size: float
 ) -> Shape:
-    """A Shape from keyword sizes: `shape("cylinder", radius=0.01, length=0.1)`."""
-    return Shape(kind, tuple(sorted((k, float(v)) for k, v in size.items())), placement, color, name)
+    """A Shape from keyword sizes: `shape("cylinder", radius=0.01, length=0.1)`. `mechlab.shapes.shape` also checks the kind.
+
+    Raises MechlabError for a size that is no number, or a color that is not (red, green, blue, alpha).
+    """
+    try:
+        sizes = tuple(sorted((k, float(v)) for k, v in size.items()))
+    except (TypeError, ValueError):
+        wrong = next(f"{k}={v!r}" for k, v in size.items() if not isinstance(v, int | float))
+        raise MechlabError(f"shape {kind!r}: {wrong} is not a number.") from None
+    if isinstance(color, str) or len(color) != 4:
+        raise MechlabError(f"shape {kind!r}: color: expected (red, green, blue, alpha) from 0 to 1, got {color!r}.")
+    return Shape(kind, sizes, placement, color, name)
 
 
 Coefficients = tuple[tuple[str, Fraction], ...]
@@ -249,19 +260,31 @@ def axis_vector(axis: AxisLike, what: str) -> Vector:
     return unit(axis, f"{what}: axis")
 
 
+def _joint(name: str, kind: str, axis: Vector, options: dict[str, object]) -> Joint:
+    """A joint with checked options; numbers may be text with a unit ("30deg", "5mm")."""
+    what, unit = f"joint {name!r}", "m" if kind == "prismatic" else "rad"
+    options_of(Joint, options, what, fixed=("name", "kind", "axis"))
+    for key in ("zero", "spring_rest"):
+        if key in options:
+            options[key] = si(options[key], f"{what}: {key}", unit)
+    if options.get("range") is not None:
+        options["range"] = pair(options["range"], f"{what}: range", unit)
+    return Joint(name, kind, axis, **options)  # type: ignore[arg-type]
+
+
 def revolute(name: str, axis: AxisLike = "z", **options: object) -> Joint:
     """A revolute joint [rad]; options as of `Joint`: zero, range, damping, armature, friction, stiffness, spring_rest."""
-    return Joint(name, "revolute", axis_vector(axis, f"joint {name!r}"), **options)  # type: ignore[arg-type]
+    return _joint(name, "revolute", axis_vector(axis, f"joint {name!r}"), options)
 
 
 def prismatic(name: str, axis: AxisLike = "z", **options: object) -> Joint:
     """A prismatic joint [m]; options as of `Joint`."""
-    return Joint(name, "prismatic", axis_vector(axis, f"joint {name!r}"), **options)  # type: ignore[arg-type]
+    return _joint(name, "prismatic", axis_vector(axis, f"joint {name!r}"), options)
 
 
 def spherical(name: str, **options: object) -> Joint:
     """A spherical joint (quaternion w, x, y, z)."""
-    return Joint(name, "spherical", Z, **options)  # type: ignore[arg-type]
+    return _joint(name, "spherical", Z, options)
 
 
 def universal(first: str, second: str, axis_1: AxisLike = "x", axis_2: AxisLike = "y") -> tuple[Joint, Joint]:

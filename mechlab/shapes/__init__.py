@@ -7,6 +7,10 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism import parts
+from mechlab.mechanism.geometry import IDENTITY, Placement
+from mechlab.mechanism.given import Number, si
+from mechlab.mechanism.parts import Color, Shape
 from mechlab.shapes import bevel, gears, joints, links, simple
 from mechlab.shapes.build import Kind, Parameter, Times, obj_text, write_obj
 from mechlab.shapes.feature_edges import SplitMesh, split_at_edges, split_faces
@@ -15,7 +19,7 @@ from mechlab.shapes.solid import Mesh, bounds, is_watertight, merge, moved, volu
 
 __all__ = [
     "KINDS", "Kind", "Mesh", "Parameter", "SplitMesh", "Times", "bevel_phase", "bounds", "external_phase",
-    "internal_phase", "is_watertight", "merge", "mesh", "moved", "obj_text", "pitch_angles", "rack_phase",
+    "internal_phase", "is_watertight", "merge", "mesh", "moved", "obj_text", "pitch_angles", "rack_phase", "shape",
     "split_at_edges", "split_faces", "volume", "write_obj",
 ]  # fmt: skip
 
@@ -24,6 +28,22 @@ KINDS: Mapping[str, Kind] = MappingProxyType({kind.name: kind for module in _MOD
 
 MAX_COUNT = 2000
 """Largest number of teeth, holes, spokes and the like in one solid."""
+
+
+def shape(
+    kind: str, placement: Placement = IDENTITY, color: Color = (0.62, 0.66, 0.72, 1.0), name: str = "", **size: Number
+) -> Shape:
+    """A Shape of a kind in KINDS from keyword sizes [m, rad, counts] or text with a unit:
+    `shape("cylinder", radius=0.01, length="10mm")`.
+
+    Raises MechlabError that names an unknown kind or size and lists what exists, or a size that is missing or impossible.
+    """
+    if kind not in KINDS:
+        raise unknown("shape kind", kind, KINDS)
+    units = {p.name: p.unit for p in KINDS[kind].parameters}
+    sizes = {k: si(v, f"{kind}: {k}", u if (u := units.get(k, "")) in ("m", "rad") else "") for k, v in size.items()}
+    KINDS[kind].sizes(sizes)
+    return parts.shape(kind, placement, color, name, **sizes)
 
 
 def mesh(kind: str, size: Mapping[str, float]) -> Mesh:

@@ -3,10 +3,26 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 
 import numpy as np
 
-from mechlab.shapes.build import SMALL, Kind, Times, angle, extrude, gap, hollow, length, require, revolve, turned
+from mechlab.mechanism.plate import plate_outline
+from mechlab.shapes.build import (
+    SMALL,
+    Kind,
+    Parameter,
+    Times,
+    angle,
+    count,
+    extrude,
+    gap,
+    hollow,
+    length,
+    require,
+    revolve,
+    turned,
+)
 from mechlab.shapes.polygon import around_circles, circle
 from mechlab.shapes.simple import bolt_circle
 from mechlab.shapes.solid import Mesh, along_x, merge, moved
@@ -56,6 +72,21 @@ def pointer(length: float, width: float, thickness: float, bore: float) -> Mesh:
     require(0.0 <= bore < 0.5 * width, "pointer: bore must be smaller than half of the width.")
     outline = around_circles([(0.0, 0.0), (length - 0.01 * width, 0.0)], [0.5 * width, 0.01 * width], 48)
     return extrude(outline, [circle(bore, SMALL)] if bore else [], -0.5 * thickness, 0.5 * thickness)
+
+
+MOST_PINS = 12
+
+
+def plate_link(points: int, width: float, thickness: float, bore: float, **places: float) -> Mesh:
+    """A flat plate round pins at (x_1, y_1), (x_2, y_2), ..., centred in z: their convex hull, its ends rounded by half
+    the width, with a bore at each pin."""
+    require(points <= MOST_PINS, f"plate_link: at most {MOST_PINS} points, got {points}.")
+    require(2.0 * bore < width, "plate_link: bore must be smaller than half of the width.")
+    pins = np.array([(places[f"x_{k}"], places[f"y_{k}"]) for k in range(1, points + 1)])
+    apart = min(float(np.linalg.norm(a - b)) for a, b in combinations(pins, 2))
+    require(apart > 2.0 * bore, "plate_link: two bores overlap; move the points apart.")
+    eyes = [circle(bore, SMALL, (x, y)) for x, y in pins.tolist()] if bore else []
+    return extrude(plate_outline(pins, 0.5 * width), eyes, -0.5 * thickness, 0.5 * thickness)
 
 
 def triangle_platform(
@@ -166,6 +197,22 @@ KINDS = (
             length("width", "width of the hub"),
             length("thickness", "thickness along z"),
             gap("bore", "radius of the hub bore", Times(0.25, "width")),
+        ),
+    ),
+    Kind(
+        "plate_link",
+        "flat plate in xy round pins at (x_1, y_1), (x_2, y_2), ...",
+        plate_link,
+        (
+            count("points", "number of pins, 2 to 12", low=2),
+            length("width", "twice the radius round a pin"),
+            length("thickness", "thickness along z"),
+            gap("bore", "radius of the pin holes", Times(0.25, "width")),
+            *(
+                Parameter(f"{axis}_{k}", "m", f"{axis} of pin {k}", None if k < 3 else 0.0)
+                for k in range(1, MOST_PINS + 1)
+                for axis in "xy"
+            ),
         ),
     ),
     Kind(

@@ -22,7 +22,8 @@ from mechlab.engines.pinocchio.quantities import Quantities
 from mechlab.errors import MechlabError
 from mechlab.kit.quantities import level
 from mechlab.lab.ask import ask
-from mechlab.lab.design import design, entry_of
+from mechlab.lab.design import design
+from mechlab.lab.own_mechanism import entry_of
 from mechlab.mechanism import Mechanism, integrate
 from mechlab.mechanism.structure import sample_poses, structure
 from tests.engines.pinocchio.random_mechanisms import random_mechanism

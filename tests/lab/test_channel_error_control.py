@@ -11,7 +11,8 @@ from mechlab.cli import main
 from mechlab.experiment.errors import largest_difference, shared_times
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
-from mechlab.lab.design import Design, design, entry_of
+from mechlab.lab.design import Design, design
+from mechlab.lab.own_mechanism import entry_of
 from mechlab.mechanism import Builder, Inertia, prismatic
 
 SLACK = 3.0

@@ -13,8 +13,9 @@ from mechlab.lab.accuracy.energies import why_energy_is_not_enough
 from mechlab.lab.accuracy.energy_motion import EnergyMotion
 from mechlab.lab.accuracy.result import Solution
 from mechlab.lab.accuracy.solve import solve_to
-from mechlab.lab.design import design, entry_of
+from mechlab.lab.design import design
 from mechlab.lab.methods import Problem, method
+from mechlab.lab.own_mechanism import entry_of
 from mechlab.mechanism import Builder, Inertia, prismatic, revolute
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.studies.chart.score import reference_of, tracked, tracked_names

@@ -78,7 +78,7 @@ def test_a_function_of_an_entry_that_ends_python(capsys: pytest.CaptureFixture[s
     for code, words in (("raise SystemExit(0)", "SystemExit: 0"), ("{}['gain']", "KeyError: 'gain'")):
         Path("my.py").write_text(f"""{GOOD}
 from dataclasses import replace
-from mechlab.lab.design import entry_of_function
+from mechlab.lab.own_mechanism import entry_of_function
 
 def doubts(p):
     {code}

@@ -27,6 +27,10 @@ SAMPLES: dict[str, dict[str, float]] = {
     "crank": {"radius": 0.05, "width": 0.035, "thickness": 0.012},
     "bracket": {"height": 0.06, "width": 0.04, "thickness": 0.02},
     "pointer": {"length": 0.1, "width": 0.02, "thickness": 0.004},
+    "plate_link": {
+        "points": 4, "width": 0.03, "thickness": 0.01,
+        "x_1": 0.0, "y_1": 0.0, "x_2": 0.12, "y_2": 0.0, "x_3": 0.03, "y_3": 0.09, "x_4": 0.05, "y_4": 0.035,
+    },
     "triangle_platform": {"radius": 0.08, "height": 0.02, "azimuth": 0.3},
     "t_carrier": {"stem": 0.08, "crossbar": 0.12, "radius": 0.008},
     "flange": {"radius": 0.04, "thickness": 0.01, "reach": 0.08},

@@ -13,8 +13,9 @@ from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene
-from mechlab.lab.design import design, entry_of
+from mechlab.lab.design import design
 from mechlab.lab.methods import Problem, method
+from mechlab.lab.own_mechanism import entry_of
 from mechlab.mechanism import Builder, Inertia, Mechanism, prismatic, revolute
 from mechlab.mechanism.parts import LinearRelation
 from mechlab.studies.stability.data import MethodPanel, RunOutcome, StabilityAxis

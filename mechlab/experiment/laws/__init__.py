@@ -12,8 +12,10 @@ from mechlab.experiment.laws.loads import (
 )
 from mechlab.experiment.laws.motors import DcMotor, Motor
 from mechlab.experiment.laws.protocol import LAWS, Law, LawStates, Plant, applied_force, law, register
+from mechlab.experiment.laws.user import FunctionLaw, LawFunction, Laws, laws_of
 
 __all__ = [
-    "LAWS", "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "Harmonic", "Law", "LawStates",
-    "Motor", "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous", "applied_force", "drive_forces", "law", "register",
+    "LAWS", "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "FunctionLaw", "Harmonic", "Law",
+    "LawFunction", "LawStates", "Laws", "Motor", "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous", "applied_force",
+    "drive_forces", "law", "laws_of", "register",
 ]  # fmt: skip

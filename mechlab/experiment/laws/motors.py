@@ -11,6 +11,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws.protocol import OnOne, Plant, register
+from mechlab.experiment.motion import PrescribedMotion
 from mechlab.mechanism.geometry import Array
 
 
@@ -35,12 +36,13 @@ class DcMotor(OnOne):
     """A DC motor: torque = constant i with inductance i' = voltage - resistance i - constant rate, from i = `current`.
 
     Its current is a state of the law (`mechlab.experiment.laws.LawStates`), integrated with the motion; without inductance it is
-    (voltage - constant rate) / resistance at once. `neglected`: the time constant [s] of an inductance that was left
-    out, for the health record. drive: name of the declared drive that this law is, or "" for a law of the scene.
+    (voltage - constant rate) / resistance at once. `voltage` [V]: a number, or a motion whose value it is. `neglected`: the time
+    constant [s] of an inductance that was left out, for the health record. drive: name of the declared drive that this law is, or
+    "" for a law of the scene.
     """
 
     on: str
-    voltage: float
+    voltage: float | PrescribedMotion
     constant: float
     resistance: float
     inductance: float = 0.0
@@ -66,7 +68,8 @@ class DcMotor(OnOne):
 
     def rest(self, plant: Plant) -> Array:
         """(1,) steady current [A] at the present rate."""
-        return np.array([(self.voltage - self.constant * plant.rate(self.on)) / self.resistance])
+        voltage = self.voltage if isinstance(self.voltage, float | int) else self.voltage.at(plant.t)[0]
+        return np.array([(voltage - self.constant * plant.rate(self.on)) / self.resistance])
 
     def state_rate(self, t: float, plant: Plant, state: Array) -> Array:
         """(1,) rate of the current."""

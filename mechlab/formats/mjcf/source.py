@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.formats.xml_text import floats, label, parse
+from mechlab.formats.soundness import sound
+from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import Array, Placement, axis_rotation, frame_along, matrix_to_quaternion
 
 TOP = (
@@ -26,7 +27,7 @@ def fail(element: ET.Element, message: str) -> MechlabError:
 
 def written_by_mechlab(content: str) -> bool:
     """True for an MJCF text that mechlab wrote. Raises MechlabError for a text that is no MJCF."""
-    return _ours(parse(content, "mujoco", "MJCF file"))
+    return _ours(sound(content, "mujoco", "MJCF file"))
 
 
 def _ours(root: ET.Element) -> bool:
@@ -37,7 +38,7 @@ class MjcfText:
     """A parsed MJCF text. `attributes(element, childclass)` gives an element with its defaults filled in."""
 
     def __init__(self, content: str) -> None:
-        self.root = parse(content, "mujoco", "MJCF file")
+        self.root = sound(content, "mujoco", "MJCF file")
         for element in self.root:
             if element.tag not in TOP:
                 raise fail(element, f"mechlab does not read this part of MJCF. It reads {', '.join(TOP)}.")

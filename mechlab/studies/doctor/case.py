@@ -16,7 +16,8 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Symptom
 from mechlab.formats import from_mjcf, from_urdf
 from mechlab.formats.mjcf.write import to_mjcf
-from mechlab.formats.xml_text import parse
+from mechlab.formats.model_text import read_text
+from mechlab.formats.soundness import sound
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
@@ -96,18 +97,15 @@ class ExaminedFile:
 def read_case(path: Path) -> ExaminedFile:
     """Read and compile an .xml (MJCF) or .urdf file; raises MechlabError for a file that cannot be read or is not such
     XML."""
-    try:
-        content = path.read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        raise MechlabError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}.") from None
+    content = read_text(path)
     tag, kind = ROOTS[path.suffix.lower()]
     try:
-        root = parse(content, tag, f"{kind} file")
+        root = sound(content, tag, f"{kind} file")
         mechanism, unread = _as_mechanism(content, kind)
+        whole = kind == "MJCF"
+        model, refused = compile_file(path) if whole else compile_text(ET.tostring(bare(root), encoding="unicode"))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
-    whole = kind == "MJCF"
-    model, refused = compile_file(path) if whole else compile_text(ET.tostring(bare(root), encoding="unicode"))
     return ExaminedFile(path.name, kind, root, model, refused, mechanism, unread)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from mechlab.engines.mujoco.model_file import guarded
 from mechlab.engines.mujoco.model_file.guarded import ModelCrashed, ModelRefused, load_file, load_text
+from mechlab.errors import MechlabError
 
 ARM = '<body><joint/><geom size=".1"/></body>'
 
@@ -26,9 +27,7 @@ REFUSED = {
         mjcf(before='<asset><texture type="2d" name="t" builtin="flat" width="60000" height="60000"/></asset>'),
         "Could not allocate memory for texture",
     ),
-    "nesting of 5000": (mjcf("<body>" * 5000 + "</body>" * 5000), "nesting is too deep"),
-    "unknown attribute": (mjcf('<body foo="1"/>'), "unrecognized attribute: 'foo'"),
-    "no XML": ("<mujoco>", "XML"),
+    "geom without size": (mjcf("<body><joint/><geom/></body>"), "Error"),
 }
 
 
@@ -104,6 +103,19 @@ def test_includes_beside_a_linked_file_are_found(tmp_path):
     assert load_file(link).nv == mujoco.MjModel.from_xml_path(str(link)).nv == 1
 
 
+def test_faults_and_far_files_are_refused_before_the_engine_sees_them(children, tmp_path):
+    path = tmp_path / "model.xml"
+    for text, words in {
+        mjcf("<body>" * 5000 + "</body>" * 5000): "nested more than 500 deep",
+        mjcf('<body foo="1"/>'): "MuJoCo knows no attribute 'foo' here",
+        mjcf(before='<asset><mesh file="/dev/zero"/></asset>'): "leads out of the folder of the model",
+    }.items():
+        path.write_text(text)
+        with pytest.raises(MechlabError, match=words):
+            load_file(path)
+    assert not children
+
+
 def test_a_missing_file_is_named():
-    with pytest.raises(ModelRefused, match="cannot read nowhere.xml"):
+    with pytest.raises(ModelRefused, match="No such file"):
         load_file(Path("nowhere.xml"))

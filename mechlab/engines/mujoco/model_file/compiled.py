@@ -7,7 +7,7 @@ from pathlib import Path
 
 import mujoco
 
-from mechlab.engines.mujoco.control import compiling
+from mechlab.engines.mujoco.model_file.guarded import ModelRefused, load_file
 from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import LeftOut, unnamed
 
@@ -15,14 +15,14 @@ OBJECT = mujoco.mjtObj
 
 
 def compiled(path: Path) -> mujoco.MjModel:
-    """The model of an MJCF file with its includes, meshes and defaults. Raises MechlabError where MuJoCo refuses the file."""
+    """The model of an MJCF file with its includes, meshes and defaults. Raises MechlabError where MuJoCo refuses the file, and for
+    what `guarded.guard` refuses before."""
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
     try:
-        with compiling():
-            return mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise MechlabError(f"MuJoCo refuses {path.name}: {' '.join(str(error).split())}") from None
+        return load_file(path)
+    except ModelRefused as error:
+        raise MechlabError(f"MuJoCo refuses {path.name}: {error}") from None
 
 
 def given_name(model: mujoco.MjModel, kind: mujoco.mjtObj, number: int) -> str | None:

@@ -19,6 +19,7 @@ import mujoco
 from mechlab.engines.mujoco.control import compiling
 from mechlab.engines.mujoco.model_file import compile_child
 from mechlab.errors import MechlabError
+from mechlab.formats.model_text import refuse_far_files
 
 WALL = 60.0
 """Largest wall time of the child [s]: its CPU time is limited, too, but a shared machine may be slow."""
@@ -39,13 +40,15 @@ def guard(source: Path | str) -> None:
     """Compile a file (a Path), or a text, in a child process, unless that was done before.
 
     Raises ModelRefused with MuJoCo's words, ModelCrashed when the child dies or goes beyond its limits; OSError for a file that
-    cannot be read.
+    cannot be read. Before that the file and its includes are checked: MechlabError for faults and for files far from the model.
     """
     text = b"" if isinstance(source, Path) else source.encode("utf-8", "replace")
     place = os.path.abspath(source) if isinstance(source, Path) else "-"
     content = source.read_bytes() if isinstance(source, Path) else text
     key = hashlib.sha256(os.fsencode(place) + b"\0" + content).hexdigest()
     if key not in _verdicts:
+        if isinstance(source, Path) and source.suffix.lower() != ".urdf":
+            refuse_far_files(source)
         _verdicts[key] = _verdict(place, text)
     refusal = _verdicts[key]
     if refusal is not None:

@@ -1,0 +1,65 @@
+"""A user's own function as a law, and the laws that a list or a mapping stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws.loads import Constant
+from mechlab.experiment.laws.protocol import Law, OnOne, Plant, register
+from mechlab.values import one_number
+
+LawFunction = Callable[[float, Plant], float]
+"""f(t, plant) -> force on one joint or shaft [N m or N]; t [s]; the plant answers `value(name)`, `rate(name)` and more."""
+Laws = Sequence[Law] | Mapping[str, LawFunction | float | str]
+"""Laws as they may be given: a sequence of laws, or joint or shaft -> function or constant force."""
+
+
+@register("function")
+@dataclass(frozen=True)
+class FunctionLaw(OnOne):
+    """The force on one joint or shaft by a user's function(t, plant) -> number [N m or N].
+
+    The function is called at every stage of a step, also for times that come again (stages, smaller steps, runs that estimate an
+    error): it must depend on its arguments alone. A controller with memory belongs into a session.
+    """
+
+    on: str
+    function: LawFunction
+    kind: ClassVar[str]
+
+    @property
+    def name(self) -> str:
+        """Name of the function."""
+        return getattr(self.function, "__name__", type(self.function).__name__)
+
+    def force(self, t: float, plant: Plant) -> Mapping[str, float]:
+        """The force that the function gives. Raises MechlabError where it is no number."""
+        value = self.function(t, plant)
+        try:
+            return {self.on: float(value)}
+        except (TypeError, ValueError):
+            raise MechlabError(
+                f"the function {self.name} on {self.on!r} must return one number [N m or N], it returned {value!r} at t = {t:g} s."
+            ) from None
+
+
+def laws_of(laws: Laws) -> tuple[Law, ...]:
+    """The laws that are meant. Raises MechlabError for what is neither a law nor, in a mapping, a function or a number."""
+    if isinstance(laws, Mapping):
+        return tuple(_law_on(on, what) for on, what in laws.items())
+    if not isinstance(laws, Sequence) or isinstance(laws, str):  # type: ignore[unreachable]
+        raise MechlabError(f"laws: expected a list such as [ml.Motor(...)], or {{joint: function}}, got {laws!r}.")
+    for law in laws:
+        if isinstance(law, type) or not (callable(getattr(law, "force", None)) and callable(getattr(law, "targets", None))):
+            what = "a function needs its joint: laws={joint: function}" if callable(law) else "expected laws such as ml.Motor(...)"
+            raise MechlabError(f"laws: {what}, got {law!r}.")
+    return tuple(laws)
+
+
+def _law_on(on: str, what: LawFunction | float | str) -> Law:
+    if hasattr(what, "targets"):
+        raise MechlabError(f"laws: {on!r}: a law names its joint itself; give a list of laws: laws=[{what!r}].")
+    return FunctionLaw(on, what) if callable(what) else Constant(on, one_number(f"laws: {on!r}", what))
