@@ -125,7 +125,8 @@ class Design(Shown):
     def scene_for(self, engine: str | None = None) -> str:
         """The scene that a run without a scene's name is of, for an engine: a stranger's MJCF file is run as it is, unless another
         engine than `file` is asked for."""
-        return AS_IS if AS_IS in self.entry.scenes and engine in (None, "file") else self.default_scene
+        of_file = AS_IS in self.entry.scenes and self.entry.default_scene in (HOLD, FREE) and engine in (None, "file")
+        return AS_IS if of_file else self.default_scene
 
     def scene(
         self,
