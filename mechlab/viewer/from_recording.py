@@ -184,7 +184,7 @@ def scene_of(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tu
     parts: list[Part] = []
     for owner, shapes in owners:
         for k, item in enumerate(shapes):
-            solid = mesh(item.kind, item.parameters)
+            solid = mesh(item.kind, item.parameters, item.data)
             name = item.name or f"{item.kind}_{k}"
             faces = solid.faces.astype(np.int64)
             parts.append(Part(owner, name, solid.vertices, faces, item.color, item.placement.matrix()))
