@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         portrait,
         run,
         sensitivity,
+        session,
         show,
         simulate,
         solve,
@@ -143,7 +144,7 @@ _HOMES = {
     "mechlab.api": (
         "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
         "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
-        "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
+        "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
@@ -184,7 +185,7 @@ __all__ = [
     "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
-    "save_recording", "scene", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
+    "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
     "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
 ]  # fmt: skip
 

@@ -95,6 +95,12 @@ def _recorded(path: Path) -> Path:
     return path
 
 
+def _session(**how: Any) -> list[float]:
+    """What a session of the pendulum sees after some actions."""
+    with ml.session("pendulum", **{"angle_0": 0.3, **how}) as s:
+        return [s.time, *s.reset(), *[float(x) for _ in range(3) for x in s.step()], s.rng.random()]
+
+
 SLOW = {("gallery", "models"), ("portrait", "out"), ("generate_catalog", "pictures")}
 KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("simulate", "settings"): (lambda p: _run(), lambda p: _run(settings="draft")),
@@ -132,6 +138,13 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: (api.generate_catalog(p / "a", ["pendulum"]), len(list((p / "a").rglob("*.png"))))[1],
         lambda p: (api.generate_catalog(p / "b", ["pendulum"], pictures=False), len(list((p / "b").rglob("*.png"))))[1],
     ),
+    ("session", "seed"): (lambda p: _session(seed=1), lambda p: _session(seed=2)),
+    ("session", "hold"): (lambda p: _session(seed=1), lambda p: _session(seed=1, hold=0.02)),
+    ("session", "observe"): (lambda p: _session(seed=1), lambda p: _session(seed=1, observe=["angle"])),
+    ("session", "start"): (lambda p: _session(seed=1), lambda p: _session(seed=1, start=lambda rng: {"angle_0": 0.5})),
+    ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
+    ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
+    ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (
         lambda p: api.view("pendulum", wait=False).to_dict()["message"],

@@ -22,6 +22,10 @@ RANK_TOLERANCE = 1e-9
 FREEDOMS = ("degree of freedom", "degrees of freedom")
 
 
+TERMS = 3
+"""Largest number of rows that a sentence on redundancy names."""
+
+
 @dataclass(frozen=True)
 class Redundancy:
     """A constraint row that repeats others: row = sum of coefficient x other row (empty: the row is void)."""
@@ -34,8 +38,11 @@ class Redundancy:
         """The statement in words."""
         if not self.combination:
             return f"{self.row} is void: no motion can violate it"
-        terms = " ".join(f"{c:+.6g} {n}" for n, c in self.combination)
-        return f"{self.row} = {terms}"
+        if len(self.combination) <= TERMS:
+            return f"{self.row} = {' '.join(f'{c:+.6g} {n}' for n, c in self.combination)}"
+        largest = sorted(self.combination, key=lambda term: -abs(term[1]))[:TERMS]
+        rest = len(self.combination) - TERMS
+        return f"{self.row} repeats what {', '.join(n for n, _ in largest)} and {rest} more row{'s' * (rest > 1)} say together"
 
 
 @dataclass(frozen=True)

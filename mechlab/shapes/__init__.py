@@ -39,10 +39,8 @@ def shape(
 
     Raises MechlabError that names an unknown kind or size and lists what exists, or a size that is missing or impossible.
     """
-    if kind == SURFACE:
-        return surface_mesh(data)
     if kind not in KINDS:
-        raise unknown("shape kind", kind, [*KINDS, SURFACE])
+        raise unknown("shape kind", kind, KINDS)
     units = {p.name: p.unit for p in KINDS[kind].parameters}
     sizes = {k: si(v, f"{kind}: {k}", u if (u := units.get(k, "")) in ("m", "rad") else "") for k, v in size.items()}
     KINDS[kind].sizes(sizes)

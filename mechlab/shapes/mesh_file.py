@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def surface_of_file(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> str
     except ModuleNotFoundError:
         raise EngineMissing("trimesh is not installed, which reads meshes; pip install trimesh.") from None
     try:
-        made = trimesh.load_mesh(path, process=False)
+        made: Any = trimesh.load_mesh(path, process=False)
     except Exception as error:  # a library reads a stranger's file: whatever it raises means the same
         raise MechlabError(f"{path.name}: it is no readable mesh ({type(error).__name__}: {error}).") from None
     if isinstance(made, trimesh.Scene):

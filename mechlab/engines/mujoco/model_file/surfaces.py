@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array, Placement
@@ -11,6 +14,7 @@ from mechlab.mechanism.parts import FLOOR, Color, Shape, shape
 from mechlab.shapes import SURFACE, mesh, surface_text
 
 GEOM = mujoco.mjtGeom
+Faces = NDArray[Any]
 SHOWN_GROUPS = 3
 """MuJoCo's viewers show the groups 0, 1 and 2; files put collision geoms into higher ones."""
 UNCOLORED = (0.5, 0.5, 0.5, 1.0)
@@ -48,7 +52,7 @@ def surface_shape(model: mujoco.MjModel, k: int, at: Placement) -> Shape | None:
         return None
 
 
-def _triangles(model: mujoco.MjModel, k: int, kind: int) -> tuple[Array, Array] | None:
+def _triangles(model: mujoco.MjModel, k: int, kind: int) -> tuple[Array, Faces] | None:
     data = int(model.geom_dataid[k])
     if kind in (int(GEOM.mjGEOM_MESH), int(GEOM.mjGEOM_SDF)) and data >= 0:
         first, count = int(model.mesh_vertadr[data]), int(model.mesh_vertnum[data])
@@ -62,7 +66,7 @@ def _triangles(model: mujoco.MjModel, k: int, kind: int) -> tuple[Array, Array] 
     return None
 
 
-def _terrain(model: mujoco.MjModel, k: int) -> tuple[Array, Array]:
+def _terrain(model: mujoco.MjModel, k: int) -> tuple[Array, Faces]:
     """The upper side of a height field, at most MOST_CELLS cells along a side."""
     rows, columns, start = int(model.hfield_nrow[k]), int(model.hfield_ncol[k]), int(model.hfield_adr[k])
     x, y, height, _ = model.hfield_size[k]
