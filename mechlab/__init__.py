@@ -105,6 +105,10 @@ if TYPE_CHECKING:
         to_mjcf,
         to_urdf,
     )
+    from mechlab.formats.exports import (
+        to_sdf,
+        to_usd,
+    )
     from mechlab.lab.design import Design
     from mechlab.lab.own_mechanism import scene
     from mechlab.mechanism import (
@@ -175,6 +179,7 @@ _HOMES = {
         "from_json", "from_mjcf", "from_urdf", "save_recording", "to_json", "to_mjcf",
         "to_urdf",
     ),
+    "mechlab.formats.exports": ("to_sdf", "to_usd"),
     "mechlab.lab.design": ("Design",),
     "mechlab.lab.own_mechanism": ("scene",),
     "mechlab.mechanism": (
@@ -205,7 +210,7 @@ __all__ = [
     "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
+    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "universal", "view", "workspace",
     "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
 ]  # fmt: skip
 
