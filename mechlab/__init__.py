@@ -97,6 +97,7 @@ if TYPE_CHECKING:
         from_mjcf,
         from_urdf,
         save_recording,
+        to_extended_urdf,
         to_json,
         to_mjcf,
         to_urdf,
@@ -158,8 +159,8 @@ _HOMES = {
     "mechlab.experiment.recording": ("Health", "Recording",),
     "mechlab.experiment.scene": ("PRESETS", "Scene", "Settings",),
     "mechlab.formats": (
-        "from_json", "from_mjcf", "from_urdf", "save_recording", "to_json", "to_mjcf",
-        "to_urdf",
+        "from_json", "from_mjcf", "from_urdf", "save_recording", "to_extended_urdf", "to_json",
+        "to_mjcf", "to_urdf",
     ),
     "mechlab.lab.design": ("Design",),
     "mechlab.lab.own_mechanism": ("scene",),
@@ -186,7 +187,7 @@ __all__ = [
     "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
+    "story", "studio", "sweep", "synthesize", "to_extended_urdf", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
 ]  # fmt: skip
 
 

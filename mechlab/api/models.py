@@ -84,6 +84,7 @@ def generate(
     /,
     out: File = "out",
     fidelity: str | None = None,
+    urdf_yaml: bool = False,
     **parameters: Value,
 ) -> FilesResult:
     """Model files, each reloaded by its consumer; the MJCF is run for a moment in plain MuJoCo, and says a smaller timestep or
@@ -92,13 +93,20 @@ def generate(
     Options:
         out=DIR: folder for the files
         fidelity=F: level of fidelity: minimal, parts, full
+        urdf_yaml: also a folder extended_urdf with robot.urdf and robot.yaml, in which the loops are kept (Extended URDF)
     """
+    from mechlab.formats import to_extended_urdf
     from mechlab.lab.generate import write_verified
     from mechlab.lab.results import FilesResult
 
     d = load_design(source, key_values(values, parameters))
+    extended = to_extended_urdf(d.mechanism(fidelity)) if urdf_yaml else None
     made = write_verified(d.mechanism(fidelity), out, d.file_settings)
-    return FilesResult(Path(out), made.files, made.sentence, (*d.warnings, *made.trial.warnings), made.trial.exit_code)
+    files, warned = dict(made.files), [*d.warnings, *made.trial.warnings]
+    if extended is not None:
+        files |= {f"extended {path.suffix[1:]}": path for path in extended.save(Path(out) / "extended_urdf").values()}
+        warned += [f"left out of the Extended URDF: {x.sentence}" for x in extended.left_out]
+    return FilesResult(Path(out), files, made.sentence, tuple(warned), made.trial.exit_code)
 
 
 def generate_catalog(out: File = "models", names: Sequence[str] = (), *, pictures: bool = True) -> FilesResult:
