@@ -11,7 +11,8 @@ import mechlab as ml
 from mechlab.api.finding import read_file
 from mechlab.cli import main
 from mechlab.errors import MechlabError
-from mechlab.formats import from_urdf, to_extended_urdf, write_files
+from mechlab.formats import from_urdf, write_files
+from mechlab.formats.exports import to_extended_urdf
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Placement, TreeKinematics, close, revolute
 from mechlab.mechanism.structure import sample_poses, structure
 
@@ -281,7 +282,7 @@ def test_a_distance_has_no_word_in_it():
 
 
 def test_generate_writes_both_files(tmp_path, capsys):
-    assert main(["generate", "fourbar", "-o", str(tmp_path), "--urdf-yaml", "--json"]) == 0
+    assert main(["generate", "fourbar", "-o", str(tmp_path), "--also", "extended-urdf", "--json"]) == 0
     json.loads(capsys.readouterr().out)
     m = read_file(tmp_path / "extended_urdf" / "robot.urdf").mechanism
     assert structure(m).freedoms == 1

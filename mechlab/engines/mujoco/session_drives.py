@@ -59,6 +59,20 @@ class SessionDrives:
         limited = model.actuator_forcelimited.astype(bool)
         self.limits = np.where(limited[:, None], limits, [-np.inf, np.inf])
 
+    @property
+    def plain(self) -> bool:
+        """Whether controls are commands plus `shift`."""
+        return not np.any(self.clamped) and not np.any(self.scale != 1.0)
+
+    def control(self, command: Array) -> Array:
+        """(..., drives) controls of the engine for commands."""
+        cut = np.where(self.clamped, np.clip(command, self.low, self.high), command)
+        return np.asarray(self.scale * cut + self.shift)
+
+    def command(self, control: Array) -> Array:
+        """(..., drives) commands for controls of the engine."""
+        return np.asarray((control - self.shift) / self.scale)
+
     def forces(self, value: Array, rate: Array, control: Array, current: Array) -> Array:
         """(n, drives) forces at coordinates `value` (less the zero) and rates, (n, drives) each, under controls (n, drives) of the
         engine and its activations (n, na)."""

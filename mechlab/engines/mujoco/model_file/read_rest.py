@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, key
 from mechlab.engines.mujoco.model_file.read_tree import geom_shape, switched_off
@@ -43,14 +44,11 @@ def _contacts(model: mujoco.MjModel, remarks: Remarks) -> None:
     """Geoms that may touch: those whose bits meet the bits of another body's geom, and explicit pairs."""
     off = switched_off(model, DISABLE.mjDSBL_CONTACT, DISABLE.mjDSBL_CONSTRAINT)
     if not off:
-        for k in range(model.ngeom):
-            if any(
-                (model.geom_contype[k] & model.geom_conaffinity[j])
-                or (model.geom_contype[j] & model.geom_conaffinity[k])
-                for j in range(model.ngeom)
-                if model.geom_bodyid[j] != model.geom_bodyid[k]
-            ):
-                remarks.keep("contact", _geom_name(model, k), "here parts pass through each other")
+        meets = model.geom_contype[:, None] & model.geom_conaffinity
+        apart = model.geom_bodyid[:, None] != model.geom_bodyid
+        touching = np.flatnonzero((((meets | meets.T) != 0) & apart).any(axis=1)).tolist()
+        for k in touching:
+            remarks.keep("contact", _geom_name(model, k), "here parts pass through each other")
         for k in range(model.npair):
             remarks.keep("contact pair", key(model, OBJECT.mjOBJ_PAIR, k), "here parts pass through each other")
     for k in range(model.nexclude):

@@ -132,6 +132,9 @@ def _joint(tree: CompiledTree, k: int, stands: Placement, body: str) -> PlacedJo
     tree.joints_of[k] = (name,)
     limits = (float(model.jnt_range[k, 0]), float(model.jnt_range[k, 1]))
     limited = bool(model.jnt_limited[k]) and not switched_off(model, DISABLE.mjDSBL_LIMIT, DISABLE.mjDSBL_CONSTRAINT)
+    if limited and limits[0] >= limits[1]:
+        tree.remarks.lose("joint range", name, "its ends are one, which holds the joint")
+        limited = False
     if kind == JOINT.mjJNT_BALL:
         joint = Joint(name, "spherical", range=limits if limited else None, **passive)
     else:

@@ -7,6 +7,7 @@ have no place in the format.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,12 +16,14 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import whole_folder, write
+from mechlab.formats.exports.graph import Exported
 from mechlab.formats.loops_yaml import extended_yaml
 from mechlab.formats.urdf import MASSLESS, to_urdf, urdf_map
+from mechlab.formats.write import write_meshes
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Body, Drive, Frame, Joint, Loop
+from mechlab.mechanism.parts import Body, Drive, Frame, Joint, Loop, Shape
 from mechlab.mechanism.tree import depth_first, reference_poses
 
 TYPES = {"fixed": "6d", "spherical": "3d"}
@@ -52,12 +55,24 @@ class ExtendedUrdf:
         return {name: out / name for name in ("robot.urdf", "robot.yaml")}
 
 
-def to_extended_urdf(m: Mechanism) -> ExtendedUrdf:
+def write_extended_urdf(m: Mechanism, folder: Path) -> Exported:
+    """Write extended_urdf/robot.urdf, robot.yaml and the meshes."""
+    home = folder / "extended_urdf"
+    home.mkdir(parents=True)
+    made = to_extended_urdf(m, write_meshes(m, home))
+    write(home / "robot.urdf", made.urdf)
+    write(home / "robot.yaml", made.yaml)
+    files = {"extended urdf": Path("extended_urdf", "robot.urdf"), "extended yaml": Path("extended_urdf", "robot.yaml")}
+    return Exported(files, made.left_out)
+
+
+def to_extended_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None) -> ExtendedUrdf:
     """The mechanism as Extended URDF: `urdf` and `yaml`; `.save(folder)` writes robot.urdf and robot.yaml.
 
     Joint values are coordinates: 0 in the reference pose, so that the zero pose of the URDF is assembled. A ball joint is one
-    revolute in the URDF and SPHERICAL in the YAML. Raises MechlabError for a loop that keeps a distance, which the format
-    cannot say.
+    revolute in the URDF and SPHERICAL in the YAML. `mesh_files`: the file of each shape that has one, relative to it.
+
+    Raises MechlabError for a loop that keeps a distance, which the format cannot say.
     """
     bodies, frames = [_with_revolute_balls(b) for b in m.bodies], list(m.frames)
     taken = {b.name for b in bodies} | {f.name for f in frames}
@@ -77,7 +92,7 @@ def to_extended_urdf(m: Mechanism) -> ExtendedUrdf:
     moved = [(names.frames[a], names.frames[b], kind) for a, b, kind in pairs]
     swaps = {names.joints[j.name][0]: "SPHERICAL" for j in m.joints if j.kind == "spherical"}
     motors = [names.joints[d.on][0] for d in m.drives if d.on in names.joints]
-    return ExtendedUrdf(to_urdf(tree), extended_yaml(moved, motors, swaps), _left_out(m))
+    return ExtendedUrdf(to_urdf(tree, mesh_files), extended_yaml(moved, motors, swaps), _left_out(m))
 
 
 def _with_revolute_balls(body: Body) -> Body:
