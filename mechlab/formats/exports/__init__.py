@@ -12,7 +12,7 @@ from mechlab.formats.exports.graph import Exported
 from mechlab.formats.exports.parts import write_3mf, write_stl
 from mechlab.formats.exports.ros2 import write_ros2
 from mechlab.formats.exports.sdf import sdf_left_out, to_sdf, write_sdf
-from mechlab.formats.exports.usd import write_usd
+from mechlab.formats.exports.usd import to_usd, write_usd
 from mechlab.mechanism.model import Mechanism
 
 EXPORTS: Mapping[str, Callable[[Mechanism, Path], Exported]] = MappingProxyType(
@@ -34,17 +34,7 @@ def chosen(also: Sequence[str]) -> tuple[str, ...]:
 
 
 __all__ = [
-    "EXPORTS",
-    "Exported",
-    "ExtendedUrdf",
-    "chosen",
-    "sdf_left_out",
-    "to_extended_urdf",
-    "to_sdf",
-    "write_3mf",
-    "write_extended_urdf",
-    "write_ros2",
-    "write_sdf",
-    "write_stl",
+    "EXPORTS", "Exported", "ExtendedUrdf", "chosen", "sdf_left_out", "to_extended_urdf", "to_sdf", "to_usd", "write_3mf",
+    "write_extended_urdf", "write_ros2", "write_sdf", "write_stl",
     "write_usd",
-]
+]  # fmt: skip
