@@ -19,6 +19,7 @@ from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.model_text import read_text
 from mechlab.formats.soundness import sound
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.parts import MAX_BODIES
 from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
 
@@ -77,6 +78,7 @@ class Diagnosis(Shown):
         }  # fmt: skip
 
 
+MOST_COORDINATES = MAX_BODIES
 ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 
@@ -103,10 +105,21 @@ def read_case(path: Path) -> ExaminedFile:
         root = sound(content, tag, f"{kind} file")
         mechanism, unread = _as_mechanism(content, kind)
         whole = kind == "MJCF"
+        _refuse_many(0 if whole else len(root.findall("joint")))
         model, refused = compile_file(path) if whole else compile_text(ET.tostring(bare(root), encoding="unicode"))
+        _refuse_many(0 if model is None else model.nv)
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
     return ExaminedFile(path.name, kind, root, model, refused, mechanism, unread)
+
+
+def _refuse_many(coordinates: int) -> None:
+    """Raise MechlabError for a file whose dense matrices would take minutes and gigabytes."""
+    if coordinates > MOST_COORDINATES:
+        raise MechlabError(
+            f"it has {coordinates} joints or coordinates; a diagnosis computes with dense matrices, of at most {MOST_COORDINATES}. "
+            "Weld parts that do not move against each other into one body, or diagnose a part of the model."
+        )
 
 
 def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
