@@ -18,6 +18,8 @@ if TYPE_CHECKING:
         cycle,
         doctor,
         edit,
+        environment,
+        environments,
         explore,
         fidelities,
         find,
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
         portrait,
         run,
         sensitivity,
+        session,
         show,
         simulate,
         solve,
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
         studio,
         sweep,
         synthesize,
+        track,
         view,
         workspace,
     )
@@ -131,6 +135,15 @@ if TYPE_CHECKING:
     )
     from mechlab.mechanism.parts import LOOP_ROWS
     from mechlab.shapes import shape
+    from mechlab.studies.track.result import Track
+    from mechlab.studies.track.tasks import (
+        CenterOfMassTask,
+        FrameTask,
+        PostureTask,
+        RangeLimit,
+        RateLimit,
+        SingularityLimit,
+    )
     from mechlab.values import (
         Quantity,
         Range,
@@ -141,9 +154,10 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
-        "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
-        "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
+        "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
+        "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run",
+        "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize",
+        "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
@@ -169,6 +183,10 @@ _HOMES = {
     ),
     "mechlab.mechanism.parts": ("LOOP_ROWS",),
     "mechlab.shapes": ("shape",),
+    "mechlab.studies.track.result": ("Track",),
+    "mechlab.studies.track.tasks": (
+        "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit",
+    ),
     "mechlab.values": ("Quantity", "Range", "Value",),
 }  # fmt: skip
 """Module -> the public names that it holds; a test compares them with the imports above, which type checkers read."""
@@ -181,11 +199,12 @@ __all__ = [
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
-    "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
+    "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
+    "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
-    "save_recording", "scene", "screw", "sensitivity", "shape", "show", "simulate", "solve", "spherical", "stability",
+    "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
     "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
+    "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
 ]  # fmt: skip
 
 

@@ -49,6 +49,10 @@ LIKE: dict[str, dict[str, str]] = {
         "duration": "--duration", "timestep": "--timestep", "out": "-o", "plot": "--plot", "resume": "--resume",
         "scheduler": "--scheduler", "workers": "--workers",
     },
+    "track": {
+        "duration": "--duration", "wishes": "--wishes", "tolerance": "--tolerance", "max_rate": "--max-rate",
+        "clearance": "--clearance", "fidelity": "--fidelity", "out": "-o",
+    },
     "view": {
         "html": "--html", "png": "--png", "host": "--host", "glb": "--glb", "mp4": "--mp4", "csv": "--csv", "against": "--against",
         "explorable": "--explore", "vary": "--vary",
@@ -95,6 +99,37 @@ def _recorded(path: Path) -> Path:
     return path
 
 
+def _session(**how: Any) -> list[float]:
+    """What a session of the pendulum sees after some actions."""
+    with ml.session("pendulum", **{"angle_0": 0.3, **how}) as s:
+        return [s.time, *s.reset(), *[float(x) for _ in range(3) for x in s.step()], s.rng.random()]
+
+
+def _episode(make: Callable[..., Any] = ml.environment, **how: Any) -> str:
+    """What an environment of the four-bar gives, and when it ends, under constant actions."""
+    env = make("fourbar", **{"reward": lambda o, a, s: -o[0], "seconds": 0.05, **how})
+    first = env.reset(seed=1)[0]
+    steps = [env.step(np.full(env.action_space.shape, 1.1)) for _ in range(6)]
+    env.close()
+    return repr((first.tolist(), [[np.asarray(x).tolist() for x in step[:4]] for step in steps]))
+
+
+def _episodes(**how: Any) -> str:
+    return _episode(ml.environments, **{"count": 1, **how})
+
+
+def _of_episode(act: Callable[..., str], name: str) -> dict[tuple[str, str], tuple[Act, Act]]:
+    """The keywords that both kinds of environment have."""
+    changes: dict[str, Any] = {
+        "reward": lambda o, a, s: 1.0, "terminated": lambda o, s: True, "seconds": 0.02, "hold": 0.02, "observe": ["rocker_angle"],
+        "start": lambda rng: {"crank_angle_0": 1.2}, "settings": ml.Settings(timestep=1.25e-4), "scene": "free-run",
+    }  # fmt: skip
+    made = {(name, key): (lambda p: act(), lambda p, k=key, v=value: act(**{k: v})) for key, value in changes.items()}
+    made[name, "scene"] = (lambda p: "", lambda p: _refused("'no'", lambda: act(scene="no")))
+    made[name, "fidelity"] = (lambda p: "", lambda p: _refused("'no'", lambda: act(fidelity="no")))
+    return made
+
+
 SLOW = {("gallery", "models"), ("portrait", "out"), ("generate_catalog", "pictures")}
 KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("simulate", "settings"): (lambda p: _run(), lambda p: _run(settings="draft")),
@@ -131,6 +166,24 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("generate_catalog", "pictures"): (
         lambda p: (api.generate_catalog(p / "a", ["pendulum"]), len(list((p / "a").rglob("*.png"))))[1],
         lambda p: (api.generate_catalog(p / "b", ["pendulum"], pictures=False), len(list((p / "b").rglob("*.png"))))[1],
+    ),
+    **_of_episode(_episode, "environment"), **_of_episode(_episodes, "environments"),
+    ("environments", "count"): (lambda p: _episodes(), lambda p: _episodes(count=2)),
+    ("environments", "threads"): (lambda p: "", lambda p: _refused("threads", lambda: _episodes(threads=-1))),
+    ("session", "seed"): (lambda p: _session(seed=1), lambda p: _session(seed=2)),
+    ("session", "hold"): (lambda p: _session(seed=1), lambda p: _session(seed=1, hold=0.02)),
+    ("session", "observe"): (lambda p: _session(seed=1), lambda p: _session(seed=1, observe=["angle"])),
+    ("session", "start"): (lambda p: _session(seed=1), lambda p: _session(seed=1, start=lambda rng: {"angle_0": 0.5})),
+    ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
+    ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
+    ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
+    ("track", "times"): (
+        lambda p: ml.track("fourbar", crank_angle=(1.0, 2.0)).t[-1],
+        lambda p: ml.track("fourbar", crank_angle=(1.0, 2.0), times=[0.0, 3.0]).t[-1],
+    ),
+    ("track", "tasks"): (
+        lambda p: ml.track("fourbar", crank_angle=1.0)["crank_angle_error"][0],
+        lambda p: ml.track("fourbar", {}, [ml.PostureTask({"crank_angle": 1.0})])["crank_angle"][0],
     ),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (

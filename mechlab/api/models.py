@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import File, Stages, Values, key_values, silent
-from mechlab.api.finding import Source, find_all, load_design
+from mechlab.api.finding import Source, find_all, load_design, read_file
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
 from mechlab.files import whole_folder, write
@@ -191,7 +191,7 @@ def doctor(source: Source, /) -> Diagnosis:
     from mechlab.studies.doctor.diagnose import diagnose
 
     if isinstance(source, str | Path) and Path(source).suffix.lower() in ROOTS:
-        return diagnose(read_case(Path(source)))
+        return diagnose(read_case(Path(source), read_file))
     kind = "JSON" if str(source).endswith(".json") else "mechanism"
     return diagnose(case_of(load_design(source, {}).mechanism(), kind))
 

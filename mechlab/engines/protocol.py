@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
+from mechlab.experiment.observed import Observed
 from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
@@ -102,6 +103,13 @@ class Engine:
     def stepper(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> Any:
         """A trace that can be continued (`advance(outputs)`), outputs `between` [s] apart; None where it cannot."""
         return None
+
+    def session(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, seen: Observed, substeps: int = 1,
+        start: Any = None, seed: int | None = None,
+    ) -> Any:  # fmt: skip
+        """A step loop in which the caller commands the drives; see `mechlab.engines.mujoco.session`."""
+        raise self._refusal("has no step loop")
 
     def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
         """(n, nq) coordinates of a run at `outputs` + 1 even times; fewer rows when it ended early."""

@@ -61,16 +61,22 @@ def limit_finding(name: str, value: float, limit: float, unit: str, what: str, w
 @dataclass(frozen=True)
 class Symptom:
     """One finding about a model file: a name, its severity ("error": results of the file as it is cannot be trusted; "warning";
-    "note": concerns other tools), a sentence with the numbers, and text to paste into the file ("" for none)."""
+    "note": a default, or a matter of other tools), a sentence with the numbers, and text to paste into the file ("" for none);
+    number: the measured value that the sentence is about; consequence: what it does to a user's results."""
 
     name: str
     severity: str
     sentence: str
     paste: str = ""
+    number: float | None = None
+    consequence: str = ""
 
-    def to_dict(self) -> dict[str, str]:
+    def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
-        return {"name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste}
+        return {
+            "name": self.name, "severity": self.severity, "sentence": self.sentence, "paste": self.paste,
+            "number": self.number, "consequence": self.consequence,
+        }  # fmt: skip
 
 
 @dataclass(frozen=True)

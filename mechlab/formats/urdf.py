@@ -175,7 +175,8 @@ def _steps(joint: Joint, names: list[str]) -> list[tuple[str, str, Vector, Joint
 
 
 def _limits(element: ET.Element, m: Mechanism, joint: Joint) -> None:
-    low, high = (-WIDE, WIDE) if joint.range is None else (joint.range[0] - joint.zero, joint.range[1] - joint.zero)
+    free = joint.range is None or joint.nv > 1
+    low, high = (-WIDE, WIDE) if free else (joint.range[0] - joint.zero, joint.range[1] - joint.zero)  # type: ignore[index]
     efforts = [d.limit for d in m.drives if d.on == joint.name and d.limit is not None]
     add(element, "limit", lower=low, upper=high, effort=max(efforts, default=WIDE), velocity=WIDE)
     if joint.damping or joint.friction:

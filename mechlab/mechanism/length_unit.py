@@ -74,7 +74,7 @@ def in_unit_of_length(m: Mechanism, unit: float) -> Mechanism:
         relations=tuple(replace(r, coefficients=terms(r.coefficients)) for r in m.relations),
         shafts=tuple(
             replace(s, coefficients=terms(s.coefficients), placement=place(s.placement), shapes=(),
-                    zero=s.zero / unit if is_length(m, s.name) else s.zero)
+                    zero=s.zero / unit if is_length(m, s.name) else s.zero, range=None)
             for s in m.shafts
         ),
         springs=tuple(

@@ -84,7 +84,8 @@ class Joint:
 
     kind: "revolute" [rad], "prismatic" [m] or "spherical" (quaternion w, x, y, z; rates are the angular velocity in
     the body). `axis` is a unit vector in the body frame (not used by a spherical joint). `zero` is the physical value
-    at the reference pose: what a user sees is zero + coordinate. `range` and `spring_rest` are physical values.
+    at the reference pose: what a user sees is zero + coordinate. `range` and `spring_rest` are physical values; the range of a
+    spherical joint is (0, largest angle of its rotation from the identity) [rad].
     damping [N m s/rad or N s/m], armature [kg m2 or kg], friction: dry [N m or N], stiffness [N m/rad or N/m].
     """
 
@@ -154,7 +155,7 @@ class Loop:
 class Shaft:
     """A part that turns but needs no coordinate: its angle is `zero` + the sum of coefficient x joint coordinate.
 
-    inertia [kg m2], damping, dry friction, stiffness as of a joint. Shapes are drawn in `body`, at `placement`, turned
+    inertia [kg m2], damping, dry friction, stiffness, range as of a joint. Shapes are drawn in `body`, at `placement`, turned
     about the local z of the placement by the angle of the shaft.
     """
 
@@ -169,6 +170,7 @@ class Shaft:
     body: str = GROUND
     placement: Placement = IDENTITY
     shapes: tuple[Shape, ...] = ()
+    range: tuple[float, float] | None = field(default=None, metadata={"brief": True})
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from mechlab.shapes import mesh
 from mechlab.viewer import annotate
 from mechlab.viewer.explore.sweep import BorderSurface
 from mechlab.viewer.framing import frame_story
+from mechlab.viewer.lines import lines
 from mechlab.viewer.story import Arrow, Part, Plot, Severity, Story
 
 
@@ -179,8 +180,10 @@ def placed(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, Owne
 
 
 def scene_of(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tuple[Part, ...], Owners]:
-    """As `placed`, with the parts that the shapes make."""
+    """As `placed`, with the parts that the shapes make; bodies without shapes as lines."""
     names, poses, owners = placed(mechanism, q)
+    drawn = lines(mechanism)
+    owners = [(owner, shapes or drawn.get(owner, ())) for owner, shapes in owners]
     parts: list[Part] = []
     for owner, shapes in owners:
         for k, item in enumerate(shapes):

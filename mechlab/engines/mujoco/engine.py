@@ -9,11 +9,13 @@ from mechlab.engines.mujoco.model import file_size
 from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.reactions import motion_forces
 from mechlab.engines.mujoco.runner import run, versions
+from mechlab.engines.mujoco.session import Session, Start
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
+from mechlab.experiment.observed import Observed
 from mechlab.experiment.prices import MUJOCO, Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
@@ -53,6 +55,13 @@ class Mujoco(Engine):
         if constraints == "extrapolated":
             return extrapolated(mechanism, scene, settings, outputs)
         return trace(mechanism, scene, settings, outputs)
+
+    def session(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, seen: Observed, substeps: int = 1,
+        start: Start | None = None, seed: int | None = None,
+    ) -> Session:  # fmt: skip
+        """See `mechlab.engines.mujoco.session`."""
+        return Session(mechanism, scene, settings, seen, substeps, start, seed)
 
     def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
         """(n, nq) coordinates at `outputs` + 1 even times: the steps of `run`, without what it records."""

@@ -131,6 +131,7 @@ def health(
         out.append(_slip(*samples.slip[:2], scene.tolerance))
     lost = dissipation(mechanism, q, v)
     limited = [j.name for j in mechanism.joints if j.range is not None and j.nv == 1]
+    limited += [s.name for s in mechanism.shafts if s.range is not None]
     stopped = _stopped(mechanism, limited, t, q, v)
     if len(t) > 1:
         done = samples.work - work(t, lost)
@@ -176,11 +177,11 @@ def _blown(mechanism: Mechanism, blow_up: SteppingEnd, scene: Scene, settings: S
 
 
 def _stopped(mechanism: Mechanism, names: list[str], t: Array, q: Array, v: Array) -> Array:
-    """(names, n - 1) whether a joint met an end of its range, or may have, between a sample and the next."""
-    step, joints = np.diff(t), {j.name: j for j in mechanism.joints}
+    """(names, n - 1) whether a joint or shaft met an end of its range, or may have, between a sample and the next."""
+    step, ranges = np.diff(t), {j.name: j.range for j in mechanism.joints} | {s.name: s.range for s in mechanism.shafts}
     out = np.zeros((len(names), max(len(t) - 1, 0)), dtype=bool)
     for k, name in enumerate(names):
-        low, high = joints[name].range or (-math.inf, math.inf)
+        low, high = ranges[name] or (-math.inf, math.inf)
         value, speed = mechanism.value(name, q), np.abs(v @ mechanism.row(name))
         reach = np.maximum(speed[1:], speed[:-1]) * step
         least, most = np.minimum(value[1:], value[:-1]) - reach, np.maximum(value[1:], value[:-1]) + reach

@@ -264,9 +264,9 @@ def _joint(source: MjcfText, tree: BodyTree, e: ET.Element) -> PlacedJoint:
     limits = floats(e, "range", 2)
     if e.get("limited", "auto") == "false" or (e.get("limited", "auto") == "auto" and not source.autolimits):
         limits = None
-    if limits is not None and kind == "ball":
-        raise fail(e, "the range of a ball joint is not read.")
     shift = zero - ref
+    if kind == "ball":
+        angle = source.angle
     tree.ref[name], tree.spring_at[name], tree.zero[name] = ref, spring_at, zero
     if limits is not None:
         tree.range[name] = (limits[0] * angle, limits[1] * angle)

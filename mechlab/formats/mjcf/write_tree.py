@@ -97,7 +97,9 @@ def _joint(element: ET.Element, joint: Joint, s: Settings) -> None:
     attributes: dict[str, object] = {"name": joint.name, "type": JOINT_TYPES[joint.kind]}
     if joint.kind != "spherical":
         attributes["axis"] = joint.axis
-    if joint.range is not None:
+    if joint.kind == "spherical" and joint.range is not None:
+        attributes |= {"range": joint.range, "solreflimit": s.solref, "solimplimit": s.solimp}
+    elif joint.range is not None:
         attributes["range"] = (joint.range[0] - joint.zero, joint.range[1] - joint.zero)
         attributes |= {"solreflimit": s.solref, "solimplimit": s.solimp}
     for key, value in (("damping", joint.damping), ("armature", joint.armature), ("stiffness", joint.stiffness)):

@@ -5,16 +5,17 @@ from __future__ import annotations
 
 import copy
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from mechlab.engines.mujoco.model import Model, to_mujoco
 from mechlab.engines.mujoco.model_file.trace import compile_file, compile_text
+from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.errors import MechlabError
+from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.recording import Symptom
-from mechlab.formats import from_mjcf, from_urdf
 from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.model_text import read_text
 from mechlab.formats.soundness import sound
@@ -24,15 +25,16 @@ from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
 
 ORDER = {"error": 0, "warning": 1, "note": 2}
-"""Severities. "error": results of the file as it is cannot be trusted; "warning": may matter; "note": concerns other
-tools."""
+"""Severities. "error": results of the file as it is cannot be trusted; "warning": may matter; "note": a default,
+or a matter of other tools."""
 
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis(Shown):
     """The diagnosis of a file. `freedoms` is None where no rank could be computed; `idle`: names of local freedoms;
-    `gap` [m, rad]: largest residual of a loop or coupling in the reference pose, None without any; `paste`: all
-    recommended settings."""
+    `gap` [m, rad]: largest residual of a loop or coupling at the start, None without any; `findings`: the gravest first; `paste`: all
+    recommended settings; `loops`: closures and couplings that act; `file`: what mechlab reads of it, None where it cannot;
+    `not_examined`: what was left out because it costs too much, or the engine gave up; `run`: a short run of the file as it is."""
 
     name: str
     kind: str
@@ -46,6 +48,11 @@ class Diagnosis(Shown):
     paste: str = ""
     notes: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
+    bodies: int | None = None
+    loops: int | None = None
+    file: ModelFile | None = None
+    not_examined: tuple[str, ...] = ()
+    run: TrialRun | None = None
 
     @property
     def exit_code(self) -> int:
@@ -61,6 +68,16 @@ class Diagnosis(Shown):
         warned = sum(f.severity == "warning" for f in self.findings)
         return f"{self.name}: nothing serious" + (f"; {warned} to be known" if warned else "")
 
+    @property
+    def verdict(self) -> str:
+        """One word or two: "refused", "do not trust", "to be known", "healthy"."""
+        grave = {f.name for f in self.findings if f.severity == "error"}
+        if "refused" in grave or self.coordinates is None and grave:
+            return "refused"
+        if grave:
+            return "do not trust"
+        return "to be known" if any(f.severity == "warning" for f in self.findings) else "healthy"
+
     def finding(self, name: str) -> Symptom:
         """The first finding of that name; raises KeyError."""
         for f in self.findings:
@@ -74,7 +91,10 @@ class Diagnosis(Shown):
             "file": self.name, "kind": self.kind, "coordinates": self.coordinates, "rows": self.rows, "freedoms": self.freedoms,
             "local_freedoms": list(self.idle), "redundant": [x.sentence for x in self.redundant], "gap": self.gap,
             "findings": [f.to_dict() for f in self.findings], "paste": self.paste, "notes": list(self.notes),
-            "versions": dict(self.versions), "message": self.message,
+            "versions": dict(self.versions), "message": self.message, "verdict": self.verdict, "bodies": self.bodies,
+            "loops": self.loops, "not_examined": list(self.not_examined), "run": None if self.run is None else self.run.to_dict(),
+            "mechanism": None if self.file is None else "lost" if self.file.lost else "whole",
+            "left_out": [] if self.file is None else [x.to_dict() for x in self.file.left_out],
         }  # fmt: skip
 
 
@@ -84,33 +104,58 @@ ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 @dataclass(frozen=True)
 class ExaminedFile:
-    """An examined file: the root of its XML (None for other sources), the compiled model or MuJoCo's error (`refused`),
-    the Mechanism or the reason why mechlab cannot read it as one (`unread`)."""
+    """An examined file: the root of its XML with what it includes (None for other sources), the compiled model or MuJoCo's error
+    (`refused`), what mechlab reads of it or the reason why it cannot (`unread`); `stripped`: the model was compiled without its
+    missing meshes and textures, for this reason."""
 
     name: str
     kind: str
     root: ET.Element | None = None
     model: Model | None = None
     refused: str = ""
-    mechanism: Mechanism | None = None
+    file: ModelFile | None = None
     unread: str = ""
+    stripped: str = ""
+
+    @property
+    def mechanism(self) -> Mechanism | None:
+        """The mechanism of the file, where there is one."""
+        return None if self.file is None else self.file.mechanism
 
 
-def read_case(path: Path) -> ExaminedFile:
-    """Read and compile an .xml (MJCF) or .urdf file; raises MechlabError for a file that cannot be read or is not such
-    XML."""
+def read_case(path: Path, read: Callable[[Path], ModelFile]) -> ExaminedFile:
+    """Read and compile an .xml (MJCF) or .urdf file; `read`: the reader of model files. Raises MechlabError for a file that cannot
+    be read or is not such XML."""
     content = read_text(path)
     tag, kind = ROOTS[path.suffix.lower()]
+    file, unread, stripped = None, "", ""
     try:
         root = sound(content, tag, f"{kind} file")
+<<<<<<< HEAD
         mechanism, unread = _as_mechanism(content, kind)
         whole = kind == "MJCF"
         _refuse_many(0 if whole else len(root.findall("joint")))
         model, refused = compile_file(path) if whole else compile_text(ET.tostring(bare(root), encoding="unicode"))
         _refuse_many(0 if model is None else model.nv)
+=======
+>>>>>>> main
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
-    return ExaminedFile(path.name, kind, root, model, refused, mechanism, unread)
+    try:
+        file = read(path)
+    except MechlabError as error:
+        unread = str(error).removeprefix(f"{path}: ")
+    except (ValueError, KeyError, IndexError) as error:
+        unread = f"{type(error).__name__}: {error}"
+    if kind == "URDF":
+        model, refused = compile_text(ET.tostring(bare(root), encoding="unicode"))
+    else:
+        root = with_includes(root, path.parent)
+        model, refused = compile_file(path)
+        if model is None and any(mark in refused for mark in UNSEEN):
+            model, _ = compile_text(ET.tostring(bare_mjcf(root), encoding="unicode"))
+            stripped = refused if model is not None else ""
+    return ExaminedFile(path.name, kind, root, model, refused, file, unread, stripped)
 
 
 def _refuse_many(coordinates: int) -> None:
@@ -124,19 +169,46 @@ def _refuse_many(coordinates: int) -> None:
 
 def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
     """The examined file of a Mechanism: the MJCF that mechlab writes for it."""
-
     root = ET.fromstring(to_mjcf(mechanism))
-    return ExaminedFile(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", mechanism)
+    return ExaminedFile(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", ModelFile(None, kind, mechanism))
 
 
-def _as_mechanism(content: str, kind: str) -> tuple[Mechanism | None, str]:
+DEPTH = 20
+"""Deepest nesting of includes that is followed."""
+UNSEEN = ("stl_decoder", "Error opening file", "resource not found", "obj_decoder", "mesh file", "PNG file", "lodepng", "decoder")
+"""Words of MuJoCo where meshes or textures are missing or are not the files they should be (pointers to a large-file store)."""
 
+
+def with_includes(root: ET.Element, folder: Path, depth: int = 0) -> ET.Element:
+    """A copy in which every <include> of a file that can be read is replaced by what stands in it."""
+    out = copy.copy(root)
+    out[:] = []
+    for child in root:
+        inner = _included(child, folder) if child.tag == "include" and depth < DEPTH else None
+        if inner is None:
+            out.append(with_includes(child, folder, depth))
+        else:
+            out.extend(with_includes(inner, folder, depth + 1))
+    return out
+
+
+def _included(element: ET.Element, folder: Path) -> ET.Element | None:
     try:
-        return (from_mjcf if kind == "MJCF" else from_urdf)(content), ""
-    except MechlabError as error:
-        return None, str(error)
-    except (ValueError, KeyError, IndexError) as error:
-        return None, f"{type(error).__name__}: {error}"
+        return ET.fromstring((folder / element.get("file", "")).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ET.ParseError):
+        return None
+
+
+def bare_mjcf(root: ET.Element) -> ET.Element:
+    """A copy of an MJCF without meshes, height fields and textures; it compiles where every moving body has an <inertial>."""
+    root = copy.deepcopy(root)
+    for parent in list(root.iter()):
+        for child in list(parent):
+            seen = child.tag in ("mesh", "hfield", "texture", "material", "skin", "flexcomp") and parent.tag in ("asset", "worldbody")
+            if seen or child.tag == "geom" and (child.get("mesh") or child.get("hfield")):
+                parent.remove(child)
+        parent.attrib.pop("material", None)
+    return root
 
 
 def bare(root: ET.Element) -> ET.Element:

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from mechlab.engines.mujoco.model import Model
-from mechlab.engines.mujoco.model_file import options, parts, softness
+from mechlab.engines.mujoco.model_file import joints, options, parts, softness
+from mechlab.engines.mujoco.model_file.file_run import start_pose, tried
 from mechlab.engines.mujoco.model_file.options import IN_URDF, settings_to_paste
-from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure
+from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure, listed, loops
 from mechlab.engines.mujoco.model_file.trial import TrialRun, run_trial
 from mechlab.experiment.recording import Symptom
 from mechlab.lab.single_run import versions
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
-from mechlab.studies.doctor.case import ORDER, Diagnosis, ExaminedFile
-from mechlab.studies.doctor.file_text import compiler_settings, other_readers, urdf
+from mechlab.studies.doctor.case import Diagnosis, ExaminedFile
+from mechlab.studies.doctor.file_text import compiler, compiler_settings, other_readers, urdf
+from mechlab.studies.doctor.ranking import ranked
 
 OPEN, TORN = 1e-9, 1e-4
-"""Gap in the reference pose relative to the size of the model: above OPEN a warning, above TORN an error."""
+"""Gap at the start relative to the size of the model: above OPEN a warning, above TORN an error."""
 LOCKING = 1e-6
 """A nearly redundant row whose independent part is larger than this is inconsistent; a smaller part is too few
 digits."""
@@ -32,33 +34,43 @@ def diagnose(case: ExaminedFile) -> Diagnosis:
     own = structure(case.mechanism) if case.mechanism is not None else None
     seen, trial = None, None
     findings: list[Symptom] = []
-    notes: list[str] = []
+    skipped: list[str] = []
     if case.root is not None and case.kind == "URDF":
         findings += urdf(case.root)
     if model is None:
         known = {"massless", "triangle", "tree"} & {f.name for f in findings}
         findings += [] if known else [Symptom("refused", "error", f"MuJoCo refuses the file: {case.refused}.")]
     else:
-        findings += _text(case)
-        start = np.array(model.qpos0)
-        seen = engine_structure(model, start, float(model.stat.extent))
-        findings += _structure(seen, case.mechanism, own, model)
+        findings += _text(case, model)
+        start = start_pose(model)
+        seen = tried(skipped, "freedoms and redundant rows", lambda: engine_structure(model, start, float(model.stat.extent)))
+        if seen is not None:
+            findings += _structure(seen, case.mechanism, own, model, case.file is not None and not case.file.lost)
+            skipped += [seen.skipped] if seen.skipped else []
         findings += parts.masses(model)
-        findings += parts.limits(model, start)
-        if case.kind != "URDF":  # a URDF has no integrator and no softness
-            trial = run_trial(model) if model.nv else None
-            findings += _engine(model, start, trial)
-    if case.unread:
-        notes.append(f"mechlab cannot hold this file as a Mechanism ({case.unread}); it is diagnosed as MuJoCo sees it")
-    counted = own if case.kind == "URDF" or seen is None else seen
+        if case.kind != "URDF":  # a URDF has no start pose, no integrator and no softness
+            trial = tried(skipped, "a run", lambda: run_trial(model)) if model.nv else None
+            findings += _engine(model, start, trial, skipped)
+    notes = [f"mechlab cannot hold this file as a Mechanism ({case.unread}); it is diagnosed as MuJoCo sees it"] if case.unread else []
+    notes += list(case.file.notes) if case.file is not None else []
+    counted = own if case.kind == "URDF" and own is not None else seen or own
     gap = float(np.max(np.abs(seen.gaps), initial=0.0)) if seen is not None and len(seen.gaps) else None
-    findings.sort(key=lambda f: ORDER[f.severity])
+    order = ranked(findings)
+    paste = "" if model is None or not model.nv else IN_URDF if case.kind == "URDF" else settings_to_paste(model, trial, order)
+    spinning = tuple(name for name, _ in seen.spins) if seen is not None else ()
     return Diagnosis(
         case.name, case.kind, counted.nv if counted else None, _rows(counted), counted.freedoms if counted else None,
-        own.idle if own else (), counted.redundant if counted else (), gap, tuple(findings),
-        "" if model is None or not model.nv else IN_URDF if case.kind == "URDF" else settings_to_paste(model, trial, findings),
-        tuple(notes), versions(),
+        own.idle if own and own.idle else spinning, counted.redundant if counted else (), gap, order, paste, tuple(notes), versions(),
+        None if model is None else model.nbody - 1, _loops(case), case.file, tuple(skipped), trial,
     )  # fmt: skip
+
+
+def _loops(case: ExaminedFile) -> int | None:
+    """Closures and couplings: of the mechanism for a URDF, whose loops MuJoCo does not see, else those that act in MuJoCo."""
+    m = case.mechanism
+    if case.kind == "URDF" and m is not None:
+        return len(m.loops) + len(m.relations)
+    return None if case.model is None else len(loops(case.model))
 
 
 def _rows(counted: Structure | EngineStructure | None) -> int | None:
@@ -67,38 +79,59 @@ def _rows(counted: Structure | EngineStructure | None) -> int | None:
     return counted.rows if isinstance(counted, Structure) else len(counted.rows)
 
 
-def _text(case: ExaminedFile) -> Iterator[Symptom]:
-    if case.root is not None and case.kind != "URDF":
+def _text(case: ExaminedFile, model: Model) -> Iterator[Symptom]:
+    if case.stripped:
+        text = f"MuJoCo refuses the file ({case.stripped}); it is examined without meshes, height fields and textures."
+        yield Symptom("not_meshes", "warning", text)
+    if case.root is None:
+        return
+    settings = compiler(case.root)
+    radian = settings.get("angle", "degree") == "radian" or case.kind == "URDF"
+    yield from joints.angles(model, radian, "angle" in settings)
+    if case.kind != "URDF":
         yield from compiler_settings(case.root)
         yield from other_readers(case.root)
 
 
-def _engine(model: Model, start: Any, trial: TrialRun | None) -> Iterator[Symptom]:
-    yield from softness.softness(model)
-    yield from softness.sag(model, start)
-    yield from options.options(model, start)
-    yield from parts.tendons(model, start)
-    yield from parts.friction(model)
-    yield from options.growing_step(model, start)
-    yield from parts.contacts(model, start)
+def _engine(model: Model, start: Any, trial: TrialRun | None, skipped: list[str]) -> list[Symptom]:
+    shown = None if trial is None else trial.shown
+    harmless = shown is not None and shown.convinced_small
+    gaps = None if trial is None or trial.reason else trial.gaps
+    rules: dict[str, Callable[[], Iterator[Symptom]]] = {
+        "limits of joints": lambda: joints.limits(model, start),
+        "actuators": lambda: joints.commands(model),
+        "softness": lambda: softness.softness(model, harmless),
+        "sag": lambda: softness.sag(model, start, gaps),
+        "options": lambda: options.options(model, start, trial),
+        "tendons": lambda: parts.tendons(model, start),
+        "dry friction": lambda: parts.friction(model),
+        "stability of a step": lambda: options.growing_step(model, start),
+        "contacts at the start": lambda: parts.contacts(model, start),
+    }
     if trial is not None:
-        yield from trial.symptoms()
-        yield from trial.order()
+        rules |= {"a run": trial.symptoms, "order of RK4": trial.order}
+        skipped += [t.skipped for t in (trial, trial.follow) if t is not None and t.skipped]
+    if options.too_large(model):
+        skipped.append(f"the stability of a step: {model.nv} coordinates, above {options.MOST_COORDINATES}")
+    found: list[Symptom] = []
+    for what, rule in rules.items():
+        found += tried(skipped, what, lambda rule=rule: list(rule())) or []  # type: ignore[misc]
+    return found
 
 
 def _structure(
-    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: Model
+    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: Model, whole: bool
 ) -> Iterator[Symptom]:
-    """Findings "gap", "nearly_redundant", "locked", "singular_reference", "freedoms_differ"."""
+    """Findings "gap", "nearly_redundant", "locked", "spins", "singular_reference", "freedoms_differ"."""
     size = max(float(model.stat.extent), 1e-9)
     wide = {n: abs(float(g)) for n, g in zip(seen.rows, seen.gaps, strict=True) if abs(g) > OPEN * size}
     if wide:
         worst = max(wide, key=lambda n: wide[n])
         text = (
-            f"the reference pose is not assembled: {worst} is open by {wide[worst]:.3g}"
+            f"the start is not assembled: {worst} is open by {wide[worst]:.3g}"
             f"{f', {len(wide) - 1} more rows, too' if len(wide) > 1 else ''}. The first steps pull it shut."
         )
-        yield Symptom("gap", "error" if wide[worst] > TORN * size else "warning", text)
+        yield Symptom("gap", "error" if wide[worst] > TORN * size else "warning", text, number=wide[worst])
     if seen.nearly:
         worst_row, left = max(seen.nearly, key=lambda pair: pair[1])
         count = len(seen.nearly)
@@ -111,19 +144,28 @@ def _structure(
             if left > LOCKING
             else "Numbers with too few digits do that (MuJoCo's own writer keeps 6)."
         )
-        yield Symptom("nearly_redundant", "error" if left > LOCKING else "warning", text)
+        yield Symptom("nearly_redundant", "error" if left > LOCKING else "warning", text, number=left)
     if seen.rows and seen.freedoms == 0 and not seen.nearly:
         yield Symptom(
             "locked", "error", "no freedom is left: every motion breaks a row; nothing here can move but by softness."
         )
-    if seen.reference_rank < seen.rank:
+    if seen.spins:
+        count = sum(k for _, k in seen.spins)
         text = (
-            f"the reference pose is singular: rank {seen.reference_rank} there, {seen.rank} beside it (a change point or toggle "
+            f"{count} of the {seen.freedoms} freedoms {'is' if count == 1 else 'are'} local: {listed([n for n, _ in seen.spins])} can move "
+            f"alone, as a rod spins between two balls. The mechanism has {seen.freedoms - count}."
+        )
+        cure = "damping on the joints of these bodies, or one of the two balls as a universal joint"
+        yield Symptom("spins", "note", text, cure, count)
+    if seen.reference_rank < seen.rank and loops(model):
+        text = (
+            f"the start is singular: rank {seen.reference_rank} there, {seen.rank} beside it (a change point or toggle "
             "position). A run that starts at rest here may take either branch."
         )
         yield Symptom("singular_reference", "warning", text)
     if (
-        mechanism is not None
+        whole
+        and mechanism is not None
         and own is not None
         and mechanism.nv == seen.nv
         and own.freedoms != seen.freedoms

@@ -13,6 +13,8 @@ from mechlab.engines.mujoco.model_file.rows import listed
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import floats
 
+POINT = 1e-15
+"""Largest principal inertia [kg m^2] that is none; MuJoCo's smallest."""
 MOVING = ("revolute", "continuous", "prismatic", "floating", "planar")
 
 
@@ -45,7 +47,7 @@ def urdf(root: ET.Element) -> Iterator[Symptom]:
 def _masses(root: ET.Element) -> Iterator[Symptom]:
     carried = {_child(j): j.get("type") for j in root.findall("joint")}
     below = {j.find("parent").get("link") for j in root.findall("joint") if j.find("parent") is not None}  # type: ignore[union-attr]
-    empty, broken = [], []
+    empty, broken, points = [], [], []
     for link in root.findall("link"):
         name, inertial = link.get("name") or "?", link.find("inertial")
         mass = 0.0 if inertial is None else _value(inertial.find("mass"), "value")
@@ -54,13 +56,18 @@ def _masses(root: ET.Element) -> Iterator[Symptom]:
             empty.append((name, name in below))
         if tensor is not None and mass > 0.0:
             a, b, c = np.linalg.eigvalsh(tensor)
-            if a < 0.0 or a + b < c * (1 - 1e-6):
+            if c < POINT and carried.get(name) in MOVING:
+                points.append(name)
+            elif a < 0.0 or a + b < c * (1 - 1e-6):
                 broken.append(f"{name} ({a:.3g}, {b:.3g}, {c:.3g})")
     if empty:
         leaf = [n for n, parent in empty if not parent]
         text = f"{listed([n for n, _ in empty])} moves and has no mass: MuJoCo refuses it"
         text += f"; {listed(leaf)} carries nothing either, the mass matrix is singular" if leaf else ""
         yield Symptom("massless", "error", f"{text}.", '<inertial><mass value="…"/><inertia ixx="…" …/></inertial>')
+    if points:
+        text = f"{listed(points)} moves and has a mass but no inertia: a point, whose rotation MuJoCo refuses."
+        yield Symptom("massless", "error", text, '<inertia ixx="…" iyy="…" izz="…" ixy="0" ixz="0" iyz="0"/>')
     if broken:
         text = f"the principal inertias of {listed(broken)} break the triangle inequality: no body has them, MuJoCo refuses."
         yield Symptom("triangle", "error", text)
@@ -105,51 +112,29 @@ def _name(e: ET.Element) -> str:
     return e.get("name") or "a joint"
 
 
-def compiler_settings(root: ET.Element) -> Iterator[Symptom]:
-    """Findings "masses_changed" and "degrees" of the <compiler> element and of the angles that it applies to."""
+def compiler(root: ET.Element) -> dict[str, str]:
+    """The attributes of all <compiler> elements; a later one counts."""
     merged: dict[str, str] = {}
-    for element in root.findall("compiler"):
+    for element in root.iter("compiler"):
         merged |= element.attrib
-    changing = [k for k in ("settotalmass", "boundmass", "boundinertia") if _number(merged.get(k)) > 0]
+    return merged
+
+
+def compiler_settings(root: ET.Element) -> Iterator[Symptom]:
+    """Finding "masses_changed" of the <compiler> element."""
+    merged = compiler(root)
+    changing = [k for k in ("boundmass", "boundinertia") if _number(merged.get(k)) > 0]
     changing += ["balanceinertia"] if merged.get("balanceinertia") == "true" else []
     if changing:
         text = f"the compiler changes masses or inertias ({', '.join(changing)}): the engine's model is not what the file says."
         yield Symptom("masses_changed", "warning", text)
+    total = _number(merged.get("settotalmass"))
+    if total > 0:
+        text = f"the compiler scales all masses and inertias to a total of {total:g} kg: those in the file are not those of a run."
+        yield Symptom("masses_changed", "note", text, number=total)
     if merged.get("inertiafromgeom") == "true" and root.find(".//inertial") is not None:
         text = "inertiafromgeom is true: every <inertial> of the file is ignored."
         yield Symptom("masses_changed", "warning", text, '<compiler inertiafromgeom="auto"/>')
-    yield from _degrees(root, merged.get("angle", "degree") == "radian", "angle" in merged)
-
-
-def _degrees(root: ET.Element, radian: bool, unit_given: bool) -> Iterator[Symptom]:
-    """Angles of hinges and balls that look like radians in a file in degrees, or degrees in a file in radians."""
-    angles: dict[str, list[float]] = {}
-    for e in root.iter("joint"):
-        if e.get("type", "hinge") in ("hinge", "ball"):
-            for key in ("range", "ref", "springref"):
-                angles.setdefault(f"{key} of {e.get('name') or e.get('class') or 'a joint'}", []).extend(
-                    x for x in map(_number, (e.get(key) or "").split()) if x
-                )
-    known = {k: v for k, v in angles.items() if v}
-    biggest = max((abs(x) for v in known.values() for x in v), default=0.0)
-    if radian:
-        wrong = [f"{k} = {_list(v)} rad" for k, v in known.items() if max(map(abs, v)) > 8.0 * np.pi]
-        if wrong:
-            text = f'{listed(wrong)}: degrees, under angle="radian"?'
-            yield Symptom("degrees", "error", text, '<compiler angle="degree"/>')
-    elif known and biggest < 2.0 * np.pi + 0.01:
-        exact = any(_of_pi(x) for v in known.values() for x in v)
-        text = (
-            f"{listed([f'{k} = {_list(v)}' for k, v in known.items()])} is read in degrees"
-            f"{'' if unit_given else ', the default of MJCF'}: {biggest:.4g} is {np.radians(biggest):.3g} rad. Radians are meant?"
-        )
-        yield Symptom("degrees", "error" if exact else "warning", text, '<compiler angle="radian"/>')
-
-
-def _of_pi(x: float) -> bool:
-    """True for a nonzero multiple of pi/12 written with more than one decimal: such an angle is probably in radians."""
-    turns = abs(x) / (np.pi / 12)
-    return round(turns) > 0 and abs(turns - round(turns)) < 1e-3 * turns and abs(x - round(x, 1)) > 1e-9
 
 
 def _number(value: str | None) -> float:
@@ -157,10 +142,6 @@ def _number(value: str | None) -> float:
         return float(value or 0.0)
     except ValueError:
         return 0.0
-
-
-def _list(values: list[float]) -> str:
-    return " ".join(f"{x:g}" for x in values)
 
 
 def other_readers(root: ET.Element) -> Iterator[Symptom]:

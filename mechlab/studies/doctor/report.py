@@ -29,13 +29,20 @@ def _(diagnosis: Diagnosis) -> str:
         lines += [f"    {x.sentence}" for x in diagnosis.redundant[:SHOWN]]
         if len(diagnosis.redundant) > SHOWN:
             lines.append(f"    and {len(diagnosis.redundant) - SHOWN} more (--json lists all)")
+        if diagnosis.kind != "URDF":
+            lines.append("    (rows of MuJoCo, in the axes of the world)")
     if diagnosis.gap is not None:
-        lines.append(f"  largest gap in the reference pose: {number(diagnosis.gap)} m or rad")
+        lines.append(f"  largest gap at the start: {number(diagnosis.gap)} m or rad")
     lines += ["", "findings" if diagnosis.findings else "no findings"]
     for f in diagnosis.findings:
-        lines.append(f"  {f.severity:8s}{f.name}: {f.sentence}")
+        lines.append(f"  {f.severity:8s}{f.name}: {f.sentence}{f' So: {f.consequence}' if f.consequence and f.severity != 'note' else ''}")
         lines += [f"          {row}" for row in f.paste.splitlines()]
-    lines += [f"  note    {n}" for n in diagnosis.notes]
+    lines += [f"  note    {n}" for n in diagnosis.notes[:NOTES]]
+    if len(diagnosis.notes) > NOTES:
+        lines.append(f"  note    and {len(diagnosis.notes) - NOTES} more remarks on reading it (--json lists all)")
+    lines += [f"  not examined: {n}" for n in diagnosis.not_examined]
+    if diagnosis.file is not None and diagnosis.file.left_out:
+        lines += ["", "not in the mechanism that mechlab reads of it", *(f"  {x.sentence}" for x in diagnosis.file.left_out)]
     if diagnosis.paste:
         lines += ["", "to paste", *(f"  {row}" for row in diagnosis.paste.splitlines())]
     lines += [
@@ -48,3 +55,5 @@ def _(diagnosis: Diagnosis) -> str:
 
 
 SHOWN = 12
+NOTES = 4
+"""Remarks on the reading of a file that are printed; the rest is counted."""

@@ -29,7 +29,7 @@ def scale_mass(mechanism: Mechanism, body: str, factor: float) -> Mechanism:
     tensor: Any = tuple(x * factor for x in old.tensor)
     new = replace(old, mass=old.mass * factor, tensor=tensor)
     bodies = tuple(replace(b, inertia=new) if b.name == body else b for b in mechanism.bodies)
-    return replace(mechanism, bodies=bodies)
+    return replace(mechanism, bodies=bodies, shafts=tuple(replace(s, range=None) for s in mechanism.shafts))
 
 
 def scale_springs(mechanism: Mechanism, factor: float, only: Collection[str] | None = None) -> Mechanism:
@@ -58,8 +58,8 @@ def scale_servos(scene: Scene, factor: float) -> Scene:
 
 
 def without_ranges(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without ranges of joints: MuJoCo puts soft stops there, the reference runs have none."""
-    if all(j.range is None for j in mechanism.joints):
+    """The mechanism without ranges of joints and shafts: MuJoCo puts soft stops there, the reference runs have none."""
+    if all(j.range is None for j in mechanism.joints) and all(s.range is None for s in mechanism.shafts):
         return mechanism
     bodies = tuple(replace(b, joints=tuple(replace(j, range=None) for j in b.joints)) for b in mechanism.bodies)
     return replace(mechanism, bodies=bodies)

@@ -15,7 +15,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import ModelFile
 from mechlab.mechanism.geometry import Array, quaternion_product
 
-FREE, BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
+FREE, BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -40,7 +40,7 @@ class FileCoordinates:
         for k, names in self._parts:
             a, d = int(model.jnt_qposadr[k]), int(model.jnt_dofadr[k])
             x, zero = np.asarray(qpos)[a:], self.reference[a:]
-            kind = model.jnt_type[k]
+            kind = int(model.jnt_type[k])
             shift = 3 if kind == FREE else 0
             for i, name in enumerate(names):
                 place, rate = m.q_slice[name], m.v_slice[name]

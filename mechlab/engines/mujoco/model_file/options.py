@@ -14,7 +14,14 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import EqualityRows, active, joint_of_dof, listed, name_of, tendon_moments
+from mechlab.engines.mujoco.model_file.rows import (
+    EqualityRows,
+    joint_of_dof,
+    listed,
+    loops,
+    name_of,
+    tendon_moments,
+)
 from mechlab.engines.mujoco.model_file.softness import equality_default
 from mechlab.engines.mujoco.model_file.trace import integrator_name
 from mechlab.engines.mujoco.model_file.trial import TrialRun
@@ -29,17 +36,28 @@ IN_URDF = (
 
 
 def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: Iterable[Symptom]) -> str:
-    """The text; an XML comment says which attributes to delete. The integrator is the one that completed the trial."""
-    h = float(model.opt.timestep)
-    better = trial.better if trial is not None and trial.better else "discrete"
-    if any(f.name == "unstable_step" for f in findings):
-        better = "discrete"
+    """The text; an XML comment says which attributes to delete; "" for a model in which nothing needs to change.
+
+    The integrator is the one that completed the trial. A model without loops that lives by contacts keeps the integrator of its
+    file: RK4 gains nothing there.
+    """
+    h, kept = float(model.opt.timestep), integrator_name(model)
+    found = list(findings)
+    unstable = any(f.name == "unstable_step" for f in found)
+    if not loops(model):
+        if unstable:
+            return f'<option timestep="{h:g}" integrator="discrete"/>'
+        coarse = trial is not None and not trial.touched and any(f.name == "trial" and f.severity != "note" for f in found)
+        return f'<option timestep="{h:g}" integrator="RK4"/>' if coarse and kept != "RK4" else ""
+    better = trial.shown.better if trial is not None and trial.shown.better else "discrete"
+    if trial is not None and "contacts" in trial.touched and not trial.reason:
+        better = kept
     lines = [
-        f'<option timestep="{h:g}" integrator="{better}" jacobian="dense">',
+        f'<option timestep="{h:g}" integrator="{"discrete" if unstable else better}" jacobian="dense">',
         '  <flag autoreset="disable"/>',
         "</option>",
     ]
-    if active(model):
+    if loops(model):
         lines.append(equality_default(h))
         lines.append("<!-- an equality with a solref or solimp of its own keeps it: delete those attributes -->")
     return "\n".join(lines)
@@ -49,31 +67,40 @@ WRONG = 1e-6
 """Relative difference of accelerations by sparse and dense Jacobian beyond rounding (1e-12 was measured)."""
 
 
-def options(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Findings on options: "sparse_jacobian", "autoreset", "first_order", "first_order_activation", "fast_activation"."""
+def options(model: mujoco.MjModel, qpos: Array, trial: TrialRun | None = None) -> Iterator[Symptom]:
+    """Findings on options: "sparse_jacobian", "autoreset", "first_order", "first_order_activation"."""
     yield from _sparse(model, qpos)
     if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
         text = (
-            "autoreset is on: a run that blows up starts again from the reference pose and goes on; nothing but a counter "
-            "(mjData.warning) tells."
+            "autoreset is on, MuJoCo's default: a run that blows up starts again from the reference pose and goes on; nothing but a "
+            "counter (mjData.warning) tells."
         )
-        yield Symptom("autoreset", "warning", text, '<option><flag autoreset="disable"/></option>')
+        yield Symptom("autoreset", "note", text, '<option><flag autoreset="disable"/></option>')
     name = integrator_name(model)
-    if name != "RK4" and active(model):
-        text = (
-            f"{name} closes the loops but is of first order: phase and energy drift (a four-bar was 0.26 rad wrong after 1 s at "
-            "1 ms where RK4 was 9e-5). A small gap does not mean a right motion."
-        )
-        yield Symptom("first_order", "warning", text, '<option integrator="RK4"/>')
+    if name != "RK4" and loops(model):
+        shown = None if trial is None else trial.shown
+        step = None if shown is None or not np.isfinite(shown.step) else shown.step
+        text = f"{name} closes the loops but is of first order: a small gap does not mean a right motion"
+        if step is None or shown is None:
+            yield Symptom("first_order", "warning", f"{text}.", '<option integrator="RK4"/>')
+        else:
+            share = step / max(shown.moved, 1e-2 * shown.size)
+            text += f". With half its timestep a run of this file changes by {step:.2g} m ({100 * share:.2g} % of its motion)."
+            severe = share > STEP_MATTERS and not shown.touched
+            cure = "" if shown.touched else '<option integrator="RK4"/>'
+            yield Symptom("first_order", "warning" if severe else "note", text, cure, step)
     if name == "RK4" and model.na:
-        names = [name_of(model, "ACTUATOR", k) for k in range(model.nu) if model.actuator_dyntype[k]]
+        names = [name_of(model, "ACTUATOR", k) for k in range(len(model.actuator_dyntype)) if model.actuator_dyntype[k]]
         text = f"{listed(names)} has a state (activation), which MuJoCo integrates in first order beside RK4."
         yield Symptom("first_order_activation", "warning", text)
-    yield from _fast_activation(model)
+
+
+STEP_MATTERS = 1e-3
+"""Change of a run with half its timestep, over its motion, from which on the order of the integrator matters."""
 
 
 def _sparse(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    if not mujoco.mj_isSparse(model) or not active(model):
+    if not mujoco.mj_isSparse(model) or not loops(model):
         return
     paste = '<option jacobian="dense"/>'
     worst = _sparse_error(model, qpos)
@@ -112,22 +139,22 @@ def _sparse_error(model: mujoco.MjModel, qpos: Array) -> float:
     return worst
 
 
-def _fast_activation(model: mujoco.MjModel) -> Iterator[Symptom]:
-    h, kind = float(model.opt.timestep), mujoco.mjtDyn.mjDYN_FILTER
-    quick = [k for k in range(model.nu) if model.actuator_dyntype[k] == kind and model.actuator_dynprm[k, 0] < h]
-    if quick:
-        names = [name_of(model, "ACTUATOR", k) for k in quick]
-        text = f"the time constant of {listed(names)} is below the timestep {h:g} s: the filter is unstable or does nothing."
-        yield Symptom("fast_activation", "error", text, 'dyntype="filterexact"')
-
-
 GROWTH = 1.0 + 1e-4
 """Growth factor of one step that is more than rounding."""
 
 
+MOST_COORDINATES = 200
+"""Coordinates above which the stability of a step is not examined: it takes the eigenvalues of many matrices of twice that size."""
+
+
+def too_large(model: mujoco.MjModel) -> bool:
+    """Whether the model has too many coordinates for `growing_step`."""
+    return bool(model.nv > MOST_COORDINATES)
+
+
 def growing_step(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Finding "unstable_step": names the joint that moves most in the growing motion, and a timestep without growth."""
-    if not model.nv:
+    if not model.nv or too_large(model):
         return
     m, k, d, d_explicit, basis = _linear(model, qpos)
     if not basis.shape[1] or not (np.any(k) or np.any(d)):
@@ -147,9 +174,8 @@ def growing_step(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
         f"a spring, damper or servo at {culprit} is too stiff for {name} at {h:g} s: each step makes its motion {growth:.3g} "
         f"times as large. {name} needs {fits:.2g} s; 'discrete' takes stiff springs and dampers at any step, in first order."
     )
-    yield Symptom(
-        "unstable_step", "error", text, f'<option integrator="discrete"/>   or   <option timestep="{fits:.2g}"/>'
-    )
+    cure = f'<option integrator="discrete"/>   or   <option timestep="{fits:.2g}"/>'
+    yield Symptom("unstable_step", "error", text, cure, growth)
 
 
 def _linear(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -161,8 +187,9 @@ def _linear(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array, Array, Ar
         mass = np.zeros((nv, nv))
         mujoco.mj_fullM(rows.model, data, mass)
         tendon = tendon_moments(rows.model, data)
-        actuator = np.zeros((model.nu, nv))
-        if model.nu:
+        count = len(model.actuator_dyntype)  # not nu: an actuator may have several controls
+        actuator = np.zeros((count, nv))
+        if count:
             mujoco.mju_sparse2dense(
                 actuator, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
             )

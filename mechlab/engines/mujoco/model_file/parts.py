@@ -1,4 +1,4 @@
-"""Findings on the parts of a compiled MuJoCo model: tendons, dry friction, limits; masses and sizes that suggest wrong units;
+"""Findings on the parts of a compiled MuJoCo model: tendons, dry friction; masses and sizes that suggest wrong units;
 shapes that overlap in the reference pose."""
 
 from __future__ import annotations
@@ -105,26 +105,12 @@ def friction(model: mujoco.MjModel) -> Iterator[Symptom]:
     names += [name_of(model, "TENDON", k) for k in ropes if model.tendon_solimp_fri[k, 1] < 0.99]
     if names:
         text = (
-            f"the dry friction of {listed(names)} is as soft as MuJoCo's default: what should stick creeps, what should stop "
+            f"the dry friction of {listed(names)} is as soft as MuJoCo makes it by default: what should stick creeps, what should stop "
             "stops late, and the order of RK4 is lost. It has a solref of its own."
         )
         h = float(model.opt.timestep)
         paste = f'<default><joint solreffriction="{2 * h:g} 1" solimpfriction=".9999 .9999 .001 .5 2"/></default>'
-        yield Symptom("soft_friction", "warning", text, paste)
-
-
-def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "beyond_range": a joint that starts outside its range is pushed by its stop."""
-    out = []
-    for j in range(model.njnt):
-        single = int(model.jnt_type[j]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-        if model.jnt_limited[j] and single:
-            value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
-            if not low - 1e-9 <= value <= high + 1e-9:
-                out.append(f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})")
-    if out:
-        text = f"the reference pose is outside the range of {listed(out)}: the stop pushes from the first step on"
-        yield Symptom("beyond_range", "error", f"{text}; degrees written as radians look like this, too.")
+        yield Symptom("soft_friction", "note", text, paste)
 
 
 LARGE, SMALL_G = 50.0, 100.0
@@ -154,42 +140,52 @@ def masses(model: mujoco.MjModel) -> Iterator[Symptom]:
         yield Symptom("inertia_unit", "error", f"{text} inertias in kg mm^2, or masses in tonnes.")
 
 
-PASTE = '<default><geom contype="0" conaffinity="0"/></default>'
 DEEP = 1e-3
 """Overlap of two shapes, relative to the size of the model, that is deeper than a resting contact."""
+HEAVY = 10.0
+"""A contact force at the start above this many times the weight of the model is an error of the file."""
 
 
 def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
-    """Finding "contacts": an error where two moving parts overlap, a warning for other contacts in the pose qpos
-    (nq,)."""
+    """Finding "contacts": moving parts that overlap in the pose qpos (nq,); the number is the contact force over the weight. An
+    error where contact works against a loop, or with more than HEAVY times the weight; a note for other contacts of loops."""
     probe = copy.copy(model)
     data = mujoco.MjData(probe)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(probe, data, 0)
     data.qpos[:] = qpos
     with engine():
-        mujoco.mj_fwdPosition(probe, data)
-    joined = _joined(model)
-    between: dict[tuple[int, int], float] = {}
+        mujoco.mj_forward(probe, data)
+    joined, force = _joined(model), np.zeros(6)
+    between: dict[tuple[int, int], tuple[float, float]] = {}
     for k in range(data.ncon):
         pair = sorted(int(model.geom_bodyid[g]) for g in data.contact[k].geom if g >= 0)
         if len(pair) == 2:
-            a, b = pair
-            between[a, b] = min(between.get((a, b), 0.0), float(data.contact[k].dist))
-    parts = {p: x for p, x in between.items() if x < -DEEP * model.stat.extent and all(model.body_weldid[b] for b in p)}
+            mujoco.mj_contactForce(probe, data, k, force)
+            depth, total = between.get((pair[0], pair[1]), (0.0, 0.0))
+            between[pair[0], pair[1]] = min(depth, float(data.contact[k].dist)), total + abs(float(force[0]))
+    deep = -DEEP * model.stat.extent
+    parts = {p: x for p, x in between.items() if x[0] < deep and all(model.body_weldid[b] for b in p)}
     if parts:
-        overlaps = [
-            f"{name_of(model, 'BODY', a)} and {name_of(model, 'BODY', b)} by {-x:.3g} m" for (a, b), x in parts.items()
-        ]
+        overlaps = [f"{name_of(model, 'BODY', a)} and {name_of(model, 'BODY', b)} by {-x[0]:.3g} m" for (a, b), x in parts.items()]
         loop = any(p in joined for p in parts)
+        weight = float(model.body_mass.sum() * (np.linalg.norm(model.opt.gravity) or 9.81))
+        heavy = max(f for _, f in parts.values()) / max(weight, 1e-300)
         text = (
-            f"in the reference pose the shapes of {listed(overlaps)} overlap: contact pushes them apart"
-            f"{', against the loop that joins them' if loop else ''}."
+            f"at the start the shapes of {listed(overlaps)} overlap: contact pushes them apart"
+            f"{', against the loop that joins them' if loop else ''}, with {heavy:.2g} times the weight of the model."
         )
-        yield Symptom("contacts", "error", text, PASTE)
+        yield Symptom("contacts", "error" if loop or heavy > HEAVY else "warning", text, exclude(model, list(parts)), heavy)
     elif active(model) and between:
-        text = (
-            f"{len(between)} pairs of shapes touch in the reference pose; contacts are soft and cost the order of RK4."
-        )
-        yield Symptom("contacts", "warning", text, PASTE)
+        text = f"{len(between)} pairs of shapes touch at the start; contacts are soft, like everything in MuJoCo but more so."
+        yield Symptom("contacts", "note", text, number=len(between))
+
+
+def exclude(model: mujoco.MjModel, pairs: list[tuple[int, int]]) -> str:
+    """The element that switches off contact between pairs of bodies; those without a name cannot be written."""
+    names = [tuple(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, b) for b in p) for p in pairs]
+    lines = [f'  <exclude body1="{a}" body2="{b}"/>' for a, b in names if a and b]
+    return "\n".join(["<contact>", *lines, "</contact>"]) if lines else ""
 
 
 def _joined(model: mujoco.MjModel) -> set[tuple[int, int]]:

@@ -66,20 +66,21 @@ def from_compiled(model: mujoco.MjModel, path: Path | None = None) -> ModelFile:
     tree = read_tree(model, remarks)
     names = Names("equality")
     tendons = read_tendons(tree, names)
-    loops, relations, offsets = read_equalities(tree, tendons, names)
+    equalities = read_equalities(tree, tendons, names)
     drives, drive_of = read_actuators(tree, tendons)
     read_rest(model, remarks)
     still = switched_off(model, mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     builder = Builder(_name(model), (0.0, 0.0, 0.0) if still else vector(model.opt.gravity))
-    builder.bodies, builder.loops, builder.meshes = tree.bodies, loops, list(relations)
-    builder.shafts, builder.springs, builder.drives = list(tendons.shafts.values()), tendons.springs, drives
+    builder.bodies, builder.loops, builder.meshes = tree.bodies, equalities.loops, list(equalities.relations)
+    builder.shafts, builder.springs, builder.drives = list(tendons.shafts.values()), list(tendons.springs.values()), drives
     builder.frames, builder.ground_shapes = _frames(tree, builder), tree.ground_shapes
-    mechanism, moved = _closed(builder, offsets, remarks)
+    mechanism, moved = _closed(builder, equalities.offsets, remarks)
     return ModelFile(
         path, "MJCF", mechanism, remarks.left_out, tuple(remarks.notes),
         {key(model, OBJECT.mjOBJ_JOINT, k): names for k, names in tree.joints_of.items()},
         {key(model, OBJECT.mjOBJ_BODY, k): name for k, name in tree.body_of.items()},
-        drive_of,
+        drive_of, equalities.of,
+        tendons.of(model),
         _reference(tree, moved) if moved else (),
     )  # fmt: skip
 

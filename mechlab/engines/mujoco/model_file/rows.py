@@ -12,6 +12,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.closure import equality_rows
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.model_file.spins import local_freedoms
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import Redundancy, null_space
 
@@ -47,6 +48,36 @@ def active(model: mujoco.MjModel) -> list[int]:
     if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
         return []
     return [k for k in range(model.neq) if model.eq_active0[k]]
+
+
+_LOOPS = (
+    mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD, mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON,
+)  # fmt: skip
+
+
+def loops(model: mujoco.MjModel) -> list[int]:
+    """The active equalities that close loops or couple joints: not those of flexible bodies, nor welds to a mocap body, which are
+    meant to drag softly, nor what pins deformable bodies."""
+    kinds = [int(kind) for kind in _LOOPS]
+    return [k for k in active(model) if int(model.eq_type[k]) in kinds and not drags(model, k) and not _of_flex(model, k)]
+
+
+def _of_flex(model: mujoco.MjModel, k: int) -> bool:
+    """Whether an equality ties a point of a deformable body."""
+    return bool(model.nflex) and bool(set(_bodies(model, k)) & {int(b) for b in model.flex_vertbodyid})
+
+
+def drags(model: mujoco.MjModel, k: int) -> bool:
+    """Whether an equality ties a body to a mocap body, which a program moves."""
+    return any(model.body_mocapid[model.body_rootid[b]] >= 0 for b in _bodies(model, k))
+
+
+def _bodies(model: mujoco.MjModel, k: int) -> list[int]:
+    """The bodies that a connect or weld ties; none for other equalities."""
+    if int(model.eq_type[k]) not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
+        return []
+    ends = [int(e) for e in (model.eq_obj1id[k], model.eq_obj2id[k]) if e >= 0]
+    return [int(model.site_bodyid[e]) for e in ends] if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE else ends
 
 
 def equality_name(model: mujoco.MjModel, k: int) -> str:
@@ -149,6 +180,8 @@ def free_push(model: mujoco.MjModel, qpos: Array, size: float) -> Array:
 
 
 POSES, SPREAD = 4, 0.1
+MOST_ENTRIES = 40_000
+"""Rows times coordinates above which only the start pose is examined: each further pose takes many least-squares problems."""
 VOID, SMALL, NEARLY = 1e-12, 1e-8, 1e-3
 """Below VOID a row is zero. With the part that other rows span removed, a unit row below SMALL is rounding (it repeats
 them), below NEARLY it is suspicious."""
@@ -158,7 +191,8 @@ them), below NEARLY it is suspicious."""
 class EngineStructure:
     """nv coordinates; names of the equality rows; rank (largest of several poses) and rank in the reference pose; rows that
     repeat others; rows that nearly do: (row, length of the unit row without the part that others span); residuals
-    (rows,) at the reference."""
+    (rows,) at the reference; spins: bodies that can move without anything else moving, and in how many ways; skipped: what was not
+    examined, and why."""
 
     nv: int
     rows: tuple[str, ...]
@@ -167,6 +201,8 @@ class EngineStructure:
     redundant: tuple[Redundancy, ...]
     nearly: tuple[tuple[str, float], ...]
     gaps: Array
+    spins: tuple[tuple[str, int], ...] = ()
+    skipped: str = ""
 
     @property
     def freedoms(self) -> int:
@@ -180,18 +216,24 @@ def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineS
         rows = EqualityRows(model, qpos)
         gaps, first = rows.at(rows.start)
         names = rows.names()
-        found = [first, *_elsewhere(rows, first, size)]
+        large = first.size > MOST_ENTRIES
+        poses = [rows.start, *(() if large else _elsewhere(rows, first, size))]
+        found = [rows.at(pose)[1] for pose in poses]
     groups = rows.groups
     ranks = [len(_kept(j, groups)[0]) for j in found]
     best = found[int(np.argmax(ranks))]
     keep, nearly = _kept(best, groups)
+    with engine():
+        spins = () if large else tuple(local_freedoms(rows.model, rows.data, found[-1], size))
+    skipped = f"the {len(names)} constraint rows beyond the start pose: {first.size} entries, above {MOST_ENTRIES}" if large else ""
     return EngineStructure(
-        model.nv, names, max(ranks), ranks[0], _redundant(best, keep, names),
-        tuple((names[i], x) for i, x in nearly), gaps,
+        model.nv, names, max(ranks), ranks[0], () if large else _redundant(best, keep, names),
+        tuple((names[i], x) for i, x in nearly), gaps, spins, skipped,
     )  # fmt: skip
 
 
 def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
+    """Closed poses around the start."""
     rng = np.random.default_rng(7)
     out: list[Array] = []
     basis = null_space(jacobian)
@@ -204,9 +246,8 @@ def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
         v = basis @ rng.standard_normal(basis.shape[1])
         pose = rows.closed(rows.moved(rows.start, v * reach / max(float(np.max(np.abs(v))), 1e-300)))
         if pose is not None:
-            there = rows.at(pose)[1]
-            if there.shape == jacobian.shape:
-                out.append(there)
+            if rows.at(pose)[1].shape == jacobian.shape:
+                out.append(pose)
     return out
 
 

@@ -1,0 +1,146 @@
+"""Findings on joints and their actuators: ranges, angles in the wrong unit, what a servo is allowed to command, filters."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.model_file.rows import listed, name_of
+from mechlab.experiment.recording import Symptom
+from mechlab.mechanism.geometry import Array
+
+_SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+BEYOND = 0.1
+"""A servo that may command positions beyond the range of its joint by this share of the range, or more, is reported."""
+IN_DEGREES = 10.0
+"""Commands this many times as wide as the range of the joint are probably in degrees."""
+
+
+def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
+    """Finding "beyond_range": a joint that starts outside its range is pushed by its stop; the number is the acceleration."""
+    out = []
+    for j in range(model.njnt):
+        if model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
+            value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
+            if not low - 1e-9 <= value <= high + 1e-9:
+                out.append((j, f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})"))
+    if not out:
+        return
+    push = _push_of_limits(model, qpos, [j for j, _ in out])
+    where = "the first keyframe" if model.nkey else "the reference pose (the file has no keyframe)"
+    text = f"{where} is outside the range of {listed([t for _, t in out])}: the stop pushes from the first step on"
+    text += f", with up to {push:.3g} rad/s^2 or m/s^2. Start somewhere else, or write a keyframe inside the ranges."
+    yield Symptom("beyond_range", "warning", text, _keyframe(model, qpos), push)
+
+
+def _push_of_limits(model: mujoco.MjModel, qpos: Array, joints: list[int]) -> float:
+    """Largest acceleration of these joints that their stops add at the start."""
+    found = []
+    for off in (0, int(mujoco.mjtDisableBit.mjDSBL_LIMIT)):
+        probe = copy.copy(model)
+        probe.opt.disableflags |= off
+        data = mujoco.MjData(probe)
+        if model.nkey:
+            mujoco.mj_resetDataKeyframe(probe, data, 0)
+        data.qpos[:] = qpos
+        with engine():
+            mujoco.mj_forward(probe, data)
+        found.append(np.array(data.qacc[model.jnt_dofadr[joints]]))
+    return float(np.max(np.abs(found[0] - found[1])))
+
+
+def _keyframe(model: mujoco.MjModel, qpos: Array) -> str:
+    """A keyframe with every joint inside its range; "" for a large model or one with equalities, which it would have to close."""
+    if model.nq > 40 or model.neq:
+        return ""
+    inside = np.array(qpos)
+    for j in range(model.njnt):
+        if model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
+            k = model.jnt_qposadr[j]
+            inside[k] = np.clip(inside[k], *model.jnt_range[j])
+    return f'<keyframe><key name="inside" qpos="{" ".join(f"{x:.6g}" for x in inside)}"/></keyframe>'
+
+
+def commands(model: mujoco.MjModel) -> Iterator[Symptom]:
+    """Findings "control_beyond_range" and "fast_activation" on actuators."""
+    kinds = mujoco.mjtTrn, mujoco.mjtBias
+    wide, degrees, worst, cure = [], False, 0.0, ""
+    for k in range(model.nu if len(model.actuator_dyntype) == model.nu else 0):
+        j, kp = int(model.actuator_trnid[k, 0]), -float(model.actuator_biasprm[k, 1])
+        servo = model.actuator_biastype[k] == kinds[1].mjBIAS_AFFINE and kp > 0 and model.actuator_ctrllimited[k]
+        joint = model.actuator_trntype[k] in (kinds[0].mjTRN_JOINT, kinds[0].mjTRN_JOINTINPARENT)
+        if not (servo and joint and model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE):
+            continue
+        gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0]) / kp
+        if gear == 0.0 or gain == 0.0:
+            continue
+        low, high = model.jnt_range[j]
+        asked = np.sort(model.actuator_ctrlrange[k] * gain / gear)  # what the servo comes to rest at
+        beyond = max(low - asked[0], asked[1] - high) / (high - low)
+        if beyond < BEYOND:
+            continue
+        unit = "rad" if int(model.jnt_type[j]) == _SINGLE[0] else "m"
+        wide.append(f"{name_of(model, 'ACTUATOR', k)} ({asked[0]:.4g} to {asked[1]:.4g} {unit}, joint {low:.4g} to {high:.4g})")
+        if beyond > worst:
+            worst, back = beyond, np.sort(np.array([low, high]) * gear / gain)
+            name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, k)
+            named = f' name="{name}"' if name else ""
+            cure = f'<position{named} ctrlrange="{back[0]:.6g} {back[1]:.6g}"/>'
+        degrees |= np.ptp(asked) > IN_DEGREES * (high - low)
+    if wide:
+        text = f"{listed(wide)} may be commanded beyond the range of the joint, by up to {worst:.3g} times the range"
+        text += ": degrees, where the joint has radians?" if degrees else "."
+        yield Symptom("control_beyond_range", "warning", text, cure, worst)
+    yield from _fast_activation(model)
+
+
+def _fast_activation(model: mujoco.MjModel) -> Iterator[Symptom]:
+    h, kind = float(model.opt.timestep), mujoco.mjtDyn.mjDYN_FILTER
+    filters = [k for k in range(len(model.actuator_dyntype)) if model.actuator_dyntype[k] == kind]
+    quick = [k for k in filters if model.actuator_dynprm[k, 0] < h]
+    if quick:
+        names = [name_of(model, "ACTUATOR", k) for k in quick]
+        text = f"the time constant of {listed(names)} is below the timestep {h:g} s: the filter is unstable or does nothing."
+        yield Symptom("fast_activation", "error", text, 'dyntype="filterexact"', float(model.actuator_dynprm[quick[0], 0]))
+
+
+def angles(model: mujoco.MjModel, radian: bool, unit_given: bool) -> Iterator[Symptom]:
+    """Finding "degrees": ranges and springs of hinges that look like radians in a file in degrees, or degrees in a file in radians.
+
+    The values are those of the compiled model, so includes, default classes and the types of joints count as they do in a run.
+    radian: the unit of the file; unit_given: whether it says so, or has MJCF's default, degrees.
+    """
+    known: dict[str, tuple[float, ...]] = {}
+    for j in range(model.njnt):
+        kind = int(model.jnt_type[j])
+        if model.jnt_limited[j] and kind in (_SINGLE[0], int(mujoco.mjtJoint.mjJNT_BALL)):
+            known[name_of(model, "JOINT", j)] = tuple(float(x) for x in model.jnt_range[j])
+    biggest = max((abs(x) for v in known.values() for x in v), default=0.0)
+    if radian:
+        wrong = [f"{n} = {_list(v)} rad" for n, v in known.items() if max(map(abs, v)) > 8.0 * np.pi]
+        if wrong:
+            yield Symptom(
+                "degrees", "error", f'range of {listed(wrong)}: degrees, under angle="radian"?', '<compiler angle="degree"/>', biggest
+            )
+    elif known and biggest < np.radians(2.0 * np.pi + 0.01):
+        written = {n: tuple(float(f"{x:.9g}") for x in np.degrees(v)) for n, v in known.items()}
+        exact = len(known) > 2 or any(_of_pi(x) for v in written.values() for x in v)
+        text = (
+            f"range of {listed([f'{n} = {_list(v)}' for n, v in written.items()])} is read in degrees"
+            f"{'' if unit_given else ', the default of MJCF'}: {np.degrees(biggest):.4g} is {biggest:.3g} rad. Radians are meant?"
+        )
+        yield Symptom("degrees", "error" if exact else "warning", text, '<compiler angle="radian"/>', biggest)
+
+
+def _of_pi(x: float) -> bool:
+    """True for a nonzero multiple of pi/12 written with more than one decimal: such an angle is probably in radians."""
+    turns = abs(x) / (np.pi / 12)
+    return round(turns) > 0 and abs(turns - round(turns)) < 1e-3 * turns and abs(x - round(x, 1)) > 1e-6
+
+
+def _list(values: tuple[float, ...]) -> str:
+    return " ".join(f"{x:.6g}" for x in values)

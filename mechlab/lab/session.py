@@ -1,0 +1,88 @@
+"""Sessions and fleets of a design: the scene, the settings and the step of a loop in which the user commands the drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mechlab.engines.protocol import engine as engine_named
+from mechlab.errors import MechlabError
+from mechlab.experiment.acting import acting
+from mechlab.experiment.observed import Observed, observed
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.lab.design import AUTO, Design, with_extra
+from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.single_run import chosen_settings, complete
+
+if TYPE_CHECKING:
+    from mechlab.engines.mujoco.session import Session, Start
+
+HOLD = 0.01
+"""Time of an action [s] where none is given."""
+JUMPS = 0.5
+"""Timestep as a share of that which resolves drives that hold: commands jump. A four-bar's servo under random commands: 0.2 % of
+the energy is lost, 5 % at the whole."""
+
+
+def commanded(design: Design, scene: str | None, fidelity: str | None, extra: Mapping[str, float]) -> Scene:
+    """The scene without its laws on driven joints and shafts, which the session commands; loads of `extra` are added."""
+    wanted = fidelity or design.recipe(scene).fidelity
+    if wanted in (AUTO, "kinematic"):  # the session needs bodies that move
+        wanted = next(f for f in (design.entry.default_fidelity, *design.entry.fidelities) if f != "kinematic")
+    made = design.scene(scene, wanted)
+    driven = {d.on for d in design.mechanism(made.fidelity).drives}
+    laws = tuple(law for law in made.laws if not driven & set(law.targets()))
+    return with_extra(design, replace(made, laws=laws), extra)
+
+
+def substeps_of(hold: float | None, settings: Settings) -> tuple[int, Settings]:
+    """Timesteps of an action, and the settings with a timestep that divides it. Raises MechlabError for a bad `hold`."""
+    if hold is None:
+        return 1, settings
+    if not (math.isfinite(hold) and hold > 0.0):
+        raise MechlabError(f"hold: expected a time > 0 s that an action is held, got {hold!r}.")
+    count = max(1, math.ceil(hold / settings.timestep - 1e-9))
+    return count, replace(settings, timestep=hold / count)
+
+
+def setting(
+    design: Design,
+    scene: str | None,
+    fidelity: str | None,
+    settings: Settings | str | None,
+    hold: float | None,
+    extra: Mapping[str, float],
+) -> tuple[Design, Scene, Settings, int]:
+    """The design with the parameters of the scene, the scene, the settings, and the timesteps of an action."""
+    of_scene = design.for_scene(scene)
+    made = commanded(of_scene, scene, fidelity, extra)
+    chosen = chosen_settings(of_scene, design.scene(scene, made.fidelity), "mujoco", settings)
+    if settings is None:
+        mechanism = of_scene.mechanism(made.fidelity)
+        holding = acting(mechanism, replace(made, laws=(), drives="hold"))
+        chosen = replace(chosen, timestep=min(chosen.timestep, JUMPS * drive_step(mechanism, holding)))
+    substeps, chosen = substeps_of(hold, chosen)
+    return of_scene, made, chosen, substeps
+
+
+def open_session(
+    design: Design,
+    scene: str | None = None,
+    *,
+    fidelity: str | None = None,
+    settings: Settings | str | None = None,
+    hold: float | None = HOLD,
+    observe: Sequence[str] = (),
+    start: Start | None = None,
+    seed: int | None = None,
+    extra: Mapping[str, float] | None = None,
+) -> Session:
+    """A session of a design; see `mechlab.api.sessions.session`."""
+    of_scene, made, chosen, substeps = setting(design, scene, fidelity, settings, hold, extra or {})
+    mechanism = of_scene.mechanism(made.fidelity)
+    seen: Observed = observed(mechanism, observe)
+    session: Session = engine_named("mujoco").session(mechanism, made, chosen, seen, substeps, start, seed)
+    session.complete = lambda run: replace(complete(of_scene, run, made), acts=run.acts)
+    return session
