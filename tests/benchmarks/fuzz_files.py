@@ -156,8 +156,12 @@ def number_words(text):
     return words
 
 
-NAMES = ("name", "class", "childclass", "model", "file", "joint", "site", "body", "geom", "tendon", "mesh", "material", "link", "type",
-         "filename", "texture", "reference", "actuator", "group", "upper", "lower", "effort", "velocity", "data", "encoding", "version")  # fmt: skip
+NAMES = (
+    "name", "class", "childclass", "model", "file", "joint", "site", "body", "geom", "tendon", "mesh", "material", "link", "type",
+    "filename", "texture", "reference", "actuator", "group", "upper", "lower", "effort", "velocity", "data", "encoding", "version",
+    "key", "prefix",
+)  # fmt: skip
+"""Attributes that hold names, and those of URDF that may be infinite."""
 
 
 def main():

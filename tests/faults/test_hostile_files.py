@@ -49,7 +49,8 @@ def chain(links):
         f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="1 0 0"/></joint>'
         for k in range(links - 1)
     )
-    return f'<robot name="r">{"".join(f"<link name={chr(34)}l{k}{chr(34)}>{INERTIAL}</link>" for k in range(links))}{"".join(joints)}</robot>'
+    parts = (f'<link name="l{k}">{INERTIAL}</link>' for k in range(links))
+    return f'<robot name="r">{"".join(parts)}{"".join(joints)}</robot>'
 
 
 def laughs():
@@ -67,7 +68,7 @@ MJCF = {
     "outer entity": ('<!DOCTYPE m SYSTEM "file:///etc/passwd"><mujoco/>', "declares entities"),
     "attribute twice": (arm('name="j"', 'name="j" name="k"'), "duplicate attribute"),
     "nesting of 1000": (mjcf("<body>" * 1000 + "</body>" * 1000), "nested more than 500"),
-    "2000 bodies": (mjcf(ARM.replace('name="arm"', "").replace('name="j"', "").replace('name="g"', "") * 2000), "at most 300|more than 300|memory"),
+    "2000 bodies": (mjcf('<body><joint/><geom size=".1"/></body>' * 2000), "at most 300|more than 300|memory"),
     "NaN position": (arm('name="arm"', 'name="arm" pos="nan 0 0"'), "<body name='arm'>: pos='nan 0 0' is not finite"),
     "NaN axis": (arm("0 1 0", "0 nan 0"), "<joint name='j'>: axis"),
     "NaN size": (arm('size=".02"', 'size="NaN"'), "<geom name='g'>: size"),
@@ -89,7 +90,7 @@ MJCF = {
     "NaN polycoef": (mjcf(rest='<equality><joint joint1="j" polycoef="0 nan 0 0 0"/></equality>'), "<joint>.*: polycoef|<joint>: polycoef"),
     "NaN keyframe": (mjcf(rest='<keyframe><key qpos="nan"/></keyframe>'), "<key>: qpos"),
     "negative mass": (arm("size", 'mass="-2" size'), "<geom name='g'>: mass='-2' must not be negative"),
-    "negative inertial mass": (arm("<joint", '<inertial pos="0 0 0" mass="-1" diaginertia="1 1 1"/><joint'), "mass='-1' must not be negative"),
+    "negative inertial mass": (arm("<joint", '<inertial mass="-1" diaginertia="1 1 1"/><joint'), "mass='-1' must not be negative"),
     "negative inertia": (arm("<joint", '<inertial pos="0 0 0" mass="1" diaginertia="1 -1 1"/><joint'), "diaginertia='1 -1 1'"),
     "negative density": (arm("size", 'density="-1" size'), "<geom name='g'>: density"),
     "negative armature": (arm("axis", 'armature="-1" axis'), "<joint name='j'>: armature='-1' must not be negative"),
@@ -105,7 +106,7 @@ MJCF = {
     "unknown section": (mjcf(rest="<aktuator/>"), "aktuator"),
     "body twice": (mjcf(ARM + '<body name="arm"/>'), "<body name='arm'>: the name is used twice"),
     "joint twice": (mjcf(ARM + '<body><joint name="j"/><geom size=".1"/></body>'), "<joint name='j'>: the name is used twice"),
-    "actuator twice": (mjcf(rest='<actuator><motor name="a" joint="j"/><motor name="a" joint="j"/></actuator>'), "<motor name='a'>: the name"),
+    "actuator twice": (mjcf(rest='<actuator><motor name="a" joint="j"/><motor name="a" joint="j"/></actuator>'), "<motor name='a'>: the"),
     "motor on nothing": (mjcf(rest='<actuator><motor name="a" joint="nobody"/></actuator>'), "nobody"),
     "loop to nobody": (mjcf(rest='<equality><connect name="c" body1="arm" body2="nobody" anchor="0 0 0"/></equality>'), "nobody"),
     "class of nobody": (arm("axis", 'class="nobody" axis'), "nobody"),
@@ -121,7 +122,7 @@ MJCF = {
     "includes itself": (mjcf(rest='<include file="model.xml"/>'), "model.xml"),
     "mesh by its place": (mjcf(rest='<asset><mesh name="m" file="/etc/passwd"/></asset>'), "<mesh name='m'>: file='/etc/passwd' leads out"),
     "mesh by the root": (mjcf(rest='<asset><mesh name="m" file="../../../../../../../../../../../etc/passwd"/></asset>'), "leads out"),
-    "folder by its place": (mjcf(rest='<compiler meshdir="/etc"/><asset><mesh name="m" file="passwd"/></asset>'), "meshdir='/etc' leads out"),
+    "folder by its place": (mjcf(rest='<compiler meshdir="/etc"/><asset><mesh file="passwd"/></asset>'), "meshdir='/etc' leads out"),
     "include by its place": (mjcf(rest='<include file="/etc/hostname"/>'), "<include>: file='/etc/hostname' leads out"),
     "texture of a URL": (mjcf(rest='<asset><texture type="2d" name="t" file="http://a/b.png"/></asset>'), "is a URL"),
     "mesh of a pipe": (mjcf(rest='<asset><mesh name="m" file="pipe"/></asset>'), "is no ordinary file"),
@@ -129,7 +130,9 @@ MJCF = {
     "texture of 10 GB": (mjcf(rest='<asset><texture type="2d" name="t" builtin="flat" width="60000" height="60000"/></asset>'), "texture"),
     "height field of 14 GB": (mjcf(rest='<asset><hfield name="h" nrow="60000" ncol="60000" size="1 1 1 1"/></asset>'), "memory|crashes"),
     "arena of 200 GB": (mjcf(rest='<size memory="200G"/>'), "memory"),
-    "2000 copies": (mjcf('<replicate count="2000" offset="1 0 0"><body><joint/><geom size=".1"/></body></replicate>'), "at most 300|more than 300"),
+    "2000 copies": (
+        mjcf('<replicate count="2000" offset="1 0 0"><body><joint/><geom size=".1"/></body></replicate>'), "at most 300|more than 300"
+    ),
 }  # fmt: skip
 URDF = {
     "no text": ("", "no element found"),
