@@ -23,6 +23,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model import to_mujoco
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, compiled, key
 from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
@@ -105,6 +106,7 @@ class Pair:
             "bias": data.qfrc_bias[dofs],
             "rows": projector(rows),
             "free_acceleration": data.qacc_smooth[dofs],
+            "actuator_force": data.qfrc_actuator[dofs],
         }
 
     def differences(self, rng: np.random.Generator) -> dict[str, float]:
@@ -114,8 +116,6 @@ class Pair:
             self.set(*self.random_state(rng))
             left = self.quantities(self.a, self.data_a, list(range(self.a.nv)))
             right = self.quantities(self.b, self.data_b, self.dof_b)
-            left["actuator_force"] = self.data_a.actuator_force[[k for k, _ in self.controls]]
-            right["actuator_force"] = self.data_b.actuator_force[[k for _, k in self.controls]]
             for name in QUANTITIES:
                 worst[name] = max(worst[name], relative(left[name], right[name]))
         return worst
@@ -211,10 +211,11 @@ def row_of(path: Path) -> Row | None:
         return Row(path.name, False, remark=str(error))
     lost = "; ".join(x.sentence for x in file.lost)
     row = Row(path.name, True, lost, remark=" ".join(file.notes))
-    pair = Pair(model, file)
     rng = np.random.default_rng(1)
-    row.differences = pair.differences(rng)
-    row.motion = pair.motion(rng)
+    with engine():
+        pair = Pair(model, file)
+        row.differences = pair.differences(rng)
+        row.motion = pair.motion(rng)
     return row
 
 
