@@ -46,6 +46,11 @@ def with_laws(design: Design, scene: str | None, laws: Laws = (), commands: Comm
         if fidelity == "kinematic":
             raise MechlabError(f"{design.name}: fidelity 'kinematic' is closed form only; laws act on a mechanism.")
         m = design.entry.build(p, fidelity)
+        if before.file is not None and commands:
+            raise MechlabError(
+                f"{design.name}: the actuators of a file that is run as it is keep their controls, so the drives take no commands. Give "
+                "laws, or take another scene."
+            )
         for law in own:
             if isinstance(law, Constant) and law.on in m.scalar_names:
                 in_unit(f"{m.name}: law on {law.on}", law.value, *mechanism_units(m)[f"{law.on}_force"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import mechlab as ml
 from mechlab.analytic import delta6 as delta
 from mechlab.analytic import fourbar as closed_fourbar
+from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -362,3 +364,37 @@ def test_two_kinematics_give_one_motion():
     tasks, _ = tasks_of_keys(m, {"middle": coupler_path(1.0 + t)}, ())
     a, b = (track(m, lambda unit: goals_of(m, tasks, t, None, unit), t, engine=name) for name in ("numpy", "pinocchio"))
     np.testing.assert_allclose(a.q, b.q, atol=ROUNDING)
+
+
+def test_a_gear_linkage_is_led_by_its_output():
+    phi = np.linspace(0.5, 1.5, 21)
+    output = ml.solve("gear_linkage", crank_angle=phi)["analytic"]["output_angle"]
+    assert np.all(np.diff(output) < 0) or np.all(np.diff(output) > 0)  # one crank angle for each
+    found = ml.track("gear_linkage", output_angle=output, crank_angle_0=0.5)
+    assert found.met
+    np.testing.assert_allclose(found["crank_angle"], phi, atol=1e-9)
+
+
+def test_the_command_line_answers_and_writes(tmp_path, capsys):
+    file = tmp_path / "run.npz"
+    assert main(["track", "fourbar", "crank_angle=1:2:5", "--duration", "2", "-o", str(file), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["status"] == "answered" and document["targets"][0]["met"]
+    assert document["commands"]["crank_angle"] == pytest.approx([1.0, 1.25, 1.5, 1.75, 2.0])
+    recording = ml.load_recording(file)
+    np.testing.assert_allclose(recording["crank_angle"], [1.0, 1.25, 1.5, 1.75, 2.0])
+    page = ml.view(file, html=tmp_path / "run.html")
+    assert page.exit_code == 0 and (tmp_path / "run.html").stat().st_size > 1e5
+    assert main(["track", "fourbar", "middle_x=0.1:0.9:5"]) == 3
+    said = capsys.readouterr()
+    assert "middle_x is missed by up to" in said.out and said.err.startswith("mechlab: middle_x is missed")
+    assert main(["track", "fourbar", "crank_angle=1", "crank_angle_0=0.5", "rocker_angle_0=-3"]) == 4
+    assert main(["track", "fourbar", "crank_angle=1m"]) == 1
+
+
+def test_all_numbers_as_json(tmp_path):
+    found = ml.track("fourbar", crank_angle=(1.0, 2.0), out=tmp_path / "a.json")
+    assert json.loads((tmp_path / "a.json").read_text())["joints"]["crank_angle"] == [1.0, 2.0]
+    assert repr(found).startswith("Track of fourbar, 1 s, 2 times: 1 target met at 2 times")
+    with pytest.raises(MechlabError, match=r"\.npz.*\.json"):
+        found.save(tmp_path / "a.csv")

@@ -11,7 +11,7 @@ from mechlab.formats.exports.graph import Exported
 from mechlab.formats.exports.parts import write_3mf, write_stl
 from mechlab.formats.exports.ros2 import write_ros2
 from mechlab.formats.exports.sdf import sdf_left_out, to_sdf, write_sdf
-from mechlab.formats.exports.usd import write_usd
+from mechlab.formats.exports.usd import to_usd, write_usd
 from mechlab.mechanism.model import Mechanism
 
 EXPORTS: Mapping[str, Callable[[Mechanism, Path], Exported]] = MappingProxyType(
@@ -31,14 +31,6 @@ def chosen(also: Sequence[str]) -> tuple[str, ...]:
 
 
 __all__ = [
-    "EXPORTS",
-    "Exported",
-    "chosen",
-    "sdf_left_out",
-    "to_sdf",
-    "write_3mf",
-    "write_ros2",
-    "write_sdf",
-    "write_stl",
+    "EXPORTS", "Exported", "chosen", "sdf_left_out", "to_sdf", "to_usd", "write_3mf", "write_ros2", "write_sdf", "write_stl",
     "write_usd",
-]
+]  # fmt: skip
