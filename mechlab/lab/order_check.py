@@ -24,7 +24,7 @@ _CORNERS = ("held_rates", "one_sided_stop", "constant_power", "table")
 
 def fixed_steps(settings: Settings) -> bool:
     """Whether the engine takes the steps of the settings."""
-    return settings.engine in ("mujoco", "pinocchio", "one_freedom") and settings.integrator not in ("DOP853", "Radau")
+    return settings.engine in ("mujoco", "file", "pinocchio", "one_freedom") and settings.integrator not in ("DOP853", "Radau")
 
 
 def with_order(recording: Recording, scene: Scene) -> Recording:
