@@ -87,9 +87,14 @@ WHOLE = {
 
 
 def read(text: str, folder: Path) -> tuple[ModelFile, mujoco.MjModel]:
+    path = written(text, folder)
+    return read_file(path), compiled(path)
+
+
+def written(text: str, folder: Path) -> Path:
     path = folder / "model.xml"
     path.write_text(text)
-    return read_file(path), compiled(path)
+    return path
 
 
 @pytest.mark.parametrize("cause", WHOLE)
@@ -228,3 +233,15 @@ def test_names_and_states_go_over_and_back(tmp_path: Path) -> None:
 def test_what_cannot_be_read_is_one_sentence(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(MechlabError, match=words):
         read(text, tmp_path)
+
+
+def test_a_mesh_that_is_missing_is_named_where_the_body_does_not_need_it(tmp_path: Path) -> None:
+    """With an <inertial> the mesh only draws; without one MuJoCo's refusal stands."""
+    asset = '<asset><mesh name="m" file="none.stl"/></asset>'
+    inertial = '<inertial pos=".1 0 0" mass="1" diaginertia=".1 .2 .2"/>'
+    body = '<body><joint name="q"/>{}<frame pos="0 0 1"><geom type="mesh" mesh="m"/></frame></body>'
+    file = read_file(written(mjcf(body.format(inertial), asset), tmp_path))
+    assert not file.lost and "the meshes m cannot be loaded" in file.notes[0] and "none.stl" in file.notes[0]
+    assert file.mechanism.bodies[0].inertia.tensor[:3] == (0.1, 0.2, 0.2)
+    with pytest.raises(MechlabError, match="MuJoCo refuses model.xml.*none.stl"):
+        read_file(written(mjcf(body.format(""), asset), tmp_path))
