@@ -106,6 +106,7 @@ if TYPE_CHECKING:
         to_urdf,
     )
     from mechlab.formats.exports import (
+        to_extended_urdf,
         to_sdf,
         to_usd,
     )
@@ -179,7 +180,7 @@ _HOMES = {
         "from_json", "from_mjcf", "from_urdf", "save_recording", "to_json", "to_mjcf",
         "to_urdf",
     ),
-    "mechlab.formats.exports": ("to_sdf", "to_usd"),
+    "mechlab.formats.exports": ("to_extended_urdf", "to_sdf", "to_usd"),
     "mechlab.lab.design": ("Design",),
     "mechlab.lab.own_mechanism": ("scene",),
     "mechlab.mechanism": (
@@ -210,7 +211,8 @@ __all__ = [
     "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "universal", "view", "workspace",
+    "story", "studio", "sweep", "synthesize", "to_extended_urdf", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "universal", "view",
+    "workspace",
     "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
 ]  # fmt: skip
 
