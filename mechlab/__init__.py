@@ -20,12 +20,15 @@ if TYPE_CHECKING:
         cycle,
         doctor,
         edit,
+        environment,
+        environments,
         explore,
         fidelities,
         find,
         gallery,
         generate,
         generate_catalog,
+        linearize,
         list_entries,
         load,
         load_recording,
@@ -43,6 +46,7 @@ if TYPE_CHECKING:
         studio,
         sweep,
         synthesize,
+        track,
         view,
         workspace,
     )
@@ -103,6 +107,11 @@ if TYPE_CHECKING:
         to_mjcf,
         to_urdf,
     )
+    from mechlab.formats.exports import (
+        to_extended_urdf,
+        to_sdf,
+        to_usd,
+    )
     from mechlab.lab.design import Design
     from mechlab.lab.own_mechanism import scene
     from mechlab.mechanism import (
@@ -134,6 +143,15 @@ if TYPE_CHECKING:
     )
     from mechlab.mechanism.parts import LOOP_ROWS
     from mechlab.shapes import shape
+    from mechlab.studies.track.result import Track
+    from mechlab.studies.track.tasks import (
+        CenterOfMassTask,
+        FrameTask,
+        PostureTask,
+        RangeLimit,
+        RateLimit,
+        SingularityLimit,
+    )
     from mechlab.values import (
         Quantity,
         Range,
@@ -144,9 +162,10 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "explore", "fidelities", "find", "gallery", "generate",
-        "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity",
-        "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
+        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities",
+        "find", "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
+        "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
+        "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
@@ -163,6 +182,7 @@ _HOMES = {
         "from_json", "from_mjcf", "from_urdf", "save_recording", "to_json", "to_mjcf",
         "to_urdf",
     ),
+    "mechlab.formats.exports": ("to_extended_urdf", "to_sdf", "to_usd"),
     "mechlab.lab.design": ("Design",),
     "mechlab.lab.own_mechanism": ("scene",),
     "mechlab.mechanism": (
@@ -172,6 +192,10 @@ _HOMES = {
     ),
     "mechlab.mechanism.parts": ("LOOP_ROWS",),
     "mechlab.shapes": ("shape",),
+    "mechlab.studies.track.result": ("Track",),
+    "mechlab.studies.track.tasks": (
+        "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit",
+    ),
     "mechlab.values": ("Quantity", "Range", "Value",),
 }  # fmt: skip
 """Module -> the public names that it holds; a test compares them with the imports above, which type checkers read."""
@@ -184,11 +208,14 @@ __all__ = [
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "explore", "fidelities", "find", "floating", "from_json",
-    "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording",
+    "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
+    "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "linearize",
+    "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_urdf", "universal", "view", "workspace",
+    "story", "studio", "sweep", "synthesize", "to_extended_urdf", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "universal", "view",
+    "workspace",
+    "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
 ]  # fmt: skip
 
 

@@ -181,6 +181,7 @@ RESULTS: dict[str, Any] = {
     "modes": lambda p: ml.modes("pendulum"),
     "sweep": lambda p: ml.sweep("fourbar", {"crank_angle": (0.0, 1.0)}, "rocker_angle"),
     "workspace": lambda p: ml.workspace("fivebar", {"P_x": Range(-0.3, 0.3, 4), "P_y": Range(0.1, 0.3, 4)}),
+    "track": lambda p: ml.track("fourbar", crank_angle=(1.0, 1.5, 2.0)),
     "portrait": lambda p: ml.portrait(
         "impulse_transmission", "phase", beta_0=(-0.2, 0.2), beta_rate_0=(-9.0, 9.0), duration=0.01
     ),
@@ -217,7 +218,7 @@ def test_a_run_that_is_not_trusted_is_saved_too(tmp_path: Path, capsys: pytest.C
 
 # -- dependencies -----------------------------------------------------------------------------------------------------------
 
-OTHER_NAMES = {"pinocchio": "pin", "pydrake": "drake", "exudyn": "exudyn", "opensim": "opensim"}
+OTHER_NAMES = {"pinocchio": "pin", "pxr": "usd-core", "pydrake": "drake", "exudyn": "exudyn", "opensim": "opensim"}
 """Packages that come under another name, or that are not always installed."""
 
 

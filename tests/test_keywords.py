@@ -49,6 +49,10 @@ LIKE: dict[str, dict[str, str]] = {
         "duration": "--duration", "timestep": "--timestep", "out": "-o", "plot": "--plot", "resume": "--resume",
         "scheduler": "--scheduler", "workers": "--workers",
     },
+    "track": {
+        "duration": "--duration", "wishes": "--wishes", "tolerance": "--tolerance", "max_rate": "--max-rate",
+        "clearance": "--clearance", "fidelity": "--fidelity", "out": "-o",
+    },
     "view": {
         "html": "--html", "png": "--png", "host": "--host", "glb": "--glb", "mp4": "--mp4", "csv": "--csv", "against": "--against",
         "explorable": "--explore", "vary": "--vary",
@@ -99,6 +103,31 @@ def _session(**how: Any) -> list[float]:
     """What a session of the pendulum sees after some actions."""
     with ml.session("pendulum", **{"angle_0": 0.3, **how}) as s:
         return [s.time, *s.reset(), *[float(x) for _ in range(3) for x in s.step()], s.rng.random()]
+
+
+def _episode(make: Callable[..., Any] = ml.environment, **how: Any) -> str:
+    """What an environment of the four-bar gives, and when it ends, under constant actions."""
+    env = make("fourbar", **{"reward": lambda o, a, s: -o[0], "seconds": 0.05, **how})
+    first = env.reset(seed=1)[0]
+    steps = [env.step(np.full(env.action_space.shape, 1.1)) for _ in range(6)]
+    env.close()
+    return repr((first.tolist(), [[np.asarray(x).tolist() for x in step[:4]] for step in steps]))
+
+
+def _episodes(**how: Any) -> str:
+    return _episode(ml.environments, **{"count": 1, **how})
+
+
+def _of_episode(act: Callable[..., str], name: str) -> dict[tuple[str, str], tuple[Act, Act]]:
+    """The keywords that both kinds of environment have."""
+    changes: dict[str, Any] = {
+        "reward": lambda o, a, s: 1.0, "terminated": lambda o, s: True, "seconds": 0.02, "hold": 0.02, "observe": ["rocker_angle"],
+        "start": lambda rng: {"crank_angle_0": 1.2}, "settings": ml.Settings(timestep=1.25e-4), "scene": "free-run",
+    }  # fmt: skip
+    made = {(name, key): (lambda p: act(), lambda p, k=key, v=value: act(**{k: v})) for key, value in changes.items()}
+    made[name, "scene"] = (lambda p: "", lambda p: _refused("'no'", lambda: act(scene="no")))
+    made[name, "fidelity"] = (lambda p: "", lambda p: _refused("'no'", lambda: act(fidelity="no")))
+    return made
 
 
 SLOW = {("gallery", "models"), ("portrait", "out"), ("generate_catalog", "pictures")}
@@ -153,6 +182,11 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("audit", "licences"): (lambda p: "", lambda p: _refused("none.json", lambda: ml.audit([PENDULUM], licences=p / "none.json"))),
     ("audit", "time_limit"): (lambda p: ml.audit([PENDULUM]).counts, lambda p: ml.audit([PENDULUM], time_limit=0.01).counts),
     ("audit", "jobs"): (lambda p: "", lambda p: _refused("jobs", lambda: ml.audit([PENDULUM], jobs=0))),
+    ("linearize", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.linearize("fourbar", fidelity="no"))),
+    ("linearize", "witness"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.linearize("fourbar", witness="no"))),
+    **_of_episode(_episode, "environment"), **_of_episode(_episodes, "environments"),
+    ("environments", "count"): (lambda p: _episodes(), lambda p: _episodes(count=2)),
+    ("environments", "threads"): (lambda p: "", lambda p: _refused("threads", lambda: _episodes(threads=-1))),
     ("session", "seed"): (lambda p: _session(seed=1), lambda p: _session(seed=2)),
     ("session", "hold"): (lambda p: _session(seed=1), lambda p: _session(seed=1, hold=0.02)),
     ("session", "observe"): (lambda p: _session(seed=1), lambda p: _session(seed=1, observe=["angle"])),
@@ -160,6 +194,14 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
     ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
     ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
+    ("track", "times"): (
+        lambda p: ml.track("fourbar", crank_angle=(1.0, 2.0)).t[-1],
+        lambda p: ml.track("fourbar", crank_angle=(1.0, 2.0), times=[0.0, 3.0]).t[-1],
+    ),
+    ("track", "tasks"): (
+        lambda p: ml.track("fourbar", crank_angle=1.0)["crank_angle_error"][0],
+        lambda p: ml.track("fourbar", {}, [ml.PostureTask({"crank_angle": 1.0})])["crank_angle"][0],
+    ),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (
         lambda p: api.view("pendulum", wait=False).to_dict()["message"],

@@ -61,12 +61,17 @@ MODELS = f"{Path(__file__).parents[1]}/models/pendulum"
 SWEEP = "sweep pendulum length=0.5,1.5 --duration 0.05"
 CHART = "chart pendulum --duration 0.1"
 VIEW = "view pendulum duration=0.2"
+TRACK = "track fourbar crank_angle=1:2:5"
 STABLE = "stability fourbar coupler_mass=1e-3:1e3:3 --budget 1 --scene free-run --methods RK4"
 
 COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("run", "-o"): [Writes("run pendulum duration=0.2 -o {}/r", "r/pendulum.xml", slow=True)],
     ("show", "--fidelity"): [Differ("show delta6", "--fidelity full"), Refused("show fourbar --fidelity no", "'no'")],
     ("generate", "-o"): [Writes("generate pendulum -o {}", "pendulum.xml")],
+    ("generate", "--also"): [
+        Differ("generate fourbar -o {}", "--also ros2"), Refused("generate fourbar -o {} --also stp", "'stp'"),
+        Refused("generate --catalog -o {} --also sdf", "--also"),
+    ],
     ("generate", "--fidelity"): [
         Differ("generate closed_differential -o {}", "--fidelity minimal"),
         Refused("generate --catalog -o {} --fidelity full", "--fidelity"),
@@ -138,6 +143,19 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("cycle", "--span"): [Differ("cycle fourbar --points 4", "--span 1,2")],
     ("cycle", "--fidelity"): [Refused("cycle fourbar --points 4 --fidelity kinematic", "kinematic")],
     ("cycle", "-o"): [Writes("cycle fourbar --points 4 -o {}/a.csv", "a.csv")],
+    ("track", "--duration"): [Differ(TRACK, "--duration 2"), Refused(f"{TRACK} --duration 0", "duration")],
+    ("track", "--wishes"): [
+        Differ(f"{TRACK} middle_x=0.1", "--wishes middle_x"), Refused(f"{TRACK} --wishes middle_x", "middle_x"),
+    ],
+    ("track", "--tolerance"): [Differ(TRACK, "--tolerance 1e-3"), Refused(f"{TRACK} --tolerance 0", "tolerance")],
+    ("track", "--max-rate"): [
+        Differ(TRACK, "--max-rate crank_angle=20deg/s"), Refused(f"{TRACK} --max-rate crank_angle=1mm/s", "crank_angle"),
+    ],
+    ("track", "--clearance"): [Differ(TRACK, "--clearance 0.9"), Refused(f"{TRACK} --clearance 3mm", "clearance")],
+    ("track", "--fidelity"): [
+        Differ("track delta6 D_x=0:0.01:3", "--fidelity full"), Refused(f"{TRACK} --fidelity no", "'no'"),
+    ],
+    ("track", "-o"): [Writes(f"{TRACK} -o {{}}/a.npz", "a.npz"), Refused(f"{TRACK} -o {{}}/a.csv", ".npz")],
     ("claims", "--figure"): [Refused("claims pendulum --figure {}/a.png", "figure"), Refused("claims crank=1", "crank")],
     ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart fourbar --duration 0.02", "--scene free-run", slow=True)],
     ("chart", "--duration"): [Differ(CHART, "--duration 0.2", slow=True), Refused("chart pendulum --duration -1", "duration")],

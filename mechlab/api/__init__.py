@@ -13,17 +13,20 @@ from mechlab.api.diagnoses import audit, cure, doctor
 from mechlab.api.finding import Source, find, load
 from mechlab.api.models import check, claims, edit, generate, generate_catalog, list_entries, run, show
 from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, simulate, solve
-from mechlab.api.sessions import session
+from mechlab.api.sessions import environment, environments, linearize, session
 from mechlab.api.studies import modes, optimize, stability, sweep, synthesize, workspace
+from mechlab.api.tracking import track
 from mechlab.api.viewing import explore, gallery, load_recording, page_of_recording, story, studio, view
 from mechlab.results import offer_page
 
 offer_page(page_of_recording)
 
 __all__ = [
-    "Source", "Values", "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "explore", "fidelities", "find",
-    "gallery", "generate", "generate_catalog", "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run",
-    "sensitivity", "session", "show", "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "view", "workspace",
+    "Source", "Values", "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments",
+    "explore", "fidelities", "find", "gallery", "generate",
+    "generate_catalog", "linearize",
+    "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity", "session", "show",
+    "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",
 ]  # fmt: skip
 
 _OLD = {"solve_values": solve, "simulate_values": simulate}

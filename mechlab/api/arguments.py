@@ -18,6 +18,8 @@ Seconds = Annotated[float, "s"]
 """A time [s]. The command line reads the units named in such a type from it."""
 Error = Annotated[float, "m", "rad"]
 """A distance [m] or an angle [rad]."""
+Plain = Annotated[float, "1"]
+"""A number without a unit."""
 Travel = Annotated[float, "rad", "m"]
 """The value of a drive."""
 Whole = Annotated[int, 0]

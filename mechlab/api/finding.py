@@ -108,15 +108,18 @@ def read_file(path: Path) -> ModelFile:
     """A .json, .xml (MJCF) or .urdf file as it was read; raises MechlabError that names the file."""
     from mechlab.engines.mujoco.model_file.read_model import read_mjcf_file
     from mechlab.experiment.model_file import ModelFile
-    from mechlab.formats import from_json, from_mjcf, from_urdf
+    from mechlab.formats import from_json, read_urdf
     from mechlab.formats.model_text import read_text
 
-    kind, reader = {".json": ("JSON", from_json), ".xml": ("MJCF", from_mjcf), ".urdf": ("URDF", from_urdf)}[path.suffix.lower()]
     content = read_text(path)
     try:
-        if kind == "MJCF":
-            return read_mjcf_file(path, content)
-        return ModelFile(path, kind, reader(content))
+        match path.suffix.lower():
+            case ".xml":
+                return read_mjcf_file(path, content)
+            case ".urdf":
+                return read_urdf(path, content)
+            case _:
+                return ModelFile(path, "JSON", from_json(content))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
 

@@ -83,6 +83,7 @@ def generate(
     /,
     out: File = "out",
     fidelity: str | None = None,
+    also: Sequence[str] = (),
     **parameters: Value,
 ) -> FilesResult:
     """Model files, each reloaded by its consumer; the MJCF is run for a moment in plain MuJoCo, and says a smaller timestep or
@@ -91,13 +92,28 @@ def generate(
     Options:
         out=DIR: folder for the files
         fidelity=F: level of fidelity: minimal, parts, full
+        also=A,...: more files for other tools: ros2 (a package), sdf (loops included), extended-urdf (loops in a YAML file), stl, 3mf
+            (parts, in mm), usd
     """
+    from mechlab.formats.exports import EXPORTS, chosen
     from mechlab.lab.generate import write_verified
     from mechlab.lab.results import FilesResult
 
+    exports = chosen(also)
     d = load_design(source, key_values(values, parameters))
-    made = write_verified(d.mechanism(fidelity), out, d.file_settings)
-    return FilesResult(Path(out), made.files, made.sentence, (*d.warnings, *made.trial.warnings), made.trial.exit_code)
+    m = d.mechanism(fidelity)
+    if not exports:
+        made = write_verified(m, out, d.file_settings)
+        return FilesResult(Path(out), made.files, made.sentence, (*d.warnings, *made.trial.warnings), made.trial.exit_code)
+    with whole_folder(out) as stage:
+        made = write_verified(m, stage, d.file_settings)
+        files = {kind: Path(out) / path.relative_to(stage) for kind, path in made.files.items()}
+        lost: list[str] = []
+        for name in exports:
+            written = EXPORTS[name](m, stage)
+            files |= {kind: Path(out) / path for kind, path in written.files.items()}
+            lost += [f"not in {name}: {x.sentence}" for x in written.left_out]
+    return FilesResult(Path(out), files, made.sentence, (*d.warnings, *made.trial.warnings, *lost), made.trial.exit_code)
 
 
 def generate_catalog(out: File = "models", names: Sequence[str] = (), *, pictures: bool = True) -> FilesResult:

@@ -36,7 +36,7 @@ class Verb:
     switches: Mapping[str, Switch] = field(default_factory=dict)
 
 
-NOT_OPTIONS = {"settings", "laws", "drives", "progress", "command", "port", "wait", "pictures", "models", "names"}
+NOT_OPTIONS = {"settings", "laws", "drives", "progress", "command", "tasks", "times", "port", "wait", "pictures", "models", "names"}
 """Keywords of the API that are no options: for Python alone, or given in another way."""
 
 VERBS: dict[str, Verb] = {
@@ -77,6 +77,10 @@ VERBS: dict[str, Verb] = {
     "cycle": Verb(
         "one turn of the drive: motion, drive force, reactions, shaking force, transmission, curves",
         "NAME [key=value ...]",
+    ),
+    "track": Verb(
+        "lead frames, joints or shafts along a path through closed loops: poses, drive commands, limits, singularity",
+        "NAME FRAME_x=lo:hi:n FRAME_z=... [key=value ...]",
     ),
     "check": Verb("every check with its witnesses", "[NAME ...] [key=value ...]"),
     "claims": Verb("the ledger of printed claims, with a verdict for each", "[NAME ...]"),

@@ -48,9 +48,10 @@ class ModelFile:
     on what was decided in reading: a loop that was closed and by how much, the branch that was taken, a name that was changed.
 
     joints: the file's joint -> the joints of the mechanism that stand for it: one, or for a free joint its three slides along
-    the axes of the world and its ball joint; bodies and drives: the file's body or actuator -> that of the mechanism. Elements
-    without a name have the key `unnamed(k)`, k their number in the file. A body of the file may have more bodies in the
-    mechanism, NAME.1, NAME.2, where its joints act at different points, and the frame of a body stands at its joints.
+    the axes of the world and its ball joint; bodies, drives, tendons and closures: the file's body, actuator, tendon or equality
+    -> the body, drive, shaft or spring, loop or relation of the mechanism. Elements without a name have the key `unnamed(k)`, k
+    their number in the file. A body of the file may have more bodies in the mechanism, NAME.1, NAME.2, where its joints act at
+    different points, and the frame of a body stands at its joints.
     reference: the coordinates of the file (MuJoCo's qpos) in the reference pose of the mechanism; empty: those of the file's own
     (qpos0). `mechlab.engines.mujoco.model_file.coordinates` converts states with them.
     """
@@ -63,6 +64,8 @@ class ModelFile:
     joints: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False, compare=False)
     bodies: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
     drives: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
+    closures: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
+    tendons: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
     reference: tuple[float, ...] = ()
 
     @property

@@ -5,10 +5,10 @@ from mechlab.formats.mjcf.read import from_mjcf
 from mechlab.formats.mjcf.write import scene_mjcf, to_mjcf
 from mechlab.formats.recording_npz import load_recording, save_recording
 from mechlab.formats.urdf import to_urdf, urdf_map
-from mechlab.formats.urdf_read import from_urdf
+from mechlab.formats.urdf_file import from_urdf, read_urdf
 from mechlab.formats.write import write_files
 
 __all__ = [
-    "from_json", "from_mjcf", "from_urdf", "load_recording", "save_recording", "scene_mjcf", "to_json", "to_mjcf",
-    "to_urdf", "urdf_map", "write_files",
+    "from_json", "from_mjcf", "from_urdf", "load_recording", "read_urdf", "save_recording", "scene_mjcf",
+    "to_json", "to_mjcf", "to_urdf", "urdf_map", "write_files",
 ]  # fmt: skip

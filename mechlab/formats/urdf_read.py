@@ -1,181 +1,175 @@
-"""URDF text -> Mechanism: a tree; mimics become relations. What URDF cannot describe (loops, gears) is in the JSON.
+"""The bodies, frames and mimics of a parsed URDF; `mechlab.formats.urdf_file` makes a Mechanism of them and closes its loops.
 
-The root link is the ground: its mass does not matter. Fixed links without mass, visuals and children become frames.
+The root link is the ground: its mass does not matter. Fixed links without shapes, children and mass become frames.
 Meshes are left out: a Mechanism's shapes are made from parameters. The physical value of a joint is that in the URDF.
 """
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import exact
-from mechlab.formats.mjcf.source import clean, fail
-from mechlab.formats.soundness import sound
+from mechlab.formats.mjcf.source import fail
 from mechlab.formats.urdf import MASSLESS
+from mechlab.formats.urdf_source import KINDS, UrdfText, listed, number_of, origin_of
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Body, Color, Frame, Joint, LinearRelation, Shape, floating
-from mechlab.mechanism.tree import depth_first
+from mechlab.mechanism.parts import Body, Color, Frame, Joint, LinearRelation, Shape, floating, revolute
 
-KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
+Tensor = tuple[float, float, float, float, float, float]
 UNLIMITED = 1e8  # a wider range counts as none: `to_urdf` writes 1e9 for a joint without range
+SWAPS = ("SPHERICAL", "FIXED", *(f"UJOINT_{a}{b}" for a in "XYZ" for b in "XYZ" if a != b))
+"""Joint types that an Extended URDF puts in the place of a joint of the URDF."""
 
 
-def from_urdf(content: str) -> Mechanism:
-    """The Mechanism in a URDF text; raises MechlabError that names what it cannot read."""
-    root = sound(content, "robot", "URDF file")
-    links = _named(root, "link")
-    joints = _named(root, "joint")
-    above: dict[str, ET.Element] = {}
-    for joint in joints.values():
-        child = _end(joint, "child", links)
-        _end(joint, "parent", links)
-        if child in above:
-            raise fail(joint, f"link {child!r} already hangs on joint {above[child].get('name')!r}.")
-        above[child] = joint
-    roots = [n for n in links if n not in above]
-    if len(roots) != 1:
-        raise MechlabError(
-            f"a URDF has exactly one root link; this one has {len(roots)}: {', '.join(roots) or 'a cycle'}."
-        )
-    colors = {m.get("name", ""): c for m in root.findall("material") if (c := _rgba(m)) is not None}
-    zeros = {name: _zero(joints, name, ()) for name in joints}
-    parents = {_end(j, "parent", links) for j in joints.values()}
-    bodies: list[Body] = []
-    frames: list[Frame] = []
-    for name, joint in ((n, above[n]) for n in links if n in above):
-        parent = _end(joint, "parent", links)
-        parent = GROUND if parent == roots[0] else clean(parent)
-        bare = joint.get("type") == "fixed" and not len(links[name]) and name not in parents
-        if bare:
-            frames.append(Frame(clean(name), parent, _origin(joint)))
-        else:
-            bodies.append(_body(links[name], joint, parent, zeros[joint.get("name", "")], colors))
-    return Mechanism(
-        name=clean(root.get("name") or "robot"),
-        bodies=depth_first(bodies),
-        relations=tuple(_relation(j) for j in joints.values() if j.find("mimic") is not None),
-        frames=tuple(frames),
-        ground_shapes=tuple(_shapes(links[roots[0]], colors)),
-    )
+def bodies_of(text: UrdfText, swaps: Mapping[str, str]) -> list[Body]:
+    """The bodies, in the order of the links; `swaps`: joint -> one of SWAPS, which takes its place."""
+    colors = _colors(text)
+    zeros = {name: _zero(text.joints, name, ()) for name in text.joints}
+    bodies, raised = [], list[str]()
+    for link in text.links:
+        joint = text.above.get(link)
+        if joint is None or link in text.bare:
+            continue
+        name = joint.get("name", "")
+        own, placement = _motion(text, joint, swaps.get(name, ""), zeros[name])
+        parent = text.bodies[text.parent[name]]
+        element = text.links[link]
+        bodies.append(Body(text.bodies[link], parent, placement, own, _inertia(element, raised), tuple(_shapes(element, colors))))
+    if raised:
+        words = "no body has moments of inertia as written (negative, or above the sum of the two others); they were raised"
+        text.notes.append(f"{words}: {listed(raised)}")
+    return bodies
 
 
-def _named(root: ET.Element, tag: str) -> dict[str, ET.Element]:
-    out: dict[str, ET.Element] = {}
-    for element in root.findall(tag):
-        name = element.get("name")
-        if not name or name in out:
-            raise fail(element, "every link and joint needs a name of its own.")
-        out[name] = element
-    return out
+def frames_of(text: UrdfText) -> tuple[Frame, ...]:
+    """The fixed links that only mark a place."""
+    return tuple(Frame(text.bodies[name], *text.place(name, name)) for name in text.links if name in text.bare)
 
 
-def _end(joint: ET.Element, tag: str, links: dict[str, ET.Element]) -> str:
-    element = joint.find(tag)
-    name = None if element is None else element.get("link")
-    if name is None or name not in links:
-        raise unknown(f"joint {joint.get('name')!r}: {tag} link", name, links)
-    return name
+def ground_shapes_of(text: UrdfText) -> tuple[Shape, ...]:
+    """The shapes of the root link."""
+    return tuple(_shapes(text.links[text.ground], _colors(text)))
 
 
-def _zero(joints: dict[str, ET.Element], name: str, seen: tuple[str, ...]) -> float:
+def relations_of(text: UrdfText, swaps: Mapping[str, str]) -> tuple[LinearRelation, ...]:
+    """The mimics of the joints in the tree."""
+    tree = [j for j in text.above.values() if j.find("mimic") is not None and j.get("type") != "fixed"]
+    return tuple(_relation(text, j, swaps) for j in tree)
+
+
+def _colors(text: UrdfText) -> dict[str, Color]:
+    return {m.get("name", ""): c for m in text.root.findall("material") if (c := _rgba(m)) is not None}
+
+
+def _zero(joints: Mapping[str, ET.Element], name: str, seen: tuple[str, ...]) -> float:
     """Value of a joint when all independent joints are 0: the offset of its mimic."""
     if name in seen:
-        raise MechlabError(f"the mimics form a cycle: {' -> '.join([*seen, name])}.")
+        raise MechlabError(f"the mimics form a cycle: {' -> '.join([*seen, name])}; one of these joints must be independent.")
     mimic = joints[name].find("mimic")
     if mimic is None:
         return 0.0
     leader = mimic.get("joint")
-    if leader not in joints:
+    if leader is None or leader not in joints:
         raise unknown(f"joint {name!r}: mimic joint", leader, joints)
-    return _value(mimic, "multiplier", 1.0) * _zero(joints, leader, (*seen, name)) + _value(mimic, "offset", 0.0)
+    return number_of(mimic, "multiplier", 1.0) * _zero(joints, leader, (*seen, name)) + number_of(mimic, "offset", 0.0)
 
 
-def _value(element: ET.Element, key: str, default: float) -> float:
-    values = floats(element, key, 1)
-    return default if values is None else values[0]
-
-
-def _relation(joint: ET.Element) -> LinearRelation:
+def _relation(text: UrdfText, joint: ET.Element, swaps: Mapping[str, str]) -> LinearRelation:
     mimic = joint.find("mimic")
     assert mimic is not None
-    name, ratio = clean(joint.get("name", "")), _value(mimic, "multiplier", 1.0)
+    own, leader = joint.get("name", ""), mimic.get("joint", "")
+    for end in (own, leader):
+        if end in swaps or text.joints[end] in text.closing or text.joints[end].get("type") not in KINDS:
+            raise fail(joint, f"a mimic couples two joints with one coordinate each; {end!r} is none.")
+    ratio = number_of(mimic, "multiplier", 1.0)
     if ratio == 0.0:
         raise fail(joint, "a mimic with the multiplier 0 locks its joint; make the joint fixed.")
-    terms = ((name, exact(1.0)), (clean(mimic.get("joint", "")), -exact(ratio)))
+    name = text.joint_names[own]
+    terms = ((name, exact(1.0)), (text.joint_names[leader], -exact(ratio)))
     return LinearRelation(f"{name}_mimic", terms, "mimic")
 
 
-def _body(link: ET.Element, joint: ET.Element, parent: str, zero: float, colors: dict[str, Color]) -> Body:
-    kind, name = joint.get("type"), clean(joint.get("name", ""))
-    placement = _origin(joint)
-    own: tuple[Joint, ...] = ()
-    if kind == "floating":
-        own = floating(name)
-    elif kind in KINDS:
-        own = (_joint(joint, name, zero),)
+def _motion(text: UrdfText, joint: ET.Element, swap: str, zero: float) -> tuple[tuple[Joint, ...], Placement]:
+    """The joints of a link and the placement of its body."""
+    name, kind, placement = text.joint_names[joint.get("name", "")], joint.get("type"), origin_of(joint)
+    if swap == "SPHERICAL":
+        return (Joint(name, "spherical", damping=_damping(joint)[0]),), placement
+    if swap.startswith("UJOINT"):
+        return tuple(revolute(f"{name}_{a}", a.lower()) for a in swap[-2:]), placement
+    if kind == "floating" and not swap:
+        return floating(name), placement
+    if kind in KINDS and not swap:
+        own = _joint(joint, name, zero)
         if zero:
             turn, slide = (zero, 0.0) if KINDS[kind] == "revolute" else (0.0, zero)
-            axis = np.array(own[0].axis)
+            axis = np.array(own.axis)
             placement = placement @ Placement.of(axis_rotation(axis, turn), slide * axis)
-    elif kind != "fixed":
+        return (own,), placement
+    if kind != "fixed" and swap != "FIXED":
         raise fail(joint, f"joints of type {kind!r} are not read; mechlab reads {', '.join(KINDS)}, fixed, floating.")
-    return Body(clean(link.get("name", "")), parent, placement, own, _inertia(link), tuple(_shapes(link, colors)))
+    return (), placement
 
 
 def _joint(joint: ET.Element, name: str, zero: float) -> Joint:
-    axis, limit, dynamics = joint.find("axis"), joint.find("limit"), joint.find("dynamics")
+    axis, limit = joint.find("axis"), joint.find("limit")
     direction = (None if axis is None else floats(axis, "xyz", 3)) or (1.0, 0.0, 0.0)
     limits = None
     if limit is not None and joint.get("type") != "continuous":
-        low, high = _value(limit, "lower", 0.0), _value(limit, "upper", 0.0)
+        low, high = number_of(limit, "lower", 0.0), number_of(limit, "upper", 0.0)
         if low < high and max(-low, high) < UNLIMITED:
             limits = (low, high)
-    damping = 0.0 if dynamics is None else _value(dynamics, "damping", 0.0)
-    friction = 0.0 if dynamics is None else _value(dynamics, "friction", 0.0)
+    damping, friction = _damping(joint)
     kind = KINDS[joint.get("type", "")]
     return Joint(name, kind, unit(direction, f"joint {name!r}: axis"), zero, limits, damping, 0.0, friction)
 
 
-def _origin(element: ET.Element) -> Placement:
-    origin = element.find("origin")
-    if origin is None:
-        return IDENTITY
-    x, y, z = floats(origin, "xyz", 3) or (0.0, 0.0, 0.0)
-    roll, pitch, yaw = floats(origin, "rpy", 3) or (0.0, 0.0, 0.0)
-    return Placement((x, y, z), _quaternion(roll / 2.0, pitch / 2.0, yaw / 2.0))
+def _damping(joint: ET.Element) -> tuple[float, float]:
+    """Damping and dry friction of a joint."""
+    dynamics = joint.find("dynamics")
+    if dynamics is None:
+        return 0.0, 0.0
+    return number_of(dynamics, "damping", 0.0), number_of(dynamics, "friction", 0.0)
 
 
-def _quaternion(r: float, p: float, y: float) -> tuple[float, float, float, float]:
-    """(w, x, y, z) of Rz Ry Rx, from half angles."""
-    cr, sr, cp, sp, cy, sy = math.cos(r), math.sin(r), math.cos(p), math.sin(p), math.cos(y), math.sin(y)
-    w, x = cy * cp * cr + sy * sp * sr, cy * cp * sr - sy * sp * cr
-    return (w, x, cy * sp * cr + sy * cp * sr, sy * cp * cr - cy * sp * sr)
-
-
-def _inertia(link: ET.Element) -> Inertia:
+def _inertia(link: ET.Element, raised: list[str]) -> Inertia:
     section = link.find("inertial")
     if section is None:
         return Inertia()
-    placement = _origin(section)
+    placement = origin_of(section)
     mass_element, tensor = section.find("mass"), section.find("inertia")
-    mass = 0.0 if mass_element is None else _value(mass_element, "value", 0.0)
+    mass = 0.0 if mass_element is None else number_of(mass_element, "value", 0.0)
     if mass <= MASSLESS:
         return Inertia()
     keys = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    t = [0.0 if tensor is None else _value(tensor, k, 0.0) for k in keys]
+    t = [0.0 if tensor is None else number_of(tensor, k, 0.0) for k in keys]
     try:
         own = Inertia(mass, (0.0, 0.0, 0.0), (t[0], t[1], t[2], t[3], t[4], t[5]))
     except MechlabError as error:
-        raise fail(link, str(error)) from None
+        given = (t[0], t[1], t[2], t[3], t[4], t[5])
+        own = Inertia(mass, (0.0, 0.0, 0.0), _possible(given, mass, fail(link, str(error))))
+        raised.append(f"{link.get('name')} (by at most {max(abs(a - b) for a, b in zip(own.tensor, given, strict=True)):.2g} kg m2)")
     turned: Array | None = None if placement.quaternion == IDENTITY.quaternion else placement.rotation
     return Inertia(mass, placement.position, own.tensor) if turned is None else own.at(placement.position, turned)
+
+
+def _possible(t: Tensor, mass: float, error: MechlabError) -> Tensor:
+    """The nearest tensor that a body can have: moments of at least 0, each at most the sum of the other two. Raises the error
+    for a tensor that is more than that away from one, as by a wrong unit or order of its entries."""
+    full = np.array([[t[0], t[3], t[4]], [t[3], t[1], t[5]], [t[4], t[5], t[2]]])
+    moments, axes = np.linalg.eigh(full)
+    if not np.all(np.isfinite(moments)) or moments[0] < -max(1e-6 * abs(float(moments[2])), 1e-15 * mass):
+        raise error
+    moments = np.maximum(moments, 0.0)
+    short = max(0.0, float(moments[2] - moments[0] - moments[1]))
+    moments[:2] += 0.5 * short * (1.0 + 1e-9) + 1e-12 * moments[2] * bool(short)
+    out = axes @ np.diag(moments) @ axes.T
+    return (float(out[0, 0]), float(out[1, 1]), float(out[2, 2]), float(out[0, 1]), float(out[0, 2]), float(out[1, 2]))
 
 
 def _shapes(link: ET.Element, colors: dict[str, Color]) -> list[Shape]:
@@ -190,9 +184,9 @@ def _shapes(link: ET.Element, colors: dict[str, Color]) -> list[Shape]:
             if solid.tag == "box":
                 size = dict(zip("xyz", floats(solid, "size", 3) or (0.0, 0.0, 0.0), strict=True))
             elif solid.tag in ("cylinder", "sphere"):
-                size = {k: _value(solid, k, 0.0) for k in ("radius", "length") if k in solid.attrib}
-            if size:
-                out.append(Shape(solid.tag, tuple(sorted(size.items())), _origin(visual), color or Shape.color))
+                size = {k: number_of(solid, k, 0.0) for k in ("radius", "length") if k in solid.attrib}
+            if size and min(size.values()) > 0.0:
+                out.append(Shape(solid.tag, tuple(sorted(size.items())), origin_of(visual), color or Shape.color))
     return out
 
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, unknown
@@ -16,10 +16,14 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.model_file import LeftOut
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.own_mechanism import FREE, HOLD, holding
-from mechlab.mechanism import ConstraintSet, Mechanism
+from mechlab.lab.own_mechanism import AS_IS, FREE, HOLD, holding
+from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.results import Shown
+
+if TYPE_CHECKING:
+    from mechlab.engines.mujoco.form import MujocoForm
+    from mechlab.engines.pinocchio.form import PinocchioForm
 
 AUTO = "auto"
 """Fidelity of a scene or a run: the cheapest that answers what is needed; `mechlab.lab.fidelity.choose` finds it."""
@@ -74,20 +78,22 @@ class Design(Shown):
         """Degrees of freedom, redundancies, independent coordinates."""
         return structure(self.mechanism(fidelity))
 
-    def to_mujoco(self, fidelity: str | None = None, settings: Settings | None = None) -> tuple[Any, Any]:
-        """(MjModel, MjData) of the generated MJCF, in the reference pose."""
+    def to_mujoco(self, fidelity: str | None = None, settings: Settings | None = None) -> MujocoForm:
+        """(MjModel, MjData) of the generated MJCF, ready to step; with `engine_state` and `named_state`, which convert states between
+        the names and physical values of the mechanism and the engine's qpos and qvel. See `mechlab.engines.mujoco.form`."""
         engine("mujoco")  # raises EngineMissing where it is not installed
-        from mechlab.engines.mujoco.model import to_mujoco
+        from mechlab.engines.mujoco.form import MujocoForm
 
-        return to_mujoco(self.mechanism(fidelity), settings)
+        return MujocoForm(self.mechanism(fidelity), settings)
 
-    def to_pinocchio(self, fidelity: str | None = None) -> tuple[Any, Any]:
-        """(pinocchio.Model, ConstraintSet): the tree, and what closes and couples it."""
+    def to_pinocchio(self, fidelity: str | None = None) -> PinocchioForm:
+        """(pinocchio.Model, ConstraintSet): the tree, and what closes and couples it; with `rigid_constraints` for Pinocchio's own
+        constrained dynamics, `rows(q, v)` -> J, dJ/dt v for what it cannot express, `mass_matrix`, `bias`, and `engine_state`,
+        `named_state`, which convert states. See `mechlab.engines.pinocchio.form`."""
         engine("pinocchio")  # raises EngineMissing where it is not installed
-        from mechlab.engines.pinocchio.model import to_pinocchio
+        from mechlab.engines.pinocchio.form import PinocchioForm
 
-        m = self.mechanism(fidelity)
-        return to_pinocchio(m).model, ConstraintSet(m)
+        return PinocchioForm(self.mechanism(fidelity))
 
     def save(self, out: Any, fidelity: str | None = None) -> dict[str, Any]:
         """Write NAME.xml, scene.xml, NAME.urdf, NAME.json and geometry; each is reloaded by its consumer first.
@@ -122,6 +128,12 @@ class Design(Shown):
             return FREE
         return chosen
 
+    def scene_for(self, engine: str | None = None) -> str:
+        """The scene that a run without a scene's name is of, for an engine: a stranger's MJCF file is run as it is, unless another
+        engine than `file` is asked for."""
+        of_file = AS_IS in self.entry.scenes and self.entry.default_scene in (HOLD, FREE) and engine in (None, "file")
+        return AS_IS if of_file else self.default_scene
+
     def scene(
         self,
         name: str | None = None,
@@ -146,7 +158,7 @@ class Design(Shown):
             if not duration <= LONGEST:
                 raise MechlabError(f"{self.name}: duration must be at most {LONGEST:g} s, got {duration:g} s.")
             scene = replace(scene, duration=duration)
-        if level != "kinematic" and scene.drives == "hold":
+        if level != "kinematic" and scene.drives == "hold" and scene.file is None:
             scene = acting(self.mechanism(level), scene)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 

@@ -74,11 +74,11 @@ def in_unit_of_length(m: Mechanism, unit: float) -> Mechanism:
         relations=tuple(replace(r, coefficients=terms(r.coefficients)) for r in m.relations),
         shafts=tuple(
             replace(s, coefficients=terms(s.coefficients), placement=place(s.placement), shapes=(),
-                    zero=s.zero / unit if is_length(m, s.name) else s.zero)
+                    zero=s.zero / unit if is_length(m, s.name) else s.zero, range=None)
             for s in m.shafts
         ),
         springs=tuple(
-            replace(s, point_a=short(s.point_a), point_b=short(s.point_b), rest_length=s.rest_length / unit)
+            replace(s, point_a=short(s.point_a), point_b=short(s.point_b), rest_length=s.rest_length / unit, range=None)
             for s in m.springs
         ),
         frames=tuple(replace(f, placement=place(f.placement)) for f in m.frames),

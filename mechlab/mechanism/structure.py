@@ -19,6 +19,8 @@ from mechlab.mechanism.newton import newton
 from mechlab.tables import counted
 
 RANK_TOLERANCE = 1e-9
+VOID = 1e-14
+"""Size of a row, relative to the largest one and to 1, below which it is rounding."""
 FREEDOMS = ("degree of freedom", "degrees of freedom")
 
 
@@ -84,7 +86,7 @@ def rank(matrix: Array) -> int:
     if matrix.size == 0:
         return 0
     norms = np.linalg.norm(matrix, axis=1, keepdims=True)
-    scaled = matrix / np.where(norms > 1e-14, norms, 1.0)
+    scaled = matrix / np.where(norms > VOID * max(1.0, float(norms.max())), norms, 1.0)
     return int(np.linalg.matrix_rank(scaled, tol=RANK_TOLERANCE * max(matrix.shape)))
 
 
@@ -94,7 +96,7 @@ def null_space(matrix: Array, tolerance: float = RANK_TOLERANCE) -> Array:
     if matrix.shape[0] == 0:
         return np.eye(n)
     norms = np.linalg.norm(matrix, axis=1, keepdims=True)
-    _, values, vt = np.linalg.svd(matrix / np.where(norms > 1e-14, norms, 1.0))
+    _, values, vt = np.linalg.svd(matrix / np.where(norms > VOID * max(1.0, float(norms.max())), norms, 1.0))
     return vt[int(np.sum(values > tolerance * max(matrix.shape))) :].T
 
 

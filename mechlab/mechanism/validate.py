@@ -16,7 +16,7 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import CHECKS, Mechanism
 from mechlab.mechanism.naming import refuse_collisions
-from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, Body, Drive, Joint
+from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, Body, Drive
 from mechlab.mechanism.tilt import refuse_tilts
 from mechlab.mechanism.tree import too_many_bodies
 
@@ -119,17 +119,16 @@ def _joints(m: Mechanism, body: Body) -> None:
             _finite(getattr(joint, key), f"{what}: {key}", 0.0)
         for key in ("zero", "spring_rest"):
             _finite(getattr(joint, key), f"{what}: {key}")
-        _range(joint, what)
+        _range(joint.range, what)
+        if joint.kind == "spherical" and joint.range is not None and joint.range[0] != 0.0:
+            raise MechlabError(
+                f"{what}: the range of a spherical joint is (0, largest angle), got {joint.range!r}."
+            )
 
 
-def _range(joint: Joint, what: str) -> None:
-    if joint.range is None:
-        return
-    low, high = joint.range
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise MechlabError(f"{what}: range must be (low, high) with low < high, got {joint.range!r}.")
-    if joint.kind == "spherical":
-        raise MechlabError(f"{what}: a spherical joint has no range.")
+def _range(ends: tuple[float, float] | None, what: str) -> None:
+    if ends is not None and not (math.isfinite(ends[0]) and math.isfinite(ends[1]) and ends[0] < ends[1]):
+        raise MechlabError(f"{what}: range must be (low, high) with low < high, got {ends!r}.")
 
 
 def _direction(axis: Vector, what: str) -> None:
@@ -158,6 +157,7 @@ def _attachments(m: Mechanism) -> None:
                 raise unknown(f"{m.name}: spring {spring.name!r}: body", body, bodies)
         for key in ("stiffness", "damping", "rest_length"):
             _finite(getattr(spring, key), f"{m.name}: spring {spring.name!r}: {key}", 0.0)
+        _range(spring.range, f"{m.name}: spring {spring.name!r}")
     for frame in m.frames:
         if frame.body not in bodies:
             raise unknown(f"{m.name}: frame {frame.name!r}: body", frame.body, bodies)
@@ -189,8 +189,8 @@ def _control(m: Mechanism, drive: Drive) -> None:
         raise MechlabError(f"{what}: a gear of 0 moves nothing.")
     for key in ("range", "force_range"):
         ends = getattr(drive.control, key)
-        if ends is not None and not _finite(ends[0], f"{what}: {key}") < _finite(ends[1], f"{what}: {key}"):
-            raise MechlabError(f"{what}: {key} must be (low, high) with low < high, got {ends!r}.")
+        if ends is not None and not -math.inf < ends[0] <= ends[1] < math.inf:
+            raise MechlabError(f"{what}: {key} must be (low, high) with low <= high, got {ends!r}.")
 
 
 def _winding(m: Mechanism, drive: Drive) -> None:
@@ -227,6 +227,7 @@ def _linear(m: Mechanism) -> None:
     for shaft in m.shafts:
         for key in ("inertia", "damping", "friction", "stiffness"):
             _finite(getattr(shaft, key), f"{m.name}: shaft {shaft.name!r}: {key}", 0.0)
+        _range(shaft.range, f"{m.name}: shaft {shaft.name!r}")
         if shaft.body not in bodies:
             raise unknown(f"{m.name}: shaft {shaft.name!r}: body", shaft.body, bodies)
         if shaft.inertia > 0 or shaft.damping > 0:

@@ -32,6 +32,7 @@ COMMANDS = {
     "solve": ["solve", "delta6", "x=1"],
     "simulate": ["simulate", "delta6"],
     "cycle": ["cycle", "fourbar"],
+    "track": ["track", "fourbar", "crank_angle=0:1:5"],
     "chart": ["chart", "fourbar"],
     "check": ["check", "delta6"],
     "claims": ["claims", "delta6"],

@@ -169,7 +169,10 @@ def test_an_offset_of_a_mimic_is_in_the_reference_pose():
     ("change", "message"),
     [
         (("TYPE", "planar"), "joint name='jb'.*'planar' are not read"),
-        (('child link="b"', 'child link="a"'), "already hangs"),
+        (('child link="b"', 'child link="a"'), "parent and its child are the same link 'a'"),
+        (('parent link="a"', 'parent link="b"'), "parent and its child are the same link 'b'"),
+        (('link name="b"', 'link name="a"'), "two links of this name"),
+        (('joint name="jb"', 'joint name="ja"'), "two joints of this name"),
         (('parent link="a"', 'parent link="c"'), "parent link 'c' does not exist"),
         (('parent link="palm"', 'parent link="b"'), "2: palm|exactly one root|cycle"),
         (('mimic joint="ja"', 'mimic joint="jx"'), "mimic joint 'jx' does not exist"),

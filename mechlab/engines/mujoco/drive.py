@@ -142,10 +142,13 @@ def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:
     stability map varies them), and take out all others. Controls stay 0, the target of a drive."""
     model = map_.model
     passive(model)
+    in_file_units = {d.name for d in map_.mechanism.drives if d.control is not None}
     for law in engaged(laws):
         k = map_.actuators[law.drive]
         model.actuator_group[k] = 0
-        if isinstance(law, Servo) and (law.stiffness or math.isfinite(law.limit)):
+        if law.drive in in_file_units and isinstance(law, Servo):
+            _at_the_joint(model, k, law)
+        if isinstance(law, Servo) and (law.stiffness or math.isfinite(law.limit) or law.drive in in_file_units):
             offset = law.motion.at(0.0)[0] - map_.mechanism.zero(law.on)
             if law.stiffness:
                 model.actuator_gainprm[k, 0] = law.stiffness
@@ -171,6 +174,16 @@ def put_start(data: mujoco.MjData, map_: MujocoMap, q: Array, v: Array) -> None:
     data.qpos[:] = map_.engine_coordinates(q)
     data.qvel[:] = map_.engine_rates(data.qpos, v)
     data.qacc_warmstart[:] = 0.0
+
+
+def _at_the_joint(model: mujoco.MjModel, k: int, law: Servo) -> None:
+    """Take the units of its control from an actuator: its force is that at the joint, its control 0 is in range."""
+    model.actuator_gear[k, 0] = 1.0
+    model.actuator_ctrllimited[k] = False
+    model.actuator_biastype[k] = mujoco.mjtBias.mjBIAS_AFFINE
+    model.actuator_forcelimited[k] = math.isfinite(law.limit)
+    if math.isfinite(law.limit):
+        model.actuator_forcerange[k] = -law.limit, law.limit
 
 
 def motor_states(mechanism: Mechanism, control: float, rates: Array, currents: Array) -> tuple[Array, Array, Array]:

@@ -3,9 +3,9 @@
     with session as s:
         observation = s.step(action)      # the action is held for `hold` seconds, some whole timesteps of the engine
 
-The action is an array over the declared drives in their order, each in the unit of its control: the target of a servo
-[rad or m], the force of a motor without stiffness [N m or N], the voltage of a winding [V]. The engine's own actuators apply
-it; the other laws of the scene act as in a run.
+The action is an array over the declared drives in their order, each in the unit of its control: the target of a servo [rad or m],
+the target rate of a drive with damping alone, the force of a motor [N m or N], the voltage of a winding [V], the control of the file that
+a drive was read from. The engine's own actuators apply it; the other laws of the scene act as in a run.
 
 Between two actions nothing but the step, one copy of the state and a test for finite numbers is done; loops, rates and warnings of
 the engine are looked at once in BLOCK actions, and the whole health record is made from the kept states when it is asked for.
@@ -87,8 +87,7 @@ class Session:
         self.map = MujocoMap(mechanism, self.model)
         self.drives = SessionDrives(self.map)
         self._observe(seen)
-        self._ctrl, self._scale, self._shift = self.data.ctrl, self.drives.scale, self.drives.shift
-        self._scaled, self._clamped = bool(np.any(self._scale != 1.0)), bool(np.any(self.drives.clamped))
+        self._ctrl, self._shift, self._plain = self.data.ctrl, self.drives.shift, self.drives.plain
         self._many = len(self._shift)
         size = mujoco.mj_stateSize(self.model, ROW)
         self._zeros = np.zeros(size)
@@ -108,7 +107,7 @@ class Session:
 
     @property
     def action_units(self) -> tuple[str, ...]:
-        """Units of an action: rad or m for a servo, N m or N for a motor, V for a winding."""
+        """Units of an action: rad or m for a servo, rad/s or m/s with damping alone, N m or N for a motor, V for a winding."""
         return self.drives.units
 
     @property
@@ -177,11 +176,11 @@ class Session:
         row = self.rows[self.count]
         mujoco.mj_getState(self.model, self.data, row, ROW)
         if row.dot(self._zeros) != 0.0:
-            self._look()
+            self.look()
         if driver is not None:
             self.called[self.count] = driver.work
         if self.count >= self._next_look:
-            self._look()
+            self.look()
         return self._observation(row)
 
     def _command(self, action: ArrayLike | Mapping[str, float]) -> None:
@@ -200,11 +199,10 @@ class Session:
                     raise MechlabError(
                         f"{self.mechanism.name}: action of {name!r}: expected a finite number, got {x!r}."
                     )
-        if self._clamped:
-            numbers = np.where(self.drives.clamped, np.clip(numbers, self.drives.low, self.drives.high), numbers)
-        if self._scaled:
-            numbers = self._scale * numbers
-        np.add(numbers, self._shift, out=self._ctrl)
+        if self._plain:
+            np.add(numbers, self._shift, out=self._ctrl)
+        else:
+            self._ctrl[:] = self.drives.control(numbers)
 
     def _by_name(self, action: Mapping[str, float]) -> Array:
         numbers = self.action
@@ -231,7 +229,7 @@ class Session:
     @property
     def action(self) -> Array:
         """(drives,) the command that is held now."""
-        return np.asarray((self._ctrl - self._shift) / self._scale)
+        return self.drives.command(self._ctrl)
 
     @property
     def time(self) -> float:
@@ -253,14 +251,10 @@ class Session:
             self.rng = np.random.default_rng(seed)
         if hasattr(self, "count"):
             self._leave()
-        values = dict(self._start(self.rng)) if self._start is not None else {}
-        scene = started(self.scene, {**values, **(initial or {})}, self.mechanism)
-        q, v = initial_state(self.mechanism, scene)
+        scene, qpos, qvel = self.beginning(self.rng, initial)
         model, data = self.model, self.data
         mujoco.mj_resetData(model, data)
-        data.qpos[:] = self.map.engine_coordinates(q)
-        data.qvel[:] = self.map.engine_rates(data.qpos, v)
-        data.ctrl[:] = self._scale * self.drives.rest + self._shift
+        data.qpos[:], data.qvel[:], data.ctrl[:] = qpos, qvel, self.drives.control(self.drives.rest)
         silence(data)
         self.end: SteppingEnd | None = None
         self._driver = self._laws(scene)
@@ -273,6 +267,16 @@ class Session:
         mujoco.mj_getState(model, data, self.rows[0], ROW)
         return self.observation
 
+    def beginning(
+        self, rng: np.random.Generator, initial: Mapping[str, float] | None = None
+    ) -> tuple[Scene, Array, Array]:
+        """The scene with the initial values of a reset, and the engine's qpos and qvel there; see `reset`."""
+        values = dict(self._start(rng)) if self._start is not None else {}
+        scene = started(self.scene, {**values, **(initial or {})}, self.mechanism)
+        q, v = initial_state(self.mechanism, scene)
+        qpos = self.map.engine_coordinates(q)
+        return scene, qpos, self.map.engine_rates(qpos, v)
+
     def _laws(self, scene: Scene) -> Driver | None:
         """The laws of the scene, put into the engine; None where they need no call: there are none, or all are constant."""
         if not scene.laws:
@@ -282,8 +286,9 @@ class Session:
 
     # -- health --------------------------------------------------------------------------------------------------------
 
-    def _look(self) -> None:
-        """Look at the states since the last look; ends the motion where they cannot be trusted."""
+    def look(self) -> None:
+        """Look at the states since the last look, as `step` does once in BLOCK actions. Raises Untrustworthy where a rate is beyond
+        1e6 or a loop has opened; the motion ends there."""
         k = self.count
         self._next_look = min(k + BLOCK, KEPT)
         new = self.rows[max(0, k - BLOCK) : k + 1]

@@ -90,7 +90,7 @@ def _written(s: Kept, samples: _Samples, states: tuple[Array, Array], data: mujo
     m, t = s.mechanism, np.array(samples.t)
     channels, units = samples.channels(m, *states)
     kept = s.rows[: s.count + 1]
-    commands = (kept[:, kept.shape[1] - s.model.nu :] - s.drives.shift) / s.drives.scale
+    commands = s.drives.command(kept[:, kept.shape[1] - s.model.nu :])
     after = np.minimum(np.searchsorted(kept[:, 0], t) + 1, s.count)
     for k, (name, unit) in enumerate(zip(s.drives.names, s.drives.units, strict=True)):
         channels[f"{name}_command"], units[f"{name}_command"] = commands[after, k], unit

@@ -139,7 +139,7 @@ def _set_joint(model: pin.Model, joint: Joint, q: int, v: slice) -> None:
     model.damping[v] = joint.damping
     model.upperDryFrictionLimit[v] = joint.friction
     model.lowerDryFrictionLimit[v] = -joint.friction
-    if joint.range is not None:
+    if joint.range is not None and joint.nv == 1:
         model.lowerPositionLimit[q] = joint.range[0] - joint.zero
         model.upperPositionLimit[q] = joint.range[1] - joint.zero
 

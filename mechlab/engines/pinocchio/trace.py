@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from mechlab.engines.pinocchio.form import rigid_constraints
 from mechlab.engines.pinocchio.model import PinModel, build
 from mechlab.engines.pinocchio.runner import run
 from mechlab.experiment.laws import Law
@@ -24,7 +25,7 @@ from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate import count_work, integrate_adaptive, integrate_lsoda
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Loop, Spring
+from mechlab.mechanism.parts import Spring
 
 SIMPLE_LAWS = ("constant", "harmonic", "table", "servo", "constant_power", "motor", "viscous", "one_sided_stop")
 MU, ITERATIONS, ACCURACY = 1e-6, 5, 1e-12
@@ -149,33 +150,11 @@ class _Spring:
 def _contacts(made: PinModel, kp: float, kd: float) -> pin.StdVec_RigidConstraintModel:
     out = pin.StdVec_RigidConstraintModel()
     for loop in made.mechanism.loops:
-        for place_a, place_b in _ends(made, loop):
-            contact = pin.RigidConstraintModel(
-                pin.ContactType.CONTACT_3D, made.model, made.joint_of[loop.body_a], place_a,
-                made.joint_of[loop.body_b], place_b, pin.ReferenceFrame.LOCAL,
-            )  # fmt: skip
+        for contact in rigid_constraints(made, loop):
             contact.m_baumgarte_parameters.Kp = kp
             contact.m_baumgarte_parameters.Kd = kd
             out.append(contact)
     return out
-
-
-def _ends(made: PinModel, loop: Loop) -> list[tuple[pin.SE3, pin.SE3]]:
-    """One pair of points for a spherical loop, two on the axis of a revolute one (one row too many: proximal takes it)."""
-    places = []
-    for body, placement in ((loop.body_a, loop.placement_a), (loop.body_b, loop.placement_b)):
-        rotation, shift = made.offset_of[body]
-        places.append(pin.SE3(rotation, shift) * pin.SE3(placement.rotation, placement.translation))
-    if loop.kind == "spherical":
-        return [(places[0], places[1])]
-    span = _size(made.mechanism)
-    away = [pin.SE3(np.eye(3), np.array([0.0, 0.0, z])) for z in (-0.5 * span, 0.5 * span)]
-    return [(places[0] * x, places[1] * x) for x in away]
-
-
-def _size(mechanism: Mechanism) -> float:
-    """A length of the mechanism: the largest distance between a body and its parent."""
-    return max([float(np.linalg.norm(b.placement.translation)) for b in mechanism.bodies] + [1e-3])
 
 
 def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, stabilisation: Stabilisation) -> Trace:

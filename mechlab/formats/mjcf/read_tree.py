@@ -95,6 +95,7 @@ def _uniform(kind: str, s: tuple[float, ...]) -> tuple[float, tuple[float, float
 
 
 KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "spherical"}
+PASSIVE = {"damping": "damping", "armature": "armature", "friction": "frictionloss", "stiffness": "stiffness"}
 SKIPPED = ("light", "camera", "geom", "site", "inertial", "joint", "freejoint", "body")
 
 
@@ -242,7 +243,9 @@ def _joints(
     for child in element:
         if child.tag == "freejoint" or (child.tag == "joint" and child.get("type") == "free"):
             name = tree.joint_names.add(child.get("name"), f"{body or 'body'}_free")
-            out.append(PlacedJoint(floating(name), (0.0, 0.0, 0.0)))
+            e = source.attributes(child, childclass) if child.tag == "joint" else child
+            passive = {key: one(e, word) for key, word in PASSIVE.items() if one(e, word)}
+            out.append(PlacedJoint(tuple(replace(j, **passive) for j in floating(name)), (0.0, 0.0, 0.0)))  # type: ignore[arg-type]
         elif child.tag == "joint":
             out.append(_joint(source, tree, source.attributes(child, childclass)))
     return out
@@ -264,9 +267,9 @@ def _joint(source: MjcfText, tree: BodyTree, e: ET.Element) -> PlacedJoint:
     limits = floats(e, "range", 2)
     if e.get("limited", "auto") == "false" or (e.get("limited", "auto") == "auto" and not source.autolimits):
         limits = None
-    if limits is not None and kind == "ball":
-        raise fail(e, "the range of a ball joint is not read.")
     shift = zero - ref
+    if kind == "ball":
+        angle = source.angle
     tree.ref[name], tree.spring_at[name], tree.zero[name] = ref, spring_at, zero
     if limits is not None:
         tree.range[name] = (limits[0] * angle, limits[1] * angle)

@@ -124,7 +124,7 @@ def _option(root: ET.Element, m: Mechanism, s: Settings) -> None:
     accelerations (its issue 3767)."""
     integrator = s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
     option = add(root, "option", timestep=s.timestep, gravity=m.gravity, integrator=integrator, jacobian="dense")
-    add(option, "flag", clampctrl="disable", autoreset="disable")
+    add(option, "flag", clampctrl=None if drives.clamps(m) else "disable", autoreset="disable")
 
 
 def _defaults(root: ET.Element, contacts: bool) -> None:

@@ -27,6 +27,8 @@ def write_tendons(root: ET.Element, m: Mechanism, s: Settings, size: float) -> N
         _terms(add(section, "fixed", name=names.tendon_name(m, relation.name)), relation.coefficients)
     for spring in m.springs:
         passive: dict[str, object] = {"stiffness": spring.stiffness, "damping": spring.damping}
+        if spring.range is not None:
+            passive |= {"range": spring.range, "solreflimit": s.solref, "solimplimit": s.solimp}
         element = add(
             section, "spatial", name=names.tendon_name(m, spring.name), springlength=spring.rest_length, **passive,
             width=0.01 * size,
@@ -48,6 +50,9 @@ def _shaft(shaft: Shaft, s: Settings) -> dict[str, object]:
         out["springlength"] = math.nextafter(-1.0, 0.0) if rest == -1.0 else rest
     if shaft.friction:
         out |= {"frictionloss": shaft.friction, "solreffriction": s.solref, "solimpfriction": s.solimp}
+    if shaft.range is not None:
+        out["range"] = (shaft.range[0] - shaft.zero, shaft.range[1] - shaft.zero)
+        out |= {"solreflimit": s.solref, "solimplimit": s.solimp}
     if shaft.zero:
         out["user"] = shaft.zero
     return out
@@ -68,7 +73,8 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
 
     A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate, or with a target of its own
     kp (target + ctrl - coordinate) - kv rate; one without is a motor, force = ctrl, whose damping acts too, within the
-    limit if there is one. Ranges of the controls are for the sliders of a viewer: clamping is off.
+    limit if there is one. Ranges of the controls are for the sliders of a viewer: clamping is off. A drive with units of its
+    control is written in them, with its range.
     """
     controls: dict[str, float] = {}
     if not m.drives:
@@ -76,6 +82,7 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
     forces = hold_reference_pose(m).forces
     section = add(root, "actuator")
     joints = {j.name for j in m.joints}
+    free = "false" if clamps(m) else None
     for drive in m.drives:
         if drive.limit == 0.0:
             raise MechlabError(
@@ -90,7 +97,10 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
         if drive.winding is not None:
             controls[drive.name] = _dc_motor(section, drive, target, force, limits)
             continue
-        common: dict[str, object] = {"ctrlrange": _slider(m, drive, value, size), "forcerange": limits}
+        if drive.control is not None:
+            controls[drive.name] = _in_file_units(section, m, drive, target, force, size)
+            continue
+        common: dict[str, object] = {"ctrlrange": _slider(m, drive, value, size), "forcerange": limits, "ctrllimited": free}
         if offset or (drive.damping and drive.limit is not None and not drive.stiffness):
             bias = (drive.stiffness * offset, -drive.stiffness, -drive.damping)
             affine = {"gainprm": drive.stiffness or 1.0, "biastype": "affine", "biasprm": bias}
@@ -101,6 +111,49 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
         else:
             add(section, "motor", name=drive.name, **target, damping=drive.damping or None, **common)
     return controls
+
+
+def clamps(m: Mechanism) -> bool:
+    """True when a drive has a range that its control is clamped to."""
+    return any(d.control is not None and d.control.range is not None for d in m.drives)
+
+
+def _in_file_units(
+    section: ET.Element, m: Mechanism, drive: Drive, target: dict[str, str], force: float, size: float
+) -> float:
+    """An actuator that makes of a control the force that `Control` says; returns the control that gives `force`.
+
+    In the file, lengths are 0 in the reference pose: the bias is the force there at the control 0. The push itself, which
+    counts from the physical value 0, is user[0].
+    """
+    c = drive.control
+    assert c is not None
+    stiffness, damping = drive.stiffness / c.gear**2, drive.damping / c.gear**2
+    bias = c.push - stiffness * c.gear * m.zero(drive.on)
+    attributes: dict[str, object] = {"name": drive.name, **target, "gear": c.gear if c.gear != 1.0 else None}
+    forces = c.force_range or (None if drive.limit is None else (-drive.limit / abs(c.gear), drive.limit / abs(c.gear)))
+    value = float(f"{(force / c.gear - bias) / c.gain:.12g}") if c.gain else 0.0
+    if c.range is not None:
+        value = min(max(value, c.range[0]), c.range[1])
+        attributes["ctrlrange"] = c.range
+    elif c.gain:
+        ends = _slider(m, drive, force / drive.stiffness if drive.stiffness else force, size)
+        scale = (stiffness * c.gear if drive.stiffness else 1.0 / c.gear) / c.gain
+        low, high = sorted(x * scale - (0.0 if drive.stiffness else c.push / c.gain) for x in ends)
+        shift = -bias / c.gain if drive.stiffness else 0.0
+        attributes |= {"ctrlrange": (min(low + shift, value), max(high + shift, value))}
+        attributes["ctrllimited"] = "false"
+    attributes |= {"forcerange": forces, "user": c.push}
+    if not (bias or stiffness or damping or c.gain != 1.0):
+        add(section, "motor", **attributes)
+    elif not bias and stiffness and c.gain == stiffness:
+        add(section, "position", kp=stiffness, kv=damping or None, **attributes)
+    elif not (bias or stiffness) and c.gain == damping:
+        add(section, "velocity", kv=damping, **attributes)
+    else:
+        affine = {"biastype": "affine", "biasprm": (bias, -stiffness, -damping)} if bias or stiffness or damping else {}
+        add(section, "general", gainprm=c.gain, **affine, **attributes)
+    return value
 
 
 def _dc_motor(

@@ -14,7 +14,7 @@ from mechlab.experiment.laws import Law, OneSidedStop, Servo
 from mechlab.experiment.scene import Scene
 from mechlab.lab.design import Design
 from mechlab.mechanism import Builder, Mechanism, Placement
-from mechlab.mechanism.parts import GROUND, Coefficients, Loop
+from mechlab.mechanism.parts import GROUND, Coefficients, Joint, Loop, Shaft, Spring
 
 
 def with_mechanism(design: Design, mechanism: Mechanism) -> Design:
@@ -58,11 +58,14 @@ def scale_servos(scene: Scene, factor: float) -> Scene:
 
 
 def without_ranges(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without ranges of joints: MuJoCo puts soft stops there, the reference runs have none."""
-    if all(j.range is None for j in mechanism.joints):
+    """The mechanism without ranges of joints, shafts and springs: MuJoCo puts soft stops there, the reference runs have none."""
+    parts: list[Joint | Shaft | Spring] = [*mechanism.joints, *mechanism.shafts, *mechanism.springs]
+    if all(x.range is None for x in parts):
         return mechanism
     bodies = tuple(replace(b, joints=tuple(replace(j, range=None) for j in b.joints)) for b in mechanism.bodies)
-    return replace(mechanism, bodies=bodies)
+    shafts = tuple(replace(s, range=None) for s in mechanism.shafts)
+    springs = tuple(replace(s, range=None) for s in mechanism.springs)
+    return replace(mechanism, bodies=bodies, shafts=shafts, springs=springs)
 
 
 def rough_parts(mechanism: Mechanism) -> dict[str, float]:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, given_name, key
 from mechlab.engines.mujoco.model_file.read_tendons import Tendons
-from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, switched_off
+from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, actuators_on, switched_off
+from mechlab.experiment.model_file import SHOWN
 from mechlab.formats.mjcf.control import LinearActuator, drive_of
 from mechlab.formats.mjcf.source import Names
-from mechlab.mechanism.parts import Drive
+from mechlab.mechanism.parts import Drive, Winding
 
 TRANSMISSION, DISABLE = mujoco.mjtTrn, mujoco.mjtDisableBit
+VOLTAGE = 8
+"""MuJoCo's code of a DC motor whose control is the voltage."""
 LAGS = {
     mujoco.mjtDyn.mjDYN_FILTER: "a lag of first order",
     mujoco.mjtDyn.mjDYN_FILTEREXACT: "a lag of first order",
@@ -28,19 +33,42 @@ def read_actuators(tree: CompiledTree, tendons: Tendons) -> tuple[list[Drive], d
     of: dict[str, str] = {}
     if switched_off(model, DISABLE.mjDSBL_ACTUATION) and model.nu:
         tree.remarks.notes.append("the file switches its actuators off; here they are drives that wait for a law.")
+    bounds = _joint_bounds(tree, tendons)
+    pushing, uneven = [], []
     for k in range(len(model.actuator_trntype)):
         label = key(model, OBJECT.mjOBJ_ACTUATOR, k)
         on = _target(tree, tendons, k)
-        actuator = _linear(tree.remarks, model, k, label, on)
-        if actuator is None or on is None:
+        found = _motor(model, k) or _linear(tree.remarks, model, k, label, on)
+        if found is None or on is None:
             continue
         name = names.add(given_name(model, OBJECT.mjOBJ_ACTUATOR, k), on[0])
-        drives.append(drive_of(name, on[0], actuator, on[1]))
         of[label] = name
-        if actuator.pushes:
-            tree.remarks.notes.append(f"the actuator {label!r} pushes at the control 0; as a drive it rests there.")
-    _joint_limits(tree, of)
+        forces = _range(model.actuator_forcelimited[k], model.actuator_forcerange[k])
+        if k in bounds:
+            forces = _both(forces, bounds[k])
+        if isinstance(found, Winding):
+            limit = None if forces is None else max(-forces[0], forces[1]) * abs(float(model.actuator_gear[k, 0]))
+            drives.append(Drive(name, on[0], limit=limit, winding=found))
+            continue
+        drive = drive_of(name, on[0], replace(found, force_range=forces), on[1])
+        drives.append(drive)
+        if found.pushes:
+            pushing.append(label)
+        if (drive.stiffness or drive.damping) and drive.control and drive.control.force_range:
+            uneven.append(label)
+    _note(tree.remarks, pushing, "push at the control 0; as drives they rest there")
+    _note(
+        tree.remarks,
+        uneven,
+        "have other bounds of their force in one sense than in the other; as held drives the larger one bounds both",
+    )
     return drives, of
+
+
+def _note(remarks: Remarks, names: list[str], text: str) -> None:
+    if names:
+        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        remarks.notes.append(f"actuators that {text}: {', '.join(names[:SHOWN])}{more}.")
 
 
 def _target(tree: CompiledTree, tendons: Tendons, k: int) -> tuple[str, float] | None:
@@ -92,17 +120,54 @@ def _linear(
     )  # fmt: skip
 
 
+def _motor(model: mujoco.MjModel, k: int) -> Winding | None:
+    """The winding of a DC motor on a joint whose input is the voltage, and which has no losses or controller of its own."""
+    if mujoco.mjtDyn(model.actuator_dyntype[k]) != mujoco.mjtDyn.mjDYN_DCMOTOR:
+        return None
+    resistance, constant = (float(x) for x in model.actuator_gainprm[k, :2])
+    rest = (model.actuator_gainprm[k, 2:], model.actuator_biasprm[k], model.actuator_dynprm[k, 1:])
+    plain = model.actuator_ctrlspec[k] == VOLTAGE and not any(np.any(x) for x in rest) and resistance > 0.0
+    gear = float(model.actuator_gear[k, 0])
+    return (
+        Winding(constant * gear, resistance, float(model.actuator_dynprm[k, 0]) * resistance)
+        if plain and gear
+        else None
+    )
+
+
 def _range(limited: bool, ends: np.ndarray) -> tuple[float, float] | None:
     return (float(ends[0]), float(ends[1])) if limited else None
 
 
-def _joint_limits(tree: CompiledTree, of: dict[str, str]) -> None:
-    """Names the limits of the total actuator force of a joint or tendon."""
+def _both(one: tuple[float, float] | None, two: tuple[float, float]) -> tuple[float, float]:
+    """The forces that two bounds allow; where they do not meet, the end of the second that is nearest to the first."""
+    if one is None:
+        return two
+    low, high = (min(max(x, two[0]), two[1]) for x in one)
+    return low, high
+
+
+def _joint_bounds(tree: CompiledTree, tendons: Tendons) -> dict[int, tuple[float, float]]:
+    """actuator -> bounds of its force from those of the total actuator force of its joint or tendon. Several actuators with one
+    such bound are more than drives can say: it is named as lost."""
     model = tree.model
-    for kind, limited, count in (
-        (OBJECT.mjOBJ_JOINT, model.jnt_actfrclimited, model.njnt),
-        (OBJECT.mjOBJ_TENDON, model.tendon_actfrclimited, model.ntendon),
+    through: dict[int, list[int]] = {}
+    for tendon, terms in tendons.fixed.items():
+        for name, _ in terms:
+            joint = next(k for k, names in tree.joints_of.items() if name in names)
+            through.setdefault(joint, []).extend(k for k, _ in actuators_on(model, TRANSMISSION.mjTRN_TENDON, tendon))
+    out: dict[int, tuple[float, float]] = {}
+    for kind, limited, ranges, transmission in (
+        (OBJECT.mjOBJ_TENDON, model.tendon_actfrclimited, model.tendon_actfrcrange, TRANSMISSION.mjTRN_TENDON),
+        (OBJECT.mjOBJ_JOINT, model.jnt_actfrclimited, model.jnt_actfrcrange, TRANSMISSION.mjTRN_JOINT),
     ):
-        for k in range(count):
-            if limited[k]:
-                tree.remarks.lose("actuatorfrcrange", key(model, kind, k), "a bound on the sum of the actuators there")
+        for k in np.flatnonzero(limited):
+            here = actuators_on(model, transmission, int(k))
+            others = through.get(int(k), []) if kind == OBJECT.mjOBJ_JOINT else []
+            if len(here) == 1 and not others and here[0][1]:
+                ends = sorted(float(x) / here[0][1] for x in ranges[k])
+                out[here[0][0]] = (ends[0], ends[1])
+            elif here or others:
+                why = "a bound on the sum of several actuators"
+                tree.remarks.lose("actuatorfrcrange", key(model, kind, int(k)), why)
+    return out

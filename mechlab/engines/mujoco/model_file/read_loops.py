@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import mujoco
 import numpy as np
 
@@ -17,14 +19,21 @@ EQUALITY = mujoco.mjtEq
 End = tuple[str, Placement]
 
 
-def read_equalities(
-    tree: CompiledTree, tendons: Tendons, names: Names
-) -> tuple[list[Loop], list[LinearRelation], dict[str, float]]:
-    """Loops, relations, and for a relation with an offset the value of its sum of coordinates, 0 in the file's own pose."""
+@dataclass
+class Equalities:
+    """Loops and relations; `offsets`: of a relation with an offset the value of its sum of coordinates, 0 in the file's own pose;
+    `of`: the file's equality -> loop or relation."""
+
+    loops: list[Loop] = field(default_factory=list)
+    relations: list[LinearRelation] = field(default_factory=list)
+    offsets: dict[str, float] = field(default_factory=dict)
+    of: dict[str, str] = field(default_factory=dict)
+
+
+def read_equalities(tree: CompiledTree, tendons: Tendons, names: Names) -> Equalities:
+    """The equalities that are active in the file."""
     model, remarks = tree.model, tree.remarks
-    loops: list[Loop] = []
-    relations: list[LinearRelation] = []
-    offsets: dict[str, float] = {}
+    out = Equalities()
     flags = (mujoco.mjtDisableBit.mjDSBL_EQUALITY, mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     for k in range(model.neq):
         kind, label = EQUALITY(model.eq_type[k]), key(model, OBJECT.mjOBJ_EQUALITY, k)
@@ -38,12 +47,14 @@ def read_equalities(
             if body_a == body_b:
                 remarks.notes.append(f"the equality {label!r} joins a body to itself, and does nothing.")
             else:
-                loops.append(Loop(names.add(given), "fixed" if fixed else "spherical", body_a, body_b, at_a, at_b))
+                out.of[label] = names.add(given)
+                kind_of_loop = "fixed" if fixed else "spherical"
+                out.loops.append(Loop(out.of[label], kind_of_loop, body_a, body_b, at_a, at_b))
         elif kind in (EQUALITY.mjEQ_JOINT, EQUALITY.mjEQ_TENDON):
-            _couple(tree, tendons, k, names, (loops, relations, offsets))
+            _couple(tree, tendons, k, names, out)
         else:
             remarks.lose(f"{kind.name.removeprefix('mjEQ_').lower()} equality", label, "it joins parts of a flex")
-    return loops, relations, offsets
+    return out
 
 
 def _ends(tree: CompiledTree, k: int, kind: mujoco.mjtEq) -> tuple[End, End]:
@@ -60,10 +71,7 @@ def _ends(tree: CompiledTree, k: int, kind: mujoco.mjtEq) -> tuple[End, End]:
     return a, (tree.body_of[two], tree.place_of[two] @ second)
 
 
-def _couple(
-    tree: CompiledTree, tendons: Tendons, k: int, names: Names,
-    out: tuple[list[Loop], list[LinearRelation], dict[str, float]],
-) -> None:  # fmt: skip
+def _couple(tree: CompiledTree, tendons: Tendons, k: int, names: Names, out: Equalities) -> None:
     """A joint or tendon equality: x1 - x1(0) = polynomial in x2 - x2(0), as a relation, or as a loop that keeps a distance."""
     model, remarks = tree.model, tree.remarks
     label, given = key(model, OBJECT.mjOBJ_EQUALITY, k), given_name(model, OBJECT.mjOBJ_EQUALITY, k)
@@ -75,7 +83,8 @@ def _couple(
     if kind == "tendon" and one in tendons.straight and two < 0 and poly[0] == 0.0:
         (body_a, at_a), (body_b, at_b) = tendons.straight[one]
         length = float(model.tendon_length0[one])
-        out[0].append(Loop(names.add(given), "distance", body_a, body_b, at_a, at_b, length))
+        out.of[label] = names.add(given)
+        out.loops.append(Loop(out.of[label], "distance", body_a, body_b, at_a, at_b, length))
         return
     sides = [_terms(tree, tendons, kind, x) for x in (one, two) if x >= 0]
     if any(side is None for side in sides):
@@ -89,10 +98,10 @@ def _couple(
     if not terms:
         remarks.notes.append(f"the equality {label!r} couples nothing.")
         return
-    relation = LinearRelation(names.add(given), terms)
-    out[1].append(relation)
+    out.of[label] = names.add(given)
+    out.relations.append(LinearRelation(out.of[label], terms))
     if poly[0] != 0.0:
-        out[2][relation.name] = float(poly[0])
+        out.offsets[out.of[label]] = float(poly[0])
 
 
 def _terms(tree: CompiledTree, tendons: Tendons, kind: str, k: int) -> Terms | None:

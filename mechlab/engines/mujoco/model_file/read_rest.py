@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, key
 from mechlab.engines.mujoco.model_file.read_tree import geom_shape, switched_off
+from mechlab.engines.mujoco.model_file.surfaces import is_shown
 from mechlab.experiment.model_file import unnamed
+from mechlab.shapes.surface import MOST_FACES
 
 DISABLE, GEOM = mujoco.mjtDisableBit, mujoco.mjtGeom
 
@@ -43,14 +46,11 @@ def _contacts(model: mujoco.MjModel, remarks: Remarks) -> None:
     """Geoms that may touch: those whose bits meet the bits of another body's geom, and explicit pairs."""
     off = switched_off(model, DISABLE.mjDSBL_CONTACT, DISABLE.mjDSBL_CONSTRAINT)
     if not off:
-        for k in range(model.ngeom):
-            if any(
-                (model.geom_contype[k] & model.geom_conaffinity[j])
-                or (model.geom_contype[j] & model.geom_conaffinity[k])
-                for j in range(model.ngeom)
-                if model.geom_bodyid[j] != model.geom_bodyid[k]
-            ):
-                remarks.keep("contact", _geom_name(model, k), "here parts pass through each other")
+        meets = model.geom_contype[:, None] & model.geom_conaffinity
+        apart = model.geom_bodyid[:, None] != model.geom_bodyid
+        touching = np.flatnonzero((((meets | meets.T) != 0) & apart).any(axis=1)).tolist()
+        for k in touching:
+            remarks.keep("contact", _geom_name(model, k), "here parts pass through each other")
         for k in range(model.npair):
             remarks.keep("contact pair", key(model, OBJECT.mjOBJ_PAIR, k), "here parts pass through each other")
     for k in range(model.nexclude):
@@ -66,12 +66,12 @@ def _geom_name(model: mujoco.MjModel, k: int) -> str:
 
 
 def _drawn(model: mujoco.MjModel, remarks: Remarks) -> None:
-    words = {
-        GEOM.mjGEOM_MESH: "mesh",
-        GEOM.mjGEOM_PLANE: "plane",
-        GEOM.mjGEOM_HFIELD: "height field",
-        GEOM.mjGEOM_SDF: "sdf",
-    }
+    """Geoms that are not drawn: those that MuJoCo's viewers do not show either are named as such."""
     for k in range(model.ngeom):
         if geom_shape(model, k) is None:
-            remarks.keep(words.get(GEOM(model.geom_type[k]), "ellipsoid"), _geom_name(model, k), "not drawn here")
+            kind = GEOM(model.geom_type[k]).name.removeprefix("mjGEOM_").lower()
+            why = "not drawn here" if is_shown(model, k) else "of a group that is not shown"
+            remarks.keep(f"{kind} geom", _geom_name(model, k), why)
+    for k in range(model.nmesh):
+        if model.mesh_facenum[k] > MOST_FACES:
+            remarks.keep("fine mesh", key(model, OBJECT.mjOBJ_MESH, k), f"drawn with at most {MOST_FACES} of its faces")

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, given_name, key
-from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, site_place, switched_off
+from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, actuators_on, site_place, switched_off
 from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf.source import Names
 from mechlab.mechanism.geometry import Placement
@@ -26,7 +26,12 @@ class Tendons:
     fixed: dict[int, Terms] = field(default_factory=dict)
     shafts: dict[int, Shaft] = field(default_factory=dict)
     straight: dict[int, tuple[tuple[str, Placement], tuple[str, Placement]]] = field(default_factory=dict)
-    springs: list[Spring] = field(default_factory=list)
+    springs: dict[int, Spring] = field(default_factory=dict)
+
+    def of(self, model: mujoco.MjModel) -> dict[str, str]:
+        """The file's tendon -> shaft or spring."""
+        parts: dict[int, Shaft | Spring] = {**self.shafts, **self.springs}
+        return {key(model, OBJECT.mjOBJ_TENDON, k): x.name for k, x in parts.items()}
 
 
 @dataclass(frozen=True)
@@ -49,11 +54,14 @@ class Passive:
 def passive(model: mujoco.MjModel, k: int) -> Passive:
     """Passive properties of a tendon."""
     limited = bool(model.tendon_limited[k]) and not switched_off(model, DISABLE.mjDSBL_LIMIT, DISABLE.mjDSBL_CONSTRAINT)
+    on = actuators_on(model, mujoco.mjtTrn.mjTRN_TENDON, k)
+    damping = float(model.tendon_damping[k]) + sum(g * g * float(model.actuator_damping[a]) for a, g in on)
+    armature = float(model.tendon_armature[k]) + sum(g * g * float(model.actuator_armature[a]) for a, g in on)
     rubs = not switched_off(model, DISABLE.mjDSBL_FRICTIONLOSS, DISABLE.mjDSBL_CONSTRAINT)
     return Passive(
         0.0 if switched_off(model, DISABLE.mjDSBL_SPRING) else float(model.tendon_stiffness[k]),
-        0.0 if switched_off(model, DISABLE.mjDSBL_DAMPER) else float(model.tendon_damping[k]),
-        float(model.tendon_armature[k]),
+        0.0 if switched_off(model, DISABLE.mjDSBL_DAMPER) else damping,
+        armature,
         float(model.tendon_frictionloss[k]) if rubs else 0.0,
         (float(model.tendon_lengthspring[k, 0]), float(model.tendon_lengthspring[k, 1])),
         (float(model.tendon_range[k, 0]), float(model.tendon_range[k, 1])) if limited else None,
@@ -115,13 +123,12 @@ def _shaft(tree: CompiledTree, k: int, names: Names, terms: Terms, of: Passive) 
             "tendon inertia and damping", label, "its joints do not lie on one path from the root to a leaf"
         )
         inertia = damping = 0.0
-    if of.range:
-        tree.remarks.lose("tendon range", label, "a shaft has no stops")
     coefficients = tuple((j, exact(c)) for j, c in terms if c)
     zero = float(model.tendon_length0[k])
     return Shaft(
         names.add(given_name(model, OBJECT.mjOBJ_TENDON, k)), coefficients, zero, inertia, damping, of.friction,
         stiffness, of.rest[0] if stiffness else 0.0,
+        range=of.range,
     )  # fmt: skip
 
 
@@ -145,15 +152,13 @@ def _straight(
     model, label = tree.model, key(tree.model, OBJECT.mjOBJ_TENDON, k)
     a, b = ends
     out.straight[k] = (a, b)
-    if of.range:
-        tree.remarks.lose("tendon range", label, "a spring has no stops")
     if of.armature or of.friction:
         tree.remarks.lose("tendon inertia and friction", label, "a spring between two points has none")
     stiffness = of.stiffness
     if stiffness and of.rest[0] != of.rest[1]:
         tree.remarks.lose("tendon spring", label, "it has a dead band")
         stiffness = 0.0
-    if stiffness or of.damping:
+    if stiffness or of.damping or of.range:
         name = names.add(given_name(model, OBJECT.mjOBJ_TENDON, k), f"tendon_{k + 1}")
         rest = of.rest[0] if stiffness else 0.0
-        out.springs.append(Spring(name, a[0], b[0], a[1].position, b[1].position, stiffness, of.damping, rest))
+        out.springs[k] = Spring(name, a[0], b[0], a[1].position, b[1].position, stiffness, of.damping, rest, of.range)

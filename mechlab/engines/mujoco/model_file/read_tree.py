@@ -9,10 +9,13 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, given_name, key
+from mechlab.engines.mujoco.model_file.surfaces import geom_color, is_shown, surface_shape
+from mechlab.experiment.model_file import SHOWN
 from mechlab.formats.mjcf.read_tree import BodyTree, PlacedJoint, anchored
+from mechlab.formats.mjcf.source import clean
 from mechlab.mechanism.geometry import Array, Placement, Vector, quaternion_to_matrix, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.parts import GROUND, Body, Color, Joint, Shape, shape
+from mechlab.mechanism.parts import GROUND, Body, Joint, Shape, shape
 
 JOINT, DISABLE = mujoco.mjtJoint, mujoco.mjtDisableBit
 KINDS = {JOINT.mjJNT_HINGE: "revolute", JOINT.mjJNT_SLIDE: "prismatic", JOINT.mjJNT_BALL: "spherical"}
@@ -53,6 +56,7 @@ def read_tree(model: mujoco.MjModel, remarks: Remarks) -> CompiledTree:
     tree.body_names.reserve(GROUND)
     for k in range(1, model.nbody):
         _body(tree, k)
+    _note_names(tree)
     for k in range(model.ngeom):
         _geom(tree, k)
     for k in range(model.nsite):
@@ -60,6 +64,15 @@ def read_tree(model: mujoco.MjModel, remarks: Remarks) -> CompiledTree:
         if name:
             tree.sites[name] = site_place(tree, k)
     return tree
+
+
+def _note_names(tree: CompiledTree) -> None:
+    """A note on the names that changed: a Mechanism allows letters, digits, '_', '-' and '.'."""
+    given = tree.body_names.given | tree.joint_names.given
+    changed = [f"{old!r} is {new!r}" for old, new in given.items() if clean(old) != old]
+    if changed:
+        more = f" and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
+        tree.remarks.notes.append(f"names that changed: {', '.join(changed[:SHOWN])}{more}.")
 
 
 def site_place(tree: CompiledTree, k: int) -> tuple[str, Placement]:
@@ -74,8 +87,6 @@ def _body(tree: CompiledTree, k: int) -> None:
     above = int(model.body_parentid[k])
     given = given_name(model, OBJECT.mjOBJ_BODY, k)
     name = tree.body_names.add(given)
-    if given and name != given:
-        tree.remarks.notes.append(f"the body {given!r} is called {name!r} here.")
     stands = tree.place_of[above] @ placement(model.body_pos[k], model.body_quat[k])
     first = int(model.body_jntadr[k])
     joints = tuple(_joint(tree, j, stands, name) for j in range(first, first + int(model.body_jntnum[k])))
@@ -109,6 +120,9 @@ def _joint(tree: CompiledTree, k: int, stands: Placement, body: str) -> PlacedJo
         else float(model.dof_frictionloss[d]),
         "stiffness": 0.0 if switched_off(model, DISABLE.mjDSBL_SPRING) else float(model.jnt_stiffness[k]),
     }
+    for actuator, gear in actuators_on(model, mujoco.mjtTrn.mjTRN_JOINT, k):
+        passive["damping"] += gear**2 * float(model.actuator_damping[actuator])
+        passive["armature"] += gear**2 * float(model.actuator_armature[actuator])
     _losses(tree, k)
     if kind == JOINT.mjJNT_FREE:
         name = tree.joint_names.add(given, f"{body}_free")
@@ -119,10 +133,11 @@ def _joint(tree: CompiledTree, k: int, stands: Placement, body: str) -> PlacedJo
     tree.joints_of[k] = (name,)
     limits = (float(model.jnt_range[k, 0]), float(model.jnt_range[k, 1]))
     limited = bool(model.jnt_limited[k]) and not switched_off(model, DISABLE.mjDSBL_LIMIT, DISABLE.mjDSBL_CONSTRAINT)
+    if limited and limits[0] >= limits[1]:
+        tree.remarks.lose("joint range", name, "its ends are one, which holds the joint")
+        limited = False
     if kind == JOINT.mjJNT_BALL:
-        if limited:
-            tree.remarks.lose("ball range", name, "a spherical joint has no stops")
-        joint = Joint(name, "spherical", **passive)
+        joint = Joint(name, "spherical", range=limits if limited else None, **passive)
     else:
         q = int(model.jnt_qposadr[k])
         zero, rest = float(model.qpos0[q]), float(model.qpos_spring[q])
@@ -133,6 +148,12 @@ def _joint(tree: CompiledTree, k: int, stands: Placement, body: str) -> PlacedJo
         )  # fmt: skip
         tree.ref[name] = tree.zero[name] = zero
     return PlacedJoint((joint,), vector(model.jnt_pos[k]))
+
+
+def actuators_on(model: mujoco.MjModel, transmission: mujoco.mjtTrn, number: int) -> list[tuple[int, float]]:
+    """(actuator, gear) of the actuators on a joint or tendon."""
+    there = (model.actuator_trntype == transmission) & (model.actuator_trnid[:, 0] == number)
+    return [(int(k), float(model.actuator_gear[k, 0])) for k in np.flatnonzero(there)]
 
 
 def free_joints(name: str, stands: Placement, **passive: Any) -> tuple[Joint, ...]:
@@ -168,11 +189,12 @@ def _geom(tree: CompiledTree, k: int) -> None:
 
 
 def geom_shape(model: mujoco.MjModel, k: int) -> Shape | None:
-    """The shape of a geom in the frame of its body; None for kinds that are not drawn: planes, meshes, height fields."""
+    """The shape of a geom in the frame of its body; None where MuJoCo's viewers do not show it, and for surfaces without area."""
+    if not is_shown(model, k):
+        return None
     kind = mujoco.mjtGeom(model.geom_type[k])
     at, s = placement(model.geom_pos[k], model.geom_quat[k]), model.geom_size[k]
-    r, g, b, a = (float(x) for x in model.geom_rgba[k])
-    color: Color = (r, g, b, a)
+    color = geom_color(model, k)
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return shape("box", at, color, x=2 * s[0], y=2 * s[1], z=2 * s[2])
     if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
@@ -181,4 +203,4 @@ def geom_shape(model: mujoco.MjModel, k: int) -> Shape | None:
         return shape("cylinder", at, color, radius=s[0], length=2 * s[1])
     if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
         return shape("rod", at @ Placement((0.0, 0.0, -float(s[1]))), color, radius=s[0], length=2 * s[1])
-    return None
+    return surface_shape(model, k, at)

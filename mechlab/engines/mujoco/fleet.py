@@ -1,0 +1,117 @@
+"""Many sessions of one mechanism side by side, stepped inside the engine by all cores (mujoco.batch).
+
+Each simulation has its own state, and moves as a `Session` under the same commands. Nothing calls Python between the steps, so the laws of
+the scene must be constant loads. A simulation is `broken` when its state is not finite, a rate is beyond RATE_LIMIT or a loop has
+opened; it must be reset before it goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import NDArray
+
+from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.findings import LoopWatch
+from mechlab.engines.mujoco.session import BLOCK, Session
+from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.errors import MechlabError
+from mechlab.mechanism.geometry import Array
+
+_GAP_KINDS = ("spherical", "revolute", "universal", "fixed")
+"""Loops whose two sides keep one point in common."""
+
+
+class Fleet:
+    """`count` simulations of a session, on `threads` threads (0: all cores)."""
+
+    def __init__(self, session: Session, count: int, threads: int = 0) -> None:
+        s = self.session = session
+        if count < 1:
+            raise MechlabError(f"{s.mechanism.name}: count: expected at least 1 simulation, got {count!r}.")
+        if threads < 0:
+            raise MechlabError(f"{s.mechanism.name}: threads: expected 0 (all cores) or more, got {threads!r}.")
+        moving = [law for law in s.scene.laws if law.kind != "constant"]
+        if moving:
+            raise MechlabError(
+                f"{s.mechanism.name}: simulations side by side take constant loads only; the scene {s.scene.name!r} has "
+                f"{moving[0].kind} on {', '.join(moving[0].targets())}. Take a single session, or another scene."
+            )
+        self.count = count
+        self._batch = Batch(s.model, nsim=count, nthread=threads, persistent=True)
+        bound = ("time", "qpos", "qvel", "ctrl", "qfrc_applied", "site_xpos", "sensordata")
+        self._time, self._qpos, self._qvel, self._ctrl, self._load, self._sites, self._sensed = map(
+            self._batch.bind, bound
+        )
+        self._where = np.array([s.map.site(name) for name in s.seen.frames], dtype=int)
+        self._gaps = [_sensor(s, x.name) for x in s.mechanism.loops if x.kind in _GAP_KINDS]
+        self._limit = LoopWatch(s.map).limit
+        self._steps = 0
+        self.broken: NDArray[np.bool_] = np.zeros(count, dtype=bool)
+
+    @property
+    def time(self) -> Array:
+        """(count,) time of each simulation since its reset [s]."""
+        return np.array(self._time).reshape(self.count)
+
+    def reset(
+        self, which: Sequence[int], rngs: Sequence[np.random.Generator], initial: Mapping[str, float] | None = None
+    ) -> None:
+        """Begin anew in some simulations, each with its own generator."""
+        if not len(which):
+            return
+        s = self.session
+        with engine():
+            self._batch.reset(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_NONE))
+        for k, rng in zip(which, rngs, strict=True):
+            _, self._qpos[k], self._qvel[k] = s.beginning(rng, initial)
+        if len(self._where):
+            with engine():
+                self._batch.forward(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_POS))
+        self._ctrl[which] = s.drives.control(s.drives.rest)
+        self._load[which] = s.data.qfrc_applied
+        self.broken[which] = False
+
+    def step(self, actions: Array) -> None:
+        """Hold the commands (count, drives) for the time of an action. Raises MechlabError for one that is not finite."""
+        s = self.session
+        bad = np.argwhere(~np.isfinite(actions))
+        if len(bad):
+            i, k = bad[0]
+            raise MechlabError(
+                f"{s.mechanism.name}: action of {s.action_names[k]!r} in simulation {i}: expected a finite number, got {actions[i, k]!r}."
+            )
+        self._ctrl[:] = s.drives.control(actions)
+        stage = mujoco.mjtStage.mjSTAGE_POS if len(self._where) else mujoco.mjtStage.mjSTAGE_NONE
+        with engine():
+            self._batch.step(nstep=s.substeps, stage=int(stage))
+        self._steps += 1
+        fastest = np.abs(self._qvel).max(axis=1, initial=0.0)
+        self.broken |= ~((fastest < RATE_LIMIT) & np.isfinite(self._qpos).all(axis=1))
+        if self._gaps and self._steps % BLOCK == 0:
+            for start in self._gaps:
+                self.broken |= ~(np.linalg.norm(self._sensed[:, start : start + 3], axis=1) <= self._limit)
+
+    def observations(self) -> Array:
+        """(count, n) observations of all simulations, as of a session."""
+        s = self.session
+        state = np.concatenate([self._qpos[:, s.map.qpos], self._qvel[:, s.map.dof]], axis=1)
+        out = state @ s.seen.selection.T + s.seen.offset
+        if not len(self._where):
+            return np.asarray(out)
+        points = self._sites[:, self._where].reshape(self.count, -1)
+        return np.concatenate([out, points], axis=1)
+
+    def state(self, k: int) -> tuple[Array, Array]:
+        """Coordinates q (nq,) and rates v (nv,) of the Mechanism in simulation k."""
+        return self.session.map.coordinates(self._qpos[k]), self.session.map.rates(self._qvel[k])
+
+
+def _sensor(session: Session, loop: str) -> int:
+    """Where the gap of a loop stands among the sensor data."""
+    model = session.model
+    k = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, f"gap:{loop}")
+    return int(model.sensor_adr[k])

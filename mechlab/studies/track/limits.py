@@ -1,0 +1,61 @@
+"""What a motion must keep, as bounds of a step: ranges of joints, rates, the distance from singularity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.track.closed import DIFFERENCE, Closed
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A limit that can be met: its kind ("range", "rate", "singularity"), the joint, shaft or distance, and its two ends
+    (in the unit of the `Closed`)."""
+
+    kind: str
+    of: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """All limits of a motion. ranges and rates by joint or shaft, in the unit of the `Closed`; distances: kind -> least."""
+
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    rates: Mapping[str, float] = field(default_factory=dict)
+    distances: Mapping[str, float] = field(default_factory=dict)
+
+    def bounds(self, before: Mapping[str, float], dt: float) -> tuple[Bound, ...]:
+        """The bounds of the way from one time to the next, `dt` [s] later; before: values of the joints at the first, none
+        where rates do not count yet."""
+        out = [Bound("range", name, *ends) for name, ends in self.ranges.items()]
+        out += [Bound("rate", n, before[n] - r * dt, before[n] + r * dt) for n, r in self.rates.items() if n in before]
+        return (*out, *(Bound("singularity", of, least, np.inf) for of, least in self.distances.items()))
+
+
+def bound_rows(closed: Closed, basis: Array, bounds: tuple[Bound, ...]) -> tuple[Array, Array, Array]:
+    """Rows (c, f) over the free motions `basis`, and lower and upper bounds (c,) of a step from the present pose."""
+    rows, now = np.zeros((len(bounds), basis.shape[1])), np.zeros(len(bounds))
+    for k, bound in enumerate(bounds):
+        if bound.kind == "singularity":
+            now[k], rows[k] = _slope(closed, basis, bound.of)
+        else:
+            now[k], rows[k] = closed.plant.value(bound.of), closed.m.row(bound.of) @ basis
+    return rows, np.array([b.low for b in bounds]) - now, np.array([b.high for b in bounds]) - now
+
+
+def _slope(closed: Closed, basis: Array, of: str) -> tuple[float, Array]:
+    """A distance from singularity and its derivative (f,) along the free motions, by central differences."""
+    q = closed.q
+    here = closed.distance(of)
+    out = np.zeros(basis.shape[1])
+    for k in range(basis.shape[1]):
+        ends = [closed.set(closed.moved(q, s * DIFFERENCE * basis[:, k])).distance(of) for s in (1.0, -1.0)]
+        out[k] = (ends[0] - ends[1]) / (2.0 * DIFFERENCE)
+    closed.set(q)
+    return here, out

@@ -1,0 +1,326 @@
+"""A closed mechanism along the targets of a path: pose by pose, with a record of what was met and what stopped it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
+from mechlab.experiment.scene import Settings
+from mechlab.mechanism.assembly import close
+from mechlab.mechanism.geometry import Array, Placement
+from mechlab.mechanism.length_unit import is_length
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Frame
+from mechlab.mechanism.structure import idle_freedoms
+from mechlab.studies.track.closed import Closed, usual_engine
+from mechlab.studies.track.follow import Follower, Pose
+from mechlab.studies.track.goals import CENTRE, CenterGoal, Goal
+from mechlab.studies.track.limits import Bound, Limits
+from mechlab.studies.track.result import ActiveLimit, Track, Tracked, miss_sentence, runs
+from mechlab.studies.track.tasks import Limit, RangeLimit, RateLimit, SingularityLimit
+from mechlab.tables import counted, number
+
+GAP = 1e-12
+"""Largest residual of loops and gears of a pose, in sizes of the mechanism and rad."""
+APPROACH = 12
+"""Steps from the start to the first targets."""
+TRIES, NUDGE = 3, 0.05
+"""Searches from nearby poses where a target is missed for the first time, and how far these are [rad, sizes]: a stretched
+arm cannot tell on which side to bend."""
+
+
+def track(
+    m: Mechanism,
+    goals: Callable[[float], Sequence[Goal]],
+    t: Array,
+    limits: Sequence[Limit] = (),
+    start: Mapping[str, float] | None = None,
+    *,
+    engine: str | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    name: str = "",
+    parameters: Mapping[str, Any] | None = None,
+    versions: Mapping[str, str] | None = None,
+    notes: Sequence[str] = (),
+) -> Track:
+    """Lead the mechanism along the goals at the times t (n,).
+
+    goals: from the unit of length [m] in which their samples shall be. start: values of joints or shafts of the pose from
+    which the first targets are approached, the others follow by the loops; default the reference pose. engine: whose
+    kinematics, "pinocchio" or "numpy". Raises NoSolution where the start does not close.
+    """
+    began = time.process_time()
+    of_size = Closed(m, "numpy").unit
+    asked = tuple(goals(of_size))
+    closed = Closed(_with_centres(m, asked), engine or usual_engine())
+    kept = limits_of(m, limits, closed.unit)
+    poses = _poses(closed, asked, t, kept, start_pose(m, start or {}) / closed.coordinate_units, progress)
+    return _result(m, closed, asked, t, poses, time.process_time() - began, name, parameters, versions, notes)
+
+
+def start_pose(m: Mechanism, start: Mapping[str, float]) -> Array:
+    """(nq,) the closed pose with these values of joints or shafts. Raises NoSolution where there is none."""
+    for name in start:
+        m.row(name)
+    found = close(m, None, dict(start), steps=10 if start else 1)
+    if not found.closed:
+        given = ", ".join(f"{n}_0={x:g}" for n, x in start.items()) or "the reference pose"
+        raise NoSolution(f"{m.name}: the start does not close ({given}): {found.status.value}.")
+    return found.q
+
+
+def limits_of(m: Mechanism, limits: Sequence[Limit], unit: float) -> Limits:
+    """The ranges of the joints and the given limits. Raises MechlabError for a limit that makes no sense."""
+    ranges = {j.name: j.range for j in m.joints if j.range is not None and j.nv == 1}
+    rates: dict[str, float] = {}
+    distances: dict[str, float] = {}
+    for limit in limits:
+        if isinstance(limit, SingularityLimit):
+            if limit.of not in ("closure", "drives", "targets"):
+                raise unknown("SingularityLimit: of", limit.of, ("closure", "drives", "targets"))
+            distances[limit.of] = float(limit.at_least)
+        elif isinstance(limit, RateLimit):
+            rates |= {n: _positive(m, n, x) for n, x in limit.rates.items()}
+        elif isinstance(limit, RangeLimit):
+            ranges |= {n: _ends(m, n, x) for n, x in limit.ranges.items()}
+
+    def scale(n: str) -> float:
+        return unit if is_length(m, n) else 1.0
+
+    return Limits(
+        {n: (a / scale(n), b / scale(n)) for n, (a, b) in ranges.items()},
+        {n: r / scale(n) for n, r in rates.items()},
+        distances,
+    )
+
+
+def _positive(m: Mechanism, name: str, rate: float) -> float:
+    m.row(name)
+    if not float(rate) > 0:
+        raise MechlabError(f"{m.name}: the largest rate of {name!r} must be positive, got {rate!r}.")
+    return float(rate)
+
+
+def _ends(m: Mechanism, name: str, ends: tuple[float, float]) -> tuple[float, float]:
+    m.row(name)
+    low, high = (float(x) for x in ends)
+    if not low < high:
+        raise MechlabError(f"{m.name}: the range of {name!r} must go from low to high, got {ends!r}.")
+    return low, high
+
+
+def _with_centres(m: Mechanism, goals: Sequence[Goal]) -> Mechanism:
+    """The mechanism with a frame at the centre of mass of each body that a goal asks for."""
+    asked = {body for g in goals if isinstance(g, CenterGoal) for body, _ in g.masses}
+    frames = [Frame(CENTRE + b.name, b.name, Placement(b.inertia.com)) for b in m.bodies if b.name in asked]
+    return replace(m, frames=m.frames + tuple(frames)) if frames else m
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A pose and what it has: errors of the goals (SI), distances from singularity, gap."""
+
+    pose: Pose
+    errors: tuple[float, ...]
+    distances: tuple[float, ...]
+    gap: float
+
+
+DISTANCES = ("closure", "drives", "targets")
+
+
+def _poses(
+    closed: Closed,
+    goals: tuple[Goal, ...],
+    t: Array,
+    limits: Limits,
+    start: Array,
+    progress: Callable[[int, int], None],
+) -> list[_Found]:
+    follower = Follower(closed, goals)
+    q = start
+    closed.set(q)
+    begin, met, out = follower.values(), True, []
+    for k in range(len(t)):
+        end = [g.samples[k] for g in goals]
+        closed.set(q)
+        before = {n: closed.plant.value(n) for n in limits.rates} if k else {}
+        bounds = limits.bounds(before, float(t[k] - t[k - 1]) if k else 0.0)
+        if k:
+            pose = follower.lead(q, begin, end, bounds)
+        else:
+            pose = _approach(follower, q, begin, end, bounds)
+        found = _found(closed, goals, end, pose)
+        if not _meets(goals, found) and met:
+            found = _from_nearby(follower, q, end, bounds, found)
+        out.append(found)
+        q, begin, met = found.pose.q, end, _meets(goals, found)
+        progress(k + 1, len(t))
+    return out
+
+
+def _approach(
+    follower: Follower, q: Array, begin: Sequence[Array], end: Sequence[Array], bounds: tuple[Bound, ...]
+) -> Pose:
+    """From the start to the first targets in even steps, which keeps the assembly mode."""
+    pose, last = Pose(q, (), 0, True), list(begin)
+    for k in range(1, APPROACH + 1):
+        here = [g.blend(a, b, k / APPROACH) for g, a, b in zip(follower.goals, begin, end, strict=True)]
+        moved = follower.lead(pose.q, last, here, bounds)
+        pose, last = replace(moved, steps=pose.steps + moved.steps), here
+    return pose
+
+
+def _from_nearby(
+    follower: Follower, q: Array, end: Sequence[Array], bounds: tuple[Bound, ...], found: _Found
+) -> _Found:
+    """The best of a few more searches, from poses near q; `found` unless one of them comes a tenth nearer."""
+    closed, rng = follower.closed, np.random.default_rng(0)
+    for _ in range(TRIES):
+        closed.set(q)
+        basis = closed.basis
+        start = closed.close(closed.moved(q, NUDGE * basis @ rng.standard_normal(basis.shape[1])))
+        if not start.closed:
+            continue
+        closed.set(start.q)
+        pose = follower.lead(start.q, follower.values(), end, bounds)
+        trial = _found(closed, follower.goals, end, pose)
+        if _required_error(follower.goals, trial) < 0.9 * _required_error(follower.goals, found):
+            found = trial
+    return found
+
+
+def _found(closed: Closed, goals: Sequence[Goal], targets: Sequence[Array], pose: Pose) -> _Found:
+    closed.set(pose.q)
+    errors = []
+    for g, target in zip(goals, targets, strict=True):
+        missing = float(np.linalg.norm(g.missing(g.value(closed.plant), target)))
+        errors.append(missing * (closed.unit if g.unit == "m" else 1.0))
+    return _Found(pose, tuple(errors), tuple(closed.distance(of) for of in DISTANCES), closed.gap)
+
+
+def _meets(goals: Sequence[Goal], found: _Found) -> bool:
+    return _required_error(goals, found) <= 1.0
+
+
+def _required_error(goals: Sequence[Goal], found: _Found) -> float:
+    """Largest error of a required goal, in its tolerance."""
+    return max((e / g.tolerance for g, e in zip(goals, found.errors, strict=True) if g.priority == 0), default=0.0)
+
+
+def _result(
+    m: Mechanism, closed: Closed, goals: tuple[Goal, ...], t: Array, poses: list[_Found], cpu_s: float, name: str,
+    parameters: Mapping[str, Any] | None, versions: Mapping[str, str] | None, notes: Sequence[str],
+) -> Track:  # fmt: skip
+    q = np.array([p.pose.q for p in poses])
+    errors = np.array([p.errors for p in poses])
+    tracked = tuple(
+        Tracked(g.name, errors[:, i], g.unit, g.tolerance, g.priority, g.priority == 0) for i, g in enumerate(goals)
+    )
+    stopped = _active(poses, closed.unit, m)
+    settled = np.array([p.pose.settled for p in poses])
+    gap, alone = max(p.gap for p in poses), sum(x.required for x in tracked) == 1
+    findings = [_target_finding(x, t, stopped, settled, alone) for x in tracked if x.required]
+    findings.append(limit_finding("closure", gap, GAP, "of the size", "loops and gears are open by"))
+    v = _rates(closed, q, t) * closed.rate_units
+    q = q * closed.coordinate_units
+    channels, units = basic_channels(m, q, v)
+    channels |= {f"{x.name}_error": x.error for x in tracked}
+    units |= {f"{x.name}_error": x.unit for x in tracked}
+    distances = {of: np.array([p.distances[i] for p in poses]) for i, of in enumerate(DISTANCES) if _has(closed, of)}
+    channels |= {f"distance_{of}": x for of, x in distances.items()}
+    units |= dict.fromkeys((f"distance_{of}" for of in distances), "")
+    steps = sum(p.pose.steps for p in poses)
+    recording = Recording(
+        m, t, q, v, channels, units, Health(tuple(findings)), Cost(cpu_s, steps), Settings(engine="analytic"), scene="track",
+        name=name or m.name, parameters=dict(parameters or {}), versions=dict(versions or {}),
+        acts="the targets lead the mechanism; no forces",
+    )  # fmt: skip
+    return Track(
+        name or m.name,
+        recording,
+        tracked,
+        stopped,
+        distances,
+        gap,
+        steps,
+        cpu_s,
+        ~settled,
+        (*notes, *_remarks(m, closed)),
+    )
+
+
+def _has(closed: Closed, of: str) -> bool:
+    return bool({"closure": len(closed.rows), "drives": len(closed.m.drives), "targets": closed.target_rank}[of])
+
+
+def _target_finding(
+    x: Tracked, t: Array, limits: tuple[ActiveLimit, ...], settled: NDArray[np.bool_], alone: bool
+) -> Finding:
+    if not np.any(x.missed):
+        text = f"{x.name} is met within {number(x.tolerance)} {x.unit}: largest error {number(x.largest)} {x.unit}"
+        return Finding(f"target_{x.name}", x.largest, x.tolerance, x.unit, "ok", text)
+    return Finding(
+        f"target_{x.name}", x.largest, x.tolerance, x.unit, "error", miss_sentence(x, t, limits, settled, alone)
+    )
+
+
+def _active(poses: list[_Found], unit: float, m: Mechanism) -> tuple[ActiveLimit, ...]:
+    """The limits that stopped the motion, each run of samples once."""
+    masks: dict[tuple[str, str, bool], NDArray[np.bool_]] = {}
+    ends: dict[tuple[str, str, bool], float] = {}
+    for k, p in enumerate(poses):
+        for bound, upper in p.pose.pressing:
+            key = (bound.kind, bound.of, upper)
+            masks.setdefault(key, np.zeros(len(poses), dtype=bool))[k] = True
+            ends[key] = bound.high if upper else bound.low
+    out = []
+    for (kind, of, upper), mask in masks.items():
+        sentence = _limit_sentence(m, kind, of, upper, ends[kind, of, upper], unit)
+        out += [ActiveLimit(sentence, kind, of, a, b) for a, b in runs(mask)]
+    return tuple(sorted(out, key=lambda x: x.first))
+
+
+def _limit_sentence(m: Mechanism, kind: str, of: str, upper: bool, end: float, unit: float) -> str:
+    if kind == "singularity":
+        return f"the distance from singularity ({of}) at its least, {number(end)}"
+    if kind == "rate":
+        return f"{of} at its largest rate"
+    length = is_length(m, of)
+    return f"{of} at its {'upper' if upper else 'lower'} end {number(end * (unit if length else 1.0), 6)} {'m' if length else 'rad'}"
+
+
+def _rates(closed: Closed, q: Array, t: Array) -> Array:
+    """(n, nv) slopes of the parabolas through neighbouring poses, put on the motions that loops and relations allow."""
+    n = len(t)
+    out = np.zeros((n, closed.m.nv))
+    for k in range(n if n > 1 else 0):
+        first = min(max(k - 1, 0), max(n - 3, 0))
+        others = [i for i in range(first, min(first + 3, n)) if i != k]
+        basis = closed.set(q[k]).basis
+        out[k] = basis @ (basis.T @ _slope(t[others] - t[k], [closed.between(q[k], q[i]) for i in others]))
+    return out
+
+
+def _slope(dt: Array, moved: list[Array]) -> Array:
+    """Slope at 0 of the parabola through displacements at one or two other times; of the line for one."""
+    if len(moved) == 1:
+        return np.asarray(moved[0] / dt[0])
+    a, b = dt
+    return np.asarray((moved[0] * b**2 - moved[1] * a**2) / (a * b * (b - a)))
+
+
+def _remarks(m: Mechanism, closed: Closed) -> tuple[str, ...]:
+    if not m.drives:
+        return ("it has no drives: the joints move as listed; what moves them is left open",)
+    left = closed.undriven - len(idle_freedoms(m))
+    if left > 0:
+        return (f"with all drives held {counted(left, 'freedom')} is left: the drives alone do not make this motion",)
+    return ()

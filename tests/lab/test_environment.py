@@ -1,0 +1,157 @@
+"""Environments for reinforcement learning: gymnasium's own checks, and many environments against one."""
+
+import builtins
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+import mechlab as ml
+from mechlab.errors import EngineMissing, MechlabError
+
+gymnasium = pytest.importorskip("gymnasium")
+check_env = pytest.importorskip("gymnasium.utils.env_checker").check_env
+
+
+def near(observation, action, place):
+    """Reward of being near 1.2 rad, less the time that has gone by."""
+    return -abs(float(observation[0]) - 1.2) - 0.01 * place.time
+
+
+def far(observation, place):
+    return bool(observation[0] > 1.35)
+
+
+def shaken(rng):
+    return {"crank_angle_0": 1.0 + 0.05 * rng.standard_normal()}
+
+
+def one(**options):
+    return ml.environment("fourbar", **{"reward": near, "terminated": far, "seconds": 0.2, "start": shaken, **options})
+
+
+@pytest.mark.parametrize("observe", [(), ("crank_angle", "C")])
+def test_gymnasiums_checker_passes(observe):
+    env = one(observe=observe)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        check_env(env)
+    # what it recommends and we decline: joints of a four-bar have no ranges, actions have physical units; and without a registered
+    # name it cannot make a second environment
+    told = [str(w.message) for w in caught]
+    assert all("infinity" in x or "normalized" in x or "render modes" in x for x in told), told
+
+
+def test_spaces_hold_ranges_and_limits():
+    b = ml.Builder("slide", gravity=(0.0, 0.0, 0.0))
+    b.body("block", ml.prismatic("x", "x", range=(-0.5, 1.5)), inertia=ml.Inertia(2.0, tensor=(1, 1, 1, 0, 0, 0)))
+    b.drive("x", limit=7.0)
+    env = ml.environment(b.build(), reward=lambda o, a, s: 0.0)
+    assert env.action_space.low == [-7.0] and env.action_space.high == [7.0]
+    np.testing.assert_allclose(env.observation_space.low, [-0.7, -1e6])
+    np.testing.assert_allclose(env.observation_space.high, [1.7, 1e6])
+    env.close()
+
+
+def test_an_episode_ends_in_time_or_with_the_task():
+    env = one()
+    env.reset(seed=1)
+    ends = [env.step(np.array([1.0]))[2:4] for _ in range(20)]
+    assert ends[-1] == (False, True) and not any(any(x) for x in ends[:-1])
+    env.reset(seed=1)
+    for _ in range(20):
+        seen, reward, over, late, _ = env.step(np.array([1.5]))
+        assert reward == pytest.approx(near(seen, None, env.session))
+        if over:
+            break
+    assert over and seen[0] > 1.35 and not late
+    env.close()
+
+
+def rotor():
+    b = ml.Builder("rotor", gravity=(0.0, 0.0, 0.0))
+    b.body("wheel", ml.revolute("spin"), inertia=ml.Inertia(1.0, tensor=(1e-4, 1e-4, 1e-4, 0, 0, 0)))
+    b.drive("spin")
+    return b.build()
+
+
+def test_a_motion_that_cannot_go_on_is_truncated_and_told():
+    """Torque / inertia = 1e8 rad/s2: beyond 1e6 rad/s after 10 ms."""
+    env = ml.environment(rotor(), reward=lambda o, a, s: 1.0, seconds=60.0, hold=0.02)
+    env.reset(seed=0)
+    for _ in range(200):
+        seen, reward, over, late, info = env.step(np.array([1e4]))
+        if late:
+            break
+    assert late and not over and reward == 0.0 and "spin" in info["untrusted"]
+    assert np.all(np.isfinite(seen)) and env.observation_space.contains(seen)
+    env.reset(seed=0)
+    assert env.step(np.array([0.0]))[3] is False
+    with pytest.warns(UserWarning, match="spin"):
+        env.close()
+    many = ml.environments(rotor(), count=3, reward=lambda o, a, s: 1.0, seconds=60.0, hold=0.02)
+    many.reset(seed=0)
+    seen, rewards, over, late, info = many.step(np.array([[0.0], [1e4], [1.0]]))
+    assert late.tolist() == info["untrusted"].tolist() == [False, True, False] and rewards.tolist() == [1.0, 0.0, 1.0]
+    assert np.all(np.isfinite(seen))
+    seen, rewards, over, late, info = many.step(np.zeros((3, 1)))
+    assert not late.any() and rewards.tolist() == [1.0, 0.0, 1.0] and not info  # the second was reset by this step
+    many.close()
+
+
+@pytest.mark.parametrize("observe", [(), ("crank_angle", "C", "rocker_angle_rate")])
+def test_many_move_as_one_and_as_gymnasiums_own_vector(observe):
+    """Against SyncVectorEnv of single environments: the same seeds, actions, ends, resets. Engine and steps are the same: to
+    the last bits of the solver's start."""
+    count = 4
+    many = ml.environments(
+        "fourbar", count=count, reward=near, terminated=far, seconds=0.2, start=shaken, observe=observe, threads=2
+    )
+    loop = gymnasium.vector.SyncVectorEnv([lambda: one(observe=observe) for _ in range(count)])
+    assert (
+        many.single_action_space == loop.single_action_space
+        and many.observation_space.shape == loop.observation_space.shape
+    )
+    a, b = many.reset(seed=5)[0], loop.reset(seed=5)[0]
+    np.testing.assert_array_equal(a, b)
+    rng, ends = np.random.default_rng(0), 0
+    for _ in range(50):
+        actions = rng.uniform(0.9, 1.5, (count, 1))
+        mine, theirs = many.step(actions), loop.step(actions)
+        for x, y in zip(mine[:4], theirs[:4], strict=True):
+            np.testing.assert_allclose(x, y, rtol=0, atol=1e-9)
+        ends += int((mine[2] | mine[3]).sum())
+    assert ends > count  # resets were compared too
+    many.close()
+    loop.close()
+
+
+def test_bad_actions_and_scenes_are_named():
+    env = one()
+    env.reset(seed=0)
+    with pytest.raises(MechlabError, match="crank_angle"):
+        env.step(np.array([np.nan]))
+    env.close()
+    many = ml.environments("fourbar", count=2, reward=near)
+    many.reset()
+    with pytest.raises(MechlabError, match="crank_angle.*simulation 1"):
+        many.step(np.array([[1.0], [np.inf]]))
+    with pytest.raises(MechlabError, match="count"):
+        ml.environments("fourbar", count=0, reward=near)
+    with pytest.raises(MechlabError, match="drives"):
+        ml.environment("pendulum", reward=near)
+
+
+def test_without_gymnasium_it_says_what_to_install(monkeypatch):
+    real = builtins.__import__
+
+    def blocked(name, *rest):
+        if name.split(".")[0] == "gymnasium":
+            raise ModuleNotFoundError("No module named 'gymnasium'", name="gymnasium")
+        return real(name, *rest)
+
+    monkeypatch.delitem(sys.modules, "mechlab.lab.environment", raising=False)
+    monkeypatch.setattr(builtins, "__import__", blocked)
+    with pytest.raises(EngineMissing, match=r"mechanism-lab\[rl\]"):
+        ml.environment("fourbar", reward=near)
