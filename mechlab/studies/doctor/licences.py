@@ -15,6 +15,7 @@ _NAMES = (
     (r"gnu general public license.{0,80}version 3", "GPL-3.0"),
     (r"gnu general public license.{0,80}version 2", "GPL-2.0"),
     (r"mozilla public license,?\s+version 2\.0", "MPL-2.0"),
+    (r"attribution-noncommercial-noderiv|by-nc-nd", "CC BY-NC-ND"),
     (r"attribution-noncommercial", "CC BY-NC"),
     (r"attribution-sharealike 4\.0|cc[ -]by-sa[ -]4\.0", "CC BY-SA 4.0"),
     (r"attribution 4\.0|cc[ -]by[ -]4\.0", "CC BY 4.0"),
