@@ -32,8 +32,8 @@ READ = 20_000
 def recognised(text: str) -> str:
     """The short name of the first licence that a text names, "" for none."""
     lower = " ".join(text[:READ].lower().split())
-    found = [(match.start(), name) for pattern, name in _NAMES if (match := re.search(pattern, lower))]
-    return min(found)[1] if found else ""
+    found = [(match.start(), k, name) for k, (pattern, name) in enumerate(_NAMES) if (match := re.search(pattern, lower))]
+    return min(found)[2] if found else ""
 
 
 def licence_of(path: Path, top: Path, name: str, known: Mapping[str, str]) -> str:
