@@ -79,7 +79,7 @@ def test_floors_are_floors(tmp_path: Path) -> None:
     assert (ramp.x, ramp.y, ramp.level) == (2.0, 4.0, None)
     assert ramp.placement[:3, :3] == pytest.approx(data.geom("ramp").xmat.reshape(3, 3), abs=1e-12)
     framing = frame_story(story)
-    assert framing.floor == -0.3 and framing.radius < 5.0
+    assert framing.floor == -0.3 and framing.radius < 0.6  # the hill is farther off than three times the moving part's size
 
 
 def test_the_page_holds_each_surface_once(tmp_path: Path) -> None:
