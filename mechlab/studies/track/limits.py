@@ -49,6 +49,15 @@ def bound_rows(closed: Closed, basis: Array, bounds: tuple[Bound, ...]) -> tuple
     return rows, np.array([b.low for b in bounds]) - now, np.array([b.high for b in bounds]) - now
 
 
+def excess(closed: Closed, bounds: tuple[Bound, ...]) -> tuple[float, Bound | None]:
+    """By how much the present pose lies outside its bounds at most, and the bound; 0 and None within all of them."""
+    worst: tuple[float, Bound | None] = (0.0, None)
+    for bound in bounds:
+        now = closed.distance(bound.of) if bound.kind == "singularity" else closed.plant.value(bound.of)
+        worst = max(worst, (max(bound.low - now, now - bound.high), bound), key=lambda pair: pair[0])
+    return worst
+
+
 def _slope(closed: Closed, basis: Array, of: str) -> tuple[float, Array]:
     """A distance from singularity and its derivative (f,) along the free motions, by central differences."""
     q = closed.q
