@@ -167,6 +167,8 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: (api.generate_catalog(p / "a", ["pendulum"]), len(list((p / "a").rglob("*.png"))))[1],
         lambda p: (api.generate_catalog(p / "b", ["pendulum"], pictures=False), len(list((p / "b").rglob("*.png"))))[1],
     ),
+    ("linearize", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.linearize("fourbar", fidelity="no"))),
+    ("linearize", "witness"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.linearize("fourbar", witness="no"))),
     **_of_episode(_episode, "environment"), **_of_episode(_episodes, "environments"),
     ("environments", "count"): (lambda p: _episodes(), lambda p: _episodes(count=2)),
     ("environments", "threads"): (lambda p: "", lambda p: _refused("threads", lambda: _episodes(threads=-1))),

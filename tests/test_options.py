@@ -67,6 +67,10 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("run", "-o"): [Writes("run pendulum duration=0.2 -o {}/r", "r/pendulum.xml", slow=True)],
     ("show", "--fidelity"): [Differ("show delta6", "--fidelity full"), Refused("show fourbar --fidelity no", "'no'")],
     ("generate", "-o"): [Writes("generate pendulum -o {}", "pendulum.xml")],
+    ("generate", "--also"): [
+        Differ("generate fourbar -o {}", "--also ros2"), Refused("generate fourbar -o {} --also stp", "'stp'"),
+        Refused("generate --catalog -o {} --also sdf", "--also"),
+    ],
     ("generate", "--fidelity"): [
         Differ("generate closed_differential -o {}", "--fidelity minimal"),
         Refused("generate --catalog -o {} --fidelity full", "--fidelity"),

@@ -93,7 +93,8 @@ def generate(
     Options:
         out=DIR: folder for the files
         fidelity=F: level of fidelity: minimal, parts, full
-        also=A,...: more files for other tools: ros2 (a package), sdf (loops included), stl, 3mf (parts, in mm), usd
+        also=A,...: more files for other tools: ros2 (a package), sdf (loops included), extended-urdf (loops in a YAML file), stl, 3mf
+            (parts, in mm), usd
     """
     from mechlab.formats.exports import EXPORTS, chosen
     from mechlab.lab.generate import write_verified

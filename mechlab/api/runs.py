@@ -132,6 +132,7 @@ def simulate(
             raise MechlabError(f"{design.name}: order_check: the engine analytic takes no steps; leave it out.")
         from mechlab.lab.order_check import with_order
 
+        scene = scene or recording.scene
         of_scene = design.for_scene(scene).scene(scene, recording.fidelity or fidelity, duration, extra)
         recording = with_order(recording, of_scene)
     recording = replace(recording, sample_times=times, notes=design.warnings)

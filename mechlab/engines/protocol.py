@@ -6,7 +6,8 @@
 
 An engine is imported when it is first asked for. `numpy` is the tree of `mechlab.mechanism` itself: it answers for states and
 runs nothing. `pinocchio` and `mujoco` are witnesses as well: they assemble a mechanism and give rates, accelerations and the
-motion of frames by their own kinematics. `one_freedom` and `hybrid` only run; the peers only make traces for charts.
+motion of frames by their own kinematics. `file` runs a stranger's MJCF as it is; `one_freedom` and `hybrid` only run; the peers
+only make traces for charts.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike
 from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
+from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.observed import Observed
 from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
@@ -85,6 +87,10 @@ class Engine:
     def versions(self) -> dict[str, str]:
         """Package -> version of what computes a run."""
         raise self._refusal("runs no scenes")
+
+    def settings(self, file: ModelFile) -> Settings:
+        """The settings that a model file asks for."""
+        raise self._refusal("runs no model files")
 
     def run(
         self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
@@ -215,6 +221,7 @@ _ADDRESSES: dict[str, tuple[str, str]] = {
     "numpy": ("protocol", ""),
     "pinocchio": ("pinocchio.engine", _PINOCCHIO),
     "mujoco": ("mujoco.engine", "mujoco is not installed (mujoco is missing); pip install mujoco."),
+    "file": ("mujoco.as_is.engine", "mujoco is not installed (mujoco is missing); pip install mujoco."),
     "one_freedom": ("own.one_freedom", ""),
     "hybrid": ("own.hybrid", ""),
     "exudyn": ("peers.engine", ""),

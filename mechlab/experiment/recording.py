@@ -253,10 +253,10 @@ def basic_channels(
 
 
 def run_channels(
-    mechanism: Mechanism, q: Array, v: Array, a: Array, forces: Mapping[str, Array]
+    mechanism: Mechanism, q: Array, v: Array, a: Array, forces: Mapping[str, Array], points: Array | None = None
 ) -> tuple[dict[str, Array], dict[str, str]]:
     """`basic_channels`; NAME_accel of each joint and shaft, from accelerations a (n, nv); NAME_force (n,) of what laws act on."""
-    channels, units = basic_channels(mechanism, q, v)
+    channels, units = basic_channels(mechanism, q, v, points)
     for name in mechanism.scalar_names:
         channels[f"{name}_accel"] = a @ mechanism.row(name)
         units[f"{name}_accel"] = f"{units[name]}/s2"

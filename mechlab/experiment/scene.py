@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.laws import Law, laws_of
+from mechlab.experiment.model_file import ModelFile
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -24,7 +25,7 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly
 
-ENGINES = ("mujoco", "pinocchio", "analytic", "hybrid", "one_freedom")
+ENGINES = ("mujoco", "file", "pinocchio", "analytic", "hybrid", "one_freedom")
 PEER_ENGINES = ("exudyn", "drake", "opensim")
 """Engines of other projects, for the comparison in charts; they do not run scenes."""
 MUJOCO_INTEGRATORS = ("RK4", "implicitfast", "implicit", "Euler", "discrete")
@@ -51,7 +52,7 @@ class Settings:
     def __post_init__(self) -> None:
         if self.engine not in ENGINES + PEER_ENGINES:
             raise unknown("engine", self.engine, ENGINES)
-        allowed = {"mujoco": MUJOCO_INTEGRATORS, "pinocchio": PINOCCHIO_INTEGRATORS}.get(self.engine)
+        allowed = {"mujoco": MUJOCO_INTEGRATORS, "file": MUJOCO_INTEGRATORS, "pinocchio": PINOCCHIO_INTEGRATORS}.get(self.engine)
         if allowed and self.integrator not in allowed + TRACE_INTEGRATORS:
             raise unknown(f"integrator of {self.engine}", self.integrator, allowed)
         if not math.isfinite(self.timestep) or self.timestep <= 0:
@@ -72,7 +73,7 @@ class Settings:
         """A sentence of warning for settings that are not accurate; None for others."""
         if self.preset == "draft":
             return "draft: first-order integration; energy and phase may be wrong by several per cent, only the look is meant"
-        if self.timeconst is None:
+        if self.timeconst is None and self.engine != "file":
             return "the engine's default softness does not converge at any timestep"
         return None
 
@@ -109,7 +110,7 @@ class Scene:
 
     drives: behaviour of declared drives without a law on their joint or shaft: "hold" their targets, or "free"
     (no force). A law on a driven joint or shaft replaces its drive; see `mechlab.experiment.acting`. Raises
-    MechlabError for another word.
+    MechlabError for another word. file: the model file that the engine `file` runs as it is; its own actuators act.
     """
 
     name: str = "own"
@@ -125,12 +126,12 @@ class Scene:
     text: str = ""
     keep_mode: tuple[str, ...] = ()
     drives: str = "hold"
+    file: ModelFile | None = None
 
     def __post_init__(self) -> None:
         if self.drives not in DRIVES:
             raise unknown(f"scene {self.name}: drives", self.drives, DRIVES)
-        if type(self.laws) is not tuple:
-            object.__setattr__(self, "laws", laws_of(self.laws))
+        object.__setattr__(self, "laws", laws_of(self.laws))
 
 
 PATH_STEPS = 10

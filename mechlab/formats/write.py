@@ -19,7 +19,7 @@ from mechlab.formats.mjcf.write import scene_mjcf, to_mjcf
 from mechlab.formats.urdf import to_urdf, urdf_map
 from mechlab.formats.xml_text import primitive
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Shape
+from mechlab.mechanism.parts import FLOOR, GROUND, Shape
 
 MESHES = "meshes"
 SAME_SIZE = 1e-9
@@ -62,7 +62,7 @@ def _write(m: Mechanism, folder: Path, settings: Settings | None) -> dict[str, s
 
 
 def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
-    """Write one OBJ for each different solid that is no primitive; returns shape -> file, relative to `folder`.
+    """Write one OBJ for each different solid that is neither a primitive nor a floor; returns shape -> file, relative to `folder`.
 
     A file is called after the kind of solid and the first body or shaft that has it. Sizes within `SAME_SIZE` of each
     other are one solid, so that file names and sharing do not depend on the last bits of computed sizes, which differ
@@ -76,13 +76,13 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
     files: dict[Shape, str] = {}
     written: list[tuple[Shape, str]] = []
     for owner, item in owned:
-        if primitive(item) is not None:
+        if primitive(item) is not None or item.kind == FLOOR:
             continue
         file = next((f for other, f in written if _same_solid(item, other)), None)
         if file is None:
             (folder / MESHES).mkdir(exist_ok=True)
             file = _free_name(f"{MESHES}/{item.kind}_{owner}", [f for _, f in written])
-            write_obj(mesh(item.kind, item.parameters), folder / file)
+            write_obj(mesh(item.kind, item.parameters, item.data), folder / file)
             written.append((item, file))
         files[item] = file
     return files
@@ -90,7 +90,7 @@ def write_meshes(m: Mechanism, folder: Path) -> dict[Shape, str]:
 
 def _same_solid(a: Shape, b: Shape) -> bool:
     """True for two shapes of one kind whose sizes are equal to within SAME_SIZE."""
-    if a.kind != b.kind or a.parameters.keys() != b.parameters.keys():
+    if a.kind != b.kind or a.data != b.data or a.parameters.keys() != b.parameters.keys():
         return False
     scale = max((abs(x) for x in a.parameters.values()), default=0.0)
     return all(abs(x - b.parameters[k]) <= SAME_SIZE * scale for k, x in a.parameters.items())

@@ -16,7 +16,7 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.model_file import LeftOut
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.lab.own_mechanism import FREE, HOLD, holding
+from mechlab.lab.own_mechanism import AS_IS, FREE, HOLD, holding
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.results import Shown
@@ -128,6 +128,12 @@ class Design(Shown):
             return FREE
         return chosen
 
+    def scene_for(self, engine: str | None = None) -> str:
+        """The scene that a run without a scene's name is of, for an engine: a stranger's MJCF file is run as it is, unless another
+        engine than `file` is asked for."""
+        of_file = AS_IS in self.entry.scenes and self.entry.default_scene in (HOLD, FREE) and engine in (None, "file")
+        return AS_IS if of_file else self.default_scene
+
     def scene(
         self,
         name: str | None = None,
@@ -152,7 +158,7 @@ class Design(Shown):
             if not duration <= LONGEST:
                 raise MechlabError(f"{self.name}: duration must be at most {LONGEST:g} s, got {duration:g} s.")
             scene = replace(scene, duration=duration)
-        if level != "kinematic" and scene.drives == "hold":
+        if level != "kinematic" and scene.drives == "hold" and scene.file is None:
             scene = acting(self.mechanism(level), scene)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 

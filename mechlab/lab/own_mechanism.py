@@ -15,8 +15,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, asdict, dataclass, field, is_dataclass, make_dataclass, replace
 from dataclasses import fields as dataclass_fields
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar, overload
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import drive_law
 from mechlab.experiment.entry import Entry, SceneRecipe
@@ -27,6 +28,10 @@ from mechlab.mechanism.naming import refuse_parameters
 
 HOLD, FREE = "hold", "free-motion"
 """The scenes that every mechanism without an entry has: its drives hold their targets, or are released."""
+AS_IS = "as-is"
+"""The scene of somebody's MJCF file, run by MuJoCo as the file is."""
+FILE_TOLERANCE = 1e-2
+"""Largest error [m or rad] of a run of such a file: soft contacts are not meant to be better."""
 LEVEL = "full"
 """The one fidelity of such a mechanism."""
 
@@ -46,12 +51,19 @@ class NoParameters:
 
 def entry_of(mechanism: Mechanism, file: ModelFile | None = None) -> Entry:
     """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`. file: that it was
-    read from."""
+    read from; a stranger's MJCF file has the scene `as-is`, too."""
     made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary, {})
-    made = replace(made, file=file)
-    if holding(mechanism):
-        return made
-    return replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
+    if not holding(mechanism):
+        made = replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
+    if file is None or not file.joints:
+        return replace(made, file=file)
+    text = "the file as MuJoCo runs it: its contacts, actuators, timestep and softness"
+
+    def as_is(p: Any, fidelity: str) -> Scene:
+        settings = engine("file").settings(file)
+        return Scene(AS_IS, fidelity, 2.0, tolerance=FILE_TOLERANCE, settings=settings, text=text, file=file)
+
+    return replace(made, file=file, scenes={**made.scenes, AS_IS: SceneRecipe(as_is, LEVEL, text)})
 
 
 def entry_of_function(function: Callable[..., Mechanism], name: str | None = None, guard: Guard = plainly) -> Entry:
@@ -133,14 +145,24 @@ class DeclaredScene:
     parameters: Mapping[str, Any]
 
 
+M = TypeVar("M", bound=Callable[..., Scene])
+
+
+@overload
+def scene(function: M, /) -> M: ...
+@overload
 def scene(
-    function: Callable[..., Scene] | None = None,
+    *, of: Callable[..., Mechanism] | None = None, name: str | None = None, default: bool = False, **parameters: object
+) -> Callable[[M], M]: ...
+def scene(
+    function: M | None = None,
+    /,
     *,
     of: Callable[..., Mechanism] | None = None,
     name: str | None = None,
     default: bool = False,
     **parameters: object,
-) -> Any:
+) -> M | Callable[[M], M]:
     """Decorator: the function or method declares a scene; it takes the parameters and returns a Scene.
 
     of: the user's function whose mechanism it is a scene of (not for methods of a class of parameters). name: default the name of
@@ -148,7 +170,7 @@ def scene(
     which those of the user replace. Its docstring says what happens in it. Raises MechlabError for a name that is taken.
     """
 
-    def declare(made: Callable[..., Scene]) -> Callable[..., Scene]:
+    def declare(made: M) -> M:
         called = name or made.__name__.replace("_", "-")
         if called in (HOLD, FREE):
             raise MechlabError(f"scene {called!r}: every mechanism has a scene of this name; take another.")

@@ -11,7 +11,7 @@ import numpy as np
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
-from mechlab.experiment.scene import ENGINES, Scene, Settings
+from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
 from mechlab.lab.accuracy.control import ControlledRun, run_to_error
 from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import choose, is_auto
@@ -50,6 +50,8 @@ def run_scene(
     """
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
+    if scene is None:
+        scene = design.scene_for(engine or _engine_of(settings))
     choice = choose(design, scene, None, duration, extra) if is_auto(design, scene, fidelity) else None
     fidelity = choice.chosen if choice is not None else fidelity
     of_scene = design.for_scene(scene)
@@ -57,7 +59,8 @@ def run_scene(
         of_scene.mechanism(fidelity)  # raises: it has none
     made = of_scene.scene(scene, fidelity, duration, extra)
     chosen = chosen_settings(of_scene, made, engine, settings, timestep)
-    _refuse_idle(design, chosen.engine, timestep, max_error, free=engine is None and settings is None)
+    free = engine is None and settings is None and chosen.engine != "file"
+    _refuse_idle(design, chosen.engine, timestep, max_error, free)
     refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
     made = with_static_motors(made, replace(chosen, timestep=finest))
@@ -67,7 +70,7 @@ def run_scene(
     if chosen.engine == "analytic":
         done = complete(of_scene, analytic_run(of_scene, made, extra or {}), made)
     elif max_error is not None:
-        done = _to_error(of_scene, made, chosen, max_error, at, choose=engine is None and settings is None)
+        done = _to_error(of_scene, made, chosen, max_error, at, free)
     else:
         done = complete(of_scene, engine_run(of_scene, made, chosen, at), made)
         if estimate:
@@ -75,6 +78,13 @@ def run_scene(
                 done, made, lambda scene, s, times: complete(of_scene, engine_run(of_scene, scene, s, times), scene)
             )
     return done if choice is None else replace(done, health=done.health + Health((choice.finding(),)))
+
+
+def _engine_of(settings: Settings | str | None) -> str | None:
+    """The engine that settings or a preset are for; None without."""
+    if isinstance(settings, str):
+        return PRESETS[settings].engine if settings in PRESETS else None
+    return None if settings is None else settings.engine
 
 
 def _to_error(

@@ -14,6 +14,7 @@ from mechlab.experiment.recording import Health, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
 from mechlab.lab.design import Design
 from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.own_mechanism import AS_IS
 from mechlab.lab.problem_settings import FASTEST, motor_findings, settings_for, with_static_motors
 from mechlab.mechanism.geometry import Array
 
@@ -55,6 +56,14 @@ def chosen_settings(
         raise unknown(f"{design.name}: settings", settings, PRESETS)
     chosen = PRESETS[settings] if isinstance(settings, str) else settings or scene.settings
     wanted = engine or chosen.engine
+    if wanted == "file":
+        chosen = file_settings(design, scene) if chosen.engine != "file" else chosen
+        return chosen if timestep is None else replace(chosen, timestep=timestep)
+    if scene.file is not None:
+        raise MechlabError(
+            f"{design.name}: the scene {scene.name} is run by the engine 'file' alone; for the engine {wanted} take another scene: "
+            f"{', '.join(n for n in design.entry.scenes if n != scene.name)}."
+        )
     if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):
         chosen = settings_for(chosen, design.mechanism(scene.fidelity), scene)
     elif wanted == "hybrid":
@@ -64,6 +73,15 @@ def chosen_settings(
         step = max(FASTEST, drive_step(design.mechanism(scene.fidelity), scene))
         chosen = replace(chosen, engine=wanted, integrator="RK4", timestep=min(chosen.timestep, step))
     return chosen if timestep is None else replace(chosen, timestep=timestep)
+
+
+def file_settings(design: Design, scene: Scene) -> Settings:
+    """Settings of the engine `file` for a scene. Raises MechlabError for a scene that is not of a file."""
+    if scene.file is not None:
+        return scene.settings
+    if AS_IS in design.entry.scenes:
+        raise MechlabError(f"{design.name}: the engine 'file' runs the scene {AS_IS}, not {scene.name}.")
+    raise MechlabError(f"{design.name}: the engine 'file' runs an MJCF file of somebody else; this is none.")
 
 
 def engine_run(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array = ()) -> Recording:
@@ -101,7 +119,7 @@ def complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     health = recording.health + Health(motor_findings(scene, recording))
     full = replace(
         recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,
-        acts=what_acts(recording.mechanism, scene),
+        acts=recording.acts or what_acts(recording.mechanism, scene),
     )  # fmt: skip
     asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
     values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}

@@ -34,6 +34,7 @@ from mechlab.experiment.errors import (
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.lab.file_error import with_file_error
 from mechlab.lab.order_check import fixed_steps, suspects
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
@@ -59,6 +60,8 @@ def with_step_error(recording: Recording, scene: Scene, again: Again | None = No
     any: not for a run that ended early. `again` makes the same scene with other settings; default: the engine alone."""
     if recording.t[-1] < scene.duration * (1.0 - 1e-9) or len(recording.t) < 2:
         return recording
+    if recording.settings.engine == "file":
+        return with_file_error(recording, scene, again or partial(_run, recording.mechanism))
     estimate = _Estimate(recording, scene, again or partial(_run, recording.mechanism))
     if fixed_steps(recording.settings):
         errors, finding = estimate.by_steps()

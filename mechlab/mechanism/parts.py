@@ -22,6 +22,8 @@ Color = tuple[float, float, float, float]
 class Shape:
     """A solid of `kind` (see `mechlab.shapes.KINDS`) with named `size` parameters [m, rad, counts], placed in its body.
 
+    data: the surface of a shape of kind "mesh", as a text of `mechlab.shapes.surface`.
+
     Shapes carry no mass: inertia is given separately, so that a picture never changes the physics.
     """
 
@@ -30,6 +32,7 @@ class Shape:
     placement: Placement = IDENTITY
     color: Color = (0.62, 0.66, 0.72, 1.0)
     name: str = ""
+    data: str = field(default="", repr=False, metadata={"brief": True})
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -67,6 +70,8 @@ def as_fraction(value: object, what: str) -> Fraction:
         raise MechlabError(f"{what}: expected a number or a ratio such as '17/22', got {value!r}.") from None
 
 
+FLOOR = "floor"
+"""Kind of a shape that is a sheet: in a page, the floor itself."""
 GROUND = "ground"
 """Name of the fixed body; every Mechanism has it without listing it."""
 
@@ -188,7 +193,8 @@ class LinearRelation:
 
 @dataclass(frozen=True)
 class Spring:
-    """A linear spring and damper between two points: force = stiffness (length - rest_length) + damping length rate [N]."""
+    """A linear spring and damper between two points: force = stiffness (length - rest_length) + damping length rate [N].
+    range: stops of the length [m]; without stiffness and damping that is a string (0, longest) or a strut."""
 
     name: str
     body_a: str
@@ -198,6 +204,7 @@ class Spring:
     stiffness: float = 0.0
     damping: float = 0.0
     rest_length: float = 0.0
+    range: tuple[float, float] | None = field(default=None, metadata={"brief": True})
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,12 @@ from mechlab.shapes.build import Kind, Parameter, Times, obj_text, write_obj
 from mechlab.shapes.feature_edges import SplitMesh, split_at_edges, split_faces
 from mechlab.shapes.phases import bevel_phase, external_phase, internal_phase, pitch_angles, rack_phase
 from mechlab.shapes.solid import Mesh, bounds, is_watertight, merge, moved, volume
+from mechlab.shapes.surface import surface_mesh, surface_text
 
 __all__ = [
     "KINDS", "Kind", "Mesh", "Parameter", "SplitMesh", "Times", "bevel_phase", "bounds", "external_phase",
     "internal_phase", "is_watertight", "merge", "mesh", "moved", "obj_text", "pitch_angles", "rack_phase", "shape",
-    "split_at_edges", "split_faces", "volume", "write_obj",
+    "split_at_edges", "split_faces", "surface_mesh", "surface_text", "volume", "write_obj",
 ]  # fmt: skip
 
 _MODULES = (simple, links, joints, gears, bevel)
@@ -46,13 +47,20 @@ def shape(
     return parts.shape(kind, placement, color, name, **sizes)
 
 
-def mesh(kind: str, size: Mapping[str, float]) -> Mesh:
-    """The solid of a kind: closed, its faces counter-clockwise seen from outside; the same object for the same sizes.
+SURFACE = "mesh"
+"""Kind of a shape whose surface comes from a file; it has no sizes but data."""
+
+
+def mesh(kind: str, size: Mapping[str, float], data: str = "") -> Mesh:
+    """The solid of a kind: closed, its faces counter-clockwise seen from outside; the same object for the same sizes. Of the kind
+    "mesh": the surface in `data`, as it came.
 
     Raises MechlabError that names an unknown kind or parameter and lists what exists, or says which size is impossible.
     """
+    if kind == SURFACE:
+        return surface_mesh(data)
     if kind not in KINDS:
-        raise unknown("shape kind", kind, KINDS)
+        raise unknown("shape kind", kind, [*KINDS, SURFACE])
     return _built(kind, tuple(_drawable(kind, KINDS[kind].sizes(size)).items()))
 
 

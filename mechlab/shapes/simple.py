@@ -8,7 +8,7 @@ import numpy as np
 
 from mechlab.shapes.build import SMALL, Kind, Times, arc, count, extrude, gap, hollow, length, require, revolve, turned
 from mechlab.shapes.polygon import circle, rounded_rectangle
-from mechlab.shapes.solid import Mesh
+from mechlab.shapes.solid import Mesh, moved
 
 HALF = 0.5 * math.pi
 
@@ -22,6 +22,11 @@ def cylinder(radius: float, length: float, chamfer: float) -> Mesh:
     """A cylinder about z, centred at the origin."""
     require(chamfer < radius and 2.0 * chamfer < length, "cylinder: chamfer is too large for radius and length.")
     return turned(radius, -0.5 * length, 0.5 * length, chamfer=chamfer)
+
+
+def floor(x: float, y: float) -> Mesh:
+    """A sheet in the plane z = 0, centred; a side of 0 has no end and is drawn WIDE."""
+    return moved(box(x or WIDE, y or WIDE, THIN), (0.0, 0.0, -0.5 * THIN))
 
 
 def tube(outer: float, inner: float, length: float) -> Mesh:
@@ -76,7 +81,11 @@ def plate(x: float, y: float, thickness: float, corner: float, bore: float, hole
     return extrude(rounded_rectangle(x, y, corner), inside, -0.5 * thickness, 0.5 * thickness)
 
 
+WIDE, THIN = 20.0, 1e-3
+"""Side of a sheet without end as it is drawn where no page draws it, and thickness of a sheet [m]."""
+
 KINDS = (
+    Kind("floor", "sheet in xy, its upper side at z = 0; 0: without end", floor, (gap("x", "full side"), gap("y", "full side"))),
     Kind("box", "block, centred", box, (length("x", "full side"), length("y", "full side"), length("z", "full side"))),
     Kind(
         "cylinder",

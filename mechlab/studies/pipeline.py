@@ -77,7 +77,7 @@ def pipeline(
         files = dict(made.files)
         progress("checks, each with its witnesses")
         checks = run_checks([design])
-        progress(f"simulation of scene {design.default_scene}")
+        progress(f"simulation of scene {design.scene_for()}")
         recording = run_scene(design)
         files["recording"] = save_recording(recording, stage / "run.npz")
         progress("page")

@@ -28,7 +28,7 @@ MARGIN = 1.08
 @dataclass(frozen=True, eq=False)
 class Framing:
     """points: (k, 3) outermost points [m] that parts and traces ever reach; low, high: (3,) their box; floor:
-    height [m] of the floor, just below all of them; step: grid step [m], 1, 2 or 5 times a power of ten;
+    height [m] of the floor, just below all of them or where the story has one; step: grid step [m], 1, 2 or 5 times a power of ten;
     radius: half the diagonal of the box [m]."""
 
     points: Array
@@ -80,7 +80,9 @@ def frame_story(story: Story) -> Framing:
     points = outermost(np.concatenate(found)) if found else np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
     low, high = points.min(axis=0), points.max(axis=0)
     radius = max(float(np.linalg.norm(high - low)) / 2.0, 1e-6)
-    return Framing(points, low, high, float(low[2]) - 0.02 * radius, nice_step(2.0 * radius), radius)
+    levels = [floor.level for floor in story.floors if floor.level is not None]
+    ground = levels[0] if levels else float(low[2]) - 0.02 * radius
+    return Framing(points, low, high, ground, nice_step(2.0 * radius), radius)
 
 
 def fit_camera(

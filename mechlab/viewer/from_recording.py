@@ -19,12 +19,13 @@ from mechlab.files import write
 from mechlab.mechanism import GROUND, Mechanism, Shape
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
 from mechlab.viewer.explore.sweep import BorderSurface
 from mechlab.viewer.framing import frame_story
 from mechlab.viewer.lines import lines
-from mechlab.viewer.story import Arrow, Part, Plot, Severity, Story
+from mechlab.viewer.story import Arrow, Floor, Part, Plot, Severity, Story
 
 
 def recording_to_csv(recording: Recording) -> str:
@@ -111,6 +112,7 @@ def motion_story(
         arrows=arrows, marks=annotate.marks(mechanism, parts),
         ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
         tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
+        floors=floors_of(names, poses, owners),
         playback=_playback(annotate.playback_error(poses, names, parts), len(t), recorded or len(t)),
     )  # fmt: skip
 
@@ -179,6 +181,15 @@ def placed(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, Owne
     return tuple(names), np.stack(poses, axis=1), owners
 
 
+def floors_of(names: Sequence[str], poses: Array, owners: Owners) -> tuple[Floor, ...]:
+    """The floors among the shapes, where they are in the first of the poses (n, nb, 4, 4)."""
+    return tuple(
+        Floor(poses[0, names.index(owner)] @ item.placement.matrix(), item.parameters.get("x", 0.0), item.parameters.get("y", 0.0),
+              item.color)
+        for owner, shapes in owners for item in shapes if item.kind == FLOOR
+    )  # fmt: skip
+
+
 def scene_of(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tuple[Part, ...], Owners]:
     """As `placed`, with the parts that the shapes make; bodies without shapes as lines."""
     names, poses, owners = placed(mechanism, q)
@@ -187,7 +198,9 @@ def scene_of(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tu
     parts: list[Part] = []
     for owner, shapes in owners:
         for k, item in enumerate(shapes):
-            solid = mesh(item.kind, item.parameters)
+            if item.kind == FLOOR:
+                continue
+            solid = mesh(item.kind, item.parameters, item.data)
             name = item.name or f"{item.kind}_{k}"
             faces = solid.faces.astype(np.int64)
             parts.append(Part(owner, name, solid.vertices, faces, item.color, item.placement.matrix()))

@@ -7,7 +7,7 @@ import numpy as np
 
 from mechlab.mechanism import Body, Mechanism, Placement, Shape
 from mechlab.mechanism.geometry import IDENTITY, Array, frame_along
-from mechlab.mechanism.parts import shape
+from mechlab.mechanism.parts import FLOOR, shape
 from mechlab.mechanism.tree import reference_poses
 
 THICKNESS = 0.006
@@ -29,7 +29,7 @@ def lines(m: Mechanism) -> dict[str, tuple[Shape, ...]]:
     cloud = [poses[name][1] + poses[name][0] @ p for name, points in carried.items() for p in (np.zeros(3), *points)]
     diagonal = float(np.linalg.norm(np.ptp(np.array(cloud), axis=0))) or 0.2 * m.length_scale
     drawn = {b.name: _drawn(b, carried[b.name], diagonal) for b in bare}
-    nothing = len(bare) == len(m.bodies) and not m.ground_shapes and not any(s.shapes for s in m.shafts)
+    nothing = len(bare) == len(m.bodies) and all(s.kind == FLOOR for s in m.ground_shapes) and not any(s.shapes for s in m.shafts)
     if nothing and not any(drawn.values()):
         return {b.name: (_joint(b, diagonal * 5.0 * THICKNESS),) for b in bare}
     return {name: shapes for name, shapes in drawn.items() if shapes}

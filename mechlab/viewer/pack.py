@@ -90,6 +90,9 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
         "motion": motion,
         "geometries": geometries,
         "parts": parts,
+        "floors": [
+            {"placement": f.placement.T.reshape(-1).tolist(), "size": [f.x, f.y], "color": list(f.color)} for f in story.floors
+        ],
         "plots": [
             {
                 "title": plot.title,

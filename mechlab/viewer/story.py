@@ -109,6 +109,26 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
+class Floor:
+    """A floor that stands still: placement (4, 4) of its middle, z its normal; x, y: its sides [m], 0 for one without end."""
+
+    placement: Array
+    x: float = 0.0
+    y: float = 0.0
+    color: Color = GREY
+
+    def __post_init__(self) -> None:
+        placement = frozen(self.placement, "floor: placement", (4, 4))
+        check_rigid(placement, "floor: placement")
+        object.__setattr__(self, "placement", placement)
+
+    @property
+    def level(self) -> float | None:
+        """Its height [m] where it is level, else None."""
+        return float(self.placement[2, 3]) if self.placement[2, 2] > 1.0 - 1e-9 else None
+
+
+@dataclass(frozen=True, eq=False)
 class Plot:
     """Curves over the story's time that share one axis: series name -> (n,) values in `unit` ("" has none).
 
@@ -169,7 +189,8 @@ class Story:
     `ghost_name`; visible at the start if `ghost_shown`; ghost_parts: its parts (default: parts); ghost_traces:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
     [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
-    drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. Raises
+    drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
+    page's own floor. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
 
@@ -196,6 +217,7 @@ class Story:
     playback: str = ""
     explore: Exploration | None = None
     variants: tuple[Variation, ...] = ()
+    floors: tuple[Floor, ...] = ()
 
     def __post_init__(self) -> None:
         t = frozen(self.t, "t", (None,))

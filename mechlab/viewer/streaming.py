@@ -123,7 +123,7 @@ def stream(
     browser; when it has ended, the page of the recording replaces it. An error is shown on the page. `stop()` true: the
     run is no longer wanted and ends."""
     played = design.for_scene(scene)
-    chosen = scene or design.default_scene
+    chosen = scene or design.scene_for()
     fidelity = design.entry.scenes[chosen].fidelity
 
     def over() -> bool:

@@ -85,7 +85,8 @@ class Sdf:
 
     def motion(self, joint: ET.Element, m: Mechanism, q: Array) -> Array:
         out, kind = np.eye(4), joint.get("type")
-        name = str(joint.get("name")).removesuffix("_joint")
+        name = str(joint.get("name"))
+        name = name if name in m.q_slice else name.removesuffix("_joint")  # of a joint that is called like its link
         if kind == "fixed" or name not in m.q_slice:
             return out
         x = q[m.q_slice[name]]

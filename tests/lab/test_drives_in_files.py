@@ -130,7 +130,7 @@ def test_actuators_of_strangers_do_what_they_do_in_their_own_file(tmp_path):
     model.jnt_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=250)
-    run = ml.simulate(tmp_path / "strange.xml", duration=0.25, timestep=1e-3)
+    run = ml.simulate(tmp_path / "strange.xml", engine="mujoco", duration=0.25, timestep=1e-3)
     ours = [run.final()[n] for n in "qrsu"]
     assert ours == pytest.approx(data.qpos[:4].tolist(), abs=1e-10)
     assert [

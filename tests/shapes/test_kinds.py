@@ -44,6 +44,7 @@ SAMPLES: dict[str, dict[str, float]] = {
     "carriage": {"length": 0.05, "width": 0.05, "height": 0.03},
     "spur_gear": {"teeth": 30, "module": 0.003, "width": 0.02, "bore": 0.008},
     "internal_gear": {"teeth": 60, "module": 0.002, "width": 0.016},
+    "floor": {"x": 0.4, "y": 0.3},
     "rack": {"teeth": 8, "module": 0.004, "width": 0.02},
     "bevel_gear": {"teeth": 24, "module": 0.004, "pitch_angle": 0.9, "width": 0.022, "bore": 0.008},
 }
@@ -122,6 +123,7 @@ def test_closed_and_outward(kind: str, size: dict[str, float]) -> None:
         ("nut", (math.sqrt(0.75) * 0.04**2 - math.pi * 0.012**2) * 0.02, 0.01),
         ("spring", math.pi * 0.003**2 * 2 * math.pi * 0.02 * 6, 0.07),
         ("rack", RACK * 8 * 0.02 * 0.004**2, 1e-12),
+        ("floor", 0.4 * 0.3 * 1e-3, 1e-12),
         ("rail", None, 0.0),
     ],
 )
@@ -145,6 +147,7 @@ def test_volume(kind: str, volume: float | None, shape_error: float) -> None:
         ("t_carrier", (-0.06, -0.0128, -0.08), (0.06, 0.0128, 0.0136)),
         ("cross", (-0.04, -0.04, -0.0136), (0.04, 0.04, 0.0136)),
         ("rail", (-0.01, 0.0, 0.0), (0.01, 0.02, 0.15)),
+        ("floor", (-0.2, -0.15, -0.001), (0.2, 0.15, 0.0)),
     ],
 )
 def test_conventions(kind: str, low: tuple[float, ...], high: tuple[float, ...]) -> None:

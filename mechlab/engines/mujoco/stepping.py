@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
 
 MAX_SAMPLES = 1000
 RATE_LIMIT = 1e6
@@ -20,6 +21,16 @@ INTEGRATION_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """All that the next step depends on."""
 UNSOLVED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 """Warnings of the engine that say that a run has blown up."""
+
+
+class Coordinates(Protocol):
+    """What says, after a blow-up, which rate of the mechanism ran away."""
+
+    mechanism: Mechanism
+
+    def rates(self, qvel: Array) -> Array:
+        """Rates of the mechanism at those of the engine."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -44,8 +55,11 @@ class Grid:
         return self.duration if step == self.count else step * self.timestep
 
 
-def grid(duration: float, timestep: float, times: Sequence[float] | None = None) -> Grid:
-    """The steps of a run, and which of them are recorded: at most about MAX_SAMPLES, evenly, and those around `times`.
+def grid(
+    duration: float, timestep: float, times: Sequence[float] | None = None, least: int = MAX_SAMPLES, share: float = 1.0
+) -> Grid:
+    """The steps of a run, and which of them are recorded: at most about MAX_SAMPLES, evenly, and those around `times`. Of a run of
+    more than `least` steps no more than a `share` of the steps, but `least`, are recorded.
 
     A time on a step is recorded there; around any other two steps on each side, so that a cubic through them
     (`Recording.at`) is as good as the run. Raises MechlabError for a bad duration or a time outside it.
@@ -53,7 +67,8 @@ def grid(duration: float, timestep: float, times: Sequence[float] | None = None)
     if not np.isfinite(duration) or duration <= 0:
         raise MechlabError(f"duration: expected a number > 0 s, got {duration!r}.")
     count = max(1, int(np.ceil(duration / timestep - 1e-9)))
-    samples = set(range(0, count, -(-count // MAX_SAMPLES))) | {count}
+    most = min(MAX_SAMPLES, max(least, int(share * count)))
+    samples = set(range(0, count, -(-count // most))) | {count}
     for t in () if times is None else times:
         if not 0.0 <= t <= duration * (1.0 + 1e-12):
             raise MechlabError(f"sample times: expected times from 0 to {duration:g} s, got {t!r}.")
@@ -69,12 +84,13 @@ def grid(duration: float, timestep: float, times: Sequence[float] | None = None)
 def advance(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    map_: MujocoMap,
+    map_: Coordinates,
     steps: Grid,
     sample: Callable[[float], bool],
+    step: Callable[[mujoco.MjModel, mujoco.MjData, Grid, int, int], None] | None = None,
 ) -> tuple[SteppingEnd | None, float, int]:
     """Step through the grid and call `sample(t)` at every recorded step, the first included; end there when it
-    answers True.
+    answers True. `step(model, data, grid, start, end)` takes the steps instead of the engine alone.
 
     `data` is at t = 0. Between samples the engine steps on its own. `sample` may evaluate `data` (mj_forward): what the
     solver remembers is put back, so that sampling does not change the motion by a bit. Returns what went wrong, the
@@ -86,7 +102,7 @@ def advance(
         if here > done:
             mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
             start = time.thread_time()
-            _step(model, data, steps, done, here)
+            (step or _step)(model, data, steps, done, here)
             cpu += time.thread_time() - start
             if _fault(data) is not None:
                 return _locate(model, data, map_, steps, state, done, here), cpu, here
@@ -125,7 +141,7 @@ def _fault(data: mujoco.MjData) -> str | None:
 
 
 def _locate(
-    model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, steps: Grid, state: Array, start: int, end: int
+    model: mujoco.MjModel, data: mujoco.MjData, map_: Coordinates, steps: Grid, state: Array, start: int, end: int
 ) -> SteppingEnd:
     """Repeat the steps one by one from the last good state, to say when it happened."""
     mujoco.mj_setState(model, data, state, INTEGRATION_STATE)
@@ -140,7 +156,7 @@ def _locate(
     return SteppingEnd(steps.t(end), _reason(data, map_, before))
 
 
-def _reason(data: mujoco.MjData, map_: MujocoMap, before: Array) -> str:
+def _reason(data: mujoco.MjData, map_: Coordinates, before: Array) -> str:
     """Which rate ran away, from the state after (or, where that is not finite, before) the failing step."""
     names = map_.mechanism.rate_names
     after = map_.rates(data.qvel)

@@ -14,10 +14,10 @@ from mechlab.formats.xml_text import add, pose, primitive
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Joint, Shape
+from mechlab.mechanism.parts import FLOOR, GROUND, Joint, Shape
 
 JOINT_TYPES = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
-FLOOR = 2e-15
+LEAST = 2e-15
 """Mass [kg] and moment [kg m2] of a moving body that has none: just above what MuJoCo refuses."""
 SMALLEST_MOMENT = 2e-14
 """Smallest principal moment [kg m2] of a full tensor: just above what MuJoCo's diagonalisation refuses."""
@@ -80,7 +80,7 @@ def write_tree(
 def joint_stages(joints: tuple[Joint, ...]) -> list[tuple[Joint, ...]]:
     """The joints of one body in groups that MuJoCo allows in one body: no turn after a ball joint, at most 6 rates.
 
-    All but the last group go to bodies of their own, which have a mass of FLOOR.
+    All but the last group go to bodies of their own, which have a mass of LEAST.
     """
     out: list[list[Joint]] = [[]]
     for joint in joints:
@@ -118,8 +118,8 @@ def _inertial(element: ET.Element, inertia: Inertia, moves: bool) -> None:
     """The <inertial> of a body; fullinertia has the order of `Inertia.tensor`: xx yy zz xy xz yz."""
     if inertia.mass == 0.0 and not moves:
         return
-    if inertia.mass < FLOOR:
-        add(element, "inertial", pos=inertia.com, mass=FLOOR, diaginertia=(FLOOR, FLOOR, FLOOR))
+    if inertia.mass < LEAST:
+        add(element, "inertial", pos=inertia.com, mass=LEAST, diaginertia=(LEAST, LEAST, LEAST))
     else:
         add(element, "inertial", pos=inertia.com, mass=inertia.mass, fullinertia=safe_tensor(inertia))
 
@@ -143,6 +143,8 @@ def _geom(
     attributes: dict[str, object]
     if item in mesh_files:
         attributes = {"type": "mesh", "mesh": meshes[mesh_files[item]]}
+    elif item.kind == FLOOR:
+        attributes = {"type": "plane", "size": (item.parameters.get("x", 0.0) / 2.0, item.parameters.get("y", 0.0) / 2.0, 0.1)}
     elif sizes is None:
         return
     else:

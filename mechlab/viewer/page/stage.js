@@ -10,7 +10,8 @@ class Stage {
     this.prepareViewer(viewport);
     this.root = this.viewer.scene_tree.find(["mechanism"]).object;
     this.addLights();
-    this.addFloor();
+    if (story.floors.length) for (const floor of story.floors) this.addSheet(floor);
+    else this.addFloor();
     this.groups = story.bodies.map((name) => {
       const group = new THREE.Group();
       group.name = name;
@@ -102,6 +103,24 @@ class Stage {
     this.root.add(grid);
   }
 
+  /** A floor of the model: checkered around the mechanism, fading out where it has no end. */
+  addSheet({ placement, size, color }) {
+    const { radius, step } = this.framing;
+    const matrix = new THREE.Matrix4().fromArray(placement);
+    const middle = new THREE.Vector3(...this.centre).applyMatrix4(matrix.clone().invert());
+    const half = size.map((side) => (side > 0 ? Math.min(side / 2, 20 * radius) : 5 * radius));
+    const at = size.map((side, i) => (side > 0 ? 0 : Math.round(middle.getComponent(i) / (2 * step)) * 2 * step));
+    const surface = new THREE.MeshStandardMaterial({ map: checks(half, at, step, size, color), roughness: 0.9, metalness: 0,
+      transparent: true, depthWrite: false, side: THREE.DoubleSide });
+    const sheet = new THREE.Mesh(new THREE.PlaneGeometry(2 * half[0], 2 * half[1]), surface);
+    sheet.name = "floor";
+    sheet.matrixAutoUpdate = false;
+    sheet.matrix.copy(matrix.multiply(new THREE.Matrix4().makeTranslation(at[0], at[1], -0.001 * radius)));
+    sheet.receiveShadow = true;
+    sheet.renderOrder = -1;
+    this.root.add(sheet);
+  }
+
   /** Draws the parts of another variant of the same bodies instead. */
   replaceParts(story, read) {
     for (const group of this.groups) for (const child of [...group.children]) if (child.isMesh) group.remove(child);
@@ -159,6 +178,34 @@ class Stage {
     this.viewer.set_dirty();
     if (this.onRedraw) this.onRedraw();
   }
+}
+
+/** A texture of squares `step` wide for a sheet of half sides `half` around `at`; it fades out along sides without end. */
+function checks(half, at, step, size, [red, green, blue]) {
+  const pixels = 1024;
+  const canvas = make("canvas", { width: pixels, height: pixels });
+  const context = canvas.getContext("2d");
+  const shade = (share) => `rgb(${[red, green, blue].map((x) => Math.round(255 * share * (0.4 + 0.6 * x))).join()})`;
+  context.fillStyle = shade(0.8);
+  context.fillRect(0, 0, pixels, pixels);
+  context.fillStyle = shade(0.68);
+  const first = half.map((h, i) => Math.floor((at[i] - h) / step)), last = half.map((h, i) => Math.ceil((at[i] + h) / step));
+  const x = (i, axis) => ((i * step - at[axis] + half[axis]) / (2 * half[axis])) * pixels;
+  for (let i = first[0]; i < last[0]; i++)
+    for (let j = first[1]; j < last[1]; j++)
+      if ((i + j) % 2) context.fillRect(x(i, 0), pixels - x(j + 1, 1), x(i + 1, 0) - x(i, 0), x(j + 1, 1) - x(j, 1));
+  if (size.some((side) => !side)) {
+    const fade = context.createRadialGradient(pixels / 2, pixels / 2, 0.15 * pixels, pixels / 2, pixels / 2, pixels / 2);
+    fade.addColorStop(0, "#000f");
+    fade.addColorStop(1, "#0000");
+    context.globalCompositeOperation = "destination-in";
+    context.fillStyle = fade;
+    context.fillRect(0, 0, pixels, pixels);
+  }
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.encoding = THREE.sRGBEncoding;
+  texture.anisotropy = 8;
+  return texture;
 }
 
 function partMaterials([red, green, blue, opacity]) {

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,17 @@ def test_the_command_of_a_servo_is_its_physical_target(target):
     np.testing.assert_allclose(seen[:, 1], expected[:, 1], atol=1e-4)
 
 
+def test_the_command_of_a_drive_with_damping_alone_is_its_target_rate():
+    t = 0.01 * np.arange(41)
+    expected = by_hand(lambda k, x, v: 0.5 * (3.0 - v), t)
+    m = arm()
+    m = replace(m, drives=(replace(m.drives[0], damping=0.5),))
+    with ml.session(m) as s:
+        assert s.action_units == ("rad/s",) and s.rest_action == [0.0]
+        seen = np.array([s.observation] + [s.step([3.0]) for _ in range(40)])
+    np.testing.assert_allclose(seen, expected, atol=1e-6)
+
+
 def test_the_command_of_a_winding_is_its_voltage():
     constant, resistance, voltage = 0.4, 2.0, 6.0
     t = 0.01 * np.arange(51)
@@ -86,8 +98,6 @@ def test_the_command_of_a_winding_is_its_voltage():
 @pytest.mark.parametrize("stiffness", [0.0, 30.0])
 def test_the_command_of_a_drive_from_a_file_is_in_its_units(stiffness):
     """gear (gain u + push) - stiffness value - damping rate, with u clamped to its range."""
-    from dataclasses import replace
-
     control = Control(gain=4.0, gear=5.0, push=0.02, range=(-0.5, 0.5))
     m = arm(zero=0.3, stiffness=stiffness, damping=0.5)
     m = replace(m, drives=(replace(m.drives[0], control=control),))

@@ -7,7 +7,9 @@ import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, key
 from mechlab.engines.mujoco.model_file.read_tree import geom_shape, switched_off
+from mechlab.engines.mujoco.model_file.surfaces import is_shown
 from mechlab.experiment.model_file import unnamed
+from mechlab.shapes.surface import MOST_FACES
 
 DISABLE, GEOM = mujoco.mjtDisableBit, mujoco.mjtGeom
 
@@ -64,12 +66,12 @@ def _geom_name(model: mujoco.MjModel, k: int) -> str:
 
 
 def _drawn(model: mujoco.MjModel, remarks: Remarks) -> None:
-    words = {
-        GEOM.mjGEOM_MESH: "mesh",
-        GEOM.mjGEOM_PLANE: "plane",
-        GEOM.mjGEOM_HFIELD: "height field",
-        GEOM.mjGEOM_SDF: "sdf",
-    }
+    """Geoms that are not drawn: those that MuJoCo's viewers do not show either are named as such."""
     for k in range(model.ngeom):
         if geom_shape(model, k) is None:
-            remarks.keep(words.get(GEOM(model.geom_type[k]), "ellipsoid"), _geom_name(model, k), "not drawn here")
+            kind = GEOM(model.geom_type[k]).name.removeprefix("mjGEOM_").lower()
+            why = "not drawn here" if is_shown(model, k) else "of a group that is not shown"
+            remarks.keep(f"{kind} geom", _geom_name(model, k), why)
+    for k in range(model.nmesh):
+        if model.mesh_facenum[k] > MOST_FACES:
+            remarks.keep("fine mesh", key(model, OBJECT.mjOBJ_MESH, k), f"drawn with at most {MOST_FACES} of its faces")

@@ -9,12 +9,13 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, given_name, key
+from mechlab.engines.mujoco.model_file.surfaces import geom_color, is_shown, surface_shape
 from mechlab.experiment.model_file import SHOWN
 from mechlab.formats.mjcf.read_tree import BodyTree, PlacedJoint, anchored
 from mechlab.formats.mjcf.source import clean
 from mechlab.mechanism.geometry import Array, Placement, Vector, quaternion_to_matrix, unit
 from mechlab.mechanism.inertia import Inertia
-from mechlab.mechanism.parts import GROUND, Body, Color, Joint, Shape, shape
+from mechlab.mechanism.parts import GROUND, Body, Joint, Shape, shape
 
 JOINT, DISABLE = mujoco.mjtJoint, mujoco.mjtDisableBit
 KINDS = {JOINT.mjJNT_HINGE: "revolute", JOINT.mjJNT_SLIDE: "prismatic", JOINT.mjJNT_BALL: "spherical"}
@@ -188,11 +189,12 @@ def _geom(tree: CompiledTree, k: int) -> None:
 
 
 def geom_shape(model: mujoco.MjModel, k: int) -> Shape | None:
-    """The shape of a geom in the frame of its body; None for kinds that are not drawn: planes, meshes, height fields."""
+    """The shape of a geom in the frame of its body; None where MuJoCo's viewers do not show it, and for surfaces without area."""
+    if not is_shown(model, k):
+        return None
     kind = mujoco.mjtGeom(model.geom_type[k])
     at, s = placement(model.geom_pos[k], model.geom_quat[k]), model.geom_size[k]
-    r, g, b, a = (float(x) for x in model.geom_rgba[k])
-    color: Color = (r, g, b, a)
+    color = geom_color(model, k)
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return shape("box", at, color, x=2 * s[0], y=2 * s[1], z=2 * s[2])
     if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
@@ -201,4 +203,4 @@ def geom_shape(model: mujoco.MjModel, k: int) -> Shape | None:
         return shape("cylinder", at, color, radius=s[0], length=2 * s[1])
     if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
         return shape("rod", at @ Placement((0.0, 0.0, -float(s[1]))), color, radius=s[0], length=2 * s[1])
-    return None
+    return surface_shape(model, k, at)

@@ -1,0 +1,215 @@
+"""Engine `file`: a scene of a model file that is somebody's own, run by MuJoCo as the file is.
+
+The motion is that of `mj_step` on the compiled file, step by step: its timestep, integrator, solver and softness, its contacts and
+its actuators at the controls of the start. Laws of the scene act in addition. What is recorded are the joints of the mechanism that
+was read from the file.
+"""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.engines.mujoco.as_is.contacts import ContactWatch, may_touch
+from mechlab.engines.mujoco.as_is.findings import health, start_finding
+from mechlab.engines.mujoco.as_is.forces import ActuatorForces
+from mechlab.engines.mujoco.as_is.model import Start, file_settings, run_model, start
+from mechlab.engines.mujoco.as_is.states import FileStates
+from mechlab.engines.mujoco.as_is.work import WorkMeter, energy
+from mechlab.engines.mujoco.control import controlled
+from mechlab.engines.mujoco.control import engine as quiet
+from mechlab.engines.mujoco.runner import versions
+from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, advance, grid
+from mechlab.engines.protocol import Engine
+from mechlab.errors import MechlabError
+from mechlab.experiment.laws.protocol import LawStates, applied_force
+from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.recording import Cost, Health, Recording, run_channels
+from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
+from mechlab.experiment.tree_plant import TreePlant
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.model import Mechanism
+
+FEWEST_SAMPLES, SAMPLED = 200, 0.125
+"""A long run records this share of its steps, so that recording costs less than stepping."""
+
+
+class FileEngine(Engine):
+    """See the module."""
+
+    name = "file"
+    fixed_steps = MUJOCO_INTEGRATORS
+
+    versions = staticmethod(versions)
+
+    def settings(self, file: ModelFile) -> Settings:
+        """Timestep and integrator of the file."""
+        return file_settings(file)
+
+    def run(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
+    ) -> Recording:
+        """See the module. Channels: those of `basic_channels`, NAME_accel, NAME_force of what actuators and laws act on, and
+        BODY_contact_x, _y, _z. A run that blows up ends there, and says so. Raises MechlabError for a scene without a file."""
+        if scene.file is None:
+            raise MechlabError(
+                f"{mechanism.name}, scene {scene.name}: the engine 'file' runs the MJCF file that a mechanism was read from, in the "
+                "scene 'as-is'; for this scene take --engine mujoco."
+            )
+        file = scene.file
+        chosen = settings or file_settings(file)
+        model = run_model(file, chosen)
+        states = FileStates(file, model)
+        at = None if times is None else np.asarray(times, dtype=float).tolist()
+        steps = grid(scene.duration, chosen.timestep, at, FEWEST_SAMPLES, SAMPLED)
+        with quiet():
+            begin = start(model, states, scene)
+            data = begin.data
+            meter = WorkMeter(model, data)
+            seen = _Samples(file, model, data, states, meter, scene)
+            with _laws(scene, states, data):
+                blow_up, cpu, done = advance(model, data, states, steps, seen.take, meter.step)
+        return _recording(file, scene, chosen, model, begin, seen, (blow_up, cpu, done))
+
+
+def _recording(
+    file: ModelFile, scene: Scene, settings: Settings, model: mujoco.MjModel, begin: Start, seen: _Samples, end: tuple
+) -> Recording:
+    mechanism = file.mechanism
+    blow_up, cpu, done = end
+    qpos, v = np.array(seen.qpos), seen.states.rates(np.array(seen.qvel))
+    q = seen.states.coordinates(qpos)
+    channels, units = run_channels(
+        mechanism, q, v, seen.states.rates(np.array(seen.qacc)), seen.forces(), _frames(mechanism, q)
+    )
+    others, other_units = seen.contacts.channels()
+    more, more_units = seen.actuators.channels()
+    findings = health(
+        mechanism, settings, scene.duration, model, begin.data, blow_up, np.array(seen.energies), seen.contacts
+    )
+    outside = start_finding(qpos[0], model)
+    per_step = 4 if settings.integrator == "RK4" else 1
+    return Recording(
+        mechanism=mechanism, t=np.array(seen.t), q=q, v=v, channels=channels | more | others, units=units | more_units | other_units,
+        health=findings + Health(() if outside is None else (outside,)), cost=Cost(cpu, done, per_step * done), settings=settings,
+        scene=scene.name, name=mechanism.name, fidelity=scene.fidelity, versions=versions(),
+        acts=acts(model, begin, scene),
+    )  # fmt: skip
+
+
+def _frames(mechanism: Mechanism, q: Array) -> Array:
+    """(n, frames, 3) world positions of the frames, of all samples at once."""
+    if not mechanism.frames:
+        return np.zeros((len(q), 0, 3))
+    poses = ManyPoses(mechanism).set(q).poses()
+    index = {b.name: k for k, b in enumerate(mechanism.bodies)}
+    out = np.empty((len(q), len(mechanism.frames), 3))
+    for k, frame in enumerate(mechanism.frames):
+        pose = poses[:, index[frame.body]] if frame.body in index else np.eye(4)[None]
+        out[:, k] = pose[:, :3, :3] @ np.array(frame.placement.translation) + pose[:, :3, 3]
+    return out
+
+
+class _Samples:
+    """What is recorded of a run. Each sample is evaluated in data of its own, so that sampling does not change the motion."""
+
+    def __init__(
+        self,
+        file: ModelFile,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        states: FileStates,
+        meter: WorkMeter,
+        scene: Scene,
+    ) -> None:
+        self.model, self.data, self.states, self.meter, self.scene = model, data, states, meter, scene
+        self.own = mujoco.MjData(model)
+        self.contacts = ContactWatch(file, model)
+        self.actuators = ActuatorForces(file, model)
+        self.plant = TreePlant(states.mechanism)
+        self.t: list[float] = []
+        self.qpos: list[Array] = []
+        self.qvel: list[Array] = []
+        self.qacc: list[Array] = []
+        self.energies: list[tuple[float, float, float, float]] = []
+        self._loads: list[dict[str, float]] = []
+        self._state = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE))
+
+    def take(self, t: float) -> bool:
+        """Record the present state."""
+        model, data, own = self.model, self.data, self.own
+        mujoco.mj_getState(model, data, self._state, INTEGRATION_STATE)
+        mujoco.mj_setState(model, own, self._state, INTEGRATION_STATE)
+        own.time = t
+        if self.scene.laws:
+            self._loads.append(_apply(self.scene, self.states, self.plant, own))
+        mujoco.mj_forward(model, own)
+        if not np.all(np.isfinite(own.qacc)):
+            if not self.t:
+                raise MechlabError(
+                    f"{self.states.mechanism.name}: MuJoCo's accelerations of the file at t = 0 are not finite."
+                )
+            return False
+        self.t.append(t)
+        self.qpos.append(own.qpos.copy())
+        self.qvel.append(own.qvel.copy())
+        self.qacc.append(own.qacc.copy())
+        self.energies.append((*energy(model, own), self.meter.done, self.meter.turned))
+        self.contacts.take(own)
+        self.actuators.take(own)
+        return False
+
+    def forces(self) -> dict[str, Array]:
+        """Joint or shaft -> (n,) force of the actuators and laws on it."""
+        out = self.actuators.on_coordinates()
+        for name in dict.fromkeys(n for now in self._loads for n in now):
+            out[name] = out.get(name, 0.0) + np.array([now.get(name, 0.0) for now in self._loads])
+        return out
+
+
+def _laws(scene: Scene, states: FileStates, data: mujoco.MjData) -> AbstractContextManager[None]:
+    """The context in which the engine steps under the laws of the scene, evaluated at every stage of a step."""
+    if not scene.laws:
+        return quiet()
+    if len(LawStates(scene.laws)):
+        raise MechlabError(
+            f"{states.mechanism.name}: laws with states of their own (a motor with inductance) do not act on a run of the file; "
+            "take --engine mujoco."
+        )
+    plant = TreePlant(states.mechanism)
+
+    def act() -> None:
+        _apply(scene, states, plant, data)
+
+    return controlled(data, act)
+
+
+def _apply(scene: Scene, states: FileStates, plant: TreePlant, data: mujoco.MjData) -> dict[str, float]:
+    plant.set(*states.of(data), data.time)
+    force, by_name = applied_force(states.mechanism, scene.laws, data.time, plant)
+    data.qfrc_applied[states.dof] = force
+    return by_name
+
+
+def acts(model: mujoco.MjModel, begin: Start, scene: Scene) -> str:
+    """One line on what acts in a run of a file."""
+    still = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY or not np.any(model.opt.gravity)
+    parts = ["the file as it is: no gravity" if still else "the file as it is: gravity"]
+    touching = len(may_touch(model))
+    parts.append(f"contacts of {touching} geoms" if touching else "no contacts")
+    if model.neq:
+        parts.append(f"{int(np.count_nonzero(begin.data.eq_active))} equalities with the file's softness")
+    if model.nu:
+        control = begin.data.ctrl
+        values = "0" if not np.any(control) else "the controls of the keyframe"
+        parts.append(f"{model.nu} actuators at {values}")
+    if scene.laws:
+        parts.append(f"laws on {', '.join(dict.fromkeys(n for law in scene.laws for n in law.targets()))}")
+    return "; ".join([*parts, begin.text])
+
+
+ENGINES = {"file": FileEngine()}

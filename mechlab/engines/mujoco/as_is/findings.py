@@ -1,0 +1,121 @@
+"""The health record of a run of a file: blow-up, energy, overlap of parts, gaps of the file's loops, warnings of the engine.
+
+The limits are those of a physical result, not those of hard constraints: the softness of a stranger's file is its own.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.as_is.contacts import ContactWatch
+from mechlab.engines.mujoco.stepping import SteppingEnd
+from mechlab.experiment.recording import Finding, Health, limit_finding
+from mechlab.experiment.scene import Settings
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+ENERGY_WARNING, ENERGY_LIMIT = 0.02, 0.2
+"""Energy that steps made or lost, as a share of what the run turned over."""
+GAP_WARNING, GAP_LIMIT = 1e-4, 1e-2
+"""Gap of an equality, as a share of the mechanism's length scale (angles: [rad])."""
+OVERLAP_WARNING, OVERLAP_LIMIT = 0.01, 0.1
+"""Depth of a contact, as a share of the extent of the model."""
+NOISE = 1e-9
+"""Energies below this [J] times the number of coordinates are rounding."""
+WARNINGS = {
+    "BADQPOS": "the state was not finite",
+    "BADQVEL": "a rate was not finite or too large",
+    "BADQACC": "an acceleration was not finite or too large",
+    "BADCTRL": "a control was not finite",
+    "INERTIA": "the mass matrix was nearly singular",
+    "CONTACTFULL": "the memory for contacts was full: some were left out",
+    "CNSTRFULL": "the memory for constraints was full: some were left out",
+}
+
+
+def health(
+    mechanism: Mechanism, settings: Settings, duration: float, model: mujoco.MjModel, data: mujoco.MjData,
+    blow_up: SteppingEnd | None, energies: Array, contacts: ContactWatch,
+) -> Health:  # fmt: skip
+    """All findings. energies (n, 4) [J]: potential, kinetic, net work of other forces and the sum of its absolute parts."""
+    out: list[Finding] = []
+    if blow_up is not None:
+        text = (
+            f"the run of the file blew up at t = {blow_up.t:.6g} s and ended there, where MuJoCo would start anew without a word: "
+            f"{blow_up.reason}. Try a smaller timestep (now {settings.timestep:g} s)"
+        )
+        out.append(Finding("blow_up", blow_up.t, duration, "s", "error", text))
+    finite = bool(np.all(np.isfinite(energies)))
+    out.append(
+        Finding("finite", float(not finite), 0.0, "states", "ok" if finite else "error",
+                "all states are finite" if finite else "a state or an energy is not finite; do not trust this run")
+    )  # fmt: skip
+    if finite and len(energies) > 1:
+        out.append(energy_finding(model, energies))
+    out += _gaps(mechanism, contacts)
+    if contacts.deepest > 0.0:
+        extent = float(model.stat.extent)
+        text = f"parts overlap by up to (between {' and '.join(contacts.pair)}, at t = {contacts.deepest_at:.3g} s)"
+        out.append(
+            limit_finding("penetration", contacts.deepest, OVERLAP_LIMIT * extent, "m", text, OVERLAP_WARNING * extent)
+        )
+    out += _warnings(data)
+    return Health(tuple(out))
+
+
+def energy_finding(model: mujoco.MjModel, energies: Array) -> Finding:
+    """Finding "energy_balance": the largest |E(t) - E(0) - work(t)| as a share of the energy that the run turned over."""
+    potential, kinetic, done, turned = energies.T
+    total = potential + kinetic
+    open_ = np.abs(total - total[0] - done)
+    turnover = max(float(np.max(kinetic)), float(np.ptp(potential)), float(turned[-1]), 1e-300)
+    noise = max(NOISE * max(model.nv, 1), 1e-12 * float(np.max(np.abs(potential))))
+    worst = float(np.max(open_))
+    value = worst / turnover if worst > noise else 0.0
+    text = f"energy balance with contacts and actuators: at most {worst:.3g} J of {turnover:.3g} J turned over is unaccounted for:"
+    return limit_finding("energy_balance", value, ENERGY_LIMIT, "of the turnover", text, ENERGY_WARNING)
+
+
+def _gaps(mechanism: Mechanism, contacts: ContactWatch) -> list[Finding]:
+    if not contacts.gaps:
+        return []
+    name = max(contacts.gaps, key=lambda n: contacts.gaps[n])
+    scale = mechanism.length_scale
+    text = f"the file's own equalities give way by up to (at {name})"
+    found = limit_finding("loop_gap", contacts.gaps[name], GAP_LIMIT * scale, "m or rad", text, GAP_WARNING * scale)
+    if found.severity == "ok":
+        return [found]
+    more = "; they are soft rows: `mechlab doctor` says how to harden them, and --engine mujoco runs hard ones"
+    return [Finding(found.name, found.value, found.limit, found.unit, found.severity, found.sentence + more)]
+
+
+def _warnings(data: mujoco.MjData) -> list[Finding]:
+    out = []
+    for k in range(mujoco.mjtWarning.mjNWARNING):
+        number = int(data.warning[k].number)
+        if number:
+            name = mujoco.mjtWarning(k).name.removeprefix("mjWARN_")
+            text = f"MuJoCo warned {number} times: {name}, {WARNINGS.get(name, '')}"
+            out.append(Finding("engine_warnings", float(number), 0.0, "warnings", "error", text))
+    return out or [Finding("engine_warnings", 0.0, 0.0, "warnings", "ok", "no warnings of the engine")]
+
+
+def start_finding(states: Array, model: mujoco.MjModel) -> Finding | None:
+    """Finding "start_range": joints that start outside their range, which their soft stops push back; None without any."""
+    outside = []
+    for k in range(model.njnt):
+        if not model.jnt_limited[k] or model.jnt_type[k] < 2:
+            continue
+        low, high = model.jnt_range[k]
+        x = float(states[model.jnt_qposadr[k]])
+        if not low - 1e-9 <= x <= high + 1e-9:
+            outside.append((max(low - x, x - high), k))
+    if not outside:
+        return None
+    far, k = max(outside)
+    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, k) or f"joint {k}"
+    text = f"{len(outside)} joints start outside their range, {name} by {far:.3g} rad or m: the stops push them back"
+    return Finding("start_range", far if math.isfinite(far) else 0.0, 0.0, "rad or m", "warning", text)

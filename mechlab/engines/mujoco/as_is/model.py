@@ -1,0 +1,119 @@
+"""The compiled model of a file, its own settings, and the state in which it starts."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from mechlab.engines.mujoco.as_is.states import FileStates
+from mechlab.engines.mujoco.model_file.compiled import compiled, given_name
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.mechanism.assembly import close
+from mechlab.mechanism.geometry import Array
+
+INTEGRATORS = {
+    int(mujoco.mjtIntegrator.mjINT_EULER): "Euler",
+    int(mujoco.mjtIntegrator.mjINT_RK4): "RK4",
+    int(mujoco.mjtIntegrator.mjINT_IMPLICIT): "implicit",
+    int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST): "implicitfast",
+    int(mujoco.mjtIntegrator.mjINT_DISCRETE): "discrete",
+}
+KEPT = 4
+_kept: list[tuple[ModelFile, mujoco.MjModel]] = []
+"""The last models, each with the reading of its file that it belongs to."""
+
+
+def model_of(file: ModelFile) -> mujoco.MjModel:
+    """A model of the file for the caller alone. It is compiled once for a reading of the file."""
+    for known, model in _kept:
+        if known is file:
+            return copy.copy(model)
+    if file.path is None:
+        raise MechlabError(f"{file.name}: a text has no file that the engine 'file' could run.")
+    model = compiled(file.path)
+    _kept.append((file, model))
+    del _kept[:-KEPT]
+    return copy.copy(model)
+
+
+def file_settings(file: ModelFile) -> Settings:
+    """Timestep and integrator that the file asks for; its softness stands at each of its elements."""
+    model = model_of(file)
+    return Settings(
+        "file", INTEGRATORS[int(model.opt.integrator)], float(model.opt.timestep), None, None, preset="file"
+    )  # fmt: skip
+
+
+def run_model(file: ModelFile, settings: Settings) -> mujoco.MjModel:
+    """The model of the file at the timestep and with the integrator of the settings. The engine's automatic restart of a state that
+    has blown up is off: such a run ends there."""
+    model = model_of(file)
+    model.opt.timestep = settings.timestep
+    model.opt.integrator = next(k for k, name in INTEGRATORS.items() if name == settings.integrator)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a run starts, in words: "keyframe 'home'"; its data carry controls, activations and mocap poses, too."""
+
+    text: str
+    data: mujoco.MjData
+
+
+def start(model: mujoco.MjModel, states: FileStates, scene: Scene) -> Start:
+    """The first keyframe of the file if it has one, or else qpos0, with the initial values of the scene.
+
+    Loops are closed again where a value moves them. Raises NoSolution where they do not close.
+    """
+    data = mujoco.MjData(model)
+    text = "starts at the file's qpos0"
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        text = f"starts at the keyframe {given_name(model, mujoco.mjtObj.mjOBJ_KEY, 0) or '0'}"
+    if scene.initial or scene.initial_rates:
+        q, v = states.of(data)
+        q, v = _moved(states, scene, q), _faster(states, scene, v)
+        states.put(data, q, v)
+        text += f", with {', '.join((*scene.initial, *(f'{n}_rate' for n in scene.initial_rates)))} as given"
+    return Start(text, data)
+
+
+def _moved(states: FileStates, scene: Scene, q: Array) -> Array:
+    m = states.mechanism
+    if not scene.initial:
+        return q
+    for name in scene.initial:
+        m.row(name)  # raises for a name that does not exist
+    joints = {j.name for j in m.joints}
+    shafts = [n for n in scene.initial if n not in joints]
+    if not (m.loops or m.relations or shafts):
+        q = q.copy()
+        for name, value in scene.initial.items():
+            q[m.q_slice[name]] = value - m.zero(name)
+        return q
+    found = close(m, q, dict(scene.initial), steps=10)
+    if not found.closed:
+        raise NoSolution(
+            f"{m.name}: the loops of the file do not close with {', '.join(scene.initial)} as given ({found.status.value}). "
+            "Give fewer values, or values nearer the start of the file."
+        )
+    return found.q
+
+
+def _faster(states: FileStates, scene: Scene, v: Array) -> Array:
+    """Rates with those that are given: of joints alone, as the soft loops of a file take any rate."""
+    m = states.mechanism
+    v = np.array(v)
+    for name, value in scene.initial_rates.items():
+        if name not in m.v_slice:
+            m.row(name)  # raises for a name that does not exist
+            raise MechlabError(f"{m.name}: {name}_rate_0: a run of the file takes the rate of a joint, not of a shaft.")
+        v[m.v_slice[name]] = value
+    return v
