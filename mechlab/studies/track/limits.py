@@ -10,7 +10,6 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.track.closed import DIFFERENCE, Closed
 
-
 REGAINED = 0.02
 """A distance from singularity that lacks less is regained: steps along its limit lose the square of their size."""
 
