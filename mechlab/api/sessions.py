@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from mechlab.engines.mujoco.session import Session, Start
     from mechlab.experiment.scene import Settings
     from mechlab.lab.environment import Environment, Environments, Reward, Terminated
+    from mechlab.studies.modes.controlled import LinearModel
 
 
 def session(
@@ -39,7 +40,8 @@ def session(
         ml.view(s.recording())
 
     An action is an array over the declared drives in their order (`s.action_names`, `s.action_units`): the target of a servo
-    [rad or m], the force of a motor [N m or N], the voltage of a winding [V]. It is held for `hold` seconds, in whole timesteps
+    [rad or m], the target rate of a drive with damping alone, the force of a motor [N m or N], the voltage of a winding [V]; of a drive
+    read from a file, the control of that file. It is held for `hold` seconds, in whole timesteps
     (the timestep is shortened to divide it); None: one timestep. An observation is an array (`s.observation_names`): all joints
     and their rates, or what `observe` names: joints, shafts, X_rate, and frames (X_x, X_y, X_z). `s.action_low`, `s.action_high`:
     ranges of joints and force limits; commands beyond are not clipped.
@@ -146,6 +148,33 @@ def environments(
     one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings)
     fleet = Fleet(one, count, threads)
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
+
+
+def linearize(
+    source: Source,
+    values: Values | None = None,
+    /,
+    *,
+    fidelity: str | None = None,
+    witness: Literal["pinocchio", "mujoco"] = "pinocchio",
+    **given: Value,
+) -> LinearModel:
+    """The linear equations x' = A x + B u of a mechanism about a pose that its drives hold, on the motions that its loops allow.
+
+        model = ml.linearize("my.py:cart", lean_0=0)
+        P = scipy.linalg.solve_continuous_are(model.A, model.B, Q, R)
+        gain = np.linalg.solve(R, model.B.T @ P)
+        with ml.session("my.py:cart") as s:
+            s.step(model.at_rest - gain @ model.state(*s.state))
+
+    Keys: parameters, X_0 (values of the pose; the rest closes from the reference pose), X_force (constant loads). u: commands of
+    the drives as of `session`, less those that hold the pose; force limits and the currents' delay are left out. witness: whose
+    forces and rows. Raises NoSolution where the drives cannot hold the pose, Untrustworthy at a singular position.
+    """
+    from mechlab.studies.modes.controlled import linear_model
+
+    design, rest = design_and_rest(source, key_values(values, given))
+    return linear_model(design, fidelity, {k: one_number(k, v) for k, v in rest.items()}, witness)
 
 
 def _with_gymnasium() -> ModuleType:

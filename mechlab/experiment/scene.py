@@ -131,8 +131,7 @@ class Scene:
     def __post_init__(self) -> None:
         if self.drives not in DRIVES:
             raise unknown(f"scene {self.name}: drives", self.drives, DRIVES)
-        if type(self.laws) is not tuple:
-            object.__setattr__(self, "laws", laws_of(self.laws))
+        object.__setattr__(self, "laws", laws_of(self.laws))
 
 
 PATH_STEPS = 10

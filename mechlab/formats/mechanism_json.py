@@ -20,6 +20,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import dump, parse
 from mechlab.mechanism.model import Mechanism
+from mechlab.values import LARGEST_NUMBER
 
 FORMAT = "mechlab.mechanism"
 SCHEMA = 1
@@ -97,6 +98,8 @@ def _decode(hint: Any, value: Any, path: str) -> Any:
         raise MechlabError(f"{path}: expected a number, got {_short(value)}.")
     if not -_LARGEST <= value <= _LARGEST:
         raise MechlabError(f"{path}: {_short(value)} is outside the range of a double.")
+    if abs(value) > LARGEST_NUMBER:
+        raise MechlabError(f"{path}: {_short(value)} is beyond {LARGEST_NUMBER:g}.")
     return float(value)
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.parts import Shape
+from mechlab.values import LARGEST_NUMBER
 
 
 def number(value: float) -> str:
@@ -119,18 +120,20 @@ WORDS = ("name", "class", "childclass", "model", "file", "filename", "joint", "s
 
 
 def _refuse_not_finite(element: ET.Element) -> None:
-    """Raise MechlabError for an attribute with a NaN, an infinity or a number beyond the doubles. Limits of URDF may be infinite."""
+    """Raise MechlabError for an attribute with a NaN, an infinity or a number beyond LARGEST_NUMBER. Limits of URDF may be infinite."""
     for key, value in element.attrib.items():
         if not _SUSPECT.search(value) or (key.rstrip("0123456789") in WORDS):
             continue
-        for token in value.split():
+        named = element.tag in ("text", "config")  # words, whatever they look like
+        for token in () if named else value.split():
             if _NOT_FINITE.fullmatch(token):
-                infinite = "nan" not in token.lower()
-                wrong = not (infinite and element.tag == "limit") and element.tag not in ("text", "config")
+                fault = "" if element.tag == "limit" and "nan" not in token.lower() else "is not finite"
+            elif _NUMBER.fullmatch(token) and abs(float(token)) > LARGEST_NUMBER:
+                fault = "is not finite" if math.isinf(float(token)) else f"is beyond {LARGEST_NUMBER:g}"
             else:
-                wrong = bool(_NUMBER.fullmatch(token)) and math.isinf(float(token))
-            if wrong:
-                raise MechlabError(f"{label(element)}: {key}={_short(value)!r} is not finite.")
+                fault = ""
+            if fault:
+                raise MechlabError(f"{label(element)}: {key}={_short(value)!r} {fault}.")
 
 
 def _short(value: str) -> str:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, asdict, dataclass, field, is_dataclass, make_dataclass, replace
 from dataclasses import fields as dataclass_fields
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar, overload
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
@@ -145,14 +145,24 @@ class DeclaredScene:
     parameters: Mapping[str, Any]
 
 
+M = TypeVar("M", bound=Callable[..., Scene])
+
+
+@overload
+def scene(function: M, /) -> M: ...
+@overload
 def scene(
-    function: Callable[..., Scene] | None = None,
+    *, of: Callable[..., Mechanism] | None = None, name: str | None = None, default: bool = False, **parameters: object
+) -> Callable[[M], M]: ...
+def scene(
+    function: M | None = None,
+    /,
     *,
     of: Callable[..., Mechanism] | None = None,
     name: str | None = None,
     default: bool = False,
     **parameters: object,
-) -> Any:
+) -> M | Callable[[M], M]:
     """Decorator: the function or method declares a scene; it takes the parameters and returns a Scene.
 
     of: the user's function whose mechanism it is a scene of (not for methods of a class of parameters). name: default the name of
@@ -160,7 +170,7 @@ def scene(
     which those of the user replace. Its docstring says what happens in it. Raises MechlabError for a name that is taken.
     """
 
-    def declare(made: Callable[..., Scene]) -> Callable[..., Scene]:
+    def declare(made: M) -> M:
         called = name or made.__name__.replace("_", "-")
         if called in (HOLD, FREE):
             raise MechlabError(f"scene {called!r}: every mechanism has a scene of this name; take another.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
@@ -16,7 +16,7 @@ from mechlab.experiment.scene import Scene
 from mechlab.lab.design import AUTO, Design
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.parts import Drive
-from mechlab.values import in_unit, one_number
+from mechlab.values import in_unit
 
 Commands = Mapping[str, Target]
 """Drive (or its joint or shaft) -> what it is to follow: see `command_law`."""
@@ -39,7 +39,7 @@ def with_laws(design: Design, scene: str | None, laws: Laws = (), commands: Comm
     """
     base = scene or design.default_scene
     recipe = design.recipe(base)
-    own = tuple(_in_numbers(law) for law in laws_of(laws))
+    own = laws_of(laws)
 
     def make(p: Any, fidelity: str) -> Scene:
         before = recipe.make(p, fidelity)
@@ -120,17 +120,3 @@ class _Commanded:
     def __call__(self, t: float, plant: Plant) -> float:
         f = self.motion.at(t)[0]
         return f if self.limit is None else min(max(f, -self.limit), self.limit)
-
-
-def _in_numbers(law: Law) -> Law:
-    """The law with numbers for what was written as text with a unit."""
-    data: Any = law
-    texts = {
-        f.name: getattr(data, f.name)
-        for f in (fields(data) if hasattr(data, "__dataclass_fields__") else ())
-        if f.name not in ("on", "drive") and isinstance(getattr(data, f.name), str)
-    }
-    numbers = {k: float(one_number(f"law {law.kind} on {', '.join(law.targets())}: {k}", v)) for k, v in texts.items()}
-    made: Law = replace(data, **numbers) if numbers else law
-    return made
-

@@ -67,6 +67,12 @@ def test_a_motor_by_a_list_with_units() -> None:
     assert np.max(np.abs(run["turn_rate"] - free * (1.0 - np.exp(-0.2 / free / INERTIA * run.t)))) < RK4
 
 
+def test_units_in_the_laws_of_a_scene() -> None:
+    scene = ml.Scene(duration=0.4, laws=[ml.Motor("turn", 0.2, "300rpm")])  # type: ignore[arg-type]
+    run = ml.simulate(rotor(), scene=scene)
+    assert run["turn_rate"][-1] == pytest.approx(31.41593 * (1.0 - math.exp(-0.2 / 31.41593 / INERTIA * 0.4)), abs=1e-5)
+
+
 def test_a_number_is_a_constant_load() -> None:
     run = ml.simulate(rotor(), laws={"turn": "20 N mm"}, duration=0.5)
     assert abs(turned(run)[-1] - 0.5 * 0.02 / INERTIA * 0.25) < RK4

@@ -155,7 +155,7 @@ def test_ctrl_c_keeps_what_is_finished(swing: str, tmp_path: Path) -> None:
 
 def test_without_xarray_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(EngineMissing, match=r"mechlab\[cluster\]"):
+    with pytest.raises(EngineMissing, match=r"mechanism-lab\[cluster\]"):
         ml.sweep("fourbar", crank_angle=Range(0.0, 1.0, 3), out=tmp_path / "a.nc")
     assert ml.sweep("fourbar", crank_angle=Range(0.0, 1.0, 3)).counts["good"] == 3
 

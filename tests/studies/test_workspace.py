@@ -177,7 +177,7 @@ def test_files_of_the_surface(tmp_path):
 def test_without_scikit_image_the_message_says_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "skimage", None)
     monkeypatch.setitem(sys.modules, "skimage.measure", None)
-    with pytest.raises(EngineMissing, match=r"pip install 'mechlab\[workspace\]'"):
+    with pytest.raises(EngineMissing, match=r"pip install 'mechanism-lab\[workspace\]'"):
         api.workspace("delta6", SMALL, stl=tmp_path / "w.stl")
     assert api.workspace("delta6", SMALL).survey.voxels > 0
 

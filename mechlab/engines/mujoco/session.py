@@ -3,9 +3,9 @@
     with session as s:
         observation = s.step(action)      # the action is held for `hold` seconds, some whole timesteps of the engine
 
-The action is an array over the declared drives in their order, each in the unit of its control: the target of a servo
-[rad or m], the force of a motor without stiffness [N m or N], the voltage of a winding [V]. The engine's own actuators apply
-it; the other laws of the scene act as in a run.
+The action is an array over the declared drives in their order, each in the unit of its control: the target of a servo [rad or m],
+the target rate of a drive with damping alone, the force of a motor [N m or N], the voltage of a winding [V], the control of the file that
+a drive was read from. The engine's own actuators apply it; the other laws of the scene act as in a run.
 
 Between two actions nothing but the step, one copy of the state and a test for finite numbers is done; loops, rates and warnings of
 the engine are looked at once in BLOCK actions, and the whole health record is made from the kept states when it is asked for.
@@ -107,7 +107,7 @@ class Session:
 
     @property
     def action_units(self) -> tuple[str, ...]:
-        """Units of an action: rad or m for a servo, N m or N for a motor, V for a winding."""
+        """Units of an action: rad or m for a servo, rad/s or m/s with damping alone, N m or N for a motor, V for a winding."""
         return self.drives.units
 
     @property

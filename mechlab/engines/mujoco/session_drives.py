@@ -3,7 +3,8 @@
 A command is physical, or in the units of the file that a drive was read from (`Control`):
 
     servo    force = stiffness (target - value) - damping rate      command: the target
-    motor    force = command - damping rate
+    speed    force = damping (target - rate)                        command: the target rate, of a drive with damping alone
+    motor    force = command                                        command: the force
     winding  force = constant x current                             command: the voltage
     file     force = gear (gain command + push) - stiffness value - damping rate
 
@@ -126,7 +127,7 @@ def _way(model: mujoco.MjModel, k: int, drive: Drive, zero: float) -> tuple[floa
     gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0])
     push = float(model.actuator_biasprm[k, 0]) if model.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE else 0.0
     c, target = drive.control, zero if drive.target is None else drive.target
-    per_command = c.gear * c.gain if c is not None else drive.stiffness or 1.0
+    per_command = c.gear * c.gain if c is not None else drive.stiffness or drive.damping or 1.0
     constant = (c.gear * c.push if c is not None else 0.0) - drive.stiffness * zero
     scale, shift = per_command / (gear * gain), (constant / gear - push) / gain
     at_rest = (drive.stiffness * (target - zero) - constant) / per_command if drive.stiffness else 0.0
@@ -141,4 +142,6 @@ def _unit(drive: Drive, slides: bool) -> str:
         return "V"
     if drive.stiffness:
         return "m" if slides else "rad"
+    if drive.damping:
+        return "m/s" if slides else "rad/s"
     return "N" if slides else "N m"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import ClassVar
 
 from mechlab.errors import MechlabError
@@ -56,7 +56,19 @@ def laws_of(laws: Laws) -> tuple[Law, ...]:
         if isinstance(law, type) or not (callable(getattr(law, "force", None)) and callable(getattr(law, "targets", None))):
             what = "a function needs its joint: laws={joint: function}" if callable(law) else "expected laws such as ml.Motor(...)"
             raise MechlabError(f"laws: {what}, got {law!r}.")
-    return tuple(laws)
+    return tuple(_in_numbers(law) for law in laws)
+
+
+def _in_numbers(law: Law) -> Law:
+    """The law with numbers for what was written as text with a unit, such as `no_load_rate="300rpm"`."""
+    names: list[str] = [f.name for f in fields(law) if f.type == "float"] if is_dataclass(law) else []
+    texts = {name: getattr(law, name) for name in names if isinstance(getattr(law, name), str)}
+    if not texts:
+        return law
+    what = f"law {law.kind} on {', '.join(law.targets())}"
+    numbers = {name: float(one_number(f"{what}: {name}", text)) for name, text in texts.items()}
+    made: Law = replace(law, **numbers)  # type: ignore[type-var]
+    return made
 
 
 def _law_on(on: str, what: LawFunction | float | str) -> Law:

@@ -17,9 +17,11 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.mjcf.write import to_mjcf
-from mechlab.formats.model_text import read_text
+from mechlab.formats.model_text import read_text, refuse_far_files
 from mechlab.formats.soundness import sound
+from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.parts import MAX_BODIES
 from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
 
@@ -71,7 +73,7 @@ class Diagnosis(Shown):
     def verdict(self) -> str:
         """One word or two: "refused", "do not trust", "to be known", "healthy"."""
         grave = {f.name for f in self.findings if f.severity == "error"}
-        if "refused" in grave or self.coordinates is None and grave:
+        if "refused" in grave or self.bodies is None and grave:
             return "refused"
         if grave:
             return "do not trust"
@@ -97,6 +99,7 @@ class Diagnosis(Shown):
         }  # fmt: skip
 
 
+MOST_COORDINATES = MAX_BODIES
 ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 
@@ -129,6 +132,10 @@ def read_case(path: Path, read: Callable[[Path], ModelFile]) -> ExaminedFile:
     file, unread, stripped = None, "", ""
     try:
         root = sound(content, tag, f"{kind} file")
+        if kind == "MJCF":
+            refuse_far_files(path)
+        else:
+            _refuse_many(len(root.findall("joint")))
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
     try:
@@ -145,7 +152,18 @@ def read_case(path: Path, read: Callable[[Path], ModelFile]) -> ExaminedFile:
         if model is None and any(mark in refused for mark in UNSEEN):
             model, _ = compile_text(ET.tostring(bare_mjcf(root), encoding="unicode"))
             stripped = refused if model is not None else ""
+    if model is not None:
+        _refuse_many(model.nv, f"{path}: ")
     return ExaminedFile(path.name, kind, root, model, refused, file, unread, stripped)
+
+
+def _refuse_many(coordinates: int, place: str = "") -> None:
+    """Raise MechlabError for a file whose dense matrices would take minutes and gigabytes."""
+    if coordinates > MOST_COORDINATES:
+        raise MechlabError(
+            f"{place}it has {coordinates} joints or coordinates; a diagnosis computes with dense matrices, of at most {MOST_COORDINATES}. "
+            "Weld parts that do not move against each other into one body, or diagnose a part of the model."
+        )
 
 
 def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
@@ -154,29 +172,32 @@ def case_of(mechanism: Mechanism, kind: str) -> ExaminedFile:
     return ExaminedFile(mechanism.name, kind, root, to_mujoco(mechanism)[0], "", ModelFile(None, kind, mechanism))
 
 
-DEPTH = 20
-"""Deepest nesting of includes that is followed."""
 UNSEEN = ("stl_decoder", "Error opening file", "resource not found", "obj_decoder", "mesh file", "PNG file", "lodepng", "decoder")
 """Words of MuJoCo where meshes or textures are missing or are not the files they should be (pointers to a large-file store)."""
 
 
-def with_includes(root: ET.Element, folder: Path, depth: int = 0) -> ET.Element:
-    """A copy in which every <include> of a file that can be read is replaced by what stands in it."""
+def with_includes(root: ET.Element, folder: Path, seen: set[Path] | None = None) -> ET.Element:
+    """A copy in which every <include> of a file that can be read is replaced by what stands in it. A file that is included again is
+    left as it is: MuJoCo refuses it."""
+    seen = set() if seen is None else seen
     out = copy.copy(root)
     out[:] = []
     for child in root:
-        inner = _included(child, folder) if child.tag == "include" and depth < DEPTH else None
+        file = folder / child.get("file", "")
+        inner = _included(file) if child.tag == "include" and file not in seen else None
         if inner is None:
-            out.append(with_includes(child, folder, depth))
+            out.append(with_includes(child, folder, seen))
         else:
-            out.extend(with_includes(inner, folder, depth + 1))
+            seen.add(file)
+            out.extend(with_includes(inner, folder, seen))
     return out
 
 
-def _included(element: ET.Element, folder: Path) -> ET.Element | None:
+def _included(file: Path) -> ET.Element | None:
     try:
-        return ET.fromstring((folder / element.get("file", "")).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ET.ParseError):
+        content = read_text(file)
+        return parse(content, "mujocoinclude" if "<mujocoinclude" in content else "mujoco", "MJCF file")
+    except MechlabError:
         return None
 
 

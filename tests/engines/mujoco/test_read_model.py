@@ -74,6 +74,9 @@ WHOLE = {
     "tendon range": mjcf(
         ARM, '<tendon><fixed name="t" limited="true" range="-.1 .05" stiffness="3" springlength=".02"><joint joint="q" coef="1"/>'
         '<joint joint="r" coef="-.5"/></fixed></tendon><actuator><position tendon="t" kp="9" gear="2"/></actuator>'),
+    "string": mjcf(
+        '<site name="o" pos="0 0 .5"/>' + ARM.replace('<body name="hand"', '<site name="e" pos=".3 0 0"/><body name="hand"'),
+        '<tendon><spatial name="s" range="0 .6" damping=".1"><site site="o"/><site site="e"/></spatial></tendon>'),
     "couplings": mjcf(
         ARM + f'<body pos="0 1 0"><joint name="s" axis="0 1 0"/><geom {ROD}/></body>',
         '<tendon><fixed name="t"><joint joint="s" coef="2"/></fixed></tendon>'
@@ -87,9 +90,14 @@ WHOLE = {
 
 
 def read(text: str, folder: Path) -> tuple[ModelFile, mujoco.MjModel]:
+    path = written(text, folder)
+    return read_file(path), compiled(path)
+
+
+def written(text: str, folder: Path) -> Path:
     path = folder / "model.xml"
     path.write_text(text)
-    return read_file(path), compiled(path)
+    return path
 
 
 @pytest.mark.parametrize("cause", WHOLE)
@@ -186,7 +194,7 @@ def test_contacts_drawings_sensors_and_keyframes_are_named_in_python_and_in_verb
     file = read_file(path)
     assert file.lost == () and all(x.kept for x in file.left_out)
     names = {x.what: x.names for x in file.left_out}
-    assert names["contact"] == ("floor", "ball", "part") and names["mesh"] == ("part",) and names["plane"] == ("floor",)
+    assert names["contact"] == ("floor", "ball", "part") and not {"mesh", "plane"} & set(names)
     assert [names[k] for k in ("exclude", "sensor", "keyframe", "light", "camera", "material")] == [
         ("e",), ("g",), ("home",), ("sun",), ("eye",), ("red",)]  # fmt: skip
     with pytest.warns(LeftOutWarning, match="contact"):
@@ -228,3 +236,15 @@ def test_names_and_states_go_over_and_back(tmp_path: Path) -> None:
 def test_what_cannot_be_read_is_one_sentence(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(MechlabError, match=words):
         read(text, tmp_path)
+
+
+def test_a_mesh_that_is_missing_is_named_where_the_body_does_not_need_it(tmp_path: Path) -> None:
+    """With an <inertial> the mesh only draws; without one MuJoCo's refusal stands."""
+    asset = '<asset><mesh name="m" file="none.stl"/></asset>'
+    inertial = '<inertial pos=".1 0 0" mass="1" diaginertia=".1 .2 .2"/>'
+    body = '<body><joint name="q"/>{}<frame pos="0 0 1"><geom type="mesh" mesh="m"/></frame></body>'
+    file = read_file(written(mjcf(body.format(inertial), asset), tmp_path))
+    assert not file.lost and "the meshes m cannot be loaded" in file.notes[0] and "none.stl" in file.notes[0]
+    assert file.mechanism.bodies[0].inertia.tensor[:3] == (0.1, 0.2, 0.2)
+    with pytest.raises(MechlabError, match="MuJoCo refuses model.xml.*none.stl"):
+        read_file(written(mjcf(body.format(""), asset), tmp_path))

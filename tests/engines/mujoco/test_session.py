@@ -2,6 +2,8 @@
 
 import math
 import warnings
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +71,17 @@ def test_the_command_of_a_servo_is_its_physical_target(target):
     np.testing.assert_allclose(seen[:, 1], expected[:, 1], atol=1e-4)
 
 
+def test_the_command_of_a_drive_with_damping_alone_is_its_target_rate():
+    t = 0.01 * np.arange(41)
+    expected = by_hand(lambda k, x, v: 0.5 * (3.0 - v), t)
+    m = arm()
+    m = replace(m, drives=(replace(m.drives[0], damping=0.5),))
+    with ml.session(m) as s:
+        assert s.action_units == ("rad/s",) and s.rest_action == [0.0]
+        seen = np.array([s.observation] + [s.step([3.0]) for _ in range(40)])
+    np.testing.assert_allclose(seen, expected, atol=1e-6)
+
+
 def test_the_command_of_a_winding_is_its_voltage():
     constant, resistance, voltage = 0.4, 2.0, 6.0
     t = 0.01 * np.arange(51)
@@ -86,8 +99,6 @@ def test_the_command_of_a_winding_is_its_voltage():
 @pytest.mark.parametrize("stiffness", [0.0, 30.0])
 def test_the_command_of_a_drive_from_a_file_is_in_its_units(stiffness):
     """gear (gain u + push) - stiffness value - damping rate, with u clamped to its range."""
-    from dataclasses import replace
-
     control = Control(gain=4.0, gear=5.0, push=0.02, range=(-0.5, 0.5))
     m = arm(zero=0.3, stiffness=stiffness, damping=0.5)
     m = replace(m, drives=(replace(m.drives[0], control=control),))
@@ -125,6 +136,13 @@ def test_loads_of_the_user_and_of_the_scene_act():
         run = s.recording()
     np.testing.assert_allclose(seen, expected, atol=2e-6)
     assert run.health.trusted and run["swing_force"] == pytest.approx(0.8)
+
+
+def test_a_law_of_the_scene_on_a_driven_joint_gives_way_and_that_is_told():
+    with ml.session("delta6", scene="head-tracking") as s:
+        assert not s.scene.laws and len(s.action_names) == 6
+        s.step()
+        assert "in place of computed_torque on" in s.recording().acts
 
 
 def test_observations_by_name():
@@ -233,6 +251,22 @@ def test_a_session_beside_runs_with_laws():
             return s.observation
 
     assert np.array_equal(play(False), play(True))
+
+
+def test_sessions_and_runs_in_two_threads_do_not_see_each_other():
+    def play(_):
+        with ml.session("fourbar") as s:
+            return [s.step([1.0 + 0.01 * k])[0] for k in range(40)]
+
+    def runs(_):
+        return ml.simulate(
+            "fourbar", scene="constant-torque", duration=0.05, laws={"rocker_angle": lambda t, p: 0.01}
+        ).final()
+
+    alone = play(0), runs(0)
+    with ThreadPoolExecutor(2) as pool:
+        played, ran = pool.map(play, range(3)), pool.map(runs, range(3))
+        assert all(x == alone[0] for x in played) and all(x == alone[1] for x in ran)
 
 
 def test_no_warnings_of_the_engine_are_printed(capfd, tmp_path, monkeypatch):

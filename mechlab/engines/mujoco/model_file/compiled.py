@@ -17,12 +17,10 @@ OBJECT = mujoco.mjtObj
 def compiled(path: Path) -> mujoco.MjModel:
     """The model of an MJCF file with its includes, meshes and defaults. Raises MechlabError where MuJoCo refuses the file, and for
     what `guarded.guard` refuses before."""
-    if not path.is_file():
-        raise MechlabError(f"there is no file {path}.")
     try:
         return load_file(path)
-    except ModelRefused as error:
-        raise MechlabError(f"MuJoCo refuses {path.name}: {error}") from None
+    except ModelRefused as refused:
+        raise MechlabError(f"MuJoCo refuses {path.name}: {refused}") from None
 
 
 def given_name(model: mujoco.MjModel, kind: mujoco.mjtObj, number: int) -> str | None:

@@ -26,12 +26,13 @@ class FileCoordinates:
         self.file, self.model = file, model
         self.reference = np.array(file.reference or model.qpos0, dtype=float)
         names = [key(model, OBJECT.mjOBJ_JOINT, k) for k in range(model.njnt)]
-        missing = [n for n in names if n not in file.joints]
+        missing = [n for n in names if n not in file.joints and ":" not in n]
         if missing or self.reference.shape != (model.nq,):
             raise MechlabError(
                 f"{file.name}: the model has other joints than the file that was read: {', '.join(missing)}."
             )
-        self._parts = [(k, file.joints[name]) for k, name in enumerate(names)]
+        # a file that mechlab wrote has joints of connector bodies, NAME:1, which a mechanism does not have
+        self._parts = [(k, file.joints[name]) for k, name in enumerate(names) if name in file.joints]
 
     def to_mechanism(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
         """Coordinates (nq,) and rates (nv,) of the mechanism at a state of the file."""

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, compiled, key
+from mechlab.engines.mujoco.model_file.missing_meshes import load_model
 from mechlab.engines.mujoco.model_file.read_actuators import read_actuators
 from mechlab.engines.mujoco.model_file.read_loops import read_equalities
 from mechlab.engines.mujoco.model_file.read_rest import read_rest
@@ -39,18 +40,26 @@ CLOSED = 1e-12
 
 def read_mjcf_file(path: Path, content: str) -> ModelFile:
     """An MJCF file whose text is `content`: read from its text if mechlab wrote it, or else from the model that MuJoCo makes of
-    it, or where MuJoCo refuses the file, from its text again. Raises MechlabError that says what stands against it."""
+    it. Raises MechlabError with MuJoCo's words where it refuses the file; see also `missing_meshes`."""
     if written_by_mechlab(content):
-        return ModelFile(path, "MJCF", from_mjcf(content))
-    try:
-        model = compiled(path)
-    except MechlabError as refused:
-        try:
-            mechanism = from_mjcf(content)
-        except MechlabError:
-            raise refused from None
-        return ModelFile(path, "MJCF", mechanism, notes=(f"read from its text, for {refused}",))
-    return from_compiled(model, path)
+        return own_file(from_mjcf(content), path)
+    model, note = load_model(path, content)
+    file = from_compiled(model, path)
+    return replace(file, notes=(note, *file.notes)) if note else file
+
+
+def own_file(mechanism: Mechanism, path: Path) -> ModelFile:
+    """A file that mechlab wrote: all names are those of the mechanism."""
+    closures = [x.name for x in mechanism.loops] + [x.name for x in mechanism.relations]
+    tendons = [x.name for x in mechanism.shafts] + [x.name for x in mechanism.springs]
+    return ModelFile(
+        path, "MJCF", mechanism,
+        joints={j.name: (j.name,) for j in mechanism.joints},
+        bodies={b.name: b.name for b in mechanism.bodies},
+        drives={d.name: d.name for d in mechanism.drives},
+        closures={name: name for name in closures},
+        tendons={name: name for name in tendons},
+    )  # fmt: skip
 
 
 def read_model(path: Path) -> ModelFile:
