@@ -157,6 +157,7 @@ def _attachments(m: Mechanism) -> None:
                 raise unknown(f"{m.name}: spring {spring.name!r}: body", body, bodies)
         for key in ("stiffness", "damping", "rest_length"):
             _finite(getattr(spring, key), f"{m.name}: spring {spring.name!r}: {key}", 0.0)
+        _range(spring.range, f"{m.name}: spring {spring.name!r}")
     for frame in m.frames:
         if frame.body not in bodies:
             raise unknown(f"{m.name}: frame {frame.name!r}: body", frame.body, bodies)
