@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mechlab.api import (
+        audit,
         chart,
         check,
         claims,
+        cure,
         cycle,
         doctor,
         edit,
@@ -160,8 +162,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
-        "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
+        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities",
+        "find", "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
         "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
         "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
@@ -206,7 +208,7 @@ __all__ = [
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
+    "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
     "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "linearize",
     "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
