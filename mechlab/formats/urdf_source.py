@@ -17,7 +17,8 @@ from mechlab.formats.urdf_meshes import Surfaces
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.naming import colliding_frame
-from mechlab.mechanism.parts import GROUND
+from mechlab.mechanism.parts import GROUND, MAX_BODIES
+from mechlab.mechanism.tree import too_many_bodies
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 MACRO = re.compile(
@@ -46,6 +47,8 @@ class UrdfText:
         self.joints = _named(self.root, "joint")
         if not self.links:
             raise MechlabError("this URDF has no links: <robot> needs a <link> and a <joint> for each part that moves.")
+        if sum(j.get("type") != "fixed" for j in self.joints.values()) > MAX_BODIES:
+            raise too_many_bodies(self.root.get("name", "robot"))
         self.parent = {name: self._end(joint, "parent") for name, joint in self.joints.items()}
         self.child = {name: self._end(joint, "child") for name, joint in self.joints.items()}
         for name, joint in self.joints.items():
