@@ -29,7 +29,7 @@ LIKE: dict[str, dict[str, str]] = {
     "cycle": {
         "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
     },
-    "generate": {"out": "-o", "fidelity": "--fidelity"},
+    "generate": {"out": "-o", "fidelity": "--fidelity", "also": "--also"},
     "modes": {"scene": "--scene", "fidelity": "--fidelity", "free": "--free", "out": "-o", "html": "--html", "only": "--mode"},
     "optimize": {
         "maximize": "--maximize", "minimize": "--minimize", "subject": "--subject", "front": "--front",
@@ -168,6 +168,10 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("load_recording", "most_bytes"): (
         lambda p: "",
         lambda p: _refused("the limit is 8", lambda: ml.load_recording(_recorded(p / "run.npz"), most_bytes=8)),
+    ),
+    ("edit", "fidelity"): (
+        lambda p: len(api.edit("planetary").bodies),
+        lambda p: len(api.edit("planetary", fidelity="full").bodies),
     ),
     ("generate_catalog", "out"): (lambda p: "", lambda p: _refused("'no'", lambda: api.generate_catalog(p, ["no"]))),
     ("generate_catalog", "names"): (lambda p: "", lambda p: _refused("'no'", lambda: api.generate_catalog(p, ["no"]))),

@@ -10,6 +10,7 @@ import pytest
 import mechlab as ml
 from mechlab.api.finding import read_file
 from mechlab.cli import main
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.formats import from_urdf, write_files
 from mechlab.formats.exports import to_extended_urdf
@@ -347,3 +348,15 @@ def test_impossible_moments_of_inertia_are_raised_and_said(tmp_path):
     assert moments[0] + moments[1] >= moments[2] == pytest.approx(0.003) and "crank (by at most 0.0005" in " ".join(file.notes)
     with pytest.raises(MechlabError, match="negative"):
         from_urdf(fourbar().replace('izz="0.001"', 'izz="-0.003"', 1))
+
+
+def test_small_products_of_inertia_survive_in_mujoco():
+    """MuJoCo drops products of inertia whose principal axes are within 1e-6 rad of the body axes; exporters write such ones."""
+    text = fourbar(DIALECTS["loop_joint"]).replace('ixy="0" ixz="0" iyz="0"', 'ixy="2e-10" ixz="-3e-10" iyz="1e-10"')
+    text = text.replace('ixx="0.001" iyy="0.001"', 'ixx="0.002" iyy="0.0015"').replace('axis xyz="0 0 1"', 'axis xyz="0.6 0 0.8"')
+    m = from_urdf(text.partition("<loop_joint")[0] + "</robot>")
+    q = m.reference() + 0.3
+    expected = TreeKinematics(m, q).mass_matrix()
+    found = engine("mujoco").state(m, q, np.zeros(m.nv)).mass_matrix
+    # rounding; with the products dropped it is 2e-10 / 0.1 of the largest entry
+    assert np.abs(found - expected).max() < 1e-14 * np.abs(expected).max() * 10
