@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mechlab.api import (
+        audit,
         chart,
         check,
         claims,
+        cure,
         cycle,
         doctor,
         edit,
@@ -106,6 +108,7 @@ if TYPE_CHECKING:
         to_urdf,
     )
     from mechlab.formats.exports import (
+        to_extended_urdf,
         to_sdf,
         to_usd,
     )
@@ -159,8 +162,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
-        "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
+        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities",
+        "find", "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
         "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
         "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
@@ -179,7 +182,7 @@ _HOMES = {
         "from_json", "from_mjcf", "from_urdf", "save_recording", "to_json", "to_mjcf",
         "to_urdf",
     ),
-    "mechlab.formats.exports": ("to_sdf", "to_usd"),
+    "mechlab.formats.exports": ("to_extended_urdf", "to_sdf", "to_usd"),
     "mechlab.lab.design": ("Design",),
     "mechlab.lab.own_mechanism": ("scene",),
     "mechlab.mechanism": (
@@ -205,12 +208,13 @@ __all__ = [
     "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
     "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
     "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
+    "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
     "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "linearize",
     "list_entries", "load", "load_recording",
     "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
     "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "universal", "view", "workspace",
+    "story", "studio", "sweep", "synthesize", "to_extended_urdf", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "universal", "view",
+    "workspace",
     "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
 ]  # fmt: skip
 

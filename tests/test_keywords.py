@@ -29,7 +29,7 @@ LIKE: dict[str, dict[str, str]] = {
     "cycle": {
         "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
     },
-    "generate": {"out": "-o", "fidelity": "--fidelity"},
+    "generate": {"out": "-o", "fidelity": "--fidelity", "also": "--also"},
     "modes": {"scene": "--scene", "fidelity": "--fidelity", "free": "--free", "out": "-o", "html": "--html", "only": "--mode"},
     "optimize": {
         "maximize": "--maximize", "minimize": "--minimize", "subject": "--subject", "front": "--front",
@@ -131,6 +131,14 @@ def _of_episode(act: Callable[..., str], name: str) -> dict[tuple[str, str], tup
 
 
 SLOW = {("gallery", "models"), ("portrait", "out"), ("generate_catalog", "pictures")}
+PENDULUM = Path(__file__).parents[1] / "models" / "pendulum" / "pendulum.xml"
+
+
+def _cured(folder: Path, name: str) -> list[str]:
+    ml.cure(PENDULUM, folder / name)
+    return sorted(p.name for p in folder.iterdir())
+
+
 KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("simulate", "settings"): (lambda p: _run(), lambda p: _run(settings="draft")),
     ("sensitivity", "tolerance"): (
@@ -161,12 +169,23 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: "",
         lambda p: _refused("the limit is 8", lambda: ml.load_recording(_recorded(p / "run.npz"), most_bytes=8)),
     ),
+    ("edit", "fidelity"): (
+        lambda p: len(api.edit("planetary").bodies),
+        lambda p: len(api.edit("planetary", fidelity="full").bodies),
+    ),
     ("generate_catalog", "out"): (lambda p: "", lambda p: _refused("'no'", lambda: api.generate_catalog(p, ["no"]))),
     ("generate_catalog", "names"): (lambda p: "", lambda p: _refused("'no'", lambda: api.generate_catalog(p, ["no"]))),
     ("generate_catalog", "pictures"): (
         lambda p: (api.generate_catalog(p / "a", ["pendulum"]), len(list((p / "a").rglob("*.png"))))[1],
         lambda p: (api.generate_catalog(p / "b", ["pendulum"], pictures=False), len(list((p / "b").rglob("*.png"))))[1],
     ),
+    ("cure", "out"): (lambda p: _cured(p, "a.xml"), lambda p: _cured(p, "b.xml")),
+    ("cure", "overwrite"): (lambda p: "", lambda p: _refused("overwrite", lambda: ml.cure(PENDULUM, PENDULUM))),
+    ("audit", "out"): (lambda p: ml.audit([PENDULUM]).paths, lambda p: ml.audit([PENDULUM], out=p / "a.json").paths),
+    ("audit", "pick"): (lambda p: "", lambda p: _refused("none.txt", lambda: ml.audit([PENDULUM], pick=p / "none.txt"))),
+    ("audit", "licences"): (lambda p: "", lambda p: _refused("none.json", lambda: ml.audit([PENDULUM], licences=p / "none.json"))),
+    ("audit", "time_limit"): (lambda p: ml.audit([PENDULUM]).counts, lambda p: ml.audit([PENDULUM], time_limit=0.01).counts),
+    ("audit", "jobs"): (lambda p: "", lambda p: _refused("jobs", lambda: ml.audit([PENDULUM], jobs=0))),
     ("linearize", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.linearize("fourbar", fidelity="no"))),
     ("linearize", "witness"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.linearize("fourbar", witness="no"))),
     **_of_episode(_episode, "environment"), **_of_episode(_episodes, "environments"),

@@ -57,6 +57,7 @@ class Refused:
     slow: bool = False
 
 
+MODELS = f"{Path(__file__).parents[1]}/models/pendulum"
 SWEEP = "sweep pendulum length=0.5,1.5 --duration 0.05"
 CHART = "chart pendulum --duration 0.1"
 VIEW = "view pendulum duration=0.2"
@@ -194,6 +195,14 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("workspace", "--glb"): [Writes("workspace delta6 x=-.3:.3:9 y=-.3:.3:9 z=-.3:.3:9 --glb {}/w.glb", "w.glb")],
     ("workspace", "--html"): [Writes("workspace delta6 x=-.3:.3:9 y=-.3:.3:9 z=-.3:.3:9 --html {}/w.html", "w.html")],
     ("workspace", "-o"): [Writes("workspace delta6 x=-.3:.3:9 y=-.3:.3:9 z=-.3:.3:9 -o {}/w.npz", "w.npz")],
+    ("doctor", "--fix"): [Writes(f"doctor {MODELS}/pendulum.xml --fix -o {{}}/c.xml", "c.xml")],
+    ("doctor", "--audit"): [Differ(f"doctor {MODELS}/pendulum.xml", "--audit")],
+    ("doctor", "--overwrite"): [Refused(f"doctor {MODELS}/pendulum.xml --overwrite", "--fix")],
+    ("doctor", "--pick"): [Refused(f"doctor {MODELS} --pick {{}}/none.txt", "none.txt")],
+    ("doctor", "--licences"): [Refused(f"doctor {MODELS} --licences {{}}/none.json", "none.json")],
+    ("doctor", "--time-limit"): [Differ(f"doctor {MODELS}/pendulum.xml --audit", "--time-limit 0.01")],
+    ("doctor", "--jobs"): [Refused(f"doctor {MODELS} --jobs 0", "--jobs")],
+    ("doctor", "-o"): [Writes(f"doctor {MODELS}/pendulum.xml --audit -o {{}}/a.html", "a.html")],
     ("view", "--html"): [Writes(f"{VIEW} --html {{}}/v.html", "v.html")],
     ("view", "--png"): [Writes(f"{VIEW} --png {{}}/v.png", "v.png")],
     ("view", "--glb"): [Writes(f"{VIEW} --glb {{}}/v.glb", "v.glb")],

@@ -9,8 +9,9 @@ from __future__ import annotations
 import warnings
 
 from mechlab.api.arguments import Values
+from mechlab.api.diagnoses import audit, cure, doctor
 from mechlab.api.finding import Source, find, load
-from mechlab.api.models import check, claims, doctor, edit, generate, generate_catalog, list_entries, run, show
+from mechlab.api.models import check, claims, edit, generate, generate_catalog, list_entries, run, show
 from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, simulate, solve
 from mechlab.api.sessions import environment, environments, linearize, session
 from mechlab.api.studies import modes, optimize, stability, sweep, synthesize, workspace
@@ -21,7 +22,7 @@ from mechlab.results import offer_page
 offer_page(page_of_recording)
 
 __all__ = [
-    "Source", "Values", "chart", "check", "claims", "cycle", "doctor", "edit", "environment", "environments",
+    "Source", "Values", "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments",
     "explore", "fidelities", "find", "gallery", "generate",
     "generate_catalog", "linearize",
     "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity", "session", "show",

@@ -1,4 +1,4 @@
-"""Verbs about a mechanism itself: catalog, sheets, files, checks, claims, diagnosis, the whole pipeline."""
+"""Verbs about a mechanism itself: catalog, sheets, files, checks, claims, the whole pipeline."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import File, Stages, Values, key_values, silent
-from mechlab.api.finding import Source, find_all, load_design, read_file
+from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
 from mechlab.files import whole_folder, write
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from mechlab.mechanism import Builder
     from mechlab.studies.check.check import CheckReport
     from mechlab.studies.check.claims import ClaimReport
-    from mechlab.studies.doctor.case import Diagnosis
     from mechlab.studies.pipeline import RunResult
 
 
@@ -93,7 +92,8 @@ def generate(
     Options:
         out=DIR: folder for the files
         fidelity=F: level of fidelity: minimal, parts, full
-        also=A,...: more files for other tools: ros2 (a package), sdf (loops included), stl, 3mf (parts, in mm), usd
+        also=A,...: more files for other tools: ros2 (a package), sdf (loops included), extended-urdf (loops in a YAML file), stl, 3mf
+            (parts, in mm), usd
     """
     from mechlab.formats.exports import EXPORTS, chosen
     from mechlab.lab.generate import write_verified
@@ -191,24 +191,6 @@ def claims(sources: Source | Sequence[Source] = (), /, *, figure: File | None = 
     entries = find_all(sources)
     drawn = "" if figure is None else str(write_figure(entries, figure))
     return replace(run_claims(entries), figure=drawn)
-
-
-def doctor(source: Source, /) -> Diagnosis:
-    """What is wrong, or will go wrong, with an MJCF (.xml) or URDF file, or any other source: freedoms, redundant rows by
-    name, gap of the reference pose, softness, traps of the engines, a short run of the file as it is, settings to paste.
-
-    An .xml or .urdf is taken as MuJoCo takes it, whatever it holds. Raises MechlabError for a file that cannot be read.
-    """
-    from mechlab.engines.protocol import engine
-
-    engine("mujoco")  # raises EngineMissing where it is not installed
-    from mechlab.studies.doctor.case import ROOTS, case_of, read_case
-    from mechlab.studies.doctor.diagnose import diagnose
-
-    if isinstance(source, str | Path) and Path(source).suffix.lower() in ROOTS:
-        return diagnose(read_case(Path(source), read_file))
-    kind = "JSON" if str(source).endswith(".json") else "mechanism"
-    return diagnose(case_of(load_design(source, {}).mechanism(), kind))
 
 
 def run(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import Error, File, Plain, Progress, Seconds, Values, key_values, silent
 from mechlab.api.finding import Source, design_and_rest
+from mechlab.errors import MechlabError
 from mechlab.values import one_number
 
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ def track(
     from mechlab.studies.track.study import track as study
     from mechlab.studies.track.tasks import RangeLimit, RateLimit, SingularityLimit
 
+    if not isinstance(tasks, Sequence):
+        raise MechlabError(f"tasks: expected a list of tasks and limits, got {tasks!r}.")
     design, rest = design_and_rest(source, key_values(values, given))  # type: ignore[arg-type]
     m = asked_mechanism(design) if fidelity is None else design.mechanism(fidelity)
     of_keys, start = tasks_of_keys(m, in_si(design, rest), wishes)

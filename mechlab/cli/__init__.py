@@ -12,6 +12,7 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab.cli import output
@@ -150,6 +151,8 @@ class _Call:
             return 0
         self.names, self.values = split_tokens(given.pop("tokens"))
         given.pop("json", None)
+        if any(Path(name).is_dir() for name in self.names):
+            given |= {flag: True for flag, switch in verb.switches.items() if switch.folders}
         route, keywords = chosen(routes, given)
         positional, more = self._bound(route, given.get(route.switch))
         if "command" in route.parameters:

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 class Switch:
     """An option that hands the verb to another function of the API; with a metavar its value is the `kind` for that function.
 
-    implied: an option that only that function has is enough to choose it. flags: as in Verb.
+    implied: an option that only that function has is enough to choose it. flags: as in Verb. folders: a name that is a folder is
+    enough, too.
     """
 
     function: str
@@ -18,6 +19,7 @@ class Switch:
     metavar: str = ""
     implied: bool = False
     flags: Mapping[str, str] = field(default_factory=dict)
+    folders: bool = False
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,12 @@ VERBS: dict[str, Verb] = {
         flags={"maps": "-o"},
     ),
     "doctor": Verb(
-        "diagnosis of an MJCF or URDF: freedoms, redundancies, softness, engine traps, settings to paste", "FILE"
+        "diagnosis of an MJCF or URDF, a cured copy of it, or a table over folders of them",
+        "FILE|FOLDER ...",
+        switches={
+            "--fix": Switch("cure", "write a cured copy, and show by a run what it gained"),
+            "--audit": Switch("audit", "a table over folders; a FOLDER as name is enough", folders=True),
+        },
     ),
     "view": Verb(
         "the lab page of a mechanism or a recording, live or as a file",

@@ -98,6 +98,10 @@ class Engine:
         """The scene as a Recording, sampled at `times` [s] at least."""
         raise self._refusal("runs no scenes")
 
+    def at_times(self, mechanism: Mechanism, scene: Scene, settings: Settings, times: ArrayLike) -> Recording:
+        """The scene as a Recording to compare another one with at the times [s]; it may lack findings and other samples."""
+        return self.run(mechanism, scene, settings, times)
+
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
     ) -> Trace:  # fmt: skip

@@ -9,6 +9,6 @@ from mechlab.formats.urdf_file import from_urdf, read_urdf
 from mechlab.formats.write import write_files
 
 __all__ = [
-    "from_json", "from_mjcf", "from_urdf", "load_recording", "read_urdf", "save_recording", "scene_mjcf", "to_json", "to_mjcf",
-    "to_urdf", "urdf_map", "write_files",
+    "from_json", "from_mjcf", "from_urdf", "load_recording", "read_urdf", "save_recording", "scene_mjcf",
+    "to_json", "to_mjcf", "to_urdf", "urdf_map", "write_files",
 ]  # fmt: skip

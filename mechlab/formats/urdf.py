@@ -2,7 +2,8 @@
 
 Loops, gears between three joints, shafts and gravity are in the JSON that is written with it.
 
-* The root link is `base`, the ground. Joint values are coordinates: 0 in the reference pose.
+* The root link is `base`, the ground; where a part has that name, it is `world`, or another free name.
+  Joint values are coordinates: 0 in the reference pose.
 * URDF has one joint a link: further joints of a body get links BODY__JOINT before it.
 * A spherical joint becomes three revolutes NAME_x, NAME_y, NAME_z about the moved axes, R = Rx Ry Rz (singular at
   NAME_y = 90 deg); their rates are not the angular velocity. A floating body becomes three prismatics and those.
@@ -90,7 +91,7 @@ class UrdfMap:
         """The map as JSON values for the sidecar."""
         follow = {n: {"joint": f.leader, "multiplier": str(f.ratio)} for n, f in mimics(m).items()}
         return {
-            "root": ROOT, "bodies": self.bodies, "frames": self.frames, "joints": self.joints, "mimic": follow,
+            "root": self.bodies.get(GROUND, ROOT), "bodies": self.bodies, "frames": self.frames, "joints": self.joints, "mimic": follow,
             "not_in_urdf": [x.name for x in m.loops] + [x.name for x in m.shafts] + [x.name for x in m.springs]
             + [r.name for r in m.relations if len(r.coefficients) != 2],
             "gravity": list(m.gravity),
@@ -99,8 +100,10 @@ class UrdfMap:
 
 def urdf_map(m: Mechanism) -> UrdfMap:
     """The map from the names of a mechanism to those of its URDF."""
-    out = UrdfMap({GROUND: ROOT})
-    taken = {ROOT}
+    names = {b.name for b in m.bodies} | {f.name for f in m.frames}
+    root = next(n for n in (ROOT, "world", *(f"world{'_' * k}" for k in range(1, len(names) + 2))) if n not in names)
+    out = UrdfMap({GROUND: root})
+    taken = {root}
 
     def fresh(name: str) -> str:
         while name in taken:
@@ -126,7 +129,7 @@ def to_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None) -> str:
     root = ET.Element("robot", {"name": m.name})
     compiler = {"discardvisual": "false", "strippath": "false", "fusestatic": "false", "balanceinertia": "false"}
     add(add(root, "mujoco"), "compiler", **compiler)
-    base = add(root, "link", name=ROOT)
+    base = add(root, "link", name=names.bodies[GROUND])
     for item in m.ground_shapes:
         _visual(base, item, files)
     follow = mimics(m)

@@ -19,6 +19,7 @@ from mechlab.experiment.model_file import LeftOut, ModelFile
 from mechlab.formats.loops_yaml import RELAY, LoopsYaml, Pin, read_loops_yaml
 from mechlab.formats.mjcf.source import clean
 from mechlab.formats.urdf_assemble import StaysOpen, assemble
+from mechlab.formats.urdf_fillers import without_fillers
 from mechlab.formats.urdf_left_out import left_out, suspected
 from mechlab.formats.urdf_loops import Closure, closing_frames, declared, in_parent, point_loop
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
@@ -120,13 +121,17 @@ def _built(text: UrdfText, files: Sequence[LoopsYaml]) -> tuple[Mechanism, tuple
     if not closures:
         closures = closing_frames(text)
     closures = _unique(closures)
+    given = bodies_of(text, asked.swaps)
+    relations, drives = relations_of(text, asked.swaps), _drives(text, asked)
+    used = [n for r in relations for n, _ in r.coefficients] + [d.on for d in drives]
+    bodies, loops, frames, folded = without_fillers(given, [c.loop for c in closures], frames_of(text), used)
     parts: dict[str, object] = {
         "name": clean(text.root.get("name") or "robot"),
-        "bodies": depth_first(bodies_of(text, asked.swaps)),
-        "loops": tuple(c.loop for c in closures),
-        "relations": relations_of(text, asked.swaps),
-        "drives": _drives(text, asked),
-        "frames": frames_of(text),
+        "bodies": depth_first(bodies),
+        "loops": tuple(loops),
+        "relations": relations,
+        "drives": drives,
+        "frames": tuple(frames),
         "ground_shapes": ground_shapes_of(text),
     }
     mechanism, notes = assemble(parts)
@@ -134,7 +139,7 @@ def _built(text: UrdfText, files: Sequence[LoopsYaml]) -> tuple[Mechanism, tuple
     left = [LeftOut("part of a joint that closes a loop", parted, "a loop has no limits or damping")] if parted else []
     closed = {n for f in files for n in _used(f)} | {n for c in closures for n in (c.loop.name,)}
     seen = [] if closures else list(suspected(text, closed))
-    return mechanism, (*asked.left, *left), (*_sources(closures), *asked.notes, *notes, *seen)
+    return mechanism, (*asked.left, *left), (*_sources(closures), *asked.notes, *folded, *notes, *seen)
 
 
 def _with_balls(

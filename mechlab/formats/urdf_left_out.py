@@ -66,6 +66,8 @@ def _of_joint(name: str, joint: ET.Element) -> Iterator[tuple[str, str, str]]:
     for part in joint:
         if part.tag not in READ_IN_JOINT:
             yield f"{plain(part.tag)} of a joint", name, WHY.get(part.tag, "mechlab does not read this tag")
+    if joint.get("type") == "fixed" and joint.find("mimic") is not None:
+        yield "mimic of a joint", name, "the joint is fixed and follows nothing"
     limit = joint.find("limit")
     if limit is not None and any(0.0 < number_of(limit, k, 0.0) < UNLIMITED for k in ("effort", "velocity")):
         yield "limit of effort or velocity", name, "a limit of the motor that a run gives to the joint"

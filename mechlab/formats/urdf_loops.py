@@ -19,6 +19,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.mjcf.source import clean, fail
+from mechlab.formats.urdf_fillers import inverse
 from mechlab.formats.urdf_source import UrdfText, origin_of, placement_of
 from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, unit
@@ -184,7 +185,7 @@ def _sdf_joint(text: UrdfText, joint: ET.Element) -> Closure:
 
 def in_parent(text: UrdfText, parent: str, child: str) -> Placement:
     """Placement of one link in another in the zero pose of the file."""
-    return _inverse(_world(text, parent)) @ _world(text, child)
+    return inverse(_world(text, parent)) @ _world(text, child)
 
 
 def _world(text: UrdfText, link: str) -> Placement:
@@ -195,8 +196,3 @@ def _world(text: UrdfText, link: str) -> Placement:
         out = origin_of(joint) @ out
         link = text.parent[joint.get("name", "")]
     return out
-
-
-def _inverse(placement: Placement) -> Placement:
-    rotation = placement.rotation.T
-    return Placement.of(rotation, -rotation @ placement.translation)

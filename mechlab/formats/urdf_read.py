@@ -15,12 +15,13 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf.source import fail
 from mechlab.formats.urdf import MASSLESS
-from mechlab.formats.urdf_source import KINDS, UrdfText, number_of, origin_of
+from mechlab.formats.urdf_source import KINDS, UrdfText, listed, number_of, origin_of
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.parts import Body, Color, Frame, Joint, LinearRelation, Shape, floating, revolute
 
+Tensor = tuple[float, float, float, float, float, float]
 UNLIMITED = 1e8  # a wider range counts as none: `to_urdf` writes 1e9 for a joint without range
 SWAPS = ("SPHERICAL", "FIXED", *(f"UJOINT_{a}{b}" for a in "XYZ" for b in "XYZ" if a != b))
 """Joint types that an Extended URDF puts in the place of a joint of the URDF."""
@@ -30,7 +31,7 @@ def bodies_of(text: UrdfText, swaps: Mapping[str, str]) -> list[Body]:
     """The bodies, in the order of the links; `swaps`: joint -> one of SWAPS, which takes its place."""
     colors = _colors(text)
     zeros = {name: _zero(text.joints, name, ()) for name in text.joints}
-    bodies = []
+    bodies, raised = [], list[str]()
     for link in text.links:
         joint = text.above.get(link)
         if joint is None or link in text.bare:
@@ -39,7 +40,10 @@ def bodies_of(text: UrdfText, swaps: Mapping[str, str]) -> list[Body]:
         own, placement = _motion(text, joint, swaps.get(name, ""), zeros[name])
         parent = text.bodies[text.parent[name]]
         element = text.links[link]
-        bodies.append(Body(text.bodies[link], parent, placement, own, _inertia(element), tuple(_shapes(element, colors))))
+        bodies.append(Body(text.bodies[link], parent, placement, own, _inertia(element, raised), tuple(_shapes(element, colors))))
+    if raised:
+        words = "no body has moments of inertia as written (negative, or above the sum of the two others); they were raised"
+        text.notes.append(f"{words}: {listed(raised)}")
     return bodies
 
 
@@ -55,7 +59,7 @@ def ground_shapes_of(text: UrdfText) -> tuple[Shape, ...]:
 
 def relations_of(text: UrdfText, swaps: Mapping[str, str]) -> tuple[LinearRelation, ...]:
     """The mimics of the joints in the tree."""
-    tree = [j for j in text.above.values() if j.find("mimic") is not None]
+    tree = [j for j in text.above.values() if j.find("mimic") is not None and j.get("type") != "fixed"]
     return tuple(_relation(text, j, swaps) for j in tree)
 
 
@@ -133,7 +137,7 @@ def _damping(joint: ET.Element) -> tuple[float, float]:
     return number_of(dynamics, "damping", 0.0), number_of(dynamics, "friction", 0.0)
 
 
-def _inertia(link: ET.Element) -> Inertia:
+def _inertia(link: ET.Element, raised: list[str]) -> Inertia:
     section = link.find("inertial")
     if section is None:
         return Inertia()
@@ -147,9 +151,25 @@ def _inertia(link: ET.Element) -> Inertia:
     try:
         own = Inertia(mass, (0.0, 0.0, 0.0), (t[0], t[1], t[2], t[3], t[4], t[5]))
     except MechlabError as error:
-        raise fail(link, str(error)) from None
+        given = (t[0], t[1], t[2], t[3], t[4], t[5])
+        own = Inertia(mass, (0.0, 0.0, 0.0), _possible(given, mass, fail(link, str(error))))
+        raised.append(f"{link.get('name')} (by at most {max(abs(a - b) for a, b in zip(own.tensor, given, strict=True)):.2g} kg m2)")
     turned: Array | None = None if placement.quaternion == IDENTITY.quaternion else placement.rotation
     return Inertia(mass, placement.position, own.tensor) if turned is None else own.at(placement.position, turned)
+
+
+def _possible(t: Tensor, mass: float, error: MechlabError) -> Tensor:
+    """The nearest tensor that a body can have: moments of at least 0, each at most the sum of the other two. Raises the error
+    for a tensor that is more than that away from one, as by a wrong unit or order of its entries."""
+    full = np.array([[t[0], t[3], t[4]], [t[3], t[1], t[5]], [t[4], t[5], t[2]]])
+    moments, axes = np.linalg.eigh(full)
+    if not np.all(np.isfinite(moments)) or moments[0] < -max(1e-6 * abs(float(moments[2])), 1e-15 * mass):
+        raise error
+    moments = np.maximum(moments, 0.0)
+    short = max(0.0, float(moments[2] - moments[0] - moments[1]))
+    moments[:2] += 0.5 * short * (1.0 + 1e-9) + 1e-12 * moments[2] * bool(short)
+    out = axes @ np.diag(moments) @ axes.T
+    return (float(out[0, 0]), float(out[1, 1]), float(out[2, 2]), float(out[0, 1]), float(out[0, 2]), float(out[1, 2]))
 
 
 def _shapes(link: ET.Element, colors: dict[str, Color]) -> list[Shape]:

@@ -9,6 +9,7 @@ from mechlab.errors import MechlabError
 from mechlab.formats.mechanism_json import FORMAT, from_json
 from mechlab.formats.model_text import read_text
 from mechlab.formats.urdf import to_urdf
+from mechlab.formats.xml_text import parse
 from mechlab.mechanism.model import Mechanism
 
 
@@ -38,7 +39,7 @@ def whole_from_sidecar(path: Path, content: str) -> tuple[Mechanism, str] | None
 
 def _tree(content: str) -> str:
     """The text of a URDF without what is drawn."""
-    root = ET.fromstring(content)
+    root = parse(content, "robot", "URDF file")
     for link in root.findall("link"):
         for visual in link.findall("visual"):
             link.remove(visual)

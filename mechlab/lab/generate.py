@@ -12,7 +12,7 @@ from mechlab.engines.mujoco.model_file.written import FileTrial, try_file
 from mechlab.engines.protocol import available, engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
-from mechlab.formats import from_json, write_files
+from mechlab.formats import from_json, urdf_map, write_files
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import row_units
@@ -104,8 +104,8 @@ def _yourdfpy(m: Mechanism, folder: Path) -> dict[str, Any]:
     import yourdfpy
 
     robot = yourdfpy.URDF.load(str(folder / f"{m.name}.urdf"), load_meshes=False, build_scene_graph=True)
-    bodies = {b.name for b in m.bodies}
-    missing = bodies - set(robot.link_map)
+    links = {b.name: urdf_map(m).bodies[b.name] for b in m.bodies}
+    missing = set(links.values()) - set(robot.link_map)
     if missing:
         raise MechlabError(f"{m.name}.urdf: yourdfpy does not find the links {', '.join(sorted(missing))}.")
     tree = TreeKinematics(m)
@@ -121,7 +121,7 @@ def _yourdfpy(m: Mechanism, folder: Path) -> dict[str, Any]:
             pose[child] = pose[above[child]] @ robot.get_transform(child, above[child])
         return pose[path[0] if path else link]
 
-    worst = max((float(np.abs(world(name) - tree.matrix(name)).max()) for name in sorted(bodies)), default=0.0)
+    worst = max((float(np.abs(world(link) - tree.matrix(name)).max()) for name, link in sorted(links.items())), default=0.0)
     if worst > 1e-9 * m.length_scale:
         raise MechlabError(f"{m.name}.urdf: a link stands {worst:.3g} off in yourdfpy.")
     return {"yourdfpy": {"links": len(robot.link_map), "difference": worst}}

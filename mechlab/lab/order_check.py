@@ -61,7 +61,7 @@ def suspects(mechanism: Mechanism, scene: Scene, settings: Settings) -> Iterator
             "is a soft row with corners in MuJoCo" if settings.engine == "mujoco" else "is smoothed over a narrow band"
         )
         yield f"the dry friction of {', '.join(rough)}, which {how}"
-    stops = [x.name for x in items if x.range is not None]
+    stops = [x.name for x in items if x.range is not None] + [x.name for x in mechanism.springs if x.range is not None]
     if stops:
         yield f"the ends of the range of {', '.join(stops)}"
     for law in scene.laws:

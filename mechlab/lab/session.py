@@ -11,6 +11,7 @@ from mechlab.engines.protocol import engine as engine_named
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import acting
 from mechlab.experiment.observed import Observed, observed
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import AUTO, Design, with_extra
 from mechlab.lab.fastest_rate import drive_step
@@ -27,14 +28,31 @@ the energy is lost, 5 % at the whole."""
 
 
 def commanded(design: Design, scene: str | None, fidelity: str | None, extra: Mapping[str, float]) -> Scene:
-    """The scene without its laws on driven joints and shafts, which the session commands; loads of `extra` are added."""
+    """The scene without its laws that act on driven joints and shafts alone, which the session commands; loads of `extra` are added."""
     wanted = fidelity or design.recipe(scene).fidelity
     if wanted in (AUTO, "kinematic"):  # the session needs bodies that move
         wanted = next(f for f in (design.entry.default_fidelity, *design.entry.fidelities) if f != "kinematic")
     made = design.scene(scene, wanted)
     driven = {d.on for d in design.mechanism(made.fidelity).drives}
-    laws = tuple(law for law in made.laws if not driven & set(law.targets()))
+    laws = tuple(law for law in made.laws if not law.targets() or not driven.issuperset(law.targets()))
     return with_extra(design, replace(made, laws=laws), extra)
+
+
+def completed(design: Design, run: Recording, scene: Scene) -> Recording:
+    """The Recording with provenance, those channels of the entry that it has the data for, and what gave way to the commands."""
+    full = complete(design, run, replace(scene, channels=()))
+    for name in scene.channels:
+        if name in design.entry.channels and name not in full.channels:
+            unit, function = design.entry.channels[name]
+            try:
+                full = full.with_channels({name: function(design.parameters, full)}, {name: unit})
+            except MechlabError:  # it needs a force of a law that the commands replace
+                continue
+    before = design.scene(scene.name, scene.fidelity).laws
+    gone = [
+        f"{x.kind} on {', '.join(x.targets())}" for x in before if x not in scene.laws and not getattr(x, "drive", "")
+    ]
+    return replace(full, acts=f"{run.acts}; in place of {', '.join(gone)}" if gone else run.acts)
 
 
 def substeps_of(hold: float | None, settings: Settings) -> tuple[int, Settings]:
@@ -84,5 +102,5 @@ def open_session(
     mechanism = of_scene.mechanism(made.fidelity)
     seen: Observed = observed(mechanism, observe)
     session: Session = engine_named("mujoco").session(mechanism, made, chosen, seen, substeps, start, seed)
-    session.complete = lambda run: replace(complete(of_scene, run, made), acts=run.acts)
+    session.complete = lambda run: completed(of_scene, run, made)
     return session

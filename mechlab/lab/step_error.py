@@ -61,7 +61,7 @@ def with_step_error(recording: Recording, scene: Scene, again: Again | None = No
     if recording.t[-1] < scene.duration * (1.0 - 1e-9) or len(recording.t) < 2:
         return recording
     if recording.settings.engine == "file":
-        return with_file_error(recording, scene, again or partial(_run, recording.mechanism))
+        return with_file_error(recording, scene)
     estimate = _Estimate(recording, scene, again or partial(_run, recording.mechanism))
     if fixed_steps(recording.settings):
         errors, finding = estimate.by_steps()

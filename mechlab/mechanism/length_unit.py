@@ -78,7 +78,7 @@ def in_unit_of_length(m: Mechanism, unit: float) -> Mechanism:
             for s in m.shafts
         ),
         springs=tuple(
-            replace(s, point_a=short(s.point_a), point_b=short(s.point_b), rest_length=s.rest_length / unit)
+            replace(s, point_a=short(s.point_a), point_b=short(s.point_b), rest_length=s.rest_length / unit, range=None)
             for s in m.springs
         ),
         frames=tuple(replace(f, placement=place(f.placement)) for f in m.frames),

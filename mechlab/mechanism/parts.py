@@ -193,7 +193,8 @@ class LinearRelation:
 
 @dataclass(frozen=True)
 class Spring:
-    """A linear spring and damper between two points: force = stiffness (length - rest_length) + damping length rate [N]."""
+    """A linear spring and damper between two points: force = stiffness (length - rest_length) + damping length rate [N].
+    range: stops of the length [m]; without stiffness and damping that is a string (0, longest) or a strut."""
 
     name: str
     body_a: str
@@ -203,6 +204,7 @@ class Spring:
     stiffness: float = 0.0
     damping: float = 0.0
     rest_length: float = 0.0
+    range: tuple[float, float] | None = field(default=None, metadata={"brief": True})
 
 
 @dataclass(frozen=True)

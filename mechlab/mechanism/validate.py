@@ -157,6 +157,7 @@ def _attachments(m: Mechanism) -> None:
                 raise unknown(f"{m.name}: spring {spring.name!r}: body", body, bodies)
         for key in ("stiffness", "damping", "rest_length"):
             _finite(getattr(spring, key), f"{m.name}: spring {spring.name!r}: {key}", 0.0)
+        _range(spring.range, f"{m.name}: spring {spring.name!r}")
     for frame in m.frames:
         if frame.body not in bodies:
             raise unknown(f"{m.name}: frame {frame.name!r}: body", frame.body, bodies)
@@ -294,7 +295,7 @@ def _relations_consistent(m: Mechanism) -> None:
         for used, pivot, other in reduced:
             if row[pivot]:
                 factor = row[pivot] / other[pivot]
-                row = [a - factor * b for a, b in zip(row, other, strict=True)]
+                row = [a - factor * b if b else a for a, b in zip(row, other, strict=True)]
                 sources |= used
         pivots = [k for k, x in enumerate(row) if x]
         if not pivots:
@@ -303,7 +304,7 @@ def _relations_consistent(m: Mechanism) -> None:
         for i, (used, p, other) in enumerate(reduced):
             if other[pivot]:
                 factor = other[pivot] / row[pivot]
-                reduced[i] = (used | sources, p, [a - factor * b for a, b in zip(other, row, strict=True)])
+                reduced[i] = (used | sources, p, [a - factor * b if b else a for a, b in zip(other, row, strict=True)])
         reduced.append((sources, pivot, row))
         for used, _, other in reduced:
             if sum(1 for x in other if x) == 1 and len(given) > 1:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.mechanism import GROUND
 from mechlab.viewer.story import Story
 
 Array = NDArray[np.float64]
@@ -23,6 +24,7 @@ _MOST_FRAMES = 250
 THREE_QUARTER = np.array([0.6, -1.0, 0.72])
 FIELD_OF_VIEW = math.radians(30.0)
 MARGIN = 1.08
+NEAR = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,22 +69,35 @@ def frame_story(story: Story) -> Framing:
     drawn = [(part, poses) for part in story.parts]
     if story.ghost is not None:
         drawn += [(part, story.ghost[:: max(1, len(story.ghost) // _MOST_FRAMES)]) for part in story.ghost_parts]
+    still: list[Array] = []
     for part, where in drawn:
         local = part.vertices[np.unique(part.faces)]
         in_body = outermost(local) @ part.placement[:3, :3].T + part.placement[:3, 3]
         moved = where[:, story.bodies.index(part.body)]
-        found.append(
+        far_off = story.floors and part.body == GROUND
+        (still if far_off else found).append(
             outermost(
                 np.einsum("nij,kj->nki", moved[:, :3, :3], in_body).reshape(-1, 3)
                 + np.repeat(moved[:, :3, 3], len(in_body), axis=0)
             )
         )
+    found += _near(still, found)
     points = outermost(np.concatenate(found)) if found else np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
     low, high = points.min(axis=0), points.max(axis=0)
     radius = max(float(np.linalg.norm(high - low)) / 2.0, 1e-6)
     levels = [floor.level for floor in story.floors if floor.level is not None]
     ground = levels[0] if levels else float(low[2]) - 0.02 * radius
     return Framing(points, low, high, ground, nice_step(2.0 * radius), radius)
+
+
+def _near(still: list[Array], moving: list[Array]) -> list[Array]:
+    """What stands still around the moving parts, without that which is farther off than NEAR times their radius: the scenery of a
+    file with a floor of its own."""
+    if not moving:
+        return still
+    points = np.concatenate(moving)
+    middle, reach = 0.5 * (points.min(axis=0) + points.max(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0))) / 2.0
+    return [p for p in still if np.linalg.norm(p - middle, axis=1).max() <= NEAR * reach]
 
 
 def fit_camera(

@@ -44,9 +44,11 @@ def robot(old, new):
     return ROBOT.replace(old, new)
 
 
-def chain(links):
+def chain(links, mimics=False):
+    leader = '<mimic joint="j{}"/>' if mimics else ""
     joints = (
-        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="1 0 0"/></joint>'
+        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="1 0 0"/>'
+        f"{leader.format(k + 1) if k < links - 2 else ''}</joint>"
         for k in range(links - 1)
     )
     parts = (f'<link name="l{k}">{INERTIAL}</link>' for k in range(links))
@@ -161,6 +163,7 @@ URDF = {
     "unknown type": (robot("revolute", "twisting"), "twisting"),
     "no type": (robot(' type="revolute"', ""), "<joint name='j'>|joint 'j'|j"),
     "mimic of nobody": (robot(LIMIT, LIMIT + '<mimic joint="nobody"/>'), "nobody"),
+    "2000 mimics of each other": (chain(2000, mimics=True), "300"),
     "mimic of itself": (robot(LIMIT, LIMIT + '<mimic joint="j"/>'), "j"),
 }  # fmt: skip
 JSON = {

@@ -197,6 +197,16 @@ def test_drake_reads_the_same_sdf(name: str, tmp_path: Path) -> None:
         np.testing.assert_allclose(found, tree.matrix(body.name), atol=1e-12)
 
 
+def test_sdf_names_that_mean_something_else(tmp_path: Path) -> None:
+    b = ml.Builder("..").bar("world", ml.revolute("base"), 0.1).bar("base", ml.revolute("world"), 0.1, parent="world")
+    m = b.frame("tip", "world", (0.1, 0, 0)).build()
+    file = tmp_path / EXPORTS["sdf"](m, tmp_path).files["sdf"]
+    root = ET.fromstring(file.read_text())
+    names = [str(x.get("name")) for tag in ("link", "joint", "frame") for x in root.findall(f"model/{tag}")]
+    assert len(names) == len(set(names)) and "world" not in names and "tip" in names
+    assert file.is_relative_to(tmp_path / "sdf" / "model") and len([n for n in names if n.startswith("base")]) >= 3
+
+
 # -- ROS 2 ------------------------------------------------------------------------------------------------------------------
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
+from mechlab.engines.mujoco.session import BLOCK
 from mechlab.errors import EngineMissing, MechlabError
 
 gymnasium = pytest.importorskip("gymnasium")
@@ -155,3 +156,18 @@ def test_without_gymnasium_it_says_what_to_install(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", blocked)
     with pytest.raises(EngineMissing, match=r"mechanism-lab\[rl\]"):
         ml.environment("fourbar", reward=near)
+
+
+def test_a_loop_that_opens_breaks_its_environment_alone():
+    """One of three four-bars is torn open by 0.3 rad; it is found at the next look at the loops."""
+    many = ml.environments("fourbar", count=3, reward=near, hold=None, seconds=1.0)
+    many.reset(seed=0)
+    fleet = many.fleet
+    for _ in range(BLOCK - 1):
+        assert not many.step(np.ones((3, 1)))[4]
+    start = fleet._gaps[0]
+    assert np.abs(fleet._sensed[:, start : start + 3]).max() < 1e-5
+    fleet._qpos[1, fleet.session.map.qpos[2]] += 0.3
+    late, info = many.step(np.ones((3, 1)))[3:]
+    assert late.tolist() == info["untrusted"].tolist() == [False, True, False]
+    many.close()

@@ -40,8 +40,8 @@ def words(outputs: list[dict[str, Any]]) -> str:
     return "".join(line for text in texts for line in text)
 
 
-def test_there_are_three_and_they_are_small() -> None:
-    assert [p.stem[:2] for p in LESSONS] == ["1_", "2_", "3_"]
+def test_they_are_numbered_and_small() -> None:
+    assert len(LESSONS) >= 4 and [p.stem[:2] for p in LESSONS] == [f"{k}_" for k in range(1, len(LESSONS) + 1)]
     assert all(p.stat().st_size < 60_000 for p in LESSONS)
 
 
@@ -134,6 +134,38 @@ def test_fast_or_right(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None
         assert math.hypot(names["careful"].at("x", t) - x, names["careful"].at("y", t) - y) < 1e-4  # as asked
 
 
+def test_drive_it(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
+    names = ran["4_drive_it"][0]
+    # by hand: cart M = 1, two arms m = 0.5 of uniform mass, the bar across n = 0.2 only translates; lean a, cart x with drag 0.5:
+    # (M + 2 m + n) x'' - (m + n) l a'' = f - 0.5 x',   -(m + n) l x'' + (2 m / 3 + n) l^2 a'' = (m + n) g l a
+    M, m, n, arm = 1.0, 0.5, 0.2, 0.5
+    mass = np.array([[M + 2 * m + n, -(m + n) * arm], [-(m + n) * arm, (2 * m / 3 + n) * arm**2]])
+    K, C = np.diag([0.0, -(m + n) * 9.81 * arm]), np.diag([0.5, 0.0])
+    A = np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), -np.linalg.solve(mass, np.hstack([K, C]))])
+    # bars have a width of 8 % of their length here, which adds 0.3 % to their moment of inertia
+    by_hand = np.sort(np.linalg.eigvals(A).real)
+    np.testing.assert_allclose(names["poles"], by_hand, rtol=5e-3, atol=1e-6)
+    assert by_hand[-1] > 6  # it falls
+
+    model, gain = names["model"], names["gain"]
+    assert np.linalg.eigvals(model.A - model.B @ gain).real.max() < -1
+    held, caught, pushed = names["held"], names["caught"], names["pushed"]
+    assert all(run.health.trusted for run in (held, caught, pushed))
+    for run in (held, caught, pushed):  # the loop is closed: both arms lean alike and the bar across stays level
+        np.testing.assert_allclose(run["left_angle"], run["right_angle"], atol=1e-4)
+        np.testing.assert_allclose(run["left_angle"] + run["top_joint"], 0.0, atol=1e-4)
+    assert abs(held["left_angle"][-1] - math.pi / 2) < 1e-3 and abs(held["x"][-1]) < 5e-3
+    assert abs(caught["left_angle"][-1] - math.pi / 2) < 2e-2 and abs(caught["x"][-1]) > 2
+    # the motor: its force is stall (1 - rate / no load), and force = d/dt of the momentum of all, plus drag
+    np.testing.assert_allclose(pushed["x_force"], 10 * (1 - pushed["x_rate"] / 2), atol=1e-9)
+    lean, spin = pushed["left_angle"] - math.pi / 2, pushed["left_angle_rate"]
+    momentum = (M + 2 * m + n) * pushed["x_rate"] - (m + n) * arm * np.cos(lean) * spin
+    force = pushed["x_force"] - 0.5 * pushed["x_rate"]
+    done = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(pushed.t))])
+    # the trapezoidal rule over samples of 1 ms
+    np.testing.assert_allclose(momentum, done, atol=1e-4)
+
+
 def test_your_robots_file(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     names, outputs = ran["5_your_robots_file"]
     # where two circles meet, as in the first lesson, in the angles of the file: 1, -0.6 and 1.6 rad are in its origins
@@ -154,7 +186,9 @@ def test_your_robots_file(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> N
     a, c, r = (run.channel(f"{n}_joint") + z for n, z in (("crank", 1.0), ("coupler", -0.6), ("rocker", 1.6)))
     va, vc, vr = (run.channel(f"{n}_joint_rate") for n in ("crank", "coupler", "rocker"))
     spin, speed = va + vc, 1j * va * 0.1 * np.exp(1j * a) + 1j * (va + vc) * 0.15 * np.exp(1j * (a + c))
-    kinetic = 0.5 * (0.1 * 0.1**2 / 3 * va**2 + 0.3 * (0.3**2 / 12 * spin**2 + np.abs(speed) ** 2) + 0.25 * 0.25**2 / 3 * vr**2)
+    kinetic = 0.5 * (
+        0.1 * 0.1**2 / 3 * va**2 + 0.3 * (0.3**2 / 12 * spin**2 + np.abs(speed) ** 2) + 0.25 * 0.25**2 / 3 * vr**2
+    )
     stretch = np.abs(0.3 + 0.1 * np.exp(1j * r) - (0.3 - 0.1j)) - 0.1
     torque = 0.5 * (1.0 - va / (2.0 * math.pi))
     power = torque * va

@@ -281,6 +281,30 @@ def test_a_clearance_keeps_away_from_a_singular_pose():
     assert kept.distances["targets"][-1] == pytest.approx(0.1, abs=1e-6)
 
 
+def test_the_drives_lose_their_hold_where_coupler_and_rocker_stretch():
+    """Links 0.3, 0.2, 0.2, 0.35: the crank stops where coupler and rocker lie on one line, at 0.4 from crank pin to pivot."""
+    links = {"crank": 0.3, "coupler": 0.2, "rocker": 0.2, "ground": 0.35}
+    end = math.acos((0.3**2 + 0.35**2 - 0.4**2) / (2 * 0.3 * 0.35))
+    path = np.linspace(0.6, end, 12)
+    found = ml.track("fourbar", links | {"crank_angle": path, "crank_angle_0": 0.6})
+    held = found.distances["drives"]
+    assert found.met and held[0] > 0.1 and held[-1] < 1e-5 and np.all(np.diff(held[4:]) < 0)
+    beyond = ml.track("fourbar", links | {"crank_angle": (0.6, end, end + 0.1), "crank_angle_0": 0.6})
+    assert beyond.exit_code == 3 and beyond.targets[0].error[-1] == pytest.approx(0.1, abs=1e-7)
+    kept = ml.track(
+        "fourbar", links | {"crank_angle": path, "crank_angle_0": 0.6}, [ml.SingularityLimit(0.1, "drives")]
+    )
+    assert kept.exit_code == 3 and kept.distances["drives"][-1] == pytest.approx(0.1, abs=1e-8)
+    assert "the distance from singularity (drives) at its least, 0.1" in kept.message
+
+
+def test_a_start_beyond_a_limit_comes_back_or_is_named():
+    back = ml.track(slides("a"), {"at_a_x": [0.1, 0.2], "s_a_0": 0.5}, [ml.RangeLimit({"s_a": (0.0, 0.3)})])
+    assert back.met and back["s_a"][-1] == pytest.approx(0.2, abs=1e-12)
+    never = ml.track("fourbar", {"crank_angle": 1.0}, [ml.SingularityLimit(3.0)])
+    assert never.exit_code == 3 and "distance from singularity (closure) is beyond its limit by" in never.message
+
+
 # -- what cannot be had ----------------------------------------------------------------------------------------------------
 
 
@@ -320,6 +344,13 @@ def test_a_start_that_does_not_close():
         ({"crank_angle": 1.0}, {"duration": 0.0}, "duration"),
         ({"crank_angle": 1.0}, {"tolerance": -1.0}, "tolerance"),
         ({"crank_angle": [1.0, 2.0]}, {"times": [0.0, 0.0]}, "increasing"),
+        ({"crank_angle": 1.0}, {"tasks": ml.PostureTask({})}, "list of tasks"),
+        ({"crank_angle": 1.0}, {"tasks": [ml.SingularityLimit(math.nan)]}, "at_least"),
+        ({"crank_angle": 1.0}, {"tasks": [ml.SingularityLimit(0.1, "loops")]}, "'loops' does not exist"),
+        ({"crank_angle": 1.0}, {"tasks": [ml.RangeLimit({"crank_angle": (1.0, 0.0)})]}, "from low to high"),
+        ({"crank_angle": 1.0}, {"tasks": [ml.PostureTask({"crank_angle": 1.0}, priority=-1)]}, "priority"),
+        ({"crank_angle": 1.0}, {"tasks": [ml.PostureTask({"crank_angle": 1.0}, weight=0.0)]}, "weight"),
+        ({"middle": lambda t: np.zeros(3 if t < 0.5 else 2)}, {}, "middle: expected numbers in an array"),
         ({"crank_angle": 1.0}, {"tasks": ["middle"]}, "expected tasks and limits"),
         ({"crank_angle": 1.0}, {"tasks": [ml.FrameTask("middle", 1.0, "q")]}, "axes"),
     ],

@@ -33,6 +33,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft, Spring
+from mechlab.mechanism.statics import spring_stretch
 
 _KINDS = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
 INSIDE = 1.0 - 1e-6
@@ -132,6 +133,7 @@ def health(
     lost = dissipation(mechanism, q, v)
     limited = [j.name for j in mechanism.joints if j.range is not None and j.nv == 1]
     limited += [s.name for s in mechanism.shafts if s.range is not None]
+    limited += [s.name for s in mechanism.springs if s.range is not None]
     stopped = _stopped(mechanism, limited, t, q, v)
     if len(t) > 1:
         done = samples.work - work(t, lost)
@@ -177,16 +179,28 @@ def _blown(mechanism: Mechanism, blow_up: SteppingEnd, scene: Scene, settings: S
 
 
 def _stopped(mechanism: Mechanism, names: list[str], t: Array, q: Array, v: Array) -> Array:
-    """(names, n - 1) whether a joint or shaft met an end of its range, or may have, between a sample and the next."""
+    """(names, n - 1) whether a joint, shaft or spring met an end of its range, or may have, between a sample and the next."""
     step, ranges = np.diff(t), {j.name: j.range for j in mechanism.joints} | {s.name: s.range for s in mechanism.shafts}
+    springs = {s.name: s for s in mechanism.springs}
+    ranges |= {s.name: s.range for s in mechanism.springs if s.name in names and s.range is not None}
     out = np.zeros((len(names), max(len(t) - 1, 0)), dtype=bool)
     for k, name in enumerate(names):
         low, high = ranges[name] or (-math.inf, math.inf)
-        value, speed = mechanism.value(name, q), np.abs(v @ mechanism.row(name))
+        if name in springs and springs[name].range is not None:
+            value, speed = _lengths(mechanism, springs[name], q, v)
+        else:
+            value, speed = mechanism.value(name, q), np.abs(v @ mechanism.row(name))
         reach = np.maximum(speed[1:], speed[:-1]) * step
         least, most = np.minimum(value[1:], value[:-1]) - reach, np.maximum(value[1:], value[:-1]) + reach
         out[k] = (least <= low) | (most >= high)
     return out
+
+
+def _lengths(mechanism: Mechanism, spring: Spring, q: Array, v: Array) -> tuple[Array, Array]:
+    """(n,) lengths of a spring [m] and the sizes of their rates [m/s]."""
+    found = [spring_stretch(TreeKinematics(mechanism, x, w), spring)[2:] for x, w in zip(q, v, strict=True)]
+    length, rate = np.array(found).T
+    return length, np.abs(rate)
 
 
 def _slip(measured: float, predicted: float, tolerance: float) -> Finding:

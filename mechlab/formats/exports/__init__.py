@@ -1,4 +1,4 @@
-"""Files for other tools, beside the usual four: a ROS 2 package, SDF, parts for a printer, USD."""
+"""Files for other tools, beside the usual four: a ROS 2 package, SDF, an Extended URDF, parts for a printer, USD."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from mechlab.errors import unknown
+from mechlab.formats.exports.extended_urdf import ExtendedUrdf, to_extended_urdf, write_extended_urdf
 from mechlab.formats.exports.graph import Exported
 from mechlab.formats.exports.parts import write_3mf, write_stl
 from mechlab.formats.exports.ros2 import write_ros2
@@ -15,7 +16,9 @@ from mechlab.formats.exports.usd import to_usd, write_usd
 from mechlab.mechanism.model import Mechanism
 
 EXPORTS: Mapping[str, Callable[[Mechanism, Path], Exported]] = MappingProxyType(
-    {"ros2": write_ros2, "sdf": write_sdf, "stl": write_stl, "3mf": write_3mf, "usd": write_usd}
+    {
+        "ros2": write_ros2, "sdf": write_sdf, "extended-urdf": write_extended_urdf, "stl": write_stl, "3mf": write_3mf, "usd": write_usd,
+    }  # fmt: skip
 )
 """Name -> what writes the files into a folder that exists."""
 
@@ -31,6 +34,7 @@ def chosen(also: Sequence[str]) -> tuple[str, ...]:
 
 
 __all__ = [
-    "EXPORTS", "Exported", "chosen", "sdf_left_out", "to_sdf", "to_usd", "write_3mf", "write_ros2", "write_sdf", "write_stl",
+    "EXPORTS", "Exported", "ExtendedUrdf", "chosen", "sdf_left_out", "to_extended_urdf", "to_sdf", "to_usd", "write_3mf",
+    "write_extended_urdf", "write_ros2", "write_sdf", "write_stl",
     "write_usd",
 ]  # fmt: skip

@@ -31,13 +31,14 @@ NAME = "SDF"
 
 def write_sdf(m: Mechanism, folder: Path) -> Exported:
     """Write sdf/NAME (model.sdf, model.config, meshes) and sdf/world.sdf, which holds the model and its gravity."""
-    home = folder / "sdf" / m.name
+    model = m.name.strip(".") or "model"  # "." and ".." are no folders to write into
+    home = folder / "sdf" / model
     home.mkdir(parents=True)
     meshes = write_meshes(m, home)
     write(home / "model.sdf", to_sdf(m, meshes))
     write(home / "model.config", _config(m))
-    write(folder / "sdf" / "world.sdf", _world(m, {s: f"{m.name}/{f}" for s, f in meshes.items()}))
-    files = {"sdf": Path("sdf", m.name, "model.sdf"), "sdf world": Path("sdf", "world.sdf")}
+    write(folder / "sdf" / "world.sdf", _world(m, {s: f"{model}/{f}" for s, f in meshes.items()}))
+    files = {"sdf": Path("sdf", model, "model.sdf"), "sdf world": Path("sdf", "world.sdf")}
     return Exported(files, sdf_left_out(m))
 
 

@@ -85,7 +85,7 @@ def _spring(tendons: Tendons, name: str, names: Names) -> Spring:
     spring = tendons.springs[name]
     return Spring(
         names.add(name.removesuffix(":tendon")), spring.body_a, spring.body_b, spring.point_a, spring.point_b,
-        spring.stiffness, spring.damping, spring.rest_length,
+        spring.stiffness, spring.damping, spring.rest_length, spring.range,
     )  # fmt: skip
 
 

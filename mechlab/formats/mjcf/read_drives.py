@@ -53,7 +53,7 @@ def read_tendons(source: MjcfText, tree: BodyTree) -> Tendons:
             if passive or name in driven or name not in held:
                 out.shafts[name] = _shaft(source, tree, e, shaft_names.add(name), out.fixed[name])
         elif e.tag == "spatial":
-            _spatial(tree, e, child, name, out, name in held)
+            _spatial(source, tree, e, child, name, out, name in held)
         else:
             raise fail(e, "mechlab does not read this kind of tendon.")
     return out
@@ -87,8 +87,10 @@ def _shifted(limits: tuple[float, float] | None, by: float) -> tuple[float, floa
     return None if limits is None else (limits[0] + by, limits[1] + by)
 
 
-def _spatial(tree: BodyTree, e: ET.Element, child: ET.Element, name: str, out: Tendons, held: bool) -> None:
-    refuse(e, "armature", "frictionloss", "range")
+def _spatial(
+    source: MjcfText, tree: BodyTree, e: ET.Element, child: ET.Element, name: str, out: Tendons, held: bool
+) -> None:
+    refuse(e, "armature", "frictionloss")
     sites = [s.get("site", "") for s in child]
     if len(sites) != 2 or any(s.tag != "site" for s in child):
         raise fail(e, "only spatial tendons between two sites are read.")
@@ -98,13 +100,14 @@ def _spatial(tree: BodyTree, e: ET.Element, child: ET.Element, name: str, out: T
     if held:
         out.distances[name] = (sites[0], sites[1])
     stiffness, damping = one(e, "stiffness"), one(e, "damping")
-    if not (stiffness or damping):
+    stops = _stops(source, e)
+    if not (stiffness or damping or stops):
         return
-    rest = floats(e, "springlength")
+    rest = floats(e, "springlength") or ((0.0,) if not stiffness else None)
     if rest is None or rest[0] == -1.0 or len(set(rest)) > 1:
         raise fail(e, "a spring needs one springlength.")
     (body_a, at_a), (body_b, at_b) = tree.sites[sites[0]], tree.sites[sites[1]]
-    out.springs[name] = Spring(name, body_a, body_b, at_a.position, at_b.position, stiffness, damping, rest[0])
+    out.springs[name] = Spring(name, body_a, body_b, at_a.position, at_b.position, stiffness, damping, rest[0], stops)
 
 
 def read_drives(source: MjcfText, tree: BodyTree, tendons: Tendons) -> tuple[Drive, ...]:

@@ -27,6 +27,8 @@ def write_tendons(root: ET.Element, m: Mechanism, s: Settings, size: float) -> N
         _terms(add(section, "fixed", name=names.tendon_name(m, relation.name)), relation.coefficients)
     for spring in m.springs:
         passive: dict[str, object] = {"stiffness": spring.stiffness, "damping": spring.damping}
+        if spring.range is not None:
+            passive |= {"range": spring.range, "solreflimit": s.solref, "solimplimit": s.solimp}
         element = add(
             section, "spatial", name=names.tendon_name(m, spring.name), springlength=spring.rest_length, **passive,
             width=0.01 * size,

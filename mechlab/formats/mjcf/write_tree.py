@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from mechlab.experiment.scene import Settings
 from mechlab.formats.mjcf import write_loops as names
 from mechlab.formats.mjcf.write_loops import ConnectorBody, own_share
 from mechlab.formats.xml_text import add, pose, primitive
-from mechlab.mechanism.geometry import IDENTITY, Placement
+from mechlab.mechanism.geometry import IDENTITY, Placement, matrix_to_quaternion
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import FLOOR, GROUND, Joint, Shape
@@ -118,10 +118,40 @@ def _inertial(element: ET.Element, inertia: Inertia, moves: bool) -> None:
     """The <inertial> of a body; fullinertia has the order of `Inertia.tensor`: xx yy zz xy xz yz."""
     if inertia.mass == 0.0 and not moves:
         return
-    if inertia.mass < LEAST:
+    if not moves and not any(inertia.tensor):  # a welded point mass: nothing of it is too small for MuJoCo
+        add(element, "inertial", pos=inertia.com, mass=inertia.mass, diaginertia=(0.0, 0.0, 0.0))
+    elif inertia.mass < LEAST:
         add(element, "inertial", pos=inertia.com, mass=LEAST, diaginertia=(LEAST, LEAST, LEAST))
     else:
-        add(element, "inertial", pos=inertia.com, mass=inertia.mass, fullinertia=safe_tensor(inertia))
+        tensor = safe_tensor(inertia)
+        axes = nearly_body_axes(tensor)
+        if axes is None:
+            add(element, "inertial", pos=inertia.com, mass=inertia.mass, fullinertia=tensor)
+        else:
+            add(element, "inertial", pos=inertia.com, quat=axes[0], mass=inertia.mass, diaginertia=axes[1])
+
+
+def nearly_body_axes(tensor: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    """Quaternion and principal moments, in another order than the body axes, of a tensor whose principal axes are nearly those
+    of the body; None for other tensors.
+
+    MuJoCo takes principal axes within about 1e-6 rad of the body axes for the body axes and drops the products of inertia: the
+    mass matrix is off by up to 1e-9 of its size. In another order the axes are far from those of the body, and kept.
+    """
+    xx, yy, zz, xy, xz, yz = tensor
+    products, largest = max(abs(xy), abs(xz), abs(yz)), max(xx, yy, zz)
+    if not 1e-13 * largest < products < 1e-4 * largest:
+        return None
+    moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    order = [int(k) for k in np.argmax(np.abs(axes), axis=1)]
+    if sorted(order) != [0, 1, 2]:
+        return None
+    near = axes[:, order] * np.sign(np.diag(axes[:, order]))
+    if np.max(np.abs(near - np.eye(3))) > 1e-4:
+        return None
+    turned = matrix_to_quaternion(near[:, [1, 2, 0]])
+    sizes = moments[order]
+    return turned, (float(sizes[1]), float(sizes[2]), float(sizes[0]))
 
 
 def safe_tensor(inertia: Inertia) -> tuple[float, ...]:

@@ -73,7 +73,7 @@ class Diagnosis(Shown):
     def verdict(self) -> str:
         """One word or two: "refused", "do not trust", "to be known", "healthy"."""
         grave = {f.name for f in self.findings if f.severity == "error"}
-        if "refused" in grave or self.coordinates is None and grave:
+        if "refused" in grave or self.bodies is None and grave:
             return "refused"
         if grave:
             return "do not trust"

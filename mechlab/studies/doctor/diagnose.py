@@ -21,7 +21,7 @@ from mechlab.studies.doctor.case import Diagnosis, ExaminedFile
 from mechlab.studies.doctor.file_text import compiler, compiler_settings, other_readers, urdf
 from mechlab.studies.doctor.ranking import ranked
 
-OPEN, TORN = 1e-9, 1e-4
+OPEN, TORN = 1e-9, 1e-3
 """Gap at the start relative to the size of the model: above OPEN a warning, above TORN an error."""
 LOCKING = 1e-6
 """A nearly redundant row whose independent part is larger than this is inconsistent; a smaller part is too few
@@ -94,8 +94,7 @@ def _text(case: ExaminedFile, model: Model) -> Iterator[Symptom]:
 
 
 def _engine(model: Model, start: Any, trial: TrialRun | None, skipped: list[str]) -> list[Symptom]:
-    shown = None if trial is None else trial.shown
-    harmless = shown is not None and shown.convinced_small
+    harmless = trial is not None and trial.convinced_small
     gaps = None if trial is None or trial.reason else trial.gaps
     rules: dict[str, Callable[[], Iterator[Symptom]]] = {
         "limits of joints": lambda: joints.limits(model, start),

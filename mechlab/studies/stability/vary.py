@@ -14,7 +14,7 @@ from mechlab.experiment.laws import Law, OneSidedStop, Servo
 from mechlab.experiment.scene import Scene
 from mechlab.lab.design import Design
 from mechlab.mechanism import Builder, Mechanism, Placement
-from mechlab.mechanism.parts import GROUND, Coefficients, Loop
+from mechlab.mechanism.parts import GROUND, Coefficients, Joint, Loop, Shaft, Spring
 
 
 def with_mechanism(design: Design, mechanism: Mechanism) -> Design:
@@ -29,7 +29,7 @@ def scale_mass(mechanism: Mechanism, body: str, factor: float) -> Mechanism:
     tensor: Any = tuple(x * factor for x in old.tensor)
     new = replace(old, mass=old.mass * factor, tensor=tensor)
     bodies = tuple(replace(b, inertia=new) if b.name == body else b for b in mechanism.bodies)
-    return replace(mechanism, bodies=bodies, shafts=tuple(replace(s, range=None) for s in mechanism.shafts))
+    return replace(mechanism, bodies=bodies)
 
 
 def scale_springs(mechanism: Mechanism, factor: float, only: Collection[str] | None = None) -> Mechanism:
@@ -58,11 +58,14 @@ def scale_servos(scene: Scene, factor: float) -> Scene:
 
 
 def without_ranges(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without ranges of joints and shafts: MuJoCo puts soft stops there, the reference runs have none."""
-    if all(j.range is None for j in mechanism.joints) and all(s.range is None for s in mechanism.shafts):
+    """The mechanism without ranges of joints, shafts and springs: MuJoCo puts soft stops there, the reference runs have none."""
+    parts: list[Joint | Shaft | Spring] = [*mechanism.joints, *mechanism.shafts, *mechanism.springs]
+    if all(x.range is None for x in parts):
         return mechanism
     bodies = tuple(replace(b, joints=tuple(replace(j, range=None) for j in b.joints)) for b in mechanism.bodies)
-    return replace(mechanism, bodies=bodies)
+    shafts = tuple(replace(s, range=None) for s in mechanism.shafts)
+    springs = tuple(replace(s, range=None) for s in mechanism.springs)
+    return replace(mechanism, bodies=bodies, shafts=shafts, springs=springs)
 
 
 def rough_parts(mechanism: Mechanism) -> dict[str, float]:

@@ -35,6 +35,11 @@ def usual_engine() -> str:
     return "pinocchio" if not available("pinocchio") else "numpy"
 
 
+def unit_near(size: float) -> float:
+    """The power of two nearest to the size of a mechanism [m], 1 for none: its lengths keep all their digits in that unit."""
+    return 2.0 ** round(math.log2(size)) if size > 0 else 1.0
+
+
 class Closed:
     """A mechanism on its closed poses. `set(q)`, then ask; all lengths in `unit` [m].
 
@@ -42,8 +47,7 @@ class Closed:
     """
 
     def __init__(self, mechanism: Mechanism, engine_name: str) -> None:
-        size = mechanism.size
-        self.unit = 2.0 ** round(math.log2(size)) if size > 0 else 1.0
+        self.unit = unit_near(mechanism.size)
         self.m = in_unit_of_length(mechanism, self.unit)
         self.coordinate_units = coordinate_units(mechanism, self.unit)
         self.rate_units = np.array(

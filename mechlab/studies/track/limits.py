@@ -10,6 +10,9 @@ import numpy as np
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.track.closed import DIFFERENCE, Closed
 
+REGAINED = 0.02
+"""A distance from singularity that lacks less is regained: steps along its limit lose the square of their size."""
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -39,14 +42,28 @@ class Limits:
 
 
 def bound_rows(closed: Closed, basis: Array, bounds: tuple[Bound, ...]) -> tuple[Array, Array, Array]:
-    """Rows (c, f) over the free motions `basis`, and lower and upper bounds (c,) of a step from the present pose."""
+    """Rows (c, f) over the free motions `basis`, and lower and upper bounds (c,) of a step from the present pose.
+
+    Where a distance from singularity is far too small already, it shall not fall further.
+    """
     rows, now = np.zeros((len(bounds), basis.shape[1])), np.zeros(len(bounds))
     for k, bound in enumerate(bounds):
         if bound.kind == "singularity":
             now[k], rows[k] = _slope(closed, basis, bound.of)
         else:
             now[k], rows[k] = closed.plant.value(bound.of), closed.m.row(bound.of) @ basis
-    return rows, np.array([b.low for b in bounds]) - now, np.array([b.high for b in bounds]) - now
+    low, high = np.array([b.low for b in bounds]) - now, np.array([b.high for b in bounds]) - now
+    lost = np.array([b.kind == "singularity" for b in bounds], dtype=bool) & (low > REGAINED)
+    return rows, np.where(lost, 0.0, low), high
+
+
+def excess(closed: Closed, bounds: tuple[Bound, ...]) -> tuple[float, Bound | None]:
+    """By how much the present pose lies outside its bounds at most, and the bound; 0 and None within all of them."""
+    worst: tuple[float, Bound | None] = (0.0, None)
+    for bound in bounds:
+        now = closed.distance(bound.of) if bound.kind == "singularity" else closed.plant.value(bound.of)
+        worst = max(worst, (max(bound.low - now, now - bound.high), bound), key=lambda pair: pair[0])
+    return worst
 
 
 def _slope(closed: Closed, basis: Array, of: str) -> tuple[float, Array]:

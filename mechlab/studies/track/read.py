@@ -140,6 +140,8 @@ def goals_of(m: Mechanism, tasks: Sequence[Task], t: Array, tolerance: float | N
             samples = _samples(w, t)
             given = task.tolerance if task.tolerance is not None else tolerance
             usual = TOLERANCE * (size if w.length else 1.0)
+            if not (isinstance(task.priority, int) and task.priority >= 0):
+                raise MechlabError(f"{w.name}: priority: expected a whole number from 0, got {task.priority!r}.")
             if not (task.weight > 0 and math.isfinite(task.weight)):
                 raise MechlabError(f"{w.name}: weight: expected a positive number, got {task.weight!r}.")
             if given is not None and not given > 0:
@@ -156,9 +158,7 @@ def goals_of(m: Mechanism, tasks: Sequence[Task], t: Array, tolerance: float | N
 
 def _samples(w: Wanted, t: Array) -> Array:
     """(n, ...) the target at the times."""
-    raw = (
-        np.array([_array(w.name, w.target(x)) for x in t.tolist()]) if callable(w.target) else _array(w.name, w.target)
-    )
+    raw = _array(w.name, [_array(w.name, w.target(x)) for x in t.tolist()] if callable(w.target) else w.target)
     n = len(t)
     if raw.shape[-2:] == (4, 4) and w.shape:
         raw = raw[..., :3, :3] if w.kind is RotationGoal else raw[..., :3, 3]
@@ -191,7 +191,7 @@ def _array(name: str, value: object) -> Array:
     try:
         out = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise MechlabError(f"{name}: expected numbers, got {value!r}.") from None
+        raise MechlabError(f"{name}: expected numbers in an array, got {' '.join(repr(value).split())[:80]}.") from None
     if not np.all(np.isfinite(out)):
         raise MechlabError(f"{name}: expected finite numbers.")
     return out

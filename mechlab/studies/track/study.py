@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,16 +20,18 @@ from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
 from mechlab.mechanism.structure import idle_freedoms
-from mechlab.studies.track.closed import Closed, usual_engine
+from mechlab.studies.track.closed import Closed, unit_near, usual_engine
 from mechlab.studies.track.follow import Follower, Pose
 from mechlab.studies.track.goals import CENTRE, CenterGoal, Goal
-from mechlab.studies.track.limits import Bound, Limits
+from mechlab.studies.track.limits import Bound, Limits, excess
 from mechlab.studies.track.result import ActiveLimit, Track, Tracked, miss_sentence, runs
 from mechlab.studies.track.tasks import Limit, RangeLimit, RateLimit, SingularityLimit
 from mechlab.tables import counted, number
 
 GAP = 1e-12
 """Largest residual of loops and gears of a pose, in sizes of the mechanism and rad."""
+KEPT = 1e-9
+"""A limit holds to this [sizes, rad, 1]."""
 APPROACH = 12
 """Steps from the start to the first targets."""
 TRIES, NUDGE = 3, 0.05
@@ -57,8 +60,7 @@ def track(
     kinematics, "pinocchio" or "numpy". Raises NoSolution where the start does not close.
     """
     began = time.process_time()
-    of_size = Closed(m, "numpy").unit
-    asked = tuple(goals(of_size))
+    asked = tuple(goals(unit_near(m.size)))
     closed = Closed(_with_centres(m, asked), engine or usual_engine())
     kept = limits_of(m, limits, closed.unit)
     poses = _poses(closed, asked, t, kept, start_pose(m, start or {}) / closed.coordinate_units, progress)
@@ -85,6 +87,8 @@ def limits_of(m: Mechanism, limits: Sequence[Limit], unit: float) -> Limits:
         if isinstance(limit, SingularityLimit):
             if limit.of not in ("closure", "drives", "targets"):
                 raise unknown("SingularityLimit: of", limit.of, ("closure", "drives", "targets"))
+            if not math.isfinite(limit.at_least):
+                raise MechlabError(f"SingularityLimit: at_least: expected a finite number, got {limit.at_least!r}.")
             distances[limit.of] = float(limit.at_least)
         elif isinstance(limit, RateLimit):
             rates |= {n: _positive(m, n, x) for n, x in limit.rates.items()}
@@ -125,12 +129,13 @@ def _with_centres(m: Mechanism, goals: Sequence[Goal]) -> Mechanism:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """A pose and what it has: errors of the goals (SI), distances from singularity, gap."""
+    """A pose and what it has: errors of the goals (SI), distances from singularity, gap, how far it is beyond a limit."""
 
     pose: Pose
     errors: tuple[float, ...]
     distances: tuple[float, ...]
     gap: float
+    excess: tuple[float, Bound | None]
 
 
 DISTANCES = ("closure", "drives", "targets")
@@ -157,7 +162,7 @@ def _poses(
             pose = follower.lead(q, begin, end, bounds)
         else:
             pose = _approach(follower, q, begin, end, bounds)
-        found = _found(closed, goals, end, pose)
+        found = _found(closed, goals, end, pose, bounds)
         if not _meets(goals, found) and met:
             found = _from_nearby(follower, q, end, bounds, found)
         out.append(found)
@@ -191,19 +196,23 @@ def _from_nearby(
             continue
         closed.set(start.q)
         pose = follower.lead(start.q, follower.values(), end, bounds)
-        trial = _found(closed, follower.goals, end, pose)
+        trial = _found(closed, follower.goals, end, pose, bounds)
         if _required_error(follower.goals, trial) < 0.9 * _required_error(follower.goals, found):
             found = trial
     return found
 
 
-def _found(closed: Closed, goals: Sequence[Goal], targets: Sequence[Array], pose: Pose) -> _Found:
+def _found(
+    closed: Closed, goals: Sequence[Goal], targets: Sequence[Array], pose: Pose, bounds: tuple[Bound, ...]
+) -> _Found:
     closed.set(pose.q)
     errors = []
     for g, target in zip(goals, targets, strict=True):
         missing = float(np.linalg.norm(g.missing(g.value(closed.plant), target)))
         errors.append(missing * (closed.unit if g.unit == "m" else 1.0))
-    return _Found(pose, tuple(errors), tuple(closed.distance(of) for of in DISTANCES), closed.gap)
+    return _Found(
+        pose, tuple(errors), tuple(closed.distance(of) for of in DISTANCES), closed.gap, excess(closed, bounds)
+    )
 
 
 def _meets(goals: Sequence[Goal], found: _Found) -> bool:
@@ -229,6 +238,7 @@ def _result(
     gap, alone = max(p.gap for p in poses), sum(x.required for x in tracked) == 1
     findings = [_target_finding(x, t, stopped, settled, alone) for x in tracked if x.required]
     findings.append(limit_finding("closure", gap, GAP, "of the size", "loops and gears are open by"))
+    findings += _limit_findings(m, poses, t, closed.unit)
     v = _rates(closed, q, t) * closed.rate_units
     q = q * closed.coordinate_units
     channels, units = basic_channels(m, q, v)
@@ -255,6 +265,23 @@ def _result(
         ~settled,
         (*notes, *_remarks(m, closed)),
     )
+
+
+def _limit_findings(m: Mechanism, poses: list[_Found], t: Array, unit: float) -> list[Finding]:
+    """The limit that is broken most, where one is: a start beyond it that no step could bring back."""
+    k = int(np.argmax([p.excess[0] for p in poses]))
+    by, bound = poses[k].excess
+    if bound is None or by <= KEPT:
+        return []
+    length = bound.kind != "singularity" and is_length(m, bound.of)
+    what = (
+        f"the distance from singularity ({bound.of})"
+        if bound.kind == "singularity"
+        else f"{bound.of}, its {bound.kind},"
+    )
+    value, dimension = by * (unit if length else 1.0), "" if bound.kind == "singularity" else " m" if length else " rad"
+    text = f"{what} is beyond its limit by {number(value)}{dimension} at {t[k]:g} s"
+    return [Finding("limits", value, KEPT, dimension.strip(), "error", text)]
 
 
 def _has(closed: Closed, of: str) -> bool:

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -137,6 +138,13 @@ def test_loads_of_the_user_and_of_the_scene_act():
     assert run.health.trusted and run["swing_force"] == pytest.approx(0.8)
 
 
+def test_a_law_of_the_scene_on_a_driven_joint_gives_way_and_that_is_told():
+    with ml.session("delta6", scene="head-tracking") as s:
+        assert not s.scene.laws and len(s.action_names) == 6
+        s.step()
+        assert "in place of computed_torque on" in s.recording().acts
+
+
 def test_observations_by_name():
     with ml.session("fourbar", observe=["C", "rocker_angle", "coupler_angle_rate"]) as s:
         assert s.observation_names == ("rocker_angle", "coupler_angle_rate", "C_x", "C_y", "C_z")
@@ -243,6 +251,22 @@ def test_a_session_beside_runs_with_laws():
             return s.observation
 
     assert np.array_equal(play(False), play(True))
+
+
+def test_sessions_and_runs_in_two_threads_do_not_see_each_other():
+    def play(_):
+        with ml.session("fourbar") as s:
+            return [s.step([1.0 + 0.01 * k])[0] for k in range(40)]
+
+    def runs(_):
+        return ml.simulate(
+            "fourbar", scene="constant-torque", duration=0.05, laws={"rocker_angle": lambda t, p: 0.01}
+        ).final()
+
+    alone = play(0), runs(0)
+    with ThreadPoolExecutor(2) as pool:
+        played, ran = pool.map(play, range(3)), pool.map(runs, range(3))
+        assert all(x == alone[0] for x in played) and all(x == alone[1] for x in ran)
 
 
 def test_no_warnings_of_the_engine_are_printed(capfd, tmp_path, monkeypatch):

@@ -22,7 +22,7 @@ from mechlab.engines.mujoco.as_is.work import WorkMeter, energy
 from mechlab.engines.mujoco.control import controlled
 from mechlab.engines.mujoco.control import engine as quiet
 from mechlab.engines.mujoco.runner import versions
-from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, advance, grid
+from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, Grid, advance, grid
 from mechlab.engines.protocol import Engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws.protocol import LawStates, applied_force
@@ -34,7 +34,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 
-FEWEST_SAMPLES, SAMPLED = 200, 0.125
+FEWEST_SAMPLES, SAMPLED = 200, 1.0 / 16.0
 """A long run records this share of its steps, so that recording costs less than stepping."""
 
 
@@ -60,24 +60,42 @@ class FileEngine(Engine):
                 f"{mechanism.name}, scene {scene.name}: the engine 'file' runs the MJCF file that a mechanism was read from, in the "
                 "scene 'as-is'; for this scene take --engine mujoco."
             )
-        file = scene.file
-        chosen = settings or file_settings(file)
-        model = run_model(file, chosen)
-        states = FileStates(file, model)
+        chosen = settings or file_settings(scene.file)
         at = None if times is None else np.asarray(times, dtype=float).tolist()
-        steps = grid(scene.duration, chosen.timestep, at, FEWEST_SAMPLES, SAMPLED)
-        with quiet():
-            begin = start(model, states, scene)
-            data = begin.data
-            meter = WorkMeter(model, data)
-            seen = _Samples(file, model, data, states, meter, scene)
-            with _laws(scene, states, data):
-                blow_up, cpu, done = advance(model, data, states, steps, seen.take, meter.step)
-        return _recording(file, scene, chosen, model, begin, seen, (blow_up, cpu, done))
+        return _run(
+            scene.file, scene, chosen, grid(scene.duration, chosen.timestep, at, FEWEST_SAMPLES, SAMPLED), metered=True
+        )
+
+    def at_times(self, mechanism: Mechanism, scene: Scene, settings: Settings, times: ArrayLike) -> Recording:
+        """A run that is recorded near the times alone, without its energy: for a comparison with another run."""
+        if scene.file is None:
+            return self.run(mechanism, scene, settings, times)
+        at = np.asarray(times, dtype=float).tolist()
+        return _run(scene.file, scene, settings, grid(scene.duration, settings.timestep, at, 1, 0.0), metered=False)
+
+
+def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered: bool) -> Recording:
+    model = run_model(file, settings)
+    states = FileStates(file, model)
+    with quiet():
+        begin = start(model, states, scene)
+        data = begin.data
+        meter = WorkMeter(model, data)
+        seen = _Samples(file, model, data, states, meter, scene)
+        with _laws(scene, states, data):
+            end = advance(model, data, states, steps, seen.take, meter.step if metered else None)
+    return _recording(file, scene, settings, model, begin, seen, end, metered)
 
 
 def _recording(
-    file: ModelFile, scene: Scene, settings: Settings, model: mujoco.MjModel, begin: Start, seen: _Samples, end: tuple
+    file: ModelFile,
+    scene: Scene,
+    settings: Settings,
+    model: mujoco.MjModel,
+    begin: Start,
+    seen: _Samples,
+    end: tuple,
+    metered: bool,
 ) -> Recording:
     mechanism = file.mechanism
     blow_up, cpu, done = end
@@ -89,7 +107,14 @@ def _recording(
     others, other_units = seen.contacts.channels()
     more, more_units = seen.actuators.channels()
     findings = health(
-        mechanism, settings, scene.duration, model, begin.data, blow_up, np.array(seen.energies), seen.contacts
+        mechanism,
+        settings,
+        scene.duration,
+        model,
+        begin.data,
+        blow_up,
+        np.array(seen.energies[: None if metered else 1]),
+        seen.contacts,
     )
     outside = start_finding(qpos[0], model)
     per_step = 4 if settings.integrator == "RK4" else 1

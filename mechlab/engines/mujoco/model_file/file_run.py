@@ -84,7 +84,7 @@ def moving_size(model: mujoco.MjModel) -> float:
     mujoco.mj_comPos(model, data)
     moves = [b for b in range(1, model.nbody) if model.body_weldid[b]]
     radius = max((float(model.geom_rbound[g]) for g in range(model.ngeom) if model.body_weldid[model.geom_bodyid[g]]), default=0.0)
-    spread = float(np.max(np.ptp(data.xipos[moves], axis=0))) if moves else 0.0
+    spread = float(np.max(np.ptp(np.vstack([data.xipos[moves], data.xanchor]), axis=0))) if moves else 0.0
     return max(min(float(model.stat.extent), spread + 2.0 * radius), 1e-9)
 
 

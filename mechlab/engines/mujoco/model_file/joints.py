@@ -14,6 +14,8 @@ from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 
 _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+SLACK = 1e-3
+"""Share of the range of a joint by which a start may lie beyond it."""
 BEYOND = 0.1
 """A servo that may command positions beyond the range of its joint by this share of the range, or more, is reported."""
 IN_DEGREES = 10.0
@@ -26,7 +28,8 @@ def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     for j in range(model.njnt):
         if model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
             value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
-            if not low - 1e-9 <= value <= high + 1e-9:
+            slack = SLACK * (high - low)
+            if not low - slack <= value <= high + slack:
                 out.append((j, f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})"))
     if not out:
         return
@@ -67,35 +70,49 @@ def _keyframe(model: mujoco.MjModel, qpos: Array) -> str:
 
 def commands(model: mujoco.MjModel) -> Iterator[Symptom]:
     """Findings "control_beyond_range" and "fast_activation" on actuators."""
-    kinds = mujoco.mjtTrn, mujoco.mjtBias
     wide, degrees, worst, cure = [], False, 0.0, ""
-    for k in range(model.nu if len(model.actuator_dyntype) == model.nu else 0):
-        j, kp = int(model.actuator_trnid[k, 0]), -float(model.actuator_biasprm[k, 1])
-        servo = model.actuator_biastype[k] == kinds[1].mjBIAS_AFFINE and kp > 0 and model.actuator_ctrllimited[k]
-        joint = model.actuator_trntype[k] in (kinds[0].mjTRN_JOINT, kinds[0].mjTRN_JOINTINPARENT)
-        if not (servo and joint and model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE):
-            continue
-        gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0]) / kp
-        if gear == 0.0 or gain == 0.0:
-            continue
+    for k, j, asked, back in _servos(model):
         low, high = model.jnt_range[j]
-        asked = np.sort(model.actuator_ctrlrange[k] * gain / gear)  # what the servo comes to rest at
         beyond = max(low - asked[0], asked[1] - high) / (high - low)
         if beyond < BEYOND:
             continue
         unit = "rad" if int(model.jnt_type[j]) == _SINGLE[0] else "m"
         wide.append(f"{name_of(model, 'ACTUATOR', k)} ({asked[0]:.4g} to {asked[1]:.4g} {unit}, joint {low:.4g} to {high:.4g})")
+        degrees |= bool(np.ptp(asked) > IN_DEGREES * (high - low))
         if beyond > worst:
-            worst, back = beyond, np.sort(np.array([low, high]) * gear / gain)
-            name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, k)
-            named = f' name="{name}"' if name else ""
-            cure = f'<position{named} ctrlrange="{back[0]:.6g} {back[1]:.6g}"/>'
-        degrees |= np.ptp(asked) > IN_DEGREES * (high - low)
+            worst, cure = beyond, f'ctrlrange="{back[0]:.6g} {back[1]:.6g}" on {name_of(model, "ACTUATOR", k)}'
     if wide:
         text = f"{listed(wide)} may be commanded beyond the range of the joint, by up to {worst:.3g} times the range"
         text += ": degrees, where the joint has radians?" if degrees else "."
         yield Symptom("control_beyond_range", "warning", text, cure, worst)
     yield from _fast_activation(model)
+
+
+def ranges_to_command(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
+    """By name of a servo, the ctrlrange that ends where the range of its joint does, for those that may be commanded beyond."""
+    out = {}
+    for k, j, asked, back in _servos(model):
+        low, high = model.jnt_range[j]
+        if max(low - asked[0], asked[1] - high) >= BEYOND * (high - low):
+            out[name_of(model, "ACTUATOR", k)] = (float(back[0]), float(back[1]))
+    return out
+
+
+def _servos(model: mujoco.MjModel) -> Iterator[tuple[int, int, Array, Array]]:
+    """(actuator, joint, positions [rad, m] that its ctrlrange commands, ctrlrange that commands the range of the joint) of every
+    position servo on a joint, both limited."""
+    joint_kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    if len(model.actuator_dyntype) != model.nu:  # actuators with several controls have no ctrlrange of their own
+        return
+    for k in range(model.nu):
+        j, kp = int(model.actuator_trnid[k, 0]), -float(model.actuator_biasprm[k, 1])
+        affine = model.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE and kp > 0 and model.actuator_ctrllimited[k]
+        if not affine or int(model.actuator_trntype[k]) not in joint_kinds:
+            continue
+        gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0]) / kp
+        if gear and gain and model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
+            # at rest: gain ctrl = gear q, where forces are kp (gain ctrl - gear q)
+            yield k, j, np.sort(model.actuator_ctrlrange[k] * gain / gear), np.sort(model.jnt_range[j] * gear / gain)
 
 
 def _fast_activation(model: mujoco.MjModel) -> Iterator[Symptom]:

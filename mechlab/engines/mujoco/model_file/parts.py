@@ -142,32 +142,16 @@ def masses(model: mujoco.MjModel) -> Iterator[Symptom]:
 
 DEEP = 1e-3
 """Overlap of two shapes, relative to the size of the model, that is deeper than a resting contact."""
-HEAVY = 10.0
-"""A contact force at the start above this many times the weight of the model is an error of the file."""
 
 
 def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Finding "contacts": moving parts that overlap in the pose qpos (nq,); the number is the contact force over the weight. An
-    error where contact works against a loop, or with more than HEAVY times the weight; a note for other contacts of loops."""
-    probe = copy.copy(model)
-    data = mujoco.MjData(probe)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(probe, data, 0)
-    data.qpos[:] = qpos
-    with engine():
-        mujoco.mj_forward(probe, data)
-    joined, force = _joined(model), np.zeros(6)
-    between: dict[tuple[int, int], tuple[float, float]] = {}
-    for k in range(data.ncon):
-        pair = sorted(int(model.geom_bodyid[g]) for g in data.contact[k].geom if g >= 0)
-        if len(pair) == 2:
-            mujoco.mj_contactForce(probe, data, k, force)
-            depth, total = between.get((pair[0], pair[1]), (0.0, 0.0))
-            between[pair[0], pair[1]] = min(depth, float(data.contact[k].dist)), total + abs(float(force[0]))
-    deep = -DEEP * model.stat.extent
-    parts = {p: x for p, x in between.items() if x[0] < deep and all(model.body_weldid[b] for b in p)}
+    error where contact works against a loop, else a warning: few models are meant to start at qpos0. A note for other contacts."""
+    between = _touching(model, qpos)
+    parts = {p: x for p, x in between.items() if _deep(model, p, x[0])}
     if parts:
         overlaps = [f"{name_of(model, 'BODY', a)} and {name_of(model, 'BODY', b)} by {-x[0]:.3g} m" for (a, b), x in parts.items()]
+        joined = _joined(model)
         loop = any(p in joined for p in parts)
         weight = float(model.body_mass.sum() * (np.linalg.norm(model.opt.gravity) or 9.81))
         heavy = max(f for _, f in parts.values()) / max(weight, 1e-300)
@@ -175,10 +159,42 @@ def contacts(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
             f"at the start the shapes of {listed(overlaps)} overlap: contact pushes them apart"
             f"{', against the loop that joins them' if loop else ''}, with {heavy:.2g} times the weight of the model."
         )
-        yield Symptom("contacts", "error" if loop or heavy > HEAVY else "warning", text, exclude(model, list(parts)), heavy)
+        yield Symptom("contacts", "error" if loop else "warning", text, exclude(model, list(parts)), heavy)
     elif active(model) and between:
         text = f"{len(between)} pairs of shapes touch at the start; contacts are soft, like everything in MuJoCo but more so."
         yield Symptom("contacts", "note", text, number=len(between))
+
+
+def _deep(model: mujoco.MjModel, pair: tuple[int, int], distance: float) -> bool:
+    return bool(distance < -DEEP * model.stat.extent) and all(model.body_weldid[b] for b in pair)
+
+
+def overlapping(model: mujoco.MjModel) -> list[tuple[str, str]]:
+    """Names of the pairs of moving bodies that overlap at the start; those without a name are left out."""
+    qpos = np.array(model.key_qpos[0] if model.nkey else model.qpos0)
+    pairs = [p for p, x in _touching(model, qpos).items() if _deep(model, p, x[0])]
+    names = [tuple(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, b) for b in p) for p in pairs]
+    return [(str(a), str(b)) for a, b in names if a and b]
+
+
+def _touching(model: mujoco.MjModel, qpos: Array) -> dict[tuple[int, int], tuple[float, float]]:
+    """Pairs of bodies in contact -> (largest depth as a negative distance [m], sum of the normal forces [N])."""
+    probe = copy.copy(model)
+    data = mujoco.MjData(probe)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(probe, data, 0)
+    data.qpos[:] = qpos
+    with engine():
+        mujoco.mj_forward(probe, data)
+    force = np.zeros(6)
+    between: dict[tuple[int, int], tuple[float, float]] = {}
+    for k in range(data.ncon):
+        pair = sorted(int(model.geom_bodyid[g]) for g in data.contact[k].geom if g >= 0)
+        if len(pair) == 2:
+            mujoco.mj_contactForce(probe, data, k, force)
+            depth, total = between.get((pair[0], pair[1]), (0.0, 0.0))
+            between[pair[0], pair[1]] = min(depth, float(data.contact[k].dist)), total + abs(float(force[0]))
+    return between
 
 
 def exclude(model: mujoco.MjModel, pairs: list[tuple[int, int]]) -> str:

@@ -32,9 +32,9 @@ def read_actuators(tree: CompiledTree, tendons: Tendons) -> tuple[list[Drive], d
     drives: list[Drive] = []
     of: dict[str, str] = {}
     if switched_off(model, DISABLE.mjDSBL_ACTUATION) and model.nu:
-        tree.remarks.notes.append("the file switches its actuators off; here they are drives that wait for a law.")
+        tree.remarks.notes.append("the file switches its actuators off; here they are drives and act.")
     bounds = _joint_bounds(tree, tendons)
-    pushing, uneven = [], []
+    pushing, uneven, disabled = [], [], []
     for k in range(len(model.actuator_trntype)):
         label = key(model, OBJECT.mjOBJ_ACTUATOR, k)
         on = _target(tree, tendons, k)
@@ -52,10 +52,14 @@ def read_actuators(tree: CompiledTree, tendons: Tendons) -> tuple[list[Drive], d
             continue
         drive = drive_of(name, on[0], replace(found, force_range=forces), on[1])
         drives.append(drive)
+        group = int(model.actuator_group[k])
+        if 0 <= group < 31 and model.opt.disableactuator >> group & 1:
+            disabled.append(label)
         if found.pushes:
             pushing.append(label)
         if (drive.stiffness or drive.damping) and drive.control and drive.control.force_range:
             uneven.append(label)
+    _note(tree.remarks, disabled, "the file switches off by their group, and that are drives here")
     _note(tree.remarks, pushing, "push at the control 0; as drives they rest there")
     _note(
         tree.remarks,

@@ -152,15 +152,13 @@ def _straight(
     model, label = tree.model, key(tree.model, OBJECT.mjOBJ_TENDON, k)
     a, b = ends
     out.straight[k] = (a, b)
-    if of.range:
-        tree.remarks.lose("tendon range", label, "a spring has no stops")
     if of.armature or of.friction:
         tree.remarks.lose("tendon inertia and friction", label, "a spring between two points has none")
     stiffness = of.stiffness
     if stiffness and of.rest[0] != of.rest[1]:
         tree.remarks.lose("tendon spring", label, "it has a dead band")
         stiffness = 0.0
-    if stiffness or of.damping:
+    if stiffness or of.damping or of.range:
         name = names.add(given_name(model, OBJECT.mjOBJ_TENDON, k), f"tendon_{k + 1}")
         rest = of.rest[0] if stiffness else 0.0
-        out.springs[k] = Spring(name, a[0], b[0], a[1].position, b[1].position, stiffness, of.damping, rest)
+        out.springs[k] = Spring(name, a[0], b[0], a[1].position, b[1].position, stiffness, of.damping, rest, of.range)

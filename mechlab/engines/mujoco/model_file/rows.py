@@ -72,6 +72,11 @@ def drags(model: mujoco.MjModel, k: int) -> bool:
     return any(model.body_mocapid[model.body_rootid[b]] >= 0 for b in _bodies(model, k))
 
 
+def mocap_bodies(model: mujoco.MjModel) -> set[str]:
+    """Names of the bodies that a program moves."""
+    return {name_of(model, "BODY", b) for b in range(1, model.nbody) if model.body_mocapid[b] >= 0}
+
+
 def _bodies(model: mujoco.MjModel, k: int) -> list[int]:
     """The bodies that a connect or weld ties; none for other equalities."""
     if int(model.eq_type[k]) not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):

@@ -24,8 +24,12 @@ MOST_CELLS = 100
 
 
 def is_shown(model: mujoco.MjModel, k: int) -> bool:
-    """Whether MuJoCo's viewers show a geom: its group is shown and it is not transparent."""
-    return int(model.geom_group[k]) < SHOWN_GROUPS and geom_color(model, k)[3] > 0.0
+    """Whether a geom is drawn: MuJoCo's viewers show its group, or no other geom of its body (a skin may stand for it there); and it
+    is not transparent."""
+    if geom_color(model, k)[3] <= 0.0:
+        return False
+    mates = model.geom_bodyid == model.geom_bodyid[k]
+    return int(model.geom_group[k]) < SHOWN_GROUPS or not np.any(model.geom_group[mates] < SHOWN_GROUPS)
 
 
 def geom_color(model: mujoco.MjModel, k: int) -> Color:

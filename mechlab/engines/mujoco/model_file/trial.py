@@ -95,7 +95,7 @@ class TrialRun:
             return False
         if self.touched:
             return self.gap <= SLIGHT * self.size
-        return max(self.error, self.own) <= DOUBTFUL * self.moved
+        return self.moved >= STILL * self.size and max(self.error, self.own) <= DOUBTFUL * self.moved
 
     @property
     def wild(self) -> bool:
@@ -164,7 +164,7 @@ def _symptoms(t: TrialRun) -> Iterator[Symptom]:
     wrong, doubtful = (WRONG, DOUBTFUL) if t.looped else (COARSE, ROUGH)
     if not t.convincing:
         if t.share > doubtful:
-            yield Symptom(name, "warning", f"{text}: chaos; neither run can be trusted to that.", number=t.error)
+            yield Symptom(name, "warning", f"{text}: something in it is not smooth, or chaotic; no run is known to that.", number=t.error)
     elif t.share > doubtful:
         severity = "error" if t.share > wrong and not t.pushed else "warning"
         yield Symptom(name, severity, f"{text}.", "" if t.looped else cure, number=t.error)
