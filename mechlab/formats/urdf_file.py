@@ -22,6 +22,7 @@ from mechlab.formats.urdf_assemble import StaysOpen, assemble
 from mechlab.formats.urdf_fillers import without_fillers
 from mechlab.formats.urdf_left_out import left_out, suspected
 from mechlab.formats.urdf_loops import Closure, closing_frames, declared, in_parent, point_loop
+from mechlab.formats.urdf_meshes import read_surfaces
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
 from mechlab.formats.urdf_sidecar import whole_from_sidecar
 from mechlab.formats.urdf_source import UrdfText, listed, number_of
@@ -47,6 +48,7 @@ def read_urdf(path: Path, content: str) -> ModelFile:
     if whole is not None:
         mechanism, note = whole
         return ModelFile(path, "URDF", mechanism, left_out(text), (note,) if note else ())
+    text.surfaces, text.unread = read_surfaces(text.root, path.parent)
     found, notes = _companions(path, text)
     try:
         mechanism, left, more = _built(text, found)

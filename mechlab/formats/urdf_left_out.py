@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterator
 
 from mechlab.experiment.model_file import LeftOut
+from mechlab.formats.urdf_meshes import key_of
 from mechlab.formats.urdf_read import UNLIMITED
 from mechlab.formats.urdf_source import UrdfText, number_of
 
@@ -42,18 +43,20 @@ def _elements(text: UrdfText) -> Iterator[tuple[str, str, str]]:
             name = element.get("name") or element.get("reference") or f"number {k + 1}"
             yield tag, name, WHY.get(tag, "mechlab does not read this tag")
     for name, link in text.links.items():
-        yield from _of_link(name, link)
+        yield from _of_link(text, name, link)
     for name, joint in text.joints.items():
         yield from _of_joint(name, joint)
 
 
-def _of_link(name: str, link: ET.Element) -> Iterator[tuple[str, str, str]]:
+def _of_link(text: UrdfText, name: str, link: ET.Element) -> Iterator[tuple[str, str, str]]:
     for part in link:
         solid = None if (geometry := part.find("geometry")) is None else next(iter(geometry), None)
         if part.tag == "collision":
             yield "collision", name, "contacts between parts are not modelled"
         elif part.tag == "visual" and solid is not None and solid.tag == "mesh":
-            yield "mesh", solid.get("filename", name), "shapes are made from sizes; the part is drawn as lines"
+            if key_of(solid) not in text.surfaces:
+                file = solid.get("filename", name)
+                yield "mesh", file, text.unread.get(file, "a text has no folder to find it in") + "; the part is drawn as lines"
         elif part.tag == "visual" and solid is not None and solid.tag not in ("box", "cylinder", "sphere"):
             yield f"visual {plain(solid.tag)}", name, "mechlab draws boxes, cylinders and spheres"
         elif part.tag == "visual" and solid is not None and _is_void(solid):

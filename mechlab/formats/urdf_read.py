@@ -1,13 +1,14 @@
 """The bodies, frames and mimics of a parsed URDF; `mechlab.formats.urdf_file` makes a Mechanism of them and closes its loops.
 
 The root link is the ground: its mass does not matter. Fixed links without shapes, children and mass become frames.
-Meshes are left out: a Mechanism's shapes are made from parameters. The physical value of a joint is that in the URDF.
+Meshes are those that `urdf_meshes` found. The physical value of a joint is that in the URDF.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf.source import fail
 from mechlab.formats.urdf import MASSLESS
+from mechlab.formats.urdf_meshes import Surfaces, key_of
 from mechlab.formats.urdf_source import KINDS, UrdfText, listed, number_of, origin_of
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
@@ -40,7 +42,8 @@ def bodies_of(text: UrdfText, swaps: Mapping[str, str]) -> list[Body]:
         own, placement = _motion(text, joint, swaps.get(name, ""), zeros[name])
         parent = text.bodies[text.parent[name]]
         element = text.links[link]
-        bodies.append(Body(text.bodies[link], parent, placement, own, _inertia(element, raised), tuple(_shapes(element, colors))))
+        shapes = tuple(_shapes(element, colors, text.surfaces))
+        bodies.append(Body(text.bodies[link], parent, placement, own, _inertia(element, raised), shapes))
     if raised:
         words = "no body has moments of inertia as written (negative, or above the sum of the two others); they were raised"
         text.notes.append(f"{words}: {listed(raised)}")
@@ -54,7 +57,7 @@ def frames_of(text: UrdfText) -> tuple[Frame, ...]:
 
 def ground_shapes_of(text: UrdfText) -> tuple[Shape, ...]:
     """The shapes of the root link."""
-    return tuple(_shapes(text.links[text.ground], _colors(text)))
+    return tuple(_shapes(text.links[text.ground], _colors(text), text.surfaces))
 
 
 def relations_of(text: UrdfText, swaps: Mapping[str, str]) -> tuple[LinearRelation, ...]:
@@ -172,7 +175,7 @@ def _possible(t: Tensor, mass: float, error: MechlabError) -> Tensor:
     return (float(out[0, 0]), float(out[1, 1]), float(out[2, 2]), float(out[0, 1]), float(out[0, 2]), float(out[1, 2]))
 
 
-def _shapes(link: ET.Element, colors: dict[str, Color]) -> list[Shape]:
+def _shapes(link: ET.Element, colors: dict[str, Color], surfaces: Surfaces) -> list[Shape]:
     out = []
     for visual in link.findall("visual"):
         geometry, material = visual.find("geometry"), visual.find("material")
@@ -185,6 +188,8 @@ def _shapes(link: ET.Element, colors: dict[str, Color]) -> list[Shape]:
                 size = dict(zip("xyz", floats(solid, "size", 3) or (0.0, 0.0, 0.0), strict=True))
             elif solid.tag in ("cylinder", "sphere"):
                 size = {k: number_of(solid, k, 0.0) for k in ("radius", "length") if k in solid.attrib}
+            if solid.tag == "mesh" and key_of(solid) in surfaces:
+                out.append(replace(surfaces[key_of(solid)], placement=origin_of(visual), color=color or Shape.color))
             if size and min(size.values()) > 0.0:
                 out.append(Shape(solid.tag, tuple(sorted(size.items())), origin_of(visual), color or Shape.color))
     return out

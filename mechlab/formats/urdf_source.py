@@ -13,6 +13,7 @@ import xml.etree.ElementTree as ET
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.mjcf.source import Names, fail
 from mechlab.formats.soundness import sound
+from mechlab.formats.urdf_meshes import Surfaces
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.naming import colliding_frame
@@ -34,7 +35,8 @@ class UrdfText:
     """A parsed URDF text.
 
     `above`: link -> the joint that it hangs on; `closing`: the joints that close a loop; `ground`: the root link;
-    `bodies`, `joint_names`: the names in the file -> those in the Mechanism; `bare`: the links that become frames.
+    `bodies`, `joint_names`: the names in the file -> those in the Mechanism; `bare`: the links that become frames;
+    `surfaces`, `unread`: the meshes that were read from the files beside it, and why others were not (`urdf_meshes`).
     Raises MechlabError for what spans no tree.
     """
 
@@ -57,6 +59,8 @@ class UrdfText:
         self.mass = sum(mass_of(link) for link in self.links.values())
         self.children = {self.parent[j.get("name", "")] for j in self.above.values()}
         self.notes: list[str] = []
+        self.surfaces: Surfaces = {}
+        self.unread: dict[str, str] = {}
         self._rename()
 
     # -- the tree ----------------------------------------------------------------------------------------------------

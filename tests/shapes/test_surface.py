@@ -15,7 +15,10 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.shapes.mesh_file import found_file, surface_of_file
 from mechlab.shapes.surface import MOST_FACES, coarser, surface_mesh, surface_text
 
-TETRAHEDRON = (np.array([[0, 0, 0], [0.5, 0, 0], [0, 0.25, 0], [0, 0, 0.125]]), [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+TETRAHEDRON = (
+    np.array([[0, 0, 0], [0.5, 0, 0], [0, 0.25, 0], [0, 0, 0.125]]),
+    [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+)
 
 
 def ball(rings: int, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -74,7 +77,13 @@ def test_mesh_files_are_read_with_their_scale(tmp_path: Path) -> None:
         mirrored = surface_mesh(surface_of_file(tmp_path / f"part.{suffix}", (-1.0, 1.0, 1.0)))
         assert shapes.volume(mirrored) > 0.0  # its faces still look outwards
     (tmp_path / "broken.stl").write_bytes(b"solid nothing")
-    for name, words in (("broken.stl", "broken.stl"), ("none.stl", "there is no file"), ("part.step", "meshes are read from")):
+    (tmp_path / "pointer.stl").write_bytes(b"version https://git-lfs.github.com/spec/v1\nsize 3\n")
+    for name, words in (
+        ("pointer.stl", "Git LFS"),
+        ("broken.stl", "broken.stl"),
+        ("none.stl", "there is no file"),
+        ("part.step", "meshes are read from"),
+    ):
         with pytest.raises(MechlabError, match=words):
             surface_of_file(tmp_path / name)
 
@@ -85,7 +94,12 @@ def test_mesh_files_are_found_where_a_model_file_names_them(tmp_path: Path) -> N
     (tmp_path / "robot" / "meshes").mkdir()
     file = tmp_path / "robot" / "meshes" / "arm.stl"
     file.write_bytes(b"")
-    for name in ("../meshes/arm.stl", "package://robot/meshes/arm.stl", f"file://{file}"):
+    for name in (
+        "../meshes/arm.stl",
+        "package://robot/meshes/arm.stl",
+        "package:///robot/meshes/arm.stl",
+        f"file://{file}",
+    ):
         found = found_file(name, folder)
         assert found is not None and found.samefile(file)
     assert found_file("package://other/meshes/leg.stl", folder) is None
@@ -108,4 +122,6 @@ def test_a_mechanism_with_a_surface_is_written_and_read_again(tmp_path: Path) ->
     assert '"data"' not in to_json(made)
     ml.load(whole).save(tmp_path)
     trimesh = pytest.importorskip("trimesh")
-    assert trimesh.load_mesh(tmp_path / "meshes" / "mesh_arm.obj").volume == pytest.approx(0.5 * 0.25 * 0.125 / 6.0, rel=1e-6)
+    assert trimesh.load_mesh(tmp_path / "meshes" / "mesh_arm.obj").volume == pytest.approx(
+        0.5 * 0.25 * 0.125 / 6.0, rel=1e-6
+    )

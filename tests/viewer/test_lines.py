@@ -74,7 +74,8 @@ def test_a_single_body_in_a_point_is_seen() -> None:
 @pytest.mark.browser
 def test_the_page_of_a_robot_without_visuals_is_not_empty(look: Callable[..., Any], tmp_path: Path) -> None:
     (tmp_path / "robot.urdf").write_text(ROBOT)
-    made = ml.load(tmp_path / "robot.urdf").mechanism()
+    with pytest.warns(UserWarning, match="effort or velocity"):  # a URDF needs these limits, a mechanism does not hold them
+        made = ml.load(tmp_path / "robot.urdf").mechanism()
     page = look(write_page(mechanism_story(made), tmp_path / "page.html").as_uri())
     clip = page.locator("canvas").first.bounding_box()
     pixels = np.asarray(Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB")).astype(int)

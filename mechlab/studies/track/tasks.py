@@ -25,7 +25,7 @@ class FrameTask:
 
     target: position (3,) or (n, 3) [m], pose (4, 4) or (n, 4, 4), with part="rotation" a rotation (3, 3) or (n, 3, 3), frame
     axes to world; or a function of time that gives one of them. axes: coordinates of the position that count, such as "xz";
-    the target may then hold these alone, (n, 2). weight: against tasks of the same priority; a distance counts in sizes of
+    the target may then hold these alone, (n, 2). weight (squared): against tasks of the same priority; a distance counts in sizes of
     the mechanism, an angle in rad. tolerance [m, rad]: largest error that counts as met; None: that of the call.
     """
 
