@@ -17,6 +17,7 @@ from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import CHECKS, Mechanism
 from mechlab.mechanism.naming import refuse_collisions
 from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, Body, Drive
+from mechlab.mechanism.relation_locks import refuse_locks
 from mechlab.mechanism.tilt import refuse_tilts
 from mechlab.mechanism.tree import too_many_bodies
 
@@ -40,7 +41,7 @@ def validate(m: Mechanism, closed: bool = True) -> None:
     refuse_tilts(m.name, m.bodies, m.loops)
     _linear(m)
     _masses(m)
-    _relations_consistent(m)
+    refuse_locks(m.name, m.relations)
     _size(m)
     refuse_collisions(m)
     if closed:
@@ -278,42 +279,6 @@ def _size(m: Mechanism) -> None:
             f"{m.name}: its size is {m.size:.3g} m; mechlab computes with mechanisms from {SMALLEST:g} m to {LARGEST:g} m. "
             "Are the lengths in metres?"
         )
-
-
-def _relations_consistent(m: Mechanism) -> None:
-    """Relations may repeat each other exactly, but must not lock a joint (exact fractions, reduced row echelon form).
-
-    Homogeneous rows never contradict each other at rest. Meshes whose redundancy is inconsistent (one tooth count of a
-    planet mistyped) are found because they force the coordinate of a joint to stay zero.
-    """
-    columns = sorted({n for r in m.relations for n, _ in r.coefficients})
-    reduced: list[tuple[set[str], int, list[Fraction]]] = []
-    for relation in m.relations:
-        given = dict(relation.coefficients)
-        row = [given.get(n, Fraction(0)) for n in columns]
-        sources = {relation.name}
-        for used, pivot, other in reduced:
-            if row[pivot]:
-                factor = row[pivot] / other[pivot]
-                row = [a - factor * b if b else a for a, b in zip(row, other, strict=True)]
-                sources |= used
-        pivots = [k for k, x in enumerate(row) if x]
-        if not pivots:
-            continue
-        pivot = pivots[0]
-        for i, (used, p, other) in enumerate(reduced):
-            if other[pivot]:
-                factor = other[pivot] / row[pivot]
-                reduced[i] = (used | sources, p, [a - factor * b if b else a for a, b in zip(other, row, strict=True)])
-        reduced.append((sources, pivot, row))
-        for used, _, other in reduced:
-            if sum(1 for x in other if x) == 1 and len(given) > 1:
-                joint = columns[next(k for k, x in enumerate(other) if x)]
-                meshes = ", ".join(repr(n) for n in sorted(used))
-                raise MechlabError(
-                    f"{m.name}: the relations {meshes} together lock joint {joint!r}: their ratios are inconsistent. "
-                    "Check the tooth counts of these meshes (ring = sun + 2 planet for a simple planetary stage)."
-                )
 
 
 def _closed(m: Mechanism) -> None:

@@ -46,7 +46,8 @@ class ClosedPath:
         freedoms = structure(mechanism).freedoms
         if freedoms != 1:
             raise MechlabError(
-                f"{mechanism.name}: it has {freedoms} degrees of freedom; one_freedom and cycle need exactly 1."
+                f"{mechanism.name}: it has {freedoms} degrees of freedom; one_freedom and cycle need exactly 1. "
+                "Several joints are led at once by `mechlab track`, or by given values in `mechlab sweep`."
             )
         self.mechanism, self.coordinate = mechanism, coordinate
         self.row = mechanism.row(coordinate)

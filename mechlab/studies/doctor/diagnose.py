@@ -45,7 +45,7 @@ def diagnose(case: ExaminedFile) -> Diagnosis:
         start = start_pose(model)
         seen = tried(skipped, "freedoms and redundant rows", lambda: engine_structure(model, start, float(model.stat.extent)))
         if seen is not None:
-            findings += _structure(seen, case.mechanism, own, model, case.file is not None and not case.file.lost)
+            findings += _structure(seen, case.mechanism, own, model, _same_rows(case))
             skipped += [seen.skipped] if seen.skipped else []
         findings += parts.masses(model)
         if case.kind != "URDF":  # a URDF has no start pose, no integrator and no softness
@@ -63,6 +63,14 @@ def diagnose(case: ExaminedFile) -> Diagnosis:
         own.idle if own and own.idle else spinning, counted.redundant if counted else (), gap, order, paste, tuple(notes), versions(),
         None if model is None else model.nbody - 1, _loops(case), case.file, tuple(skipped), trial,
     )  # fmt: skip
+
+
+def _same_rows(case: ExaminedFile) -> bool:
+    """Whether MuJoCo's model and the mechanism have the same constraints: MuJoCo reads the tree of a URDF alone."""
+    m = case.mechanism
+    if m is None or case.file is None or case.file.lost:
+        return False
+    return case.kind != "URDF" or not (m.loops or m.relations)
 
 
 def _loops(case: ExaminedFile) -> int | None:
@@ -119,7 +127,7 @@ def _engine(model: Model, start: Any, trial: TrialRun | None, skipped: list[str]
 
 
 def _structure(
-    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: Model, whole: bool
+    seen: EngineStructure, mechanism: Mechanism | None, own: Structure | None, model: Model, same: bool
 ) -> Iterator[Symptom]:
     """Findings "gap", "nearly_redundant", "locked", "spins", "singular_reference", "freedoms_differ"."""
     size = max(float(model.stat.extent), 1e-9)
@@ -163,7 +171,7 @@ def _structure(
         )
         yield Symptom("singular_reference", "warning", text)
     if (
-        whole
+        same
         and mechanism is not None
         and own is not None
         and mechanism.nv == seen.nv
