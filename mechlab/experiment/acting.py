@@ -127,9 +127,9 @@ def what_acts(mechanism: Mechanism, scene: Scene) -> str:
     names = {law.drive for law in held}
     waiting = [d for d in mechanism.drives if d.name not in names]
     for law in others:
-        taken = [d for d in waiting if d.on in law.targets()] if scene.drives == "hold" else []
+        taken = [d for d in waiting if d.on in law.targets()]
         waiting = [d for d in waiting if d not in taken]
-        replaced = sum(drive_law(mechanism, d) is not None for d in taken)
+        replaced = sum(drive_law(mechanism, d) is not None for d in taken) if scene.drives == "hold" else 0
         words = ("", " in place of its drive", " in place of their drives")[min(replaced, 2)]
         parts.append(law_text(mechanism, [law]) + words)
     return "; ".join([*parts, *_idle(mechanism, waiting)])

@@ -164,3 +164,34 @@ def test_drive_it(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     done = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(pushed.t))])
     # the trapezoidal rule over samples of 1 ms
     np.testing.assert_allclose(momentum, done, atol=1e-4)
+
+
+def test_your_robots_file(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
+    names, outputs = ran["5_your_robots_file"]
+    # where two circles meet, as in the first lesson, in the angles of the file: 1, -0.6 and 1.6 rad are in its origins
+    B, D = 0.1 * np.exp(1j * 1.5), 0.3 + 0.0j
+    d = abs(B - D)
+    foot = (0.25**2 - 0.3**2 + d**2) / (2 * d)
+    C = D + (B - D) / d * (foot - 1j * math.sqrt(0.25**2 - foot**2))
+    for engine in ("pinocchio", "mujoco"):
+        assert names["answers"][engine]["rocker_joint"] == pytest.approx(np.angle(C - D) - 1.6, abs=1e-9)
+    # the zero pose of the file, by its three angles: how far the pin is open
+    ends = 0.1 * np.exp(1j) + 0.3 * np.exp(0.4j), 0.3 + 0.25 * np.exp(1.6j)
+    opened = abs(((ends[0] - ends[1]) * np.exp(-0.4j)).imag)  # along y of the coupler, in whose axes its frame stands
+    assert opened == pytest.approx(float(re.search(r"zero pose by ([\d.]+)", words(outputs[1])).group(1)), rel=1e-2)  # type: ignore[union-attr]
+    assert "freedoms: 3" in words(outputs[0]) and "freedoms: 1" in words(outputs[1])
+    # work of the motor = energy gained, from the recorded angles, rates and torque; rods as in the URDF, weight along the axes
+    run = names["run"]
+    assert run.health.trusted
+    a, c, r = (run.channel(f"{n}_joint") + z for n, z in (("crank", 1.0), ("coupler", -0.6), ("rocker", 1.6)))
+    va, vc, vr = (run.channel(f"{n}_joint_rate") for n in ("crank", "coupler", "rocker"))
+    spin, speed = va + vc, 1j * va * 0.1 * np.exp(1j * a) + 1j * (va + vc) * 0.15 * np.exp(1j * (a + c))
+    kinetic = 0.5 * (
+        0.1 * 0.1**2 / 3 * va**2 + 0.3 * (0.3**2 / 12 * spin**2 + np.abs(speed) ** 2) + 0.25 * 0.25**2 / 3 * vr**2
+    )
+    stretch = np.abs(0.3 + 0.1 * np.exp(1j * r) - (0.3 - 0.1j)) - 0.1
+    torque = 0.5 * (1.0 - va / (2.0 * math.pi))
+    power = torque * va
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(run.t))])
+    energy = kinetic + 0.5 * 200.0 * stretch**2
+    assert np.ptp(energy - work) < 1e-3 * np.ptp(energy)  # trapezoidal rule between samples, inertias with six digits

@@ -185,7 +185,7 @@ def examine(model: ModelPath, licences: Mapping[str, str], time_limit: float) ->
             model.name, model.top.resolve().name, kind, verdict="refused", findings=(finding,), seconds=round(found["cpu_s"], 2),
             licence=licence,
         )  # fmt: skip
-    lost = tuple(_lost(x) for x in found["left_out"] if not x["kept"])
+    lost = tuple(x.partition(" (")[0] for x in found["lost"])
     return AuditRow(
         model.name, model.top.resolve().name, kind, found["bodies"], found["freedoms"], found["loops"],
         {"whole": "whole", "lost": "in part"}.get(found["mechanism"], "not"), lost, found["verdict"],
@@ -197,10 +197,6 @@ def examine(model: ModelPath, licences: Mapping[str, str], time_limit: float) ->
 def _failed(model: ModelPath, kind: str, licence: str, why: str, seconds: float) -> AuditRow:
     finding = ("error", "not_examined", f"{why}.")
     return AuditRow(model.name, model.top.resolve().name, kind, findings=(finding,), seconds=seconds, licence=licence)
-
-
-def _lost(item: Mapping[str, Any]) -> str:
-    return f"{len(item['names'])} x {item['what']}"
 
 
 _FOLDERS = re.compile(r"(?<![\w<./])(?:/[\w.+@-]+)+/")

@@ -96,7 +96,7 @@ def _row(r: AuditRow) -> str:
     grave = f"<b>{escape(_words(name))}</b> {escape(said)}" if severity else '<span class="quiet">none</span>'
     reads = r.read + (f'<small>without {escape(", ".join(r.lost[:3]))}{_rest(len(r.lost) - 3)}</small>' if r.lost else "")
     cells = (
-        ("Model", short.lower(), f"<b>{escape(_title(short))}</b><small>{escape(short)}</small>"
+        ("Model", short.lower(), f'<b title="{escape(r.name)}">{escape(_title(short))}</b><small>{escape(short.rpartition("/")[2])}</small>'
                                  f"<small>{escape(r.collection)} \u00b7 {escape(r.licence or 'licence not found')}</small>"),
         ("Kind", r.kind, r.kind),
         ("Bodies", r.bodies, _count(r.bodies)),
@@ -129,6 +129,7 @@ def _more(r: AuditRow) -> str:
         for severity, name, sentence in r.findings
     )
     items += "".join(f"<li><b>not examined</b> {escape(x)}</li>" for x in r.not_examined)
+    items += f'<li class="note">{escape(r.name)}</li>'
     grave = sum(f[0] != "note" for f in r.findings)
     return f"<details><summary>{grave} to act on, {len(r.findings) - grave} notes</summary><ul>{items}</ul></details>"
 
@@ -185,7 +186,7 @@ table{width:100%;border-collapse:collapse;background:var(--paper);border:1px sol
 th{position:sticky;top:0;background:var(--paper);text-align:left;border-bottom:2px solid var(--line);padding:0}
 th button{font:inherit;font-weight:600;color:inherit;background:none;border:0;padding:10px 12px;cursor:pointer;width:100%;text-align:left;
 white-space:nowrap}th[aria-sort=ascending] button:after{content:" \\2191"}th[aria-sort=descending] button:after{content:" \\2193"}
-td{padding:10px 12px;border-top:1px solid var(--line);vertical-align:top}td:nth-child(1){width:24%}td:nth-child(8){width:38%}
+td{padding:10px 12px;border-top:1px solid var(--line);vertical-align:top}td:nth-child(1){min-width:190px}td:nth-child(8){width:38%}
 td:nth-child(3),td:nth-child(4),td:nth-child(5),td:nth-child(9){text-align:right;font-variant-numeric:tabular-nums}
 .tag{white-space:nowrap;font-weight:600}details{margin-top:4px}summary{cursor:pointer;color:var(--soft);font-size:13px}
 ul{margin:6px 0 0;padding-left:18px;font-size:13px;overflow-wrap:anywhere}li{margin-bottom:4px}li.error>b{color:var(--bad)}

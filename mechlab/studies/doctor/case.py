@@ -14,7 +14,7 @@ from mechlab.engines.mujoco.model import Model, to_mujoco
 from mechlab.engines.mujoco.model_file.trace import compile_file, compile_text
 from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.errors import MechlabError
-from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.model_file import LeftOut, ModelFile
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.model_text import read_text, refuse_far_files
@@ -79,6 +79,11 @@ class Diagnosis(Shown):
             return "do not trust"
         return "to be known" if any(f.severity == "warning" for f in self.findings) else "healthy"
 
+    @property
+    def lost(self) -> tuple[LeftOut, ...]:
+        """What acts on the motion without contacts and is not in the mechanism that mechlab reads of the file."""
+        return () if self.file is None else tuple(x for x in self.file.lost if x.what not in LOOKS)
+
     def finding(self, name: str) -> Symptom:
         """The first finding of that name; raises KeyError."""
         for f in self.findings:
@@ -94,12 +99,15 @@ class Diagnosis(Shown):
             "findings": [f.to_dict() for f in self.findings], "paste": self.paste, "notes": list(self.notes),
             "versions": dict(self.versions), "message": self.message, "verdict": self.verdict, "bodies": self.bodies,
             "loops": self.loops, "not_examined": list(self.not_examined), "run": None if self.run is None else self.run.to_dict(),
-            "mechanism": None if self.file is None else "lost" if self.file.lost else "whole",
+            "mechanism": None if self.file is None else "lost" if self.lost else "whole", "lost": [x.sentence for x in self.lost],
             "left_out": [] if self.file is None else [x.to_dict() for x in self.file.left_out],
         }  # fmt: skip
 
 
-MOST_COORDINATES = MAX_BODIES
+MOST_COORDINATES = 2 * MAX_BODIES
+"""A flag of 513 coordinates takes 5 s; the work grows with the cube."""
+LOOKS = ("mesh", "collision", "gazebo", "transmission", "material", "sensor", "limit of effort or velocity")
+"""What is left out of a URDF that does not act on a motion without contacts: looks, and settings of programs and motors."""
 ROOTS = {".xml": ("mujoco", "MJCF"), ".urdf": ("robot", "URDF")}
 
 

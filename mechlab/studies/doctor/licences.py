@@ -15,6 +15,7 @@ _NAMES = (
     (r"gnu general public license.{0,80}version 3", "GPL-3.0"),
     (r"gnu general public license.{0,80}version 2", "GPL-2.0"),
     (r"mozilla public license,?\s+version 2\.0", "MPL-2.0"),
+    (r"attribution-noncommercial-noderiv|by-nc-nd", "CC BY-NC-ND"),
     (r"attribution-noncommercial", "CC BY-NC"),
     (r"attribution-sharealike 4\.0|cc[ -]by-sa[ -]4\.0", "CC BY-SA 4.0"),
     (r"attribution 4\.0|cc[ -]by[ -]4\.0", "CC BY 4.0"),
@@ -31,8 +32,8 @@ READ = 20_000
 def recognised(text: str) -> str:
     """The short name of the first licence that a text names, "" for none."""
     lower = " ".join(text[:READ].lower().split())
-    found = [(match.start(), name) for pattern, name in _NAMES if (match := re.search(pattern, lower))]
-    return min(found)[1] if found else ""
+    found = [(match.start(), k, name) for k, (pattern, name) in enumerate(_NAMES) if (match := re.search(pattern, lower))]
+    return min(found)[2] if found else ""
 
 
 def licence_of(path: Path, top: Path, name: str, known: Mapping[str, str]) -> str:
