@@ -26,7 +26,7 @@ Whole = Annotated[int, 0]
 """A whole number of at least 0."""
 Count = Annotated[int, 1]
 """A whole number of at least 1."""
-Engine = Literal["mujoco", "pinocchio", "hybrid", "one_freedom", "analytic"]
+Engine = Literal["mujoco", "file", "pinocchio", "hybrid", "one_freedom", "analytic"]
 Task = Literal["planetary", "gear_linkage", "closed_differential"]
 File = str | Path
 Progress = Callable[[int, int], None]
