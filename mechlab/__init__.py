@@ -82,6 +82,7 @@ if TYPE_CHECKING:
         TableLaw,
         Viscous,
     )
+    from mechlab.experiment.model_file import LeftOut, LeftOutWarning, ModelFile
     from mechlab.experiment.motion import Hold, Ramp, Sine, Spline
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.question import (
@@ -141,7 +142,7 @@ if TYPE_CHECKING:
         spherical,
         universal,
     )
-    from mechlab.mechanism.parts import LOOP_ROWS
+    from mechlab.mechanism.parts import LOOP_ROWS, Control, Winding
     from mechlab.shapes import shape
     from mechlab.studies.track.result import Track
     from mechlab.studies.track.tasks import (
@@ -173,6 +174,7 @@ _HOMES = {
         "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "FunctionLaw", "Harmonic", "Law", "Motor",
         "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous",
     ),
+    "mechlab.experiment.model_file": ("LeftOut", "LeftOutWarning", "ModelFile"),
     "mechlab.experiment.motion": ("Hold", "Ramp", "Sine", "Spline"),
     "mechlab.experiment.parameters": ("parameter",),
     "mechlab.experiment.question": ("Answer", "Answers", "Question",),
@@ -190,7 +192,7 @@ _HOMES = {
         "Mechanism", "Placement", "Shaft", "Shape", "Spring", "Status", "belt", "floating", "mimic",
         "prismatic", "relation", "revolute", "screw", "spherical", "universal",
     ),
-    "mechlab.mechanism.parts": ("LOOP_ROWS",),
+    "mechlab.mechanism.parts": ("LOOP_ROWS", "Control", "Winding"),
     "mechlab.shapes": ("shape",),
     "mechlab.studies.track.result": ("Track",),
     "mechlab.studies.track.tasks": (
@@ -202,20 +204,21 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Answer", "Answers", "AppliedForce", "Body", "Builder", "Check", "Claim", "ComputedTorque", "Constant",
-    "ConstantPower", "DcMotor", "Design", "Drive", "EngineMissing", "Entry", "ClaimResult", "Frame", "FunctionLaw", "GROUND",
-    "GearMesh", "Harmonic", "Health", "Hold", "Inertia", "Joint", "LOOP_ROWS", "Law", "LinearRelation", "Loop", "CheckResult",
-    "Mechanism", "MechlabError", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant", "Quantity",
-    "Question", "Ramp", "Range", "Recording", "Scene", "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "Spline", "Spring",
-    "Status", "TableLaw", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "__version__", "belt",
-    "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities", "find",
-    "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate", "generate_catalog", "linearize",
-    "list_entries", "load", "load_recording",
-    "mimic", "modes", "optimize", "parameter", "portrait", "prismatic", "relation", "revolute", "run",
-    "save_recording", "scene", "screw", "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability",
-    "story", "studio", "sweep", "synthesize", "to_extended_urdf", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "universal", "view",
-    "workspace",
-    "CenterOfMassTask", "FrameTask", "PostureTask", "RangeLimit", "RateLimit", "SingularityLimit", "Track", "track",
+    "Answer", "Answers", "AppliedForce", "Body", "Builder", "CenterOfMassTask", "Check", "CheckResult", "Claim",
+    "ClaimResult", "ComputedTorque", "Constant", "ConstantPower", "Control", "DcMotor", "Design", "Drive",
+    "EngineMissing", "Entry", "Frame", "FrameTask", "FunctionLaw", "GROUND", "GearMesh", "Harmonic", "Health",
+    "Hold", "Inertia", "Joint", "LOOP_ROWS", "Law", "LeftOut", "LeftOutWarning", "LinearRelation", "Loop",
+    "Mechanism", "MechlabError", "ModelFile", "Motor", "NoSolution", "OneSidedStop", "PRESETS", "Placement", "Plant",
+    "PostureTask", "Quantity", "Question", "Ramp", "Range", "RangeLimit", "RateLimit", "Recording", "Scene",
+    "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "SingularityLimit", "Spline", "Spring", "Status",
+    "TableLaw", "Track", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "Winding", "__version__",
+    "audit", "belt", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments",
+    "explore", "fidelities", "find", "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate",
+    "generate_catalog", "linearize", "list_entries", "load", "load_recording", "mimic", "modes", "optimize",
+    "parameter", "portrait", "prismatic", "relation", "revolute", "run", "save_recording", "scene", "screw",
+    "sensitivity", "session", "shape", "show", "simulate", "solve", "spherical", "stability", "story", "studio",
+    "sweep", "synthesize", "to_extended_urdf", "to_json", "to_mjcf", "to_sdf", "to_urdf", "to_usd", "track",
+    "universal", "view", "workspace",
 ]  # fmt: skip
 
 

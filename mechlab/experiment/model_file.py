@@ -53,7 +53,7 @@ class ModelFile:
     their number in the file. A body of the file may have more bodies in the mechanism, NAME.1, NAME.2, where its joints act at
     different points, and the frame of a body stands at its joints.
     reference: the coordinates of the file (MuJoCo's qpos) in the reference pose of the mechanism; empty: those of the file's own
-    (qpos0). `mechlab.engines.mujoco.model_file.coordinates` converts states with them.
+    (qpos0). `mechlab.engines.mujoco.model_file.coordinates` converts states with them. ours: mechlab wrote the file.
     """
 
     path: Path | None
@@ -67,6 +67,7 @@ class ModelFile:
     closures: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
     tendons: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
     reference: tuple[float, ...] = ()
+    ours: bool = False
 
     @property
     def name(self) -> str:

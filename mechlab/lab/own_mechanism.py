@@ -55,7 +55,7 @@ def entry_of(mechanism: Mechanism, file: ModelFile | None = None) -> Entry:
     made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary, {})
     if not holding(mechanism):
         made = replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
-    if file is None or not file.joints:
+    if file is None or file.ours or not file.joints:
         return replace(made, file=file)
     text = "the file as MuJoCo runs it: its contacts, actuators, timestep and softness"
 

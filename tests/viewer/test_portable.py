@@ -116,7 +116,7 @@ def test_a_film_needs_ffmpeg_and_says_how_to_get_it(
         raise ImportError(name)
 
     monkeypatch.setattr(film.importlib, "import_module", missing)
-    with pytest.raises(EngineMissing, match="mechlab\\[film\\].*system package ffmpeg"):
+    with pytest.raises(EngineMissing, match="mechanism-lab\\[film\\].*system package ffmpeg"):
         film.write_mp4(story, tmp_path / "film.mp4")
     assert list(tmp_path.iterdir()) == []
 

@@ -64,7 +64,7 @@ def audit_page(audit: Audit, title: str = "Robot and mechanism models, examined"
         f"<h1>{escape(title)}</h1>"
         f'<p class="lead">{len(audit.rows)} model files as their authors publish them: compiled by MuJoCo, freedoms and loops '
         "counted, every MJCF run for half a second as it is, against a run with hard loops, a quarter of the step and a better "
-        "integrator.</p>"
+        "integrator. A part that is meant to be included by another file is judged as it stands alone.</p>"
         f"{_summary(audit)}"
         '<div class="tools"><label>Find <input id="find" type="search" placeholder="name, finding, licence"></label>'
         '<span id="shown" role="status"></span></div>'

@@ -9,10 +9,12 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.as_is.states import FileStates
-from mechlab.engines.mujoco.model_file.compiled import compiled, given_name
+from mechlab.engines.mujoco.model_file.compiled import given_name
+from mechlab.engines.mujoco.model_file.missing_meshes import load_model
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.formats.model_text import read_text
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.geometry import Array
 
@@ -35,7 +37,7 @@ def model_of(file: ModelFile) -> mujoco.MjModel:
             return copy.copy(model)
     if file.path is None:
         raise MechlabError(f"{file.name}: a text has no file that the engine 'file' could run.")
-    model = compiled(file.path)
+    model, _ = load_model(file.path, read_text(file.path))
     _kept.append((file, model))
     del _kept[:-KEPT]
     return copy.copy(model)

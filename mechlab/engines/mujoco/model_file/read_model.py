@@ -59,6 +59,7 @@ def own_file(mechanism: Mechanism, path: Path) -> ModelFile:
         drives={d.name: d.name for d in mechanism.drives},
         closures={name: name for name in closures},
         tendons={name: name for name in tendons},
+        ours=True,
     )  # fmt: skip
 
 
