@@ -140,6 +140,8 @@ def _cured(folder: Path, name: str) -> list[str]:
 
 
 KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
+    ("simulate", "laws"): (lambda p: _run(), lambda p: _run(laws={"angle": lambda t, plant: 0.5})),
+    ("simulate", "drives"): (lambda p: "", lambda p: _refused("drive", lambda: _run(drives={"no": 1.0}))),
     ("simulate", "settings"): (lambda p: _run(), lambda p: _run(settings="draft")),
     ("sensitivity", "tolerance"): (
         lambda p: ml.sensitivity("fourbar", crank_angle=1, only=("coupler",)).spreads,

@@ -21,6 +21,10 @@ ORDERS = ("_accel", "_rate")
 Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
 
 
+MOST_NAMES = 12
+"""Quantities that a sentence names."""
+
+
 @dataclass(frozen=True)
 class Open:
     """Quantities that the given ones do not determine because of the same freedoms; `give`: a smallest set of keys that
@@ -33,7 +37,13 @@ class Open:
     @property
     def sentence(self) -> str:
         """In words: which quantities are open, on which freedoms they depend, which keys to give."""
-        hangs = f"{', '.join(self.quantities)} {'hangs' if len(self.quantities) == 1 else 'hang'} on {', '.join(self.freedoms)}"
+        shown, more = self.quantities[:MOST_NAMES], len(self.quantities) - MOST_NAMES
+        names = ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+        one = len(self.quantities) == 1
+        if self.quantities == self.freedoms:
+            hangs = f"{names} {'moves on its' if one else 'move on their'} own"
+        else:
+            hangs = f"{names} {'hangs' if one else 'hang'} on {', '.join(self.freedoms)}"
         return f"{hangs}; give {' '.join(f'{k}=...' for k in self.give)}" if self.give else hangs
 
     def to_dict(self) -> dict[str, list[str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.parameters import checked, describe, entry_units
-from mechlab.experiment.question import Answer, Answers, Question, choose, one_spelling
+from mechlab.experiment.question import Answer, Answers, Open, Question, choose, one_spelling
 from mechlab.kit.quantities import quantities, split
 from mechlab.kit.witness import engine_answer
 from mechlab.lab.design import Design
@@ -58,9 +58,17 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     if done.open and not any(a.modes or a.values.keys() - a.assumed.keys() for a in answers.values()):
         raise MechlabError(
             f"{design.name}: what is given ({', '.join(values)}) determines nothing else: "
-            + "; ".join(x.sentence for x in done.open) + "."
+            + "; ".join(x.sentence for x in _gathered(done.open))
         )  # fmt: skip
     return done
+
+
+def _gathered(found: Sequence[Open]) -> list[Open]:
+    """The open quantities with those that each move on their own as one."""
+    alone = [x for x in found if x.quantities == x.freedoms]
+    names = tuple(n for x in alone for n in x.quantities)
+    joined = [Open(names, names, tuple(k for x in alone for k in x.give))] if alone else []
+    return [x for x in found if x.quantities != x.freedoms] + joined
 
 
 def in_si(design: Design, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -125,6 +125,12 @@ def test_a_yaml_beside_it_is_read_and_said(tmp_path, name):
     assert np.abs(np.array(travel(m)) - EXPECTED).max() < 1e-11
 
 
+def test_the_doctor_does_not_count_the_freedoms_of_the_tree_that_mujoco_reads_against_the_loops(tmp_path):
+    found = ml.doctor(closed_by(tmp_path, fourbar(marks()), robot__yaml=EXTENDED))
+    assert (found.freedoms, found.loops) == (1, 1)
+    assert "freedoms_differ" not in {f.name for f in found.findings}
+
+
 def test_loop_closures_of_the_relay(tmp_path):
     point = f"point: [{PIN[0]!r}, {PIN[1]!r}, 0.0], axis: [0, 0, 1]"
     relay = f"closures:\n- {{link_a: coupler, link_b: rocker, {point}}}\nindependent: [j_crank]\n"

@@ -178,3 +178,15 @@ def test_nothing_open_is_answered(seed: int) -> None:
     if found is None:
         pytest.skip("the drawn values are out of reach of the reference pose")
     assert not found.invented and not found.falsely_open
+
+
+def test_joints_that_move_on_their_own_are_named_at_once() -> None:
+    """A tree of 20 joints without loops: what is open is the other 19, of which a sentence names twelve."""
+    b = ml.Builder("tree")
+    for k in range(20):
+        b.body(f"arm_{k}", ml.revolute(f"j{k}"), inertia=ml.Inertia.cylinder(1.0, 0.1, 0.02))
+    with pytest.raises(ml.MechlabError) as error:
+        ml.solve(b.build(), j0=0.1)
+    text = str(error.value)
+    assert "j1, j2, j3" in text and "and 7 more move on their own; give j1=... j2=..." in text
+    assert "hang" not in text

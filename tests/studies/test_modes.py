@@ -248,3 +248,13 @@ def test_the_motion_of_the_modes_stays_closed_and_starts_at_rest(tmp_path: Path)
     ]
     with pytest.raises(MechlabError, match="mode 7 does not exist"):
         mode_motion(found, [7])
+
+
+def test_a_wheel_balanced_on_its_axis_rests_anywhere() -> None:
+    """Where the axis goes through the center of mass, the only unbalanced torque is rounding of the weight, about 1e-17 N m."""
+    b = Builder("wheel")
+    axis = np.array((0.48, 0.6, 0.64))
+    inertia = Inertia(0.3, tuple(0.07 * axis), (1e-4, 2e-4, 2.5e-4, 0.0, 0.0, 0.0))
+    found = ml.modes(b.body("wheel", revolute("turn", axis=tuple(axis)), at=(0.013, 0.11, 0.029), inertia=inertia).build())
+    assert [m.kind for m in found.modes] == ["rigid"]
+    assert found.exit_code == 0

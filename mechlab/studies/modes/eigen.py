@@ -20,6 +20,8 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly
 from mechlab.mechanism.structure import null_space
 
+WEIGHT = 1e-3
+"""Share of the weight of all parts, at the size of the mechanism, that a load is taken to be at least."""
 STEP = 1e-3
 """Step of the fourth-order difference quotients [rad], or relative to the size of the mechanism: their error is
 1e-12."""
@@ -71,7 +73,8 @@ class Dynamics(Protocol):
 class LinearMotion:
     """y'' + C y' + K y = -g for small y, with displacement = basis y; basis (nv, f) is M-orthonormal, so the mass is 1.
 
-    damping C (f, f), stiffness K (f, f), gradient g (f,). load: largest generalised force [N m or N], stiffest: largest
+    damping C (f, f), stiffness K (f, f), gradient g (f,). load: largest generalised force [N m or N], at least
+    WEIGHT of the weight: what acts on a part balanced on its axis is rounding of its weight; stiffest: largest
     derivative of a generalised force by a displacement; both set the level of rounding.
     """
 
@@ -125,7 +128,13 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMot
     stiffness = basis.T @ np.array(columns).reshape(f, dynamics.nv).T
     damping = basis.T @ np.array(damped).T if damped else np.zeros((f, f))
     load = float(max(np.max(np.abs(force), initial=0.0), np.max(np.abs(rows.T @ reactions), initial=0.0)))
+    load = max(load, WEIGHT * _weight(dynamics.mechanism))
     return LinearMotion(basis, damping, stiffness, basis.T @ force, load, stiffest)
+
+
+def _weight(m: Mechanism) -> float:
+    """The weight of the parts times the size of the mechanism [N m]."""
+    return sum(b.inertia.mass for b in m.bodies) * float(np.linalg.norm(m.gravity)) * (m.size or 1.0)
 
 
 def _normalised(dynamics: Dynamics, free: Array, x: Array) -> Array:
