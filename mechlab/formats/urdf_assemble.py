@@ -20,8 +20,8 @@ from mechlab.mechanism.geometry import Array, Placement, rotation_log, skew
 from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND
 from mechlab.mechanism.newton import newton
+from mechlab.mechanism.parts import GROUND
 from mechlab.mechanism.structure import rank
 from mechlab.mechanism.validate import CLOSURE_TOLERANCE, validate
 
