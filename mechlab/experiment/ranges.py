@@ -9,6 +9,7 @@ import numpy as np
 from mechlab.experiment.recording import Finding
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
 
 BEYOND = 1e-6
 """Distance [rad or m] beyond the end of a range that counts."""
@@ -16,7 +17,7 @@ BEYOND = 1e-6
 
 def excess(mechanism: Mechanism, q: Array) -> dict[str, Array]:
     """Distance (n,) [rad or m] beyond the end of the range, 0 inside, of each joint and shaft with a range; q is (n, nq)."""
-    parts = [*(j for j in mechanism.joints if j.nv == 1), *mechanism.shafts]
+    parts: list[Joint | Shaft] = [*(j for j in mechanism.joints if j.nv == 1), *mechanism.shafts]
     out = {}
     for part in parts:
         if part.range is not None:
