@@ -70,7 +70,7 @@ MJCF = {
     "outer entity": ('<!DOCTYPE m SYSTEM "file:///etc/passwd"><mujoco/>', "declares entities"),
     "attribute twice": (arm('name="j"', 'name="j" name="k"'), "duplicate attribute"),
     "nesting of 1000": (mjcf("<body>" * 1000 + "</body>" * 1000), "nested more than 500"),
-    "2000 bodies": (mjcf('<body><joint/><geom size=".1"/></body>' * 2000), "at most 300|more than 300|memory"),
+    "2000 bodies": (mjcf('<body><joint/><geom size=".1"/></body>' * 2000), "at most [36]00|more than 300|memory"),
     "NaN position": (arm('name="arm"', 'name="arm" pos="nan 0 0"'), "<body name='arm'>: pos='nan 0 0' is not finite"),
     "NaN axis": (arm("0 1 0", "0 nan 0"), "<joint name='j'>: axis"),
     "NaN size": (arm('size=".02"', 'size="NaN"'), "<geom name='g'>: size"),
@@ -133,14 +133,14 @@ MJCF = {
     "height field of 14 GB": (mjcf(rest='<asset><hfield name="h" nrow="60000" ncol="60000" size="1 1 1 1"/></asset>'), "memory|crashes"),
     "arena of 200 GB": (mjcf(rest='<size memory="200G"/>'), "memory"),
     "2000 copies": (
-        mjcf('<replicate count="2000" offset="1 0 0"><body><joint/><geom size=".1"/></body></replicate>'), "at most 300|more than 300"
+        mjcf('<replicate count="2000" offset="1 0 0"><body><joint/><geom size=".1"/></body></replicate>'), "at most [36]00|more than 300"
     ),
 }  # fmt: skip
 URDF = {
     "no text": ("", "no element found"),
     "no link": ('<robot name="r"/>', "link"),
     "nesting of 1000": (f'<robot name="r">{"<link>" * 1000}{"</link>" * 1000}</robot>', "nested more than 500"),
-    "2000 links": (chain(2000), "300"),
+    "2000 links": (chain(2000), "300|at most 600"),
     "entities": (laughs(), "declares entities"),
     "NaN origin": (robot("0 0 1", "0 nan 1"), "<origin>: xyz='0 nan 1' is not finite"),
     "NaN mass": (robot('mass value="1"', 'mass value="nan"'), "<mass>: value='nan' is not finite"),
@@ -163,7 +163,7 @@ URDF = {
     "unknown type": (robot("revolute", "twisting"), "twisting"),
     "no type": (robot(' type="revolute"', ""), "<joint name='j'>|joint 'j'|j"),
     "mimic of nobody": (robot(LIMIT, LIMIT + '<mimic joint="nobody"/>'), "nobody"),
-    "2000 mimics of each other": (chain(2000, mimics=True), "300"),
+    "2000 mimics of each other": (chain(2000, mimics=True), "300|at most 600"),
     "mimic of itself": (robot(LIMIT, LIMIT + '<mimic joint="j"/>'), "j"),
 }  # fmt: skip
 JSON = {
@@ -231,10 +231,10 @@ def test_a_pipe_a_folder_and_a_huge_file_are_not_read(folder, capsys):
     (folder / "folder.xml").mkdir()
     with open(folder / "huge.xml", "wb") as huge:
         huge.truncate(2**40)  # takes no place on the disk
-    for name, words in {"pipe": "no ordinary file", "folder": "directory", "huge": "bytes, the limit is"}.items():
+    for name, words in {"pipe": "no ordinary file", "folder": "directory|no MJCF", "huge": "bytes, the limit is"}.items():
         for verb in ("show", "doctor"):
             code, _, err, cpu = answer([verb, folder / f"{name}.xml"], capsys)
-            assert code == 1 and f"{name}.xml" in err and words in err and cpu < CPU
+            assert code == 1 and f"{name}.xml" in err and re.search(words, err) and cpu < CPU
 
 
 def test_an_include_has_its_own_faults(folder, capsys):
