@@ -48,10 +48,10 @@ def unstopped_finding(mechanism: Mechanism, q: Array) -> Finding | None:
         return None
     worst = max(far, key=lambda n: far[n])
     text = (
-        f"{_listed(list(far))} went beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): this engine has no stops. "
-        "With stops: --engine mujoco, without --max-error"
+        f"{_listed(list(far))} went beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): this engine has no stops, "
+        "so that the motion from there on is not that of the mechanism. With stops: --engine mujoco, without --max-error"
     )
-    return Finding("range", far[worst], 0.0, "rad or m", "warning", text)
+    return Finding("range", far[worst], BEYOND, "rad or m", "error", text)
 
 
 def _listed(names: list[str], most: int = 6) -> str:
