@@ -24,6 +24,8 @@ Commands = Mapping[str, Target]
 
 def with_scene(design: Design, scene: Scene) -> Design:
     """The design with one more scene, a user's own, as its default; fidelity "" is the design's default one."""
+    if not isinstance(scene, Scene):
+        raise MechlabError(f"{design.name}: scene: expected the name of a scene or an ml.Scene, got {scene!r}.")
     level = scene.fidelity or design.entry.default_fidelity
     if level != AUTO:
         design.fidelity(level)
