@@ -5,8 +5,8 @@
 A line for each file: freedoms, loops, largest gap of the assembled pose [m or rad]; the largest gap after Pinocchio closed the
 loops from the reference pose with the independent joints at a random reachable pose; the largest gap in 0.5 s of MuJoCo with
 the motors (else all independent joints) held by servos of 5 Hz, and the timestep [s], halved from 5e-4 until the gap is below
-1e-6 at all steps; the difference in freedoms of the Extended URDF, read back. Ranges that the closed pose of a file breaks are
-left out of the run and counted (`out`): the stops would shoot the joint back in one step.
+1e-6 at the recorded samples (not at each step); the difference in freedoms of the Extended URDF, read back.
+Ranges that the closed pose of a file breaks are left out of the run and counted (`out`): the stops would shoot the joint back in one step.
 `--loops`: only files with loops. Counts of files read, refused, and the refusals follow.
 """
 
