@@ -59,7 +59,7 @@ def find(source: Source) -> Entry:
     from mechlab.experiment.model_file import LeftOutWarning
     from mechlab.lab.design import Design
     from mechlab.lab.own_mechanism import entry_of, entry_of_class, entry_of_function
-    from mechlab.mechanism import Mechanism
+    from mechlab.mechanism import Builder, Mechanism
 
     if isinstance(source, Entry):
         return source
@@ -67,6 +67,8 @@ def find(source: Source) -> Entry:
         return source.entry
     if isinstance(source, Mechanism):
         return entry_of(source)
+    if isinstance(source, Builder):
+        raise MechlabError(f"{source.name}: a Builder is no mechanism yet; end it with .build() or .assemble(guess).")
     if isinstance(source, type):
         return entry_of_class(source)
     if callable(source):

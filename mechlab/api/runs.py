@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mechlab.api.arguments import Engine, Error, File, Progress, Seconds, Travel, Values, Whole, key_values, silent
 from mechlab.api.finding import Source, design_and_rest, load_design
 from mechlab.errors import MechlabError, unknown
-from mechlab.values import Value, one_number
+from mechlab.values import Value, in_unit, one_number
 
 if TYPE_CHECKING:
     from mechlab.experiment.laws import Laws
@@ -96,7 +96,8 @@ def simulate(
     force [N m or N] (or a constant number); a function is called at every stage of a step. drives: drive -> what it follows: a
     number, a function of time, a motion (`Hold`, `Ramp`, `Sine`, `Spline`) or (times, values), in the unit of the drive: target
     value of a servo, target rate of a drive with damping alone, voltage of a DC motor, else force. A law on a joint takes the place
-    of its drive and of the scene's own law there.
+    of its drive and of the scene's own law there. Of a file that is run as it is (scene as-is): actuator -> its control, in the
+    file's units, set before each step as `data.ctrl` and clamped to its ctrlrange by MuJoCo; laws act in addition.
 
     Options:
         scene=S: name of a scene; `mechlab show NAME` lists them
@@ -119,6 +120,10 @@ def simulate(
     design, rest = design_and_rest(source, key_values(values, given))
     if scene is not None and not isinstance(scene, str):
         design, scene = with_scene(design, scene), None
+    duration, timestep = (
+        x if x is None else float(in_unit(what, one_number(what, x), "s"))
+        for what, x in (("duration", duration), ("timestep", timestep))
+    )
     if laws or drives:
         design, scene = with_laws(design, scene, laws, drives), None
     extra = {k: one_number(k, v) for k, v in rest.items()}

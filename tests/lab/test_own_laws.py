@@ -226,6 +226,8 @@ WRONG = [
     ({"laws": [ml.Motor]}, "laws: .*got <class"),
     ({"laws": [damped]}, "a function needs its joint"),
     ({"laws": "turn"}, "laws: expected a list"),
+    ({"laws": {"turn": lambda t: 1.0}}, r"laws: 'turn': <lambda>\(t\) must take the time and the plant, as f\(t, plant\)"),
+    ({"scene": {"duration": 1.0}}, "scene: expected the name of a scene or an ml.Scene"),
     ({"laws": {"turn": ml.Constant("turn", 1.0)}}, "give a list of laws"),
     ({"laws": {"turn": "5mm"}}, "law on turn: expected a torque .*got 5mm"),
     ({"drives": {"turn": "5mm"}}, "command of drive 'turn': expected .*got 5mm"),
@@ -239,7 +241,16 @@ WRONG = [
 @pytest.mark.parametrize(("asked", "words"), WRONG)
 def test_what_is_wrong_is_named(asked: dict[str, object], words: str) -> None:
     with pytest.raises(ml.MechlabError, match=words):
-        ml.simulate(rotor(), duration=0.01, **asked)  # type: ignore[arg-type]
+        ml.simulate(rotor(), **({"duration": 0.01} | asked))  # type: ignore[arg-type]
+
+
+def test_times_take_units_and_a_builder_is_no_mechanism() -> None:
+    run = ml.simulate(rotor(), duration="20ms", timestep="0.5ms")  # type: ignore[arg-type]
+    assert run.t[-1] == pytest.approx(0.02, abs=1e-15) and run.settings.timestep == pytest.approx(5e-4, abs=1e-18)
+    with pytest.raises(ml.MechlabError, match="duration: expected a time"):
+        ml.simulate(rotor(), duration="20mm")  # type: ignore[arg-type]
+    with pytest.raises(ml.MechlabError, match=r"bare: a Builder is no mechanism yet; end it with .build\(\)"):
+        ml.simulate(ml.Builder("bare"))  # type: ignore[arg-type]
 
 
 def test_a_class_without_build_is_refused() -> None:

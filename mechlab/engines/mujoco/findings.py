@@ -27,6 +27,7 @@ from mechlab.experiment.findings import (
 )
 from mechlab.experiment.held_rates import capture_finding
 from mechlab.experiment.lag import lag_findings
+from mechlab.experiment.ranges import outside_start_finding
 from mechlab.experiment.recording import Finding, Health
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
@@ -157,7 +158,12 @@ def health(
         text = f"{', '.join(names)} reached the end of the range, where the engine has a soft stop that takes energy"
         out.append(Finding("range", float(len(names)), 0.0, "joints", "warning", text))
     rubbed = samples.friction.finding(samples.t, scene.tolerance, settings.timestep)
-    some_more = (saturation_finding(scene.laws, samples.forces), capture_finding(scene.laws, settings), rubbed)
+    some_more = (
+        outside_start_finding(mechanism, q),
+        saturation_finding(scene.laws, samples.forces),
+        capture_finding(scene.laws, settings),
+        rubbed,
+    )
     out += [f for f in some_more if f is not None]
     restarted = restart_finding(mechanism, t, q, v)
     if restarted is not None:

@@ -25,6 +25,7 @@ from mechlab.experiment.findings import (
     stopped_finding,
 )
 from mechlab.experiment.held_rates import capture_finding
+from mechlab.experiment.ranges import unstopped_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding, over_samples
 from mechlab.experiment.scene import PINOCCHIO_INTEGRATORS, Scene, Settings, initial_state, sample_grid
 from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
@@ -193,6 +194,8 @@ def _findings(
 ) -> list[Finding]:
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
     out = list(kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode))
+    beyond = unstopped_finding(mechanism, q)
+    out += [] if beyond is None else [beyond]
     power = np.array([x.power for x in log.instants])
     out.append(energy_finding(mechanism, t, q, v, power, y[:, -1], laws=scene.laws))
     if len(motion.plant.constraints):

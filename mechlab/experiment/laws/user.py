@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import ClassVar
@@ -74,4 +75,20 @@ def _in_numbers(law: Law) -> Law:
 def _law_on(on: str, what: LawFunction | float | str) -> Law:
     if hasattr(what, "targets"):
         raise MechlabError(f"laws: {on!r}: a law names its joint itself; give a list of laws: laws=[{what!r}].")
-    return FunctionLaw(on, what) if callable(what) else Constant(on, one_number(f"laws: {on!r}", what))
+    if callable(what):
+        return FunctionLaw(on, _of_time_and_plant(on, what))
+    return Constant(on, one_number(f"laws: {on!r}", what))
+
+
+def _of_time_and_plant(on: str, function: LawFunction) -> LawFunction:
+    """The function; raises MechlabError where it cannot be called with the time and the plant."""
+    try:
+        takes = inspect.signature(function)
+    except (TypeError, ValueError):  # a function of C tells nothing
+        return function
+    try:
+        takes.bind(0.0, None)
+    except TypeError:
+        name = getattr(function, "__name__", type(function).__name__)
+        raise MechlabError(f"laws: {on!r}: {name}{takes} must take the time and the plant, as f(t, plant).") from None
+    return function

@@ -19,6 +19,7 @@ from mechlab.experiment.energy import dissipation, energy_finding
 from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.laws import applied_force
+from mechlab.experiment.ranges import unstopped_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.experiment.tree_plant import TreePlant
@@ -169,6 +170,8 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Seque
         else energy_finding(mechanism, t, q, v, power - dissipation(mechanism, q, v), laws=scene.laws)
     )
     found = [*solution_findings(result), *kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode), balance]
+    beyond = unstopped_finding(mechanism, q) if result.settings.engine != "mujoco" else None
+    found += [] if beyond is None else [beyond]
     versions = {"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()}
     cost = Cost(result.cpu_s, len(result.t) - 1, result.evaluations)
     return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)

@@ -1,0 +1,58 @@
+"""Findings on the ranges of joints and shafts: those that start beyond the end, and runs of engines that have no stops."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mechlab.experiment.recording import Finding
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
+
+BEYOND = 1e-6
+"""Distance [rad or m] beyond the end of a range that counts."""
+
+
+def excess(mechanism: Mechanism, q: Array) -> dict[str, Array]:
+    """Distance (n,) [rad or m] beyond the end of the range, 0 inside, of each joint and shaft with a range; q is (n, nq)."""
+    parts: list[Joint | Shaft] = [*(j for j in mechanism.joints if j.nv == 1), *mechanism.shafts]
+    out = {}
+    for part in parts:
+        if part.range is not None:
+            value = mechanism.value(part.name, q)
+            out[part.name] = np.maximum(np.maximum(part.range[0] - value, value - part.range[1]), 0.0)
+    return out
+
+
+def outside_start_finding(mechanism: Mechanism, q: Array) -> Finding | None:
+    """Finding "range_start": joints and shafts that start beyond the end of their range, for an engine with stops."""
+    far = {n: float(x[0]) for n, x in excess(mechanism, q).items() if len(x) and x[0] > BEYOND}
+    if not far:
+        return None
+    worst = max(far, key=lambda n: far[n])
+    verb = "starts" if len(far) == 1 else "start"
+    text = (
+        f"{_listed(list(far))} {verb} beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): "
+        f"the soft stop throws it back. Give a start inside, such as {worst}_0=..."
+    )
+    return Finding("range_start", far[worst], 0.0, "rad or m", "warning", text)
+
+
+def unstopped_finding(mechanism: Mechanism, q: Array) -> Finding | None:
+    """Finding "range": joints and shafts that went beyond the end of their range in an engine without stops."""
+    far = {n: float(np.max(x, initial=0.0)) for n, x in excess(mechanism, q).items()}
+    far = {n: x for n, x in far.items() if x > BEYOND and math.isfinite(x)}
+    if not far:
+        return None
+    worst = max(far, key=lambda n: far[n])
+    text = (
+        f"{_listed(list(far))} went beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): this engine has no stops, "
+        "so that the motion from there on is not that of the mechanism. With stops: --engine mujoco, without --max-error"
+    )
+    return Finding("range", far[worst], BEYOND, "rad or m", "error", text)
+
+
+def _listed(names: list[str], most: int = 6) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
