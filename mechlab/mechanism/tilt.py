@@ -52,7 +52,8 @@ def tilts(bodies: Sequence[Body], loops: Sequence[Loop]) -> tuple[Tilt, ...]:
         if len(turning) < 2:
             continue
         common = _common([axis for _, _, axis in turning])
-        found = [(b, n, float(np.linalg.norm(np.cross(common, axis)))) for b, n, axis in turning]
+        sines = np.linalg.norm(np.cross(common, np.array([axis for _, _, axis in turning])), axis=1)
+        found = [(b, n, sine) for (b, n, _), sine in zip(turning, sines.tolist(), strict=True)]
         found += [
             (b, j.name, abs(float(common @ rotation[b] @ np.array(j.axis)))) for b, j in joints if j.kind == "prismatic"
         ]
