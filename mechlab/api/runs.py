@@ -96,7 +96,8 @@ def simulate(
     force [N m or N] (or a constant number); a function is called at every stage of a step. drives: drive -> what it follows: a
     number, a function of time, a motion (`Hold`, `Ramp`, `Sine`, `Spline`) or (times, values), in the unit of the drive: target
     value of a servo, target rate of a drive with damping alone, voltage of a DC motor, else force. A law on a joint takes the place
-    of its drive and of the scene's own law there.
+    of its drive and of the scene's own law there. Of a file that is run as it is (scene as-is): actuator -> its control, in the
+    file's units, set before each step as `data.ctrl` and clamped to its ctrlrange by MuJoCo; laws act in addition.
 
     Options:
         scene=S: name of a scene; `mechlab show NAME` lists them

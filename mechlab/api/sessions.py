@@ -50,6 +50,9 @@ def session(
     rng -> {"X_0": ..., "X_rate_0": ...} for the initial values of every reset, with the generator of `seed`, also in `s.rng`. Keys
     are those of `simulate`. `s.reset()` begins anew; `s.health` and `s.recording()` tell of the motion since the reset.
 
+    Of somebody's MJCF file a session steps mechlab's model of it: hard loops, no contacts, a timestep of its own, its drives. The file as
+    it is, with contacts and softness, is run by `simulate(file, scene="as-is", drives={actuator: ...})`. `acts` of a recording says which.
+
     Raises MechlabError for a command that is not finite, naming the drive; Untrustworthy from `step` when the motion blew up or a
     loop opened. Closing warns (UntrustedSession) when the motion must not be trusted.
     """

@@ -84,6 +84,10 @@ class Function:
         rate = (m2 - 8.0 * m1 + 8.0 * p1 - p2) / (12.0 * STEP)
         return x[0], rate, (-m2 + 16.0 * m1 - 30.0 * x[0] + 16.0 * p1 - p2) / (12.0 * STEP**2)
 
+    def value(self, t: float) -> float:
+        """The value alone, by one call of the function."""
+        return self._of(t)[0]
+
     def _of(self, t: float) -> tuple[float, ...]:
         value = self.function(t)
         try:

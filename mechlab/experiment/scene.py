@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.laws import Law, laws_of
 from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.motion import PrescribedMotion
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -110,7 +111,9 @@ class Scene:
 
     drives: behaviour of declared drives without a law on their joint or shaft: "hold" their targets, or "free"
     (no force). A law on a driven joint or shaft replaces its drive; see `mechlab.experiment.acting`. Raises
-    MechlabError for another word. file: the model file that the engine `file` runs as it is; its own actuators act.
+    MechlabError for another word. file: the model file that the engine `file` runs as it is; its own actuators act, those of
+    `controls` under the command (in the units of the file's control) that stands there by the actuator's name; MechlabError for
+    controls without a file.
     """
 
     name: str = "own"
@@ -127,10 +130,15 @@ class Scene:
     keep_mode: tuple[str, ...] = ()
     drives: str = "hold"
     file: ModelFile | None = None
+    controls: Mapping[str, PrescribedMotion] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.drives not in DRIVES:
             raise unknown(f"scene {self.name}: drives", self.drives, DRIVES)
+        if self.controls and self.file is None:
+            raise MechlabError(
+                f"scene {self.name}: controls are of the actuators of a file that is run as it is; this scene has no file. Give drives."
+            )
         object.__setattr__(self, "laws", laws_of(self.laws))
 
 

@@ -48,14 +48,12 @@ def with_laws(design: Design, scene: str | None, laws: Laws = (), commands: Comm
         if fidelity == "kinematic":
             raise MechlabError(f"{design.name}: fidelity 'kinematic' is closed form only; laws act on a mechanism.")
         m = design.entry.build(p, fidelity)
-        if before.file is not None and commands:
-            raise MechlabError(
-                f"{design.name}: the actuators of a file that is run as it is keep their controls, so the drives take no commands. Give "
-                "laws, or take another scene."
-            )
         for law in own:
             if isinstance(law, Constant) and law.on in m.scalar_names:
                 in_unit(f"{m.name}: law on {law.on}", law.value, *mechanism_units(m)[f"{law.on}_force"])
+        if before.file is not None:
+            controls = {name: file_command(m, name, target) for name, target in (commands or {}).items()}
+            return replace(before, laws=(*_remaining(m, before, own), *own), controls={**before.controls, **controls})
         added = (*own, *(command_law(m, name, target) for name, target in (commands or {}).items()))
         return replace(before, laws=(*_remaining(m, before, added), *added))
 
@@ -110,6 +108,15 @@ def command_law(m: Mechanism, name: str, target: Target) -> Law:
     if isinstance(law, Servo):
         return replace(law, motion=motion if law.stiffness else AtRate(motion), drive="")
     return FunctionLaw(drive.on, _Commanded(drive, motion))
+
+
+def file_command(m: Mechanism, name: str, target: Target) -> PrescribedMotion:
+    """The command of an actuator of a file that is run as it is, a plain number in the units of the file's control. Raises MechlabError
+    for a text, whose unit nobody could check."""
+    what = f"{m.name}: command of actuator {name!r}"
+    if isinstance(target, str):
+        raise MechlabError(f"{what}: expected a number, in the units of the file's control, got {target!r}.")
+    return as_motion(what, target)
 
 
 class _Commanded:

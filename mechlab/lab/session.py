@@ -39,7 +39,8 @@ def commanded(design: Design, scene: str | None, fidelity: str | None, extra: Ma
 
 
 def completed(design: Design, run: Recording, scene: Scene) -> Recording:
-    """The Recording with provenance, those channels of the entry that it has the data for, and what gave way to the commands."""
+    """The Recording with provenance, those channels of the entry that it has the data for, whose model of a file moved, and what
+    gave way to the commands."""
     full = complete(design, run, replace(scene, channels=()))
     for name in scene.channels:
         if name in design.entry.channels and name not in full.channels:
@@ -52,7 +53,9 @@ def completed(design: Design, run: Recording, scene: Scene) -> Recording:
     gone = [
         f"{x.kind} on {', '.join(x.targets())}" for x in before if x not in scene.laws and not getattr(x, "drive", "")
     ]
-    return replace(full, acts=f"{run.acts}; in place of {', '.join(gone)}" if gone else run.acts)
+    file = design.entry.file
+    which = f"mechlab's model of {file.name}, not the file as it is: " if file is not None and not file.ours else ""
+    return replace(full, acts=which + (f"{run.acts}; in place of {', '.join(gone)}" if gone else run.acts))
 
 
 def substeps_of(hold: float | None, settings: Settings) -> tuple[int, Settings]:

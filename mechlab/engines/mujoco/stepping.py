@@ -55,6 +55,10 @@ class Grid:
         return self.duration if step == self.count else step * self.timestep
 
 
+Step = Callable[[mujoco.MjModel, mujoco.MjData, Grid, int, int], None]
+"""Takes the steps of a grid from one step number to another."""
+
+
 def grid(
     duration: float, timestep: float, times: Sequence[float] | None = None, least: int = MAX_SAMPLES, share: float = 1.0
 ) -> Grid:
@@ -87,10 +91,10 @@ def advance(
     map_: Coordinates,
     steps: Grid,
     sample: Callable[[float], bool],
-    step: Callable[[mujoco.MjModel, mujoco.MjData, Grid, int, int], None] | None = None,
+    step: Step | None = None,
 ) -> tuple[SteppingEnd | None, float, int]:
     """Step through the grid and call `sample(t)` at every recorded step, the first included; end there when it
-    answers True. `step(model, data, grid, start, end)` takes the steps instead of the engine alone.
+    answers True. `step(model, data, grid, start, end)` takes the steps instead of the engine alone (`take_steps`).
 
     `data` is at t = 0. Between samples the engine steps on its own. `sample` may evaluate `data` (mj_forward): what the
     solver remembers is put back, so that sampling does not change the motion by a bit. Returns what went wrong, the
@@ -102,10 +106,10 @@ def advance(
         if here > done:
             mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
             start = time.thread_time()
-            (step or _step)(model, data, steps, done, here)
+            (step or take_steps)(model, data, steps, done, here)
             cpu += time.thread_time() - start
             if _fault(data) is not None:
-                return _locate(model, data, map_, steps, state, done, here), cpu, here
+                return _locate(model, data, map_, steps, state, done, here, step or take_steps), cpu, here
             done = here
         data.time = steps.t(here)
         memory = data.qacc_warmstart.copy()
@@ -118,7 +122,7 @@ def advance(
     return None, cpu, done
 
 
-def _step(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
+def take_steps(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
     """From step number `start` to `end`; the last step of the grid may be shorter."""
     short = end == steps.count and steps.duration - (end - 1) * steps.timestep < steps.timestep * (1.0 - 1e-9)
     whole = end - start - (1 if short else 0)
@@ -141,7 +145,14 @@ def _fault(data: mujoco.MjData) -> str | None:
 
 
 def _locate(
-    model: mujoco.MjModel, data: mujoco.MjData, map_: Coordinates, steps: Grid, state: Array, start: int, end: int
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    map_: Coordinates,
+    steps: Grid,
+    state: Array,
+    start: int,
+    end: int,
+    step: Step,
 ) -> SteppingEnd:
     """Repeat the steps one by one from the last good state, to say when it happened."""
     mujoco.mj_setState(model, data, state, INTEGRATION_STATE)
@@ -150,7 +161,7 @@ def _locate(
     before = data.qvel.copy()
     for k in range(start, end):
         before[:] = data.qvel
-        _step(model, data, steps, k, k + 1)
+        step(model, data, steps, k, k + 1)
         if _fault(data) is not None:
             return SteppingEnd(steps.t(k + 1), _reason(data, map_, before))
     return SteppingEnd(steps.t(end), _reason(data, map_, before))

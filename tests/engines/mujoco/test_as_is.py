@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
+from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.formats import load_recording
@@ -199,3 +200,93 @@ def test_a_recording_of_a_file_is_saved_and_read(tmp_path: Path) -> None:
     again = load_recording(tmp_path / "run.npz")
     assert again.settings == made.settings and again.acts == made.acts and np.array_equal(again.q, made.q)
     assert ml.view(tmp_path / "run.npz", html=tmp_path / "run.html").exit_code in (0, 3)
+
+
+WALKER = """<mujoco model="two"><option timestep="0.002" integrator="INTEGRATOR"/>
+  <worldbody><geom type="plane" size="0 0 .1"/>
+    <body pos="0 0 .18"><joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
+      <geom type="box" size=".2 .1 .05" mass="2"/>
+      <body name="leg"><joint name="hip" axis="0 1 0" damping=".02" armature=".01"/>
+        <geom type="capsule" fromto="0 0 0 .25 0 -.1" size=".02" mass=".3"/></body></body></worldbody>
+  <actuator><position name="servo" joint="hip" kp="20" gear="2" ctrlrange="-.5 .5" ctrllimited="true"/>
+    <general joint="x" dyntype="filter" dynprm=".05" gainprm="3"/><motor name="lift" joint="z"/></actuator>
+  <keyframe><key ctrl=".1 .2 .3" act=".4"/></keyframe>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicitfast", "discrete"])
+def test_commands_are_the_controls_of_the_file(integrator: str, tmp_path: Path) -> None:
+    """Bit by bit the plain loop that sets data.ctrl before each step: beyond the range, on a filter without a name, in contact; the
+    third actuator stays at its keyframe. The last step is a shorter one."""
+    text, h, last = WALKER.replace("INTEGRATOR", integrator), 0.002, 0.401 - 200 * 0.002
+    swing, push = lambda t: math.sin(9.0 * t), lambda t: 2.0 if t > 0.1 else -1.0
+    path = written(tmp_path, text)
+    made = ml.simulate(path, scene="as-is", drives={"servo": swing, "actuator_1": push}, duration=0.401)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    wanted = {0.0: data.qvel.copy()}
+    for k in range(201):
+        data.ctrl[:2] = swing(k * h), push(k * h)
+        model.opt.timestep = h if k < 200 else last
+        mujoco.mj_step(model, data)
+        wanted[0.401 if k == 200 else (k + 1) * h] = data.qvel.copy()
+    assert all(np.array_equal(made.v[k], wanted[t]) for k, t in enumerate(made.t))
+    clamped = np.clip([swing(t) for t in made.t], -0.5, 0.5)
+    assert made["hip_force"] == pytest.approx(2 * 20 * (clamped - 2 * made["hip"]), abs=1e-9)
+    assert np.any(made["ground_contact_z"] != 0.0) and "commands of servo, actuator_1" in made.acts
+    # the run at two thirds of the timestep is under the commands, too: without them it is 0.4 rad off, stated as 2.4
+    assert made.errors["hip"] < 0.25 * np.ptp(made["hip"])
+    assert "1 other actuators at the controls of the keyframe" in made.acts
+    assert "commands of" not in ml.simulate(path, duration=0.1).acts
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_the_work_of_commands_is_accounted_for(integrator: str, tmp_path: Path) -> None:
+    """A force that jumps at every step on a body that moves freely: of what it does nothing is left over but the error of the step."""
+    text = BALL.replace('timestep="0.001"', f'timestep="0.001" gravity="0 0 0" integrator="{integrator}"')
+    text = text.replace("</worldbody>", '</worldbody><actuator><motor name="push" joint="fall"/></actuator>')
+    push = {"push": lambda t: 200.0 * math.sin(900.0 * t)}
+    made = ml.simulate(written(tmp_path, text), scene="as-is", drives=push, duration=0.2)
+    # rates are trapezoids of one force in a step, exact but for the damping: h c / m = 5e-6
+    assert made.health.finding("energy_balance").value < 1e-5
+
+
+def test_bad_commands_name_the_actuator(tmp_path: Path) -> None:
+    path = written(tmp_path, WALKER.replace("INTEGRATOR", "Euler"))
+    for drives, words in (
+        ({"servos": 1.0}, "Did you mean 'servo'"),
+        ({"servo": "20 deg"}, "'servo': expected a number, in the units of the file's control"),
+        ({"servo": lambda t: math.nan if t > 0.05 else 0.0}, "actuator 'servo' at t = 0.052 s: expected a finite number"),
+    ):
+        with pytest.raises(MechlabError, match=words):
+            ml.simulate(path, scene="as-is", drives=drives, duration=0.1)  # type: ignore[arg-type]
+    with pytest.raises(MechlabError, match="this scene has no file"):
+        ml.Scene(controls={"servo": ml.Hold(1.0)})
+
+
+def test_a_memory_that_a_step_fills_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Boxes that overlap and fall need more than the file's memory: the run and the diagnosis each end in one message."""
+    boxes = "".join(
+        f'<body name="b{k}" pos="{0.15 * k} 0 .5"><freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>' for k in range(12)
+    )
+    text = f'<mujoco><size memory="20K"/><worldbody><geom type="plane" size="9 9 .1"/>{boxes}</worldbody></mujoco>'
+    path = written(tmp_path, text)
+    with pytest.raises(MechlabError, match=r"model.xml: MuJoCo gave up after t = 0\.\d+ s .* Raise memory") as caught:
+        ml.simulate(path, duration=0.5)
+    assert "\n" not in str(caught.value)
+    assert main(["doctor", str(path)]) == 3
+    assert "the engine gave up" in capsys.readouterr().err
+
+
+def test_a_session_says_that_it_steps_another_model(tmp_path: Path) -> None:
+    """It has no floor: the ball falls through it, as a mechanism does; of a file of ours nothing is to be said."""
+    text = BALL.replace("</worldbody>", '</worldbody><actuator><motor name="push" joint="fall"/></actuator>')
+    with ml.session(written(tmp_path, text)) as s:
+        for _ in range(80):
+            s.step([0.0])
+    assert s.recording()["top_z"][-1] < -1.0
+    assert s.recording().acts.startswith("mechlab's model of model.xml, not the file as it is: ")
+    with ml.session("fourbar") as own:
+        own.step([0.0])
+    assert "model of" not in own.recording().acts

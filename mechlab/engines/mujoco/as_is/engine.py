@@ -1,8 +1,8 @@
 """Engine `file`: a scene of a model file that is somebody's own, run by MuJoCo as the file is.
 
 The motion is that of `mj_step` on the compiled file, step by step: its timestep, integrator, solver and softness, its contacts and
-its actuators at the controls of the start. Laws of the scene act in addition. What is recorded are the joints of the mechanism that
-was read from the file.
+its actuators at the controls of the start, or under the commands of the scene (`controls`). Laws of the scene act in addition. What
+is recorded are the joints of the mechanism that was read from the file.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.as_is.contacts import ContactWatch, may_touch
-from mechlab.engines.mujoco.as_is.findings import health, start_finding
+from mechlab.engines.mujoco.as_is.controls import FileControls
+from mechlab.engines.mujoco.as_is.findings import gave_up, health, start_finding
 from mechlab.engines.mujoco.as_is.forces import ActuatorForces
 from mechlab.engines.mujoco.as_is.model import Start, file_settings, run_model, start
 from mechlab.engines.mujoco.as_is.states import FileStates
@@ -25,6 +26,7 @@ from mechlab.engines.mujoco.runner import versions
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, Grid, advance, grid
 from mechlab.engines.protocol import Engine
 from mechlab.errors import MechlabError
+from mechlab.experiment.acting import rounded
 from mechlab.experiment.laws.protocol import LawStates, applied_force
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.recording import Cost, Health, Recording, run_channels
@@ -77,13 +79,19 @@ class FileEngine(Engine):
 def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered: bool) -> Recording:
     model = run_model(file, settings)
     states = FileStates(file, model)
+    controls = FileControls(file, model, scene.controls)
+    step = controls.step if controls else None
     with quiet():
         begin = start(model, states, scene)
         data = begin.data
-        meter = WorkMeter(model, data)
-        seen = _Samples(file, model, data, states, meter, scene)
-        with _laws(scene, states, data):
-            end = advance(model, data, states, steps, seen.take, meter.step if metered else None)
+        controls.put(data, 0.0)
+        try:
+            meter = WorkMeter(model, data, controls)
+            seen = _Samples(file, model, data, states, meter, scene, controls)
+            with _laws(scene, states, data):
+                end = advance(model, data, states, steps, seen.take, meter.step if metered else step)
+        except mujoco.FatalError as error:
+            raise MechlabError(f"{file.name}: {gave_up(error, data.time)}") from None
     return _recording(file, scene, settings, model, begin, seen, end, metered)
 
 
@@ -150,7 +158,9 @@ class _Samples:
         states: FileStates,
         meter: WorkMeter,
         scene: Scene,
+        controls: FileControls,
     ) -> None:
+        self.controls = controls
         self.model, self.data, self.states, self.meter, self.scene = model, data, states, meter, scene
         self.own = mujoco.MjData(model)
         self.contacts = ContactWatch(file, model)
@@ -170,6 +180,7 @@ class _Samples:
         mujoco.mj_getState(model, data, self._state, INTEGRATION_STATE)
         mujoco.mj_setState(model, own, self._state, INTEGRATION_STATE)
         own.time = t
+        self.controls.put(own, t)
         if self.scene.laws:
             self._loads.append(_apply(self.scene, self.states, self.plant, own))
         mujoco.mj_forward(model, own)
@@ -229,12 +240,21 @@ def acts(model: mujoco.MjModel, begin: Start, scene: Scene) -> str:
     if model.neq:
         parts.append(f"{int(np.count_nonzero(begin.data.eq_active))} equalities with the file's softness")
     if model.nu:
-        control = begin.data.ctrl
-        values = "0" if not np.any(control) else "the controls of the keyframe"
-        parts.append(f"{model.nu} actuators at {values}")
+        parts += _actuators(model, scene)
     if scene.laws:
         parts.append(f"laws on {', '.join(dict.fromkeys(n for law in scene.laws for n in law.targets()))}")
     return "; ".join([*parts, begin.text])
+
+
+def _actuators(model: mujoco.MjModel, scene: Scene) -> list[str]:
+    """Texts on the actuators that follow commands, and on those that stand at the controls of the start."""
+    commanded, rest = rounded(list(scene.controls)), model.nu - len(scene.controls)
+    out = [f"commands of {commanded} in the file's units, held over a step"] if commanded else []
+    if rest:
+        at_keyframe = model.nkey > 0 and np.any(model.key_ctrl[0])
+        values = "the controls of the keyframe" if at_keyframe else "0"
+        out.append(f"{rest} {'other ' if commanded else ''}actuators at {values}")
+    return out
 
 
 ENGINES = {"file": FileEngine()}

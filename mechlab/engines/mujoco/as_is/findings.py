@@ -66,6 +66,13 @@ def health(
     return Health(tuple(out))
 
 
+def gave_up(error: Exception, t: float) -> str:
+    """Sentence on an error of the engine that ends a run after time t [s]; of a full memory with what to do."""
+    words = " ".join(str(error).split())
+    text = f"MuJoCo gave up after t = {t:.6g} s of the run as the file is: {words.split(' max =')[0].rstrip('., ')}"
+    return f'{text}. Raise memory in its <size memory="..."/>, or leave it out.' if "<size memory" in words else f"{text}."
+
+
 def energy_finding(model: mujoco.MjModel, energies: Array) -> Finding:
     """Finding "energy_balance": the largest |E(t) - E(0) - work(t)| as a share of the energy that the run turned over."""
     potential, kinetic, done, turned = energies.T

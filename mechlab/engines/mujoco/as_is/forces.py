@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.as_is.controls import actuator_name
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, key
 from mechlab.experiment.model_file import ModelFile
 from mechlab.mechanism.geometry import Array
@@ -32,7 +33,7 @@ class ActuatorForces:
             if len(names) == 1 and names[0] in taken:
                 self._joints.setdefault(names[0], []).append((k, float(model.actuator_gear[k, 0])))
             else:
-                name = key(model, OBJECT.mjOBJ_ACTUATOR, k).replace("#", "actuator_")
+                name = actuator_name(model, k)
                 self._own.append((f"{name}_actuator" if name in taken else name, k))
         self._forces: list[Array] = []
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.as_is.controls import FileControls
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.mechanism.geometry import Array
 
@@ -24,12 +25,14 @@ IMPLICIT = tuple(int(x) for x in (INTEGRATOR.mjINT_IMPLICIT, INTEGRATOR.mjINT_IM
 
 
 class WorkMeter:
-    """Steps a model and sums up the work of all forces that have no potential.
+    """Steps a model, each step under the controls of its start, and sums up the work of all forces that have no potential.
 
     `done` [J]: net work since the start; `turned` [J]: the sum of the absolute work of actuators, constraints and passive forces.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, controls: FileControls) -> None:
+        self._controls = controls
+        self._asked = np.zeros((BLOCK, model.nv))
         self.done, self.turned = 0.0, 0.0
         nv = model.nv
         self._sources = (
@@ -62,6 +65,8 @@ class WorkMeter:
             try:
                 rates[0] = qvel
                 for i in range(many):
+                    if self._controls:
+                        self._command(model, data, steps.t(k + i), i)
                     step(model, data)
                     rates[i + 1] = qvel
                     for block, now in rows:
@@ -71,12 +76,21 @@ class WorkMeter:
             self._add(many, last if k >= whole else h)
             k += many
 
+    def _command(self, model: mujoco.MjModel, data: mujoco.MjData, t: float, i: int) -> None:
+        """Controls of time t; of a method with stages also the actuators' forces under them, for the work of step i of the block."""
+        self._controls.put(data, t)
+        if self._multistage:
+            mujoco.mj_fwdActuation(model, data)
+            self._asked[i] = data.qfrc_actuator
+
     def _add(self, n: int, h: float) -> None:
         forces, rates = self._forces[:, :n], self._rates[: n + 1]
         if self._multistage:
             assert self._last is not None
             powers = np.concatenate([self._last[:, None], self._powers(forces, rates[1:])], axis=1)
             work = 0.5 * h * (powers[:, 1:] + powers[:, :-1])
+            if self._controls:  # they jump from step to step
+                work[0] = 0.5 * h * (powers[0, 1:] + np.einsum("ij,ij->i", self._asked[:n], rates[:-1]))
             self._last = powers[:, -1]
         else:
             work = h * self._powers(forces, 0.5 * (rates[1:] + rates[:-1]))
