@@ -267,8 +267,9 @@ def stopped_finding(t: float, duration: float, reason: str) -> Finding:
 
 OPEN_LOOP = 1e-3
 """A loop is torn open beyond this share of the smallest link."""
-SAME_JOINT = 1e-6
-"""Points of a body closer than this [m] count as one joint, not as the ends of a link."""
+SAME_JOINT = 1e-3
+"""Points of a body closer than this share of the longest link count as one joint, not as the ends of a link: the axes of a
+cross that miss each other by a rounding of the drawing."""
 
 
 def smallest_link(mechanism: Mechanism) -> float:
@@ -283,7 +284,8 @@ def smallest_link(mechanism: Mechanism) -> float:
             if name in points:
                 points[name].append(place.translation)
     lengths = [float(np.linalg.norm(a - b)) for own in points.values() for i, a in enumerate(own) for b in own[i + 1 :]]
-    return min((x for x in lengths if x > SAME_JOINT), default=float("inf"))
+    least = SAME_JOINT * max(lengths, default=0.0)
+    return min((x for x in lengths if x > least), default=float("inf"))
 
 
 def open_loop_finding(t: float, gap: float, limit: float, duration: float, row: str) -> Finding:

@@ -21,6 +21,7 @@ from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import newton
+from mechlab.mechanism.parts import GROUND
 from mechlab.mechanism.structure import rank
 from mechlab.mechanism.validate import CLOSURE_TOLERANCE, validate
 
@@ -178,6 +179,7 @@ class _Closing:
         self.m = bare if self.unit == 1.0 else in_unit_of_length(bare, self.unit)
         self.tree, self.rows = TreeKinematics(self.m), ConstraintSet(self.m)
         self.parts = {c.name: _turned(c) for c in self.rows.items}
+        self._held: dict[tuple[str, ...], list[int]] = {}
 
     def residual(self, q: Array) -> Array:
         """(rows,) residual, lengths in the unit."""
@@ -210,11 +212,24 @@ class _Closing:
         return out
 
     def _evaluate(self, q: Array, group: Group) -> tuple[Array, Array]:
-        self.tree.set(q)
+        self.tree.set(q, only=self._bodies(group.names))
         parts = [self.parts[name] for name in group.names]
         jacobian = np.zeros((len(group.rows), self.m.nv))
         jacobian[:, group.columns] = np.vstack([c.jacobian(self.tree) for c in parts])[:, group.columns]
         return np.concatenate([c.residual(self.tree) for c in parts]), jacobian
+
+    def _bodies(self, names: tuple[str, ...]) -> list[int]:
+        """Indices of the bodies that loops of these names hold, and of their parents: all that a residual depends on."""
+        if names not in self._held:
+            ends = [x for loop in self.m.loops if loop.name in names for x in (loop.body_a, loop.body_b)]
+            needed: set[str] = set()
+            while ends:
+                name = ends.pop()
+                if name != GROUND and name not in needed:
+                    needed.add(name)
+                    ends.append(self.m.body(name).parent)
+            self._held[names] = [i for i, b in enumerate(self.m.bodies) if b.name in needed]
+        return self._held[names]
 
     def _step(self, q: Array, dv: Array) -> Array:
         return integrate(self.m, q, dv)

@@ -7,6 +7,7 @@ in world axes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -80,8 +81,10 @@ class TreeKinematics:
                 self.turns[mechanism.v_slice[joint.name]] = 1.0
         self.set(mechanism.reference() if q is None else q, v)
 
-    def set(self, q: ArrayLike, v: ArrayLike | None = None) -> TreeKinematics:
-        """Move to coordinates q (nq,) and rates v (nv,); rates default to zero. Raises MechlabError for a wrong size."""
+    def set(self, q: ArrayLike, v: ArrayLike | None = None, only: Sequence[int] | None = None) -> TreeKinematics:
+        """Move to coordinates q (nq,) and rates v (nv,); rates default to zero. `only`: indices of the bodies that are
+        moved, in rising order, with all their parents; the others stay where they were. Raises MechlabError for a wrong
+        size."""
         q = np.asarray(q, dtype=float)
         m = self.mechanism
         if q.shape != (m.nq,):
@@ -91,7 +94,8 @@ class TreeKinematics:
         self.q = q
         self._motion: tuple[Array, Array, Array, Array] | None = None
         self.v = np.zeros(m.nv) if v is None else np.asarray(v, dtype=float)
-        for i, (parent, (r0, p0), joints) in enumerate(zip(self._parents, self._placements, self._joints, strict=True)):
+        for i in range(len(self._parents)) if only is None else only:
+            parent, (r0, p0), joints = self._parents[i], self._placements[i], self._joints[i]
             if parent >= 0:
                 rotation = self.rotations[parent] @ r0
                 origin = self.origins[parent] + self.rotations[parent] @ p0

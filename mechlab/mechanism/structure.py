@@ -19,6 +19,10 @@ from mechlab.mechanism.newton import newton
 from mechlab.tables import counted
 
 RANK_TOLERANCE = 1e-9
+INDEPENDENT = 1e-8
+"""Share of a row beyond which it does not repeat the rows before it."""
+CLEAR = 1e-3
+"""Share of a rate beyond which it is a good coordinate."""
 VOID = 1e-14
 """Size of a row, relative to the largest one and to 1, below which it is rounding."""
 FREEDOMS = ("degree of freedom", "degrees of freedom")
@@ -152,20 +156,35 @@ def independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[i
 
 
 def _independent(matrix: Array) -> list[int]:
-    norms = np.linalg.norm(matrix, axis=1)
+    return _chosen(matrix)[0]
+
+
+def _orthonormal(matrix: Array) -> Array:
+    """(rank, n) orthonormal basis of the rows."""
+    return _chosen(matrix)[1]
+
+
+def _chosen(matrix: Array) -> tuple[list[int], Array]:
     keep: list[int] = []
     basis = np.zeros((0, matrix.shape[1]))
-    for i, norm in enumerate(norms):
-        if norm < 1e-12:
-            continue
-        row = matrix[i] / norm
-        rest = row - basis.T @ (basis @ row)
-        rest -= basis.T @ (basis @ rest)
-        size = float(np.linalg.norm(rest))
-        if size > 1e-8:
-            basis = np.vstack([basis, rest / size])
+    for i, row in enumerate(matrix):
+        rest, size = _new_part(basis, row)
+        if size > INDEPENDENT:
+            basis = np.vstack([basis, rest])
             keep.append(i)
-    return keep
+    return keep, basis
+
+
+def _new_part(basis: Array, row: Array) -> tuple[Array, float]:
+    """The unit vector of what a row adds to an orthonormal basis (k, n), and the share of the row that this is."""
+    norm = float(np.linalg.norm(row))
+    if norm < 1e-12:
+        return row, 0.0
+    rest = row / norm
+    for _ in range(2):  # twice is enough against rounding
+        rest = rest - basis.T @ (basis @ rest)
+    size = float(np.linalg.norm(rest))
+    return rest / (size or 1.0), size
 
 
 def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
@@ -225,20 +244,22 @@ def idle_directions(mechanism: Mechanism, jacobian: Array) -> Array:
 
 
 def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
-    """Rates that can be chosen freely (drives first): with them all others follow."""
+    """Rates that can be chosen freely (drives first): with them all others follow. A rate of which less than `CLEAR` is free
+    of the rows and rates before it is taken only where no other is left: it would fix the pose badly."""
     _, jacobian = generic(mechanism)
-    drives = [mechanism.row(d.on) for d in mechanism.drives]
-    names = [d.on for d in mechanism.drives] + list(mechanism.rate_names)
-    rows = drives + list(np.eye(mechanism.nv))
-    basis = jacobian[_independent(jacobian)] if len(jacobian) else np.zeros((0, mechanism.nv))
+    basis = list(_orthonormal(jacobian))
+    wanted = mechanism.nv - len(basis)
+    drives = {d.on: mechanism.row(d.on) for d in mechanism.drives}
+    rates = dict(zip(mechanism.rate_names, np.eye(mechanism.nv), strict=True))
     chosen: list[str] = []
-    for name, row in zip(names, rows, strict=True):
-        if name in chosen:
-            continue
-        grown = np.vstack([basis, row])
-        if rank(grown) == grown.shape[0]:
-            basis = grown
-            chosen.append(name)
+    for rows, least in ((drives, INDEPENDENT), (rates, CLEAR), (rates, INDEPENDENT)):
+        for name, row in rows.items():
+            if len(chosen) == wanted:
+                return tuple(chosen)
+            rest, size = _new_part(np.array(basis).reshape(-1, mechanism.nv), row)
+            if name not in chosen and size > least:
+                basis.append(rest)
+                chosen.append(name)
     return tuple(chosen)
 
 

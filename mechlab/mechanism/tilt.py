@@ -124,5 +124,6 @@ def _path(loop: Loop, by_name: dict[str, Body]) -> list[tuple[str, Joint]]:
 
 def _common(axes: Sequence[Array]) -> Array:
     """The axis that most of the given ones are parallel to; the first one of several."""
-    near = [sum(float(np.linalg.norm(np.cross(a, b))) <= ROUNDING for b in axes) for a in axes]
-    return axes[int(np.argmax(near))]
+    stack = np.array(axes)
+    sines = np.linalg.norm(np.cross(stack[:, None], stack), axis=-1)
+    return axes[int(np.argmax(np.sum(sines <= ROUNDING, axis=1)))]

@@ -5,7 +5,7 @@ import pytest
 
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.energy import dissipation, energy, energy_finding, kinetic_energy, potential_energy, work
-from mechlab.experiment.findings import kinematic_findings, mode_signs, saturation_finding
+from mechlab.experiment.findings import kinematic_findings, mode_signs, saturation_finding, smallest_link
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, initial_state, sample_grid
@@ -169,3 +169,16 @@ def test_sample_grid():
             sample_grid(wrong, 1e-3)
     with pytest.raises(MechlabError, match="sample times"):
         sample_grid(1.0, 1e-3, [np.nan])
+
+
+@pytest.mark.parametrize(("miss", "smallest"), [(0.0, 0.1), (9.3e-5, 0.1), (0.02, 0.02)])
+def test_axes_of_a_cross_that_miss_each_other_by_a_rounding_are_no_link(miss, smallest):
+    b = Builder("cross", gravity=(0, -9.81, 0))
+    b.bar("crank", revolute("crank"), 0.1)
+    b.body("yoke", revolute("first"), parent="crank", at=(0.1, 0, 0), inertia=Inertia.axial(0.1, 1e-3, 1e-3))
+    b.bar("coupler", revolute("second"), 0.3, parent="yoke", at=(miss, 0, 0))
+    b.bar("rocker", revolute("rocker"), 0.25, at=(0.3, 0, 0))
+    b.loop("pin", "coupler", "rocker", (0.3, 0, 0), (0.25, 0, 0))
+    b.drive("crank")
+    m = b.assemble({"crank": 0.9, "second": -0.3, "rocker": 1.5}, hold=["crank", "first"])
+    assert smallest_link(m) == pytest.approx(smallest, rel=1e-12)

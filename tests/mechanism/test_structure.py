@@ -1,11 +1,12 @@
 """Freedoms, redundancies and singularities against counts that are known by hand."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 
 from mechlab.catalog import entry
-from mechlab.mechanism import close, singularity, structure
+from mechlab.mechanism import Builder, Inertia, TreeKinematics, close, revolute, singularity, structure
 from tests.mechanism.samples import fourbar, planetary
 
 
@@ -73,3 +74,29 @@ def test_head_of_the_delta_is_serially_singular_at_beta_90_degrees() -> None:
         tree = TreeKinematics(m, q)
         rotation, origin = tree.pose("output")
         assert singularity(m, q, tree.jacobian("output", origin + rotation @ np.array([0.05, 0, 0]))) == expected
+
+
+def geared(drive: str = ""):
+    """slow = 1e-5 fast: one freedom, which `slow` fixes a hundred thousand times worse than `fast`."""
+    b = Builder("geared", gravity=(0, 0, 0))
+    for name in ("slow", "fast"):
+        b.body(name, revolute(name), inertia=Inertia.axial(1.0, 0.01, 0.005))
+    b.relation("ratio", slow=1, fast=Fraction(-1, 100_000))
+    if drive:
+        b.drive(drive)
+    return b.build()
+
+
+def test_a_coordinate_that_hardly_moves_alone_is_not_chosen_unless_driven() -> None:
+    assert structure(geared()).independent == ("fast",)
+    assert structure(geared("slow")).independent == ("slow",)
+
+
+def test_bodies_can_be_moved_alone() -> None:
+    m = fourbar()
+    q = m.reference() + 0.3
+    whole, part = TreeKinematics(m, q), TreeKinematics(m).set(q, only=[0])
+    first, *others = (b.name for b in m.bodies)
+    assert np.array_equal(part.matrix(first), whole.matrix(first))
+    still = TreeKinematics(m)
+    assert all(np.array_equal(part.matrix(n), still.matrix(n)) for n in others)
