@@ -112,7 +112,7 @@ def simulate(
         out=FILE.npz: file for the recording
     """
     from mechlab.lab.own_scene import with_laws, with_scene
-    from mechlab.lab.run import run_scene
+    from mechlab.lab.run import engine_of, run_scene
 
     if isinstance(values, str):
         warnings.warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning, stacklevel=2)
@@ -125,7 +125,7 @@ def simulate(
         for what, x in (("duration", duration), ("timestep", timestep))
     )
     if laws or drives:
-        design, scene = with_laws(design, scene, laws, drives), None
+        design, scene = with_laws(design, scene or design.scene_for(engine or engine_of(settings)), laws, drives), None
     extra = {k: one_number(k, v) for k, v in rest.items()}
     times = tuple(at or ())
     recording = run_scene(

@@ -17,8 +17,8 @@ from mechlab.formats.urdf_meshes import Surfaces
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.naming import colliding_frame
-from mechlab.mechanism.parts import GROUND, MAX_BODIES
-from mechlab.mechanism.tree import too_many_bodies
+from mechlab.mechanism.parts import GROUND, MAX_BODIES, MAX_SHAPES
+from mechlab.mechanism.tree import too_many_bodies, too_many_shapes
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 MACRO = re.compile(
@@ -49,6 +49,9 @@ class UrdfText:
             raise MechlabError("this URDF has no links: <robot> needs a <link> and a <joint> for each part that moves.")
         if sum(j.get("type") != "fixed" for j in self.joints.values()) > MAX_BODIES:
             raise too_many_bodies(self.root.get("name", "robot"))
+        visuals = sum(len(link.findall("visual")) for link in self.links.values())
+        if visuals > MAX_SHAPES:
+            raise too_many_shapes(self.root.get("name", "robot"), visuals)
         self.parent = {name: self._end(joint, "parent") for name, joint in self.joints.items()}
         self.child = {name: self._end(joint, "child") for name, joint in self.joints.items()}
         for name, joint in self.joints.items():

@@ -51,7 +51,7 @@ def run_scene(
     if engine is not None and engine not in ENGINES:
         raise unknown("engine", engine, ENGINES)
     if scene is None:
-        scene = design.scene_for(engine or _engine_of(settings))
+        scene = design.scene_for(engine or engine_of(settings))
     choice = choose(design, scene, None, duration, extra) if is_auto(design, scene, fidelity) else None
     fidelity = choice.chosen if choice is not None else fidelity
     of_scene = design.for_scene(scene)
@@ -80,7 +80,7 @@ def run_scene(
     return done if choice is None else replace(done, health=done.health + Health((choice.finding(),)))
 
 
-def _engine_of(settings: Settings | str | None) -> str | None:
+def engine_of(settings: Settings | str | None) -> str | None:
     """The engine that settings or a preset are for; None without."""
     if isinstance(settings, str):
         return PRESETS[settings].engine if settings in PRESETS else None

@@ -77,6 +77,10 @@ GROUND = "ground"
 
 MAX_BODIES = 300
 """Most bodies of one mechanism: its dense matrices grow with the square of the coordinates, the work with the cube."""
+MAX_ROWS = 6 * MAX_BODIES
+"""Most constraint rows of one mechanism: as many as freedoms of so many free bodies, so that more rows only repeat others."""
+MAX_SHAPES = 10_000
+"""Most shapes of one mechanism: each is drawn, and written to every file."""
 
 JOINT_KINDS = ("revolute", "prismatic", "spherical")
 LOOP_ROWS = {"spherical": 3, "revolute": 5, "universal": 4, "cylindrical": 4, "prismatic": 5, "fixed": 6, "distance": 1}

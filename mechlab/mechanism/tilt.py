@@ -52,7 +52,8 @@ def tilts(bodies: Sequence[Body], loops: Sequence[Loop]) -> tuple[Tilt, ...]:
         if len(turning) < 2:
             continue
         common = _common([axis for _, _, axis in turning])
-        found = [(b, n, float(np.linalg.norm(np.cross(common, axis)))) for b, n, axis in turning]
+        sines = np.linalg.norm(np.cross(common, np.array([axis for _, _, axis in turning])), axis=1)
+        found = [(b, n, sine) for (b, n, _), sine in zip(turning, sines.tolist(), strict=True)]
         found += [
             (b, j.name, abs(float(common @ rotation[b] @ np.array(j.axis)))) for b, j in joints if j.kind == "prismatic"
         ]
@@ -124,5 +125,6 @@ def _path(loop: Loop, by_name: dict[str, Body]) -> list[tuple[str, Joint]]:
 
 def _common(axes: Sequence[Array]) -> Array:
     """The axis that most of the given ones are parallel to; the first one of several."""
-    near = [sum(float(np.linalg.norm(np.cross(a, b))) <= ROUNDING for b in axes) for a in axes]
-    return axes[int(np.argmax(near))]
+    stack = np.array(axes)
+    sines = np.linalg.norm(np.cross(stack[:, None], stack), axis=-1)
+    return axes[int(np.argmax(np.sum(sines <= ROUNDING, axis=1)))]

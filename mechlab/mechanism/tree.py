@@ -9,7 +9,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.parts import GROUND, MAX_BODIES, Body, Frame, Loop, Spring
+from mechlab.mechanism.parts import GROUND, MAX_BODIES, MAX_ROWS, MAX_SHAPES, Body, Frame, Loop, Spring
 
 ORDINARY_SIZES = (1e-2, 1e2)
 """Sizes [m] at which the unit of length stays the metre."""
@@ -20,6 +20,22 @@ def too_many_bodies(name: str) -> MechlabError:
     return MechlabError(
         f"mechanism {name!r} has more than {MAX_BODIES} bodies: mechlab computes with dense matrices, made for fewer. "
         "Weld parts that do not move against each other into one body."
+    )
+
+
+def too_many_rows(name: str, rows: int) -> MechlabError:
+    """The error for a mechanism with more than MAX_ROWS constraint rows."""
+    return MechlabError(
+        f"mechanism {name!r} has {rows} constraint rows, the limit is {MAX_ROWS}: the freedoms of {MAX_BODIES} free bodies. "
+        "Leave out loops and relations that repeat others."
+    )
+
+
+def too_many_shapes(name: str, shapes: int) -> MechlabError:
+    """The error for a mechanism with more than MAX_SHAPES shapes."""
+    return MechlabError(
+        f"mechanism {name!r} has {shapes} shapes (geoms, visuals), the limit is {MAX_SHAPES}. "
+        "Draw a part of many pieces with one mesh."
     )
 
 

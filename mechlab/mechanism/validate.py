@@ -16,10 +16,10 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import CHECKS, Mechanism
 from mechlab.mechanism.naming import refuse_collisions
-from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, Body, Drive
+from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, MAX_ROWS, MAX_SHAPES, Body, Drive
 from mechlab.mechanism.relation_locks import refuse_locks
 from mechlab.mechanism.tilt import refuse_tilts
-from mechlab.mechanism.tree import too_many_bodies
+from mechlab.mechanism.tree import too_many_bodies, too_many_rows, too_many_shapes
 
 CLOSURE_TOLERANCE = 1e-12
 """Largest residual of an assembled reference pose: of offsets in units of `length_scale`, of angles as sines."""
@@ -33,6 +33,12 @@ def validate(m: Mechanism, closed: bool = True) -> None:
         raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
     if len(m.bodies) > MAX_BODIES:
         raise too_many_bodies(m.name)
+    rows = sum(LOOP_ROWS.get(x.kind, 0) for x in m.loops) + len(m.relations)
+    if rows > MAX_ROWS:
+        raise too_many_rows(m.name, rows)
+    shapes = len(m.ground_shapes) + sum(len(b.shapes) for b in m.bodies)
+    if shapes > MAX_SHAPES:
+        raise too_many_shapes(m.name, shapes)
     _names(m)
     _tree(m)
     for body in m.bodies:

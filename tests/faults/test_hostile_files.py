@@ -22,6 +22,11 @@ CPU = 10.0
 ARM = '<body name="arm"><joint name="j" axis="0 1 0"/><geom name="g" type="capsule" size=".02" fromto="0 0 0 0 0 1"/></body>'
 
 
+CONNECT = '<connect body1="arm" body2="world" anchor="0 0 0"/>'
+SPHERE = '<geom size=".01"/>'
+VISUAL = '<visual><geometry><sphere radius="0.1"/></geometry></visual>'
+
+
 def mjcf(world=ARM, rest=""):
     return f'<mujoco model="m">{rest}<worldbody>{world}</worldbody></mujoco>'
 
@@ -132,6 +137,8 @@ MJCF = {
     "texture of 10 GB": (mjcf(rest='<asset><texture type="2d" name="t" builtin="flat" width="60000" height="60000"/></asset>'), "texture"),
     "height field of 14 GB": (mjcf(rest='<asset><hfield name="h" nrow="60000" ncol="60000" size="1 1 1 1"/></asset>'), "memory|crashes"),
     "arena of 200 GB": (mjcf(rest='<size memory="200G"/>'), "memory"),
+    "5000 loops": (mjcf(ARM, f"<equality>{CONNECT * 5000}</equality>"), "'m' has 15000 constraint rows, the limit is 1800"),
+    "20000 geoms": (mjcf(ARM + SPHERE * 20_000), "'m' has 20001 shapes \\(geoms, visuals\\), the limit is 10000"),
     "2000 copies": (
         mjcf('<replicate count="2000" offset="1 0 0"><body><joint/><geom size=".1"/></body></replicate>'), "at most [36]00|more than 300"
     ),
@@ -164,6 +171,7 @@ URDF = {
     "no type": (robot(' type="revolute"', ""), "<joint name='j'>|joint 'j'|j"),
     "mimic of nobody": (robot(LIMIT, LIMIT + '<mimic joint="nobody"/>'), "nobody"),
     "2000 mimics of each other": (chain(2000, mimics=True), "300|at most 600"),
+    "20000 visuals": (robot("</inertial></link><joint", "</inertial>" + VISUAL * 20_000 + "</link><joint"), "'r' has 20000 shapes"),
     "mimic of itself": (robot(LIMIT, LIMIT + '<mimic joint="j"/>'), "j"),
 }  # fmt: skip
 JSON = {
@@ -224,6 +232,24 @@ def test_what_the_broken_files_are_made_of_is_sound(suffix, intact, folder, caps
     path.write_text(intact or to_json(ml.load("fourbar").mechanism()))
     code, _, err, _ = answer(["show", path], capsys)
     assert (code, err) == (0, "")
+
+
+@pytest.mark.parametrize("links", [40, 292])
+def test_joints_that_follow_each_other_in_a_row_are_one_freedom(links, folder, capsys):
+    (folder / "model.urdf").write_text(chain(links, mimics=True))
+    code, out, err, cpu = answer(["show", folder / "model.urdf"], capsys)
+    assert (code, err) == (0, "") and cpu < CPU
+    rows = links - 2
+    assert f"{links - 1} coordinates, {rows} constraint rows of rank {rows}: 1 degree of freedom" in out
+
+
+def test_many_loops_on_many_bodies_are_answered_soon(folder, capsys):
+    """A chain of 60 links, each of them pinned to the world by 10 loops, which is as many rows as there may be: nothing moves."""
+    links = "".join(f'<body name="b{k}"><joint axis="0 1 0"/><geom size=".1"/>' for k in range(60)) + "</body>" * 60
+    loops = "".join(f'<connect body1="b{k % 60}" body2="world" anchor="0 0 .1"/>' for k in range(600))
+    (folder / "model.xml").write_text(mjcf(links, f"<equality>{loops}</equality>"))
+    code, out, err, cpu = answer(["show", folder / "model.xml"], capsys)
+    assert cpu < CPU and "1800 constraint rows of rank 60" in out + err, (code, err)
 
 
 def test_a_pipe_a_folder_and_a_huge_file_are_not_read(folder, capsys):

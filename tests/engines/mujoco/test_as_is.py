@@ -247,7 +247,8 @@ def test_the_work_of_commands_is_accounted_for(integrator: str, tmp_path: Path) 
     text = BALL.replace('timestep="0.001"', f'timestep="0.001" gravity="0 0 0" integrator="{integrator}"')
     text = text.replace("</worldbody>", '</worldbody><actuator><motor name="push" joint="fall"/></actuator>')
     push = {"push": lambda t: 200.0 * math.sin(900.0 * t)}
-    made = ml.simulate(written(tmp_path, text), scene="as-is", drives=push, duration=0.2)
+    made = ml.simulate(written(tmp_path, text), drives=push, duration=0.2)
+    assert made.settings.engine == "file"  # without a name of a scene, too
     # rates are trapezoids of one force in a step, exact but for the damping: h c / m = 5e-6
     assert made.health.finding("energy_balance").value < 1e-5
 

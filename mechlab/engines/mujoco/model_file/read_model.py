@@ -32,7 +32,8 @@ from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.naming import colliding_frame
-from mechlab.mechanism.parts import Frame
+from mechlab.mechanism.parts import MAX_SHAPES, Frame
+from mechlab.mechanism.tree import too_many_shapes
 
 CLOSED = 1e-12
 """Largest gap of a loop [m, rad] that is rounding."""
@@ -72,6 +73,8 @@ def from_compiled(model: mujoco.MjModel, path: Path | None = None) -> ModelFile:
     """The mechanism of a compiled model, which is not changed. Raises MechlabError as `read_model`."""
     if not model.nv:
         raise MechlabError("nothing moves in this model: it has no joints.")
+    if model.ngeom > MAX_SHAPES:
+        raise too_many_shapes(_name(model), model.ngeom)
     remarks = Remarks()
     tree = read_tree(model, remarks)
     names = Names("equality")
