@@ -68,6 +68,7 @@ def test_completion_knows_verbs_options_engines_and_the_catalog() -> None:
     assert offered("mechlab", "s") == {"show", "solve", "simulate", "sweep", "stability", "synthesize"}
     assert offered("mechlab", "simulate", "fourbar", "--max") == {"--max-error"}
     assert offered("mechlab", "simulate", "fourbar", "--engine", "") == {
+        "file",
         "mujoco",
         "pinocchio",
         "hybrid",
