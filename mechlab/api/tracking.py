@@ -62,20 +62,20 @@ def track(
     from mechlab.studies.track.closed import usual_engine
     from mechlab.studies.track.read import goals_of, tasks_of_keys, times_of
     from mechlab.studies.track.study import track as study
-    from mechlab.studies.track.tasks import RangeLimit, RateLimit, SingularityLimit
+    from mechlab.studies.track.tasks import Limit, RateLimit, SingularityLimit
 
     if not isinstance(tasks, Sequence):
         raise MechlabError(f"tasks: expected a list of tasks and limits, got {tasks!r}.")
     design, rest = design_and_rest(source, key_values(values, given))  # type: ignore[arg-type]
     m = asked_mechanism(design) if fidelity is None else design.mechanism(fidelity)
     of_keys, start = tasks_of_keys(m, in_si(design, rest), wishes)
-    limits: list[Limit] = [x for x in tasks if isinstance(x, RangeLimit | RateLimit | SingularityLimit)]
+    limits: list[Limit] = [x for x in tasks if isinstance(x, Limit)]
     if max_rate:
         rates = in_si(design, {f"{k}_rate": x for k, x in key_values(max_rate, {}).items()})
         limits.append(RateLimit({k.removesuffix("_rate"): one_number(k, x) for k, x in rates.items()}))
     if clearance is not None:
         limits.append(SingularityLimit(clearance))
-    asked: list[Task] = [*of_keys, *(x for x in tasks if not isinstance(x, RangeLimit | RateLimit | SingularityLimit))]
+    asked: list[Task] = [*of_keys, *(x for x in tasks if not isinstance(x, Limit))]
     t = times_of(m, asked, times, duration)
     name = usual_engine()
     found = study(

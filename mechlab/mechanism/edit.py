@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.gears import GearMesh
+from mechlab.mechanism.geometry import vector
 from mechlab.mechanism.given import options_of
-from mechlab.mechanism.parts import (
-    GROUND,
-    Body,
-    Drive,
-    Frame,
-    Joint,
-    LinearRelation,
-    Loop,
-    Shaft,
-    Shape,
-    Spring,
-)
+from mechlab.mechanism.parts import GROUND, Body, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Shape, Spring
 
 Part = Body | Joint | Loop | GearMesh | LinearRelation | Shaft | Spring | Drive | Frame
 LISTS = {
@@ -31,18 +21,21 @@ LISTS = {
 KINDS = ("body", "joint", *list(LISTS)[1:])
 
 
-class Parts(Protocol):
-    """What holds the parts: a Builder."""
+class Parts:
+    """Lists of parts in any order: what is edited."""
 
-    name: str
-    bodies: list[Body]
-    loops: list[Loop]
-    meshes: list[GearMesh | LinearRelation]
-    shafts: list[Shaft]
-    springs: list[Spring]
-    drives: list[Drive]
-    frames: list[Frame]
-    ground_shapes: list[Shape]
+    def __init__(self, name: str, gravity: Sequence[float] = (0.0, 0.0, -9.81), summary: str = "") -> None:
+        self.name = name
+        self.gravity = vector(gravity, "gravity")
+        self.summary = summary
+        self.bodies: list[Body] = []
+        self.loops: list[Loop] = []
+        self.meshes: list[GearMesh | LinearRelation] = []
+        self.shafts: list[Shaft] = []
+        self.springs: list[Spring] = []
+        self.drives: list[Drive] = []
+        self.frames: list[Frame] = []
+        self.ground_shapes: list[Shape] = []
 
 
 def parts_of(b: Parts) -> Iterator[tuple[str, Part]]:

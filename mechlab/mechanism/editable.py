@@ -2,35 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Self
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism import edit
 from mechlab.mechanism.attach import MakesMechanism, attach
-from mechlab.mechanism.gears import GearMesh
-from mechlab.mechanism.geometry import IDENTITY, Placement, vector
+from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.given import Number, si
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import GROUND, Body, Drive, Frame, LinearRelation, Loop, Shaft, Shape, Spring
+from mechlab.mechanism.parts import GROUND, Body
 
 
-class Editable:
-    """Lists of parts in any order, and the methods that edit them; each returns the object itself."""
-
-    def __init__(self, name: str, gravity: Sequence[float] = (0.0, 0.0, -9.81), summary: str = "") -> None:
-        self.name = name
-        self.gravity = vector(gravity, "gravity")
-        self.summary = summary
-        self.bodies: list[Body] = []
-        self.loops: list[Loop] = []
-        self.meshes: list[GearMesh | LinearRelation] = []
-        self.shafts: list[Shaft] = []
-        self.springs: list[Spring] = []
-        self.drives: list[Drive] = []
-        self.frames: list[Frame] = []
-        self.ground_shapes: list[Shape] = []
+class Editable(edit.Parts):
+    """Lists of parts, and the methods that edit them; each returns the object itself."""
 
     def change_body(self, name: str, /, *, mass: Number | None = None, **fields: object) -> Self:
         """Change a body: fields as of `Body` (parent, placement, joints, inertia, shapes); `mass` [kg] scales its inertia.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ CENTRE = "center_of_mass_of_"
 
 
 @dataclass(frozen=True, eq=False)
-class Goal:
+class Goal(ABC):
     """Something that shall have `samples` (n, ...) at the times of the path. Lengths in the unit of the `Closed`.
 
     name: as it is reported; unit: "m" or "rad"; tolerance in that unit (SI).
@@ -27,13 +28,13 @@ class Goal:
     tolerance: float
     unit: str
 
+    @abstractmethod
     def value(self, plant: StatePlant) -> Array:
         """The present value, shaped as one of the samples."""
-        raise NotImplementedError
 
+    @abstractmethod
     def rows(self, plant: StatePlant) -> Array:
         """(k, nv) rate of what is missing, with opposite sign."""
-        raise NotImplementedError
 
     def missing(self, value: Array, target: Array) -> Array:
         """(k,) from the value to the target."""

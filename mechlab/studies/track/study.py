@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,6 +12,7 @@ import numpy as np
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.geometry import Array, Placement
+from mechlab.mechanism.given import si
 from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
@@ -79,13 +79,11 @@ def limits_of(m: Mechanism, limits: Sequence[Limit], unit: float) -> Limits:
         if isinstance(limit, SingularityLimit):
             if limit.of not in ("closure", "drives", "targets"):
                 raise unknown("SingularityLimit: of", limit.of, ("closure", "drives", "targets"))
-            if not math.isfinite(limit.at_least):
-                raise MechlabError(f"SingularityLimit: at_least: expected a finite number, got {limit.at_least!r}.")
-            distances[limit.of] = float(limit.at_least)
+            distances[limit.of] = si(limit.at_least, "SingularityLimit: at_least")
         elif isinstance(limit, RateLimit):
-            rates |= {n: _positive(m, n, x) for n, x in limit.rates.items()}
+            rates |= {n: _positive(m, n, x) for n, x in _by_name("RateLimit: rates", limit.rates).items()}
         elif isinstance(limit, RangeLimit):
-            ranges |= {n: _ends(m, n, x) for n, x in limit.ranges.items()}
+            ranges |= {n: _ends(m, n, x) for n, x in _by_name("RangeLimit: ranges", limit.ranges).items()}
 
     def scale(n: str) -> float:
         return unit if is_length(m, n) else 1.0
@@ -97,16 +95,29 @@ def limits_of(m: Mechanism, limits: Sequence[Limit], unit: float) -> Limits:
     )
 
 
-def _positive(m: Mechanism, name: str, rate: float) -> float:
+def _by_name(what: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    if not isinstance(given, Mapping):
+        raise MechlabError(f"{what}: expected names of joints or shafts with their values, got {given!r}.")
+    return given
+
+
+def _positive(m: Mechanism, name: str, rate: Any) -> float:
     m.row(name)
-    if not float(rate) > 0:
+    try:
+        largest = float(rate)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{m.name}: the largest rate of {name!r}: expected a number, got {rate!r}.") from None
+    if not largest > 0:
         raise MechlabError(f"{m.name}: the largest rate of {name!r} must be positive, got {rate!r}.")
-    return float(rate)
+    return largest
 
 
-def _ends(m: Mechanism, name: str, ends: tuple[float, float]) -> tuple[float, float]:
+def _ends(m: Mechanism, name: str, ends: Any) -> tuple[float, float]:
     m.row(name)
-    low, high = (float(x) for x in ends)
+    try:
+        low, high = (float(x) for x in ends)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{m.name}: the range of {name!r}: expected two numbers (low, high), got {ends!r}.") from None
     if not low < high:
         raise MechlabError(f"{m.name}: the range of {name!r} must go from low to high, got {ends!r}.")
     return low, high
