@@ -55,7 +55,7 @@ def where(root: ET.Element, element: ET.Element) -> str:
 
 # -- MJCF ----------------------------------------------------------------------------------------------------------------
 
-POSITIVE = {"option": ("timestep", "impratio"), "key": (), "replicate": ()}
+POSITIVE = {"option": ("timestep", "impratio")}
 NOT_NEGATIVE = {
     "inertial": ("mass",), "geom": ("density",), "joint": ("armature", "frictionloss", "damping"), "tendon": ("frictionloss",),
     "fixed": ("armature", "frictionloss"), "spatial": ("armature", "frictionloss"), "option": ("density", "viscosity"),

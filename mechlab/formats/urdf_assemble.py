@@ -1,49 +1,28 @@
 """Closing a mechanism whose file leaves its loops open in the zero pose, and saying which branch was taken.
 
-Newton starts at the zero pose of the file, then at poses around it, farther and farther away. Of the closed poses found, the
-one inside all joint ranges with the least motion from the zero pose is taken; a singular one only where there is no other.
+Of the closed poses found, the one inside all joint ranges with the least motion from the zero pose is taken; a singular one
+only where there is no other.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.formats.urdf_closed_poses import NEAR, Closing, Group, largest
 from mechlab.mechanism.assembly import rebased
-from mechlab.mechanism.constraints import Constraint, ConstraintSet, LoopConstraint
-from mechlab.mechanism.geometry import Array, Placement, rotation_log, skew
-from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
-from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array, Placement
+from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.length_unit import coordinate_units
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.newton import newton
-from mechlab.mechanism.parts import GROUND
-from mechlab.mechanism.structure import rank
 from mechlab.mechanism.validate import CLOSURE_TOLERANCE, validate
 
-STARTS = 60
-"""Most starts of Newton."""
-ENOUGH = 4
-"""Closed regular poses inside the ranges after which no more starts are made."""
-MENDED = 1e-6
-"""Largest gap, in units of the size of the mechanism, that is closed by moving the end of a loop: of rounded numbers in a
-file with more rows than the closure needs. A larger one is a mistake in the file."""
-SPREADS = (0.05, 0.3, 0.8, 1.5, 3.0)
-"""Distances of the starts from the zero pose [rad, units of length], in turn."""
-NEAR = 1e-3
-"""Motion from the zero pose [rad, units of length] below which that pose is meant: no other branch is looked for."""
-ATTEMPTS = 5
-"""Starts for each loop, where loops are closed one after the other."""
 NAMED = 4
-SAME = 1e-4
-"""Poses that differ by less [rad, units of length] are the same branch."""
-
-
-Indices = NDArray[np.intp]
+"""Most names that a sentence lists."""
 
 
 class StaysOpen(MechlabError):
@@ -57,54 +36,19 @@ class OpenMechanism(Mechanism):
         validate(self, closed=False)
 
 
-@dataclass(frozen=True)
-class Branch:
-    """A closed pose of some loops: q and residual in the unit of length of the mechanism; motion from the zero pose, ranges
-    broken, singular."""
-
-    q: Array
-    residual: float
-    motion: float
-    outside: tuple[str, ...]
-    singular: bool
-
-    @property
-    def order(self) -> tuple[bool, int, float]:
-        """The best branch has the least."""
-        return (self.singular, len(self.outside), self.motion)
-
-
-@dataclass(frozen=True)
-class Group:
-    """Loops and relations that share joints: their names, their rows, the rates they depend on; the poses that close them, or
-    why there are none."""
-
-    names: tuple[str, ...]
-    rows: Indices
-    columns: Indices
-    found: tuple[Branch, ...] = ()
-    starts: int = 0
-    hopeless: str = ""
-
-    @property
-    def best(self) -> Branch:
-        """The branch that is taken."""
-        return min(self.found, key=lambda b: b.order)
-
-
 def assemble(parts: Mapping[str, object]) -> tuple[Mechanism, tuple[str, ...]]:
     """The Mechanism of these parts (arguments of Mechanism), closed, and sentences on how; raises MechlabError that names
     the loop that stays open."""
     bare = OpenMechanism(**parts)  # type: ignore[arg-type]
     if not bare.loops:
         return Mechanism(**parts), ()  # type: ignore[arg-type]
-    solver = _Closing(bare)
+    solver = Closing(bare)
     start = solver.m.reference()
     before = solver.residual(start)
-    if _size(before) <= 0.1 * CLOSURE_TOLERANCE:
+    if largest(before) <= 0.1 * CLOSURE_TOLERANCE:
         return Mechanism(**parts), ("its loops are closed in the zero pose",)  # type: ignore[arg-type]
     q, groups = start, []
-    for group in solver.groups():
+    for group in solver.groups:
         searched = solver.search(group, start)
         if not searched.found:
             raise StaysOpen(_stays_open(bare, solver, searched, before))
@@ -117,297 +61,17 @@ def assemble(parts: Mapping[str, object]) -> tuple[Mechanism, tuple[str, ...]]:
     return mechanism, (*notes, *mended)
 
 
-class _Turned:
-    """A fixed or sliding loop whose rows of rotation are the rotation vector between its ends. Its own rows, sines between
-    axes, vanish at half turns, too, in which Newton would end as often as in the pose that is meant."""
-
-    def __init__(self, constraint: LoopConstraint) -> None:
-        self.constraint, self.loop = constraint, constraint.loop
-        self.offsets = len(constraint.rows) - 3
-
-    def _turn(self, kin: Kinematics) -> tuple[Array, Array]:
-        ra, rb = kin.pose(self.loop.body_a)[0] @ self.loop.placement_a.rotation, kin.pose(self.loop.body_b)[0]
-        return ra, rotation_log(ra.T @ rb @ self.loop.placement_b.rotation)
-
-    def residual(self, kin: Kinematics) -> Array:
-        """(rows,) offsets [m] and rotation vector [rad]."""
-        return np.concatenate([self.constraint.residual(kin)[: self.offsets], self._turn(kin)[1]])
-
-    def jacobian(self, kin: Kinematics) -> Array:
-        """(rows, nv)."""
-        ra, w = self._turn(kin)
-        origin = np.zeros(3)
-        turning = ra.T @ (kin.jacobian(self.loop.body_b, origin)[3:] - kin.jacobian(self.loop.body_a, origin)[3:])
-        angle, cross = float(np.linalg.norm(w)), skew(w)
-        factor = 1.0 / 12.0 if angle < 1e-4 else 1.0 / angle**2 - (1.0 + np.cos(angle)) / (2.0 * angle * max(np.sin(angle), 1e-9))
-        inverse = np.eye(3) - 0.5 * cross + factor * cross @ cross
-        return np.vstack([self.constraint.jacobian(kin)[: self.offsets], inverse @ turning])
-
-
-class _Pin:
-    """A loop about an axis; a pose in which the two axes point against each other is none of it."""
-
-    def __init__(self, constraint: LoopConstraint) -> None:
-        self.constraint, self.loop = constraint, constraint.loop
-
-    def residual(self, kin: Kinematics) -> Array:
-        """(rows,) that of the loop, and 2 in its last row where the axes are opposed."""
-        ra, rb = (kin.pose(body)[0] for body in (self.loop.body_a, self.loop.body_b))
-        out = self.constraint.residual(kin)
-        if (ra @ self.loop.placement_a.rotation)[:, 2] @ (rb @ self.loop.placement_b.rotation)[:, 2] < 0.0:
-            out[-1] = np.copysign(2.0 - abs(out[-1]), out[-1])
-        return out
-
-    def jacobian(self, kin: Kinematics) -> Array:
-        """(rows, nv)."""
-        return self.constraint.jacobian(kin)
-
-
-def _turned(constraint: Constraint) -> Constraint | _Turned | _Pin:
-    if isinstance(constraint, LoopConstraint) and constraint.loop.kind in ("fixed", "prismatic"):
-        return _Turned(constraint)
-    if isinstance(constraint, LoopConstraint) and constraint.loop.kind in ("revolute", "cylindrical"):
-        return _Pin(constraint)
-    return constraint
-
-
-class _Closing:
-    """Newton for one mechanism, in its own unit of length."""
-
-    def __init__(self, bare: Mechanism) -> None:
-        self.unit = bare.length_scale
-        self.m = bare if self.unit == 1.0 else in_unit_of_length(bare, self.unit)
-        self.tree, self.rows = TreeKinematics(self.m), ConstraintSet(self.m)
-        self.parts = {c.name: _turned(c) for c in self.rows.items}
-        self._held: dict[tuple[str, ...], list[int]] = {}
-
-    def residual(self, q: Array) -> Array:
-        """(rows,) residual, lengths in the unit."""
-        self.tree.set(q)
-        return np.concatenate([c.residual(self.tree) for c in self.parts.values()])
-
-    def groups(self) -> list[Group]:
-        """The loops and relations, those that share a joint together."""
-        rng = np.random.default_rng(3)
-        some = [self._step(self.m.reference(), rng.standard_normal(self.m.nv)) for _ in range(2)]
-        uses = np.sum([np.abs(self.rows.jacobian(self.tree.set(q))) for q in some], axis=0)
-        names = list(self.rows.slices)
-        columns = {n: {int(k) for k in np.flatnonzero(uses[self.rows.slices[n]].max(axis=0) > 1e-9)} for n in names}
-        together: list[list[str]] = []
-        for name in names:
-            joined = [g for g in together if any(columns[n] & columns[name] for n in g)]
-            together = [g for g in together if g not in joined] + [[*(n for g in joined for n in g), name]]
-        return [self._group(g, columns) for g in together]
-
-    def _group(self, names: Sequence[str], columns: Mapping[str, set[int]]) -> Group:
-        rows = np.concatenate([np.arange(self.rows.slices[n].start, self.rows.slices[n].stop) for n in names])
-        return Group(tuple(names), rows, np.array(sorted(set().union(*(columns[n] for n in names))), dtype=np.intp))
-
-    def merged(self, q: Array, other: Array, group: Group) -> Array:
-        """q with the coordinates of a group from another pose."""
-        out = q.copy()
-        for joint in self.m.joints:
-            if self.m.v_slice[joint.name].start in group.columns:
-                out[self.m.q_slice[joint.name]] = other[self.m.q_slice[joint.name]]
-        return out
-
-    def _evaluate(self, q: Array, group: Group) -> tuple[Array, Array]:
-        self.tree.set(q, only=self._bodies(group.names))
-        parts = [self.parts[name] for name in group.names]
-        jacobian = np.zeros((len(group.rows), self.m.nv))
-        jacobian[:, group.columns] = np.vstack([c.jacobian(self.tree) for c in parts])[:, group.columns]
-        return np.concatenate([c.residual(self.tree) for c in parts]), jacobian
-
-    def _bodies(self, names: tuple[str, ...]) -> list[int]:
-        """Indices of the bodies that loops of these names hold, and of their parents: all that a residual depends on."""
-        if names not in self._held:
-            ends = [x for loop in self.m.loops if loop.name in names for x in (loop.body_a, loop.body_b)]
-            needed: set[str] = set()
-            while ends:
-                name = ends.pop()
-                if name != GROUND and name not in needed:
-                    needed.add(name)
-                    ends.append(self.m.body(name).parent)
-            self._held[names] = [i for i, b in enumerate(self.m.bodies) if b.name in needed]
-        return self._held[names]
-
-    def _step(self, q: Array, dv: Array) -> Array:
-        return integrate(self.m, q, dv)
-
-    def _shaken(self, q: Array, columns: Indices, spread: float, rng: np.random.Generator) -> Array:
-        step = np.zeros(self.m.nv)
-        step[columns] = spread * rng.standard_normal(len(columns))
-        return self._step(q, step)
-
-    def close(self, q: Array, group: Group) -> tuple[Array, float]:
-        """A pose near q with the least residual, by damped Newton, and that residual; redundant rows that contradict each
-        other by rounding are met in the mean."""
-        found = newton(lambda x: self._evaluate(x, group), self._step, q, tolerance=1e-13, iterations=50)
-        best, size = found.q, found.residual
-        if 1e-13 < size < 1e-2:  # rows that nearly repeat others: leave their differences alone
-            for _ in range(8):
-                residual, jacobian = self._evaluate(best, group)
-                trial = self._step(best, np.asarray(-np.linalg.lstsq(jacobian, residual, rcond=1e-5)[0], dtype=np.float64))
-                after = _size(self._evaluate(trial, group)[0])
-                if after < size or (after < 2.0 * size and after < MENDED):
-                    best, size = trial, after
-        return best, size
-
-    def search(self, group: Group, start: Array) -> Group:
-        """The group with the closed poses found, the nearest of each branch once."""
-        rng = np.random.default_rng(1)
-        found: list[Branch] = []
-        k = 0
-        for k in range(STARTS):
-            spread = 0.0 if k == 0 else SPREADS[(k - 1) % len(SPREADS)]
-            q = self._shaken(start, group.columns, spread, rng)
-            q, size = self._grown(q, group, rng) if k % 2 else self.close(q, group)
-            if size > MENDED and k == 0 and (hopeless := self._hopeless(group)):
-                return replace(group, starts=k + 1, hopeless=hopeless)
-            if size > MENDED:
-                continue
-            branch = self._judged(*self._nearer(q, size, group), group)
-            if all(np.max(np.abs(branch.q - b.q)) > SAME for b in found):
-                found.append(branch)
-            good = sum(not b.singular and not b.outside for b in found)
-            if good >= ENOUGH or (good and k == 0 and branch.motion < NEAR):
-                break
-        return replace(group, found=tuple(found), starts=k + 1)
-
-    def _grown(self, q: Array, group: Group, rng: np.random.Generator) -> tuple[Array, float]:
-        """The pose with one loop after the other closed, each from a few starts of the joints that it adds."""
-        closed: list[str] = []
-        size = np.inf
-        parts = {g.names[0]: g for g in (self._alone(n) for n in group.names)}
-        done: set[int] = set()
-        for name in rng.permutation(list(group.names)):
-            own = parts[str(name)]
-            fresh = np.array([c for c in own.columns if int(c) not in done] or own.columns, dtype=np.intp)
-            closed.append(str(name))
-            both = self._joined([parts[n] for n in closed])
-            for attempt in range(ATTEMPTS):
-                trial, size = self.close(q if attempt == 0 else self._shaken(q, fresh, 1.0, rng), both)
-                if size <= MENDED:
-                    break
-            else:
-                return q, size
-            q = trial
-            done |= {int(c) for c in own.columns}
-        return q, size
-
-    def _hopeless(self, group: Group) -> str:
-        """Half a sentence on the first loop of a group that does not even close alone; empty where each does."""
-        rng = np.random.default_rng(5)
-        for name in group.names:
-            own, least = self._alone(name), np.inf
-            for k in range(STARTS):
-                q = self._shaken(self.m.reference(), own.columns, 0.0 if k == 0 else SPREADS[k % len(SPREADS)], rng)
-                least = min(least, self.close(q, own)[1])
-                if least <= MENDED:
-                    break
-            else:
-                names = [j.name for j in self.m.joints if self.m.v_slice[j.name].start in own.columns]
-                return (
-                    f"{name} does not even close alone: its {len(own.rows)} rows over the joints {', '.join(names)} stay open by "
-                    f"{least:.2g} at best from {STARTS} starts"
-                )
-        return ""
-
-    def _alone(self, name: str) -> Group:
-        rows = np.arange(self.rows.slices[name].start, self.rows.slices[name].stop)
-        whole = next(g for g in self._known_groups if name in g.names)
-        uses = np.abs(self._evaluate(self._some, replace(whole, names=(name,), rows=rows))[1]).max(axis=0)
-        return Group((name,), rows, np.flatnonzero(uses > 1e-9))
-
-    def _joined(self, groups: Sequence[Group]) -> Group:
-        columns = np.unique(np.concatenate([g.columns for g in groups]))
-        return Group(tuple(n for g in groups for n in g.names), np.concatenate([g.rows for g in groups]), columns)
-
-    @cached_property
-    def _known_groups(self) -> list[Group]:
-        return self.groups()
-
-    @cached_property
-    def _some(self) -> Array:
-        return self._step(self.m.reference(), np.random.default_rng(4).standard_normal(self.m.nv))
-
-    def _nearer(self, q: Array, size: float, group: Group) -> tuple[Array, float]:
-        """Slide along the closed poses towards the zero pose, as far as that shortens the way to it."""
-        for _ in range(40):
-            jacobian = self._evaluate(q, group)[1][:, group.columns]
-            way = -self._away(q)[group.columns]
-            _, values, vt = np.linalg.svd(jacobian)
-            free = vt[int(np.sum(values > 1e-7 * max(values[0], 1e-12))) :]
-            along = np.zeros(self.m.nv)
-            along[group.columns] = free.T @ (free @ way)
-            if np.max(np.abs(along), initial=0.0) < 1e-3:
-                break
-            scale = min(1.0, 0.3 / float(np.max(np.abs(along))))
-            trial, after = self.close(self._step(q, scale * along), group)
-            if after > max(10.0 * size, 1e-12) or self._motion(trial, group) > self._motion(q, group) - 1e-6:
-                break
-            q, size = trial, after
-        return q, size
-
-    def _away(self, q: Array) -> Array:
-        """(nv,) the coordinates as a step from the zero pose; angles within half a turn."""
-        out = np.zeros(self.m.nv)
-        for joint in self.m.joints:
-            x, v = q[self.m.q_slice[joint.name]], self.m.v_slice[joint.name]
-            if joint.kind == "spherical":
-                turn = 2.0 * np.arctan2(np.linalg.norm(x[1:]), abs(x[0]))
-                norm = float(np.linalg.norm(x[1:]))
-                out[v] = 0.0 if norm == 0.0 else np.copysign(turn, x[0]) * x[1:] / norm
-            else:
-                out[v] = _half_turn(x) if joint.kind == "revolute" and joint.range is None else x
-        return out
-
-    def _motion(self, q: Array, group: Group) -> float:
-        return float(np.linalg.norm(self._away(q)[group.columns]))
-
-    def _judged(self, q: Array, size: float, group: Group) -> Branch:
-        q, outside = q.copy(), []
-        for joint in self.m.joints:
-            at = self.m.q_slice[joint.name]
-            if self.m.v_slice[joint.name].start not in group.columns or joint.kind == "spherical":
-                continue
-            if joint.kind == "revolute" and (joint.range is None or not _inside(joint, q[at][0])):
-                turned = _half_turn(q[at])
-                if joint.range is None or _inside(joint, turned[0]):
-                    q[at] = turned
-            if joint.range is not None and not _inside(joint, q[at][0]):
-                outside.append(joint.name)
-        residual, jacobian = self._evaluate(q, group)
-        rng = np.random.default_rng(2)
-        near = [self.close(self._shaken(q, group.columns, 0.02, rng), group)[0] for _ in range(2)]
-        full = max(rank(self._evaluate(x, group)[1]) for x in near)
-        return Branch(q, _size(residual), self._motion(q, group), tuple(outside), rank(jacobian) < full)
-
-
-def _inside(joint: object, x: float) -> bool:
-    low, high = joint.range[0] - joint.zero, joint.range[1] - joint.zero  # type: ignore[attr-defined]
-    return bool(low - 1e-6 <= x <= high + 1e-6)
-
-
-def _half_turn(x: Array) -> Array:
-    return np.asarray((x + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-def _size(residual: Array) -> float:
-    return float(np.max(np.abs(residual), initial=0.0))
-
-
 def _settled(parts: dict[str, object], unit: float) -> tuple[Mechanism, tuple[str, ...]]:
     """The Mechanism in its closed pose. Where rows that repeat others keep a gap of rounding size, the ends of these loops
     are moved onto each other."""
     bare = OpenMechanism(**parts)  # type: ignore[arg-type]
     rows, tree = ConstraintSet(bare), TreeKinematics(bare)
     residual = rows.residual(tree)
-    if _size(residual) <= 0.5 * CLOSURE_TOLERANCE * min(unit, 1.0):
+    if largest(residual) <= 0.5 * CLOSURE_TOLERANCE * min(unit, 1.0):
         return Mechanism(**parts), ()  # type: ignore[arg-type]
     loops, moved = [], []
     for loop in bare.loops:
-        gap = _size(residual[rows.slices[loop.name]])
+        gap = largest(residual[rows.slices[loop.name]])
         if gap > 0.0 and loop.kind != "distance":
             loops.append(replace(loop, placement_b=_met(loop, tree)))
             moved.append((gap, loop.name))
@@ -454,7 +118,7 @@ def _loops(count: int) -> str:
     return "1 loop" if count == 1 else f"{count} loops"
 
 
-def _report(m: Mechanism, solver: _Closing, q: Array, groups: Sequence[Group], before: Array) -> tuple[str, ...]:
+def _report(m: Mechanism, solver: Closing, q: Array, groups: Sequence[Group], before: Array) -> tuple[str, ...]:
     """How far the zero pose was open, what moved; and for each group of loops how its branch was chosen."""
     steps = []
     for joint in m.joints:
@@ -491,7 +155,7 @@ def _way(group: Group) -> str:
     return f"{chosen} from {starts}{outside}{'; it is singular, like all of them' if best.singular else ''}"
 
 
-def _worst(m: Mechanism, solver: _Closing, residual: Array) -> tuple[float, str]:
+def _worst(m: Mechanism, solver: Closing, residual: Array) -> tuple[float, str]:
     k = int(np.argmax(np.abs(residual)))
     row = solver.rows.rows[k]
     loop = next((x for x in m.loops if row.startswith(f"{x.name}.")), None)
@@ -499,7 +163,7 @@ def _worst(m: Mechanism, solver: _Closing, residual: Array) -> tuple[float, str]
     return abs(float(residual[k])) * (solver.unit if offset else 1.0), f"{row}{' [m]' if offset else ''}"
 
 
-def _stays_open(m: Mechanism, solver: _Closing, group: Group, before: Array) -> str:
+def _stays_open(m: Mechanism, solver: Closing, group: Group, before: Array) -> str:
     rows = np.zeros_like(before)
     rows[group.rows] = before[group.rows]
     gap, row = _worst(m, solver, rows)

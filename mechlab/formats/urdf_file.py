@@ -188,7 +188,8 @@ def _asked(text: UrdfText, files: Sequence[LoopsYaml]) -> _Asked:
             out.left.append(LeftOut(f"key of {file.name}", file.unread, "mechlab does not read this key"))
     if out.swaps:
         changed = [f"{name} is {kind}" for name, kind in out.swaps.items()]
-        out.notes.append(f"joints of another type than in the URDF, by {files[0].name}: {listed(changed)}")
+        source = next(f.name for f in files if f.swaps)
+        out.notes.append(f"joints of another type than in the URDF, by {source}: {listed(changed)}")
     return out
 
 

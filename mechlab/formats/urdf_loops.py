@@ -173,14 +173,18 @@ def _sdf_joint(text: UrdfText, joint: ET.Element) -> Closure:
     names = [(joint.findtext(tag) or "").strip() for tag in ("parent", "child")]
     parent, first = text.place(names[0], what)
     child, second = text.place(names[1], what)
-    pose = [float(x) for x in (joint.findtext("pose") or "0 0 0 0 0 0").split()]
-    if len(pose) != 6:
-        raise fail(joint, "its <pose> needs six numbers: x y z roll pitch yaw.")
+    pose = _numbers_in(joint, "pose", (0.0,) * 6)
     own = placement_of(ET.Element("origin", xyz=" ".join(map(str, pose[:3])), rpy=" ".join(map(str, pose[3:]))))
-    axis = [float(x) for x in (joint.findtext("axis/xyz") or "0 0 1").split()]
+    axis = _numbers_in(joint, "axis/xyz", (0.0, 0.0, 1.0))
     end = _turned(second @ own, axis, kind, f"{what}: axis")
     start = _turned(first @ in_parent(text, names[0], names[1]) @ own, axis, kind, f"{what}: axis")
     return Closure(Loop(clean(joint.get("name") or "loop"), kind, parent, child, start, end), "<joint> in <gazebo>")
+
+
+def _numbers_in(joint: ET.Element, path: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    """The numbers that an element of an SDF joint has as its text; raises MechlabError that names the joint and the element."""
+    written = ET.Element("joint", {"name": joint.get("name", ""), path: joint.findtext(path) or ""})
+    return floats(written, path, len(default)) or default
 
 
 def in_parent(text: UrdfText, parent: str, child: str) -> Placement:

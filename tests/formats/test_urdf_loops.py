@@ -186,6 +186,20 @@ def test_faults_of_the_yaml_are_named(tmp_path, yaml, message):
         read_file(closed_by(tmp_path, fourbar(marks()), robot__yaml=yaml))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("0 0 0 0 0</pose>", "0 0 0 0 up</pose>", "<joint name='pin'>: pose='.*up' is not a list of numbers"),
+        ("0 0 0 0 0</pose>", "0 0</pose>", "<joint name='pin'>: pose='.*' has 3 numbers, expected 6"),
+        ("<xyz>0 0 1</xyz>", "<xyz>0 0 z</xyz>", "<joint name='pin'>: axis/xyz='0 0 z' is not a list of numbers"),
+    ],
+)
+def test_numbers_of_an_sdf_joint_that_are_none_are_named(old, new, message):
+    assert old in DIALECTS["gazebo"]
+    with pytest.raises(MechlabError, match=message):
+        from_urdf(fourbar(DIALECTS["gazebo"].replace(old, new)))
+
+
 def test_loops_that_cannot_close_are_refused_by_name(tmp_path):
     short = fourbar(marks()).replace(f'xyz="{ROCKER!r} 0 0"', 'xyz="0.01 0 0"').replace(f'xyz="{COUPLER!r} 0 0"', 'xyz="0.02 0 0"')
     with pytest.raises(MechlabError, match="pin does not even close alone: its 3 rows over the joints j_crank, j_coupler, j_rocker"):

@@ -154,6 +154,16 @@ def test_degrees(tmp_path: Path) -> None:
     assert "degrees" not in graver(look(tmp_path, fourbar(crank='range="-1.57 1.57"')))
 
 
+def test_a_joint_without_a_range_is_not_in_degrees(tmp_path: Path) -> None:
+    """A URDF says "no range" as 1e9 rad; the same joint with 180 is in degrees."""
+    free = ml.to_urdf(ml.load("fourbar").mechanism())
+    path = tmp_path / "free.urdf"
+    path.write_text(free)
+    assert "1000000000" in free and "degrees" not in {f.name for f in ml.doctor(path).findings}
+    path.write_text(free.replace("1000000000", "180"))
+    assert "degrees" in {f.name for f in ml.doctor(path).findings}
+
+
 def test_contacts_limits_friction_activation_masses(tmp_path: Path) -> None:
     assert graver(look(tmp_path, fourbar(defaults="")))["contacts"] == "error"  # coupler and rocker meet in the pin
     assert graver(look(tmp_path, fourbar(crank='range="0.5 1"')))["beyond_range"] == "warning"

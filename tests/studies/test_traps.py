@@ -8,11 +8,11 @@ beside what they guard.
 trap                                                          listed     what catches it
 bodies not depth-first: mass matrix silently wrong            P1 D2      here: refused
 redundant rows and mu = 0 give NaN                            P2 L-T4    here: own equations stay finite and right
-proximal residual is no measure; PGS says True and is wrong   P3 P5 A    solve/test_dynamics: accelerations_meet_the_equations
+proximal residual is no measure; PGS says True and is wrong   P3 P5 A    engines/pinocchio/test_dynamics: accelerations_meet_the_equations
 derivatives of constrained dynamics wrong; bias stays zero    P4 P6 P7   not used; mechanism/test_constraints: jacobian_and_bias...
 mimic joints raise or drop                                    P8         formats/test_urdf: relations_of_three_joints...
 continuous joints have two coordinates                        P9         formats/test_urdf: poses_in_pinocchio
-free joints are placed differently                            P10        solve/test_kinematics: poses_jacobians_velocities_bias
+free joints are placed differently                            P10        engines/pinocchio/test_kinematics: poses_jacobians_velocities_bias
 no Jdot v in joint and tendon equalities                      L-T1       runs: finding distance_loops
 sparse factorisation wrong (issue 3767)                       E2.1       here: refused; formats/test_mjcf_tree: options_and_names
 default softness does not converge                            E2.2 B1    runs: findings settings, loop_open
@@ -30,11 +30,11 @@ inertia that breaks the triangle inequality                   B12 L1     here: r
 a joint twice in a tendon                                     E2.4       here: refused
 Pinocchio's MJCF reader keeps the first child, drops gears    E3 X1 X2   here: one base body holds all; gears are own rows
 inconsistent redundancy locks the train                       E4         here: refused
-load sharing decided by regularisation                        E4         simulate/test_reactions: loads_of_redundant_meshes...
+load sharing decided by regularisation                        E4         engines/mujoco/test_reactions: loads_of_redundant_meshes...
 stiff damped tendon across branches under implicitfast        B4         runs: findings energy_balance, step_error
 singular position of the n-four-bar                           B5         runs: findings loop_gap, step_error
 redundant loop of the Bricard                                 B6         here: redundancy named, run agrees with the reference
-step does not divide the output distance                      B12        simulate/test_run: samples_stand_at_or_around...
+step does not divide the output distance                      B12        engines/mujoco/test_run: samples_stand_at_or_around...
 autoreset goes on from the reference pose                     B9 D7 I5   runs: findings blow_up, restart
 light loaded parts, mass ratio                                B10 D5     runs: finding predicted_lag
 shaft inertia or damping across branches                      D1 D3      here: refused
@@ -43,8 +43,8 @@ frictionloss creeps, stops late                               D6         runs: f
 one-way clutch is no joint limit                              D9         experiment/test_held_rates: one_way_stop...
 capture time of held rates below the timestep                 D9         runs: finding capture
 distance equality does not exist                              X3         formats/test_mjcf_loops: rows_span_the_same_space
-poses lag by one step                                         X4         simulate/test_run: every_sample_is_of_its_own_state
-quaternion order, full mass matrix, joint order               X5 D8      simulate/test_model: plant_terms_are_those...
+poses lag by one step                                         X4         engines/mujoco/test_run: every_sample_is_of_its_own_state
+quaternion order, full mass matrix, joint order               X5 D8      engines/mujoco/test_model: plant_terms_are_those...
 gear on a moving axis                                         X6         mechanism/test_gears: a_bevel_planet_keeps...
 explicit servo on bare gear inertia                           X7         runs: finding blow_up
 rod inertia, lost mass                                        X8 X11     mechanism/test_reduction: mass_matrix_is_that_of_the_train
@@ -60,7 +60,7 @@ solve_ivp and empty events                                    I4         integra
 energy of shafts                                              I7         runs: finding energy_balance stays ok
 servo lag: compare at the actual angle                        I8         runs: finding saturation tells a drive that lags
 undamped loops are no attractors; mean speed decays           I9 I10     analytic/test_impulse: orbit_closes_and_has_neutral...
-RK4 with a state of an actuator is first order                I (weak)   study/test_order: a_motor_with_a_state...
+RK4 with a state of an actuator is first order                I (weak)   lab/test_order: a_motor_with_a_state...
 motor faster than the timestep                                I          catalog/test_impulse_transmission: a_motor_that_is...
 tilted axis locks a planar loop                               L-T3       mechanism/test_tilt: a_tilt_is_refused_and_named
 Baumgarte gains of zero drift                                 L-T5       runs: finding closure_correction

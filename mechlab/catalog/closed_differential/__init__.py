@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.closed_differential.build import SCENES, SOURCE, Parameters, build
+from mechlab.catalog.closed_differential.build import SOURCE, Parameters, build
 from mechlab.catalog.closed_differential.checks import CHECKS, warnings
 from mechlab.catalog.closed_differential.claims import CLAIMS
 from mechlab.catalog.closed_differential.law import draw
 from mechlab.catalog.closed_differential.questions import CHANNELS, QUESTIONS, expand, reference
+from mechlab.catalog.closed_differential.scenes import SCENES
 from mechlab.experiment.entry import Entry
 
 FORMULAS = """\

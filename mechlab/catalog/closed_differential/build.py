@@ -1,20 +1,15 @@
-"""The closed differential: parameters, its two stages, the Mechanism in three fidelities, and the scenes."""
+"""The closed differential: parameters, its two stages and the Mechanism in three fidelities."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import lru_cache
 
 from mechlab.analytic import differential as closed
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.entry import SceneRecipe
-from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
-from mechlab.experiment.laws import Constant, ConstantPower, Law, Motor, Viscous
 from mechlab.experiment.parameters import parameter
-from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.epicyclic_build import on_circle
 from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
@@ -274,103 +269,3 @@ def _gears(b: Builder, p: Parameters, planets: int) -> None:
             b.gears(f"{inner}_{k + 1}", "block_14", name, (sun, pinion), carrier=arm)
             b.gears(f"{outer}_{k + 1}", "block_36", name, (ring, pinion), carrier=arm, kind="internal")
         b.shaft(f"{s.planet}_spin", {arm: 1, f"{s.planet}_1": 1})
-
-
-STEP, DRY_STEP = 1e-3, 5e-4
-"""Timesteps [s]. Stops, held inputs and locks capture a rate with a time constant of one step; scenes with dry friction
-take the finer step, so that the time at which it stops the motion is right."""
-MOST_MOTOR_MOMENT = 2000.0
-"""Moment [N m] at which a motor of constant power is limited near standstill."""
-CHANNELS_SHOWN = ("w_H1", "w_H2", "w1", "w3", "w2", "w5", "angular_momentum", "outer_power")
-
-
-def _drags(p: Parameters) -> tuple[Law, ...]:
-    pairs = (("block_14", p.drag_14), ("block_36", p.drag_36))
-    inner = (ViscousBetween("block_14", "block_36", p.drag_internal),) if p.drag_internal else ()
-    return (*(Viscous(on, c) for on, c in pairs if c), *inner)
-
-
-def _load(p: Parameters) -> Law:
-    return Constant("H2", -p.M_H2)
-
-
-def _constant(p: Parameters) -> tuple[Law, ...]:
-    return Constant("H1", p.M_H1), _load(p), *_drags(p)
-
-
-def _motor(p: Parameters, motor: Law) -> tuple[Law, ...]:
-    return motor, Viscous("H2", p.load_drag), *_drags(p)
-
-
-def _input(p: Parameters) -> RateHold:
-    return RateHold("H1", p.w_H1_0)
-
-
-STOP = RateHold("block_36", 0.0, low=0.0)
-
-
-def _dry_load(p: Parameters) -> tuple[Law, ...]:
-    friction = RateHold("H2", 0.0, -abs(p.M_H2), abs(p.M_H2))
-    return (HeldRates((_input(p), friction), _drags(p), DRY_STEP),)
-
-
-def _locked(p: Parameters) -> tuple[Law, ...]:
-    pair = RateHold((("block_14", 1.0), ("block_36", -float(p.lock_ratio))))
-    return (HeldRates((pair,), _constant(p), STEP),)
-
-
-@dataclass(frozen=True)
-class Case:
-    """A scene: its text, duration [s], laws for some parameters, and its own defaults of parameters."""
-
-    text: str
-    duration: float
-    laws: Callable[[Parameters], tuple[Law, ...]]
-    overrides: Mapping[str, float] = field(default_factory=dict)
-
-
-CASES = {
-    "constant-moments": Case("M_H1 drives, M_H2 resists, nothing else: (8) holds at one instant", 0.5, _constant),
-    "held-input-dry-load": Case(
-        "a servo holds w_H1 at w_H1_0, dry friction of M_H2 loads the output: it stops and sticks", 1.0, _dry_load,
-    ),
-    "housing-drag": Case(
-        "constant moments, both blocks drag on the housing", 20.0, _constant, {"drag_14": 0.02, "drag_36": 2.0},
-    ),
-    "internal-drag": Case(
-        "constant moments, viscous drag between the blocks only: the train runs backwards", 2.0, _constant,
-        {"drag_internal": 0.5},
-    ),
-    "one-way-stop": Case(
-        "constant moments from rest, block 36 cannot turn backwards: an ordinary gear of ratio a/b", 1.0,
-        lambda p: (HeldRates((STOP,), _constant(p), STEP),), {"w_H1_0": 0.0, "w_H2_0": 0.0},
-    ),
-    "locked-pair": Case("constant moments, w1 = lock_ratio w3 held: an ordinary gear of one freedom", 1.0, _locked),
-    "motor-and-viscous-load": Case(
-        "a motor with a straight characteristic, a viscous load: the output comes to rest", 10.0,
-        lambda p: _motor(p, Motor("H1", p.motor_stall, p.motor_no_load)),
-    ),
-    "constant-power": Case(
-        "a motor of constant power, a viscous load: the input runs away, the output comes to rest", 60.0,
-        lambda p: _motor(p, ConstantPower("H1", p.motor_power, MOST_MOTOR_MOMENT)),
-    ),
-    "backstop-two-range": Case(
-        "input held, one-way stop of block 36, drag between the blocks: two ranges, with losses", 10.0,
-        lambda p: (HeldRates((_input(p), STOP), (_load(p), *_drags(p)), STEP),), {"drag_internal": 0.2},
-    ),
-}  # fmt: skip
-
-
-def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
-    case, dry = CASES[name], name == "held-input-dry-load"
-    laws = case.laws(p)
-    # the capture of held rates is of first order in its time: it leaves up to 4e-4 rad of some 200
-    tolerance = 1e-3 if dry else 1e-4 if isinstance(laws[0], HeldRates) else 1e-5
-    return Scene(
-        name, fidelity, case.duration, laws, initial_rates={"H1": p.w_H1_0, "H2": p.w_H2_0}, channels=CHANNELS_SHOWN,
-        needs=("poses", "drive_forces"), tolerance=tolerance, settings=Settings(timestep=DRY_STEP if dry else STEP),
-        text=case.text,
-    )  # fmt: skip
-
-
-SCENES = {n: SceneRecipe(partial(_scene, n), "minimal", c.text, c.overrides) for n, c in CASES.items()}

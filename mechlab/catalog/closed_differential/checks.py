@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import differential as closed
-from mechlab.catalog.closed_differential.build import GAP, SCENES, STATED_TEETH, USED_TEETH, WIDTH, Parameters, build
+from mechlab.catalog.closed_differential.build import GAP, STATED_TEETH, USED_TEETH, WIDTH, Parameters, build
 from mechlab.catalog.closed_differential.questions import ANSWERS, QUESTIONS, Machine, machine, reference
+from mechlab.catalog.closed_differential.scenes import SCENES
 from mechlab.engines.protocol import IMPLEMENTATIONS, engine
 from mechlab.engines.protocol import WITNESSES as ENGINES
 from mechlab.experiment.entry import Check, CheckResult

@@ -84,12 +84,6 @@ class JointGraph:
         return next(x.placement for x in self.links if x.name == link)
 
 
-def inverse(placement: Placement) -> Placement:
-    """The inverse of a placement."""
-    turn = placement.rotation.T
-    return Placement.of(turn, -turn @ placement.translation)
-
-
 def joint_graph(m: Mechanism) -> JointGraph:
     """The graph of a mechanism: tree, welds and loops."""
     graph = JointGraph()

@@ -15,9 +15,10 @@ from pathlib import Path
 
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
-from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, inverse, joint_graph, left_out_of
+from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
 from mechlab.formats.mjcf.write_tree import safe_tensor
 from mechlab.formats.urdf import Follow, mimics
+from mechlab.formats.urdf_fillers import inverse
 from mechlab.formats.write import write_meshes
 from mechlab.formats.xml_text import SIZES, add, numbers, primitive, text
 from mechlab.mechanism.geometry import IDENTITY, Placement

@@ -15,7 +15,8 @@ from typing import Any
 from mechlab.errors import EngineMissing, install_extra
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
-from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, inverse, joint_graph, left_out_of
+from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
+from mechlab.formats.urdf_fillers import inverse
 from mechlab.mechanism.geometry import Placement, frame_along
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Drive, Shape

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from mechlab.catalog.closed_differential.build import SCENES, Parameters, build
+from mechlab.catalog.closed_differential.build import Parameters, build
+from mechlab.catalog.closed_differential.scenes import SCENES
 from mechlab.engines.mujoco.runner import run
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.errors import MechlabError

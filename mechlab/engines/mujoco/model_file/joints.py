@@ -125,6 +125,10 @@ def _fast_activation(model: mujoco.MjModel) -> Iterator[Symptom]:
         yield Symptom("fast_activation", "error", text, 'dyntype="filterexact"', float(model.actuator_dynprm[quick[0], 0]))
 
 
+TEN_TURNS = 3600.0
+"""Largest angle [deg] that somebody may have meant; a wider range, such as the 1e9 rad of a URDF joint without one, is no range."""
+
+
 def angles(model: mujoco.MjModel, radian: bool, unit_given: bool) -> Iterator[Symptom]:
     """Finding "degrees": ranges and springs of hinges that look like radians in a file in degrees, or degrees in a file in radians.
 
@@ -138,7 +142,7 @@ def angles(model: mujoco.MjModel, radian: bool, unit_given: bool) -> Iterator[Sy
             known[name_of(model, "JOINT", j)] = tuple(float(x) for x in model.jnt_range[j])
     biggest = max((abs(x) for v in known.values() for x in v), default=0.0)
     if radian:
-        wrong = [f"{n} = {_list(v)} rad" for n, v in known.items() if max(map(abs, v)) > 8.0 * np.pi]
+        wrong = [f"{n} = {_list(v)} rad" for n, v in known.items() if 8.0 * np.pi < max(map(abs, v)) <= TEN_TURNS]
         if wrong:
             yield Symptom(
                 "degrees", "error", f'range of {listed(wrong)}: degrees, under angle="radian"?', '<compiler angle="degree"/>', biggest
