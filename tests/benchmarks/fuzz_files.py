@@ -168,6 +168,8 @@ def main():
     """Mutate, run, count."""
     seed, count = int(sys.argv[1]), int(sys.argv[2])
     files = files_of([Path(f) for f in sys.argv[3:]] or [ROOT / "models"])
+    if not files:
+        sys.exit(f"no {', '.join(VERBS)} file below 400 kB in {', '.join(sys.argv[3:]) or 'models/'}: name a folder with model files.")
     kept = Path(tempfile.mkdtemp(prefix="fuzz_"))
     codes, faults, slowest = Counter(), Counter(), (0.0, "")
     for k in range(count):
