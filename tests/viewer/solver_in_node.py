@@ -36,12 +36,13 @@ def in_node(mechanism: Mechanism, questions: Sequence[dict[str, Any]]) -> list[A
 ANSWERS = """
 const asked = JSON.parse(require("fs").readFileSync(0, "utf8"));
 const model = new PageModel(asked.model), solver = new PoseSolver(model), list = (x) => Array.from(x);
+const lists = (found) => Object.fromEntries(Object.entries(found).map(([name, x]) => [name, list(x)]));
 const answers = {
   facts: () => ({ size: model.size, bodies: model.bodies, names: model.names, drives: model.drives, nq: model.nq, nv: model.nv,
     rank: model.structure.rank, home: list(model.home) }),
-  poses: ({ q }) => { const { position, quaternion } = model.poses(q); return { position: list(position), quaternion: list(quaternion) }; },
-  velocities: ({ q, v }) => { const { linear, angular } = model.velocities(q, v); return { linear: list(linear), angular: list(angular) }; },
-  constraints: ({ q }) => { const { residual, jacobian, names } = model.constraints(q); return { residual: list(residual), jacobian: list(jacobian), names }; },
+  poses: ({ q }) => lists(model.poses(q)),
+  velocities: ({ q, v }) => lists(model.velocities(q, v)),
+  constraints: ({ q }) => lists(model.constraints(q)),
   value: ({ name, q }) => model.value(name, q),
   row: ({ name }) => list(model.row(name)),
   set: ({ q }) => { solver.set(Float64Array.from(q)); return list(solver.q); },

@@ -39,6 +39,8 @@ async function start() {
     ready: false,
     bodies: [...story.bodies],
     model: story.model,
+    PageModel,
+    PoseSolver,
     seek: (time) => player.seek(time),
     play: () => player.play(),
     pause: () => player.pause(),
