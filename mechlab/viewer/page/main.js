@@ -16,11 +16,17 @@ async function start() {
   addTriad(rig, byId("triad"));
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
+  const sources = {
+    value: () => null,
+    velocity: (body) => (explorer || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
+  };
+  const inspector = new Inspector(story, stage, sources, () => stage.redraw());
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
     if (!explorer) layers.arrows.apply(frame, share);
     if (layers.ghost) layers.ghost.apply(time);
     byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
+    inspector.update();
     stage.redraw();
   };
   player.onTime((time) => {
@@ -47,6 +53,7 @@ async function start() {
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
     explorer,
+    inspector,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
     get arrows() { return layers.arrows.items; },
