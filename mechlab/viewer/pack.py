@@ -105,6 +105,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
+        "channels": story.channels.packed(block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
         "health": [list(pair) for pair in story.health],
