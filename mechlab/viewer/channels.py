@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism.geometry import Array
-
-if TYPE_CHECKING:
-    from mechlab.viewer.pack import ByteBlock
 
 MOST_BYTES = 1_000_000
 """Of the channels of a page, before compression; a channel takes four bytes a sample."""
@@ -28,18 +24,6 @@ class Channels:
     values: Mapping[str, Array] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     recorded: int = 0
-
-    def packed(self, block: ByteBlock) -> dict[str, Any]:
-        """As JSON values and references of arrays in `block`. A value beyond 32 bits is a gap."""
-        limit = float(np.finfo(np.float32).max)
-        return {
-            "t": block.add(self.t, "f8"),
-            "recorded": self.recorded,
-            "items": [
-                {"name": name, "unit": self.units.get(name, ""), "values": block.add(np.where(np.abs(v) < limit, v, np.nan), "f4")}
-                for name, v in self.values.items()
-            ],
-        }
 
 
 def recorded_channels(recording: Recording) -> Channels:
