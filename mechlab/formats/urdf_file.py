@@ -25,11 +25,12 @@ from mechlab.formats.urdf_loops import Closure, closing_frames, declared, in_par
 from mechlab.formats.urdf_meshes import read_surfaces
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
 from mechlab.formats.urdf_sidecar import whole_from_sidecar
-from mechlab.formats.urdf_source import UrdfText, listed, number_of
+from mechlab.formats.urdf_source import UrdfText, number_of
 from mechlab.mechanism.geometry import Placement, frame_along, unit
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Loop
 from mechlab.mechanism.tree import depth_first
+from mechlab.tables import counted, listed
 
 BALL = re.compile(r"spherical|rotule", re.IGNORECASE)
 """Names of joints that an Extended URDF is to read as ball joints."""
@@ -73,8 +74,8 @@ def _companions(path: Path, text: UrdfText) -> tuple[list[LoopsYaml], list[str]]
             found.append(loops)
         elif file.stem in (path.stem, "robot") or file.name == RELAY:
             raise MechlabError(
-                f"{file.name} beside it closes loops of other links: {listed(missing)} {'is' if len(missing) == 1 else 'are'} not "
-                f"in this URDF. Existing: {listed(sorted({*text.links, *text.joints}))}."
+                f"{file.name} beside it closes loops of other links: {listed(missing, 6)} {'is' if len(missing) == 1 else 'are'} not "
+                f"in this URDF. Existing: {listed(sorted({*text.links, *text.joints}), 6)}."
             )
         else:
             notes.append(f"{file.name} beside it closes loops of another URDF and was not read")
@@ -189,7 +190,7 @@ def _asked(text: UrdfText, files: Sequence[LoopsYaml]) -> _Asked:
     if out.swaps:
         changed = [f"{name} is {kind}" for name, kind in out.swaps.items()]
         source = next(f.name for f in files if f.swaps)
-        out.notes.append(f"joints of another type than in the URDF, by {source}: {listed(changed)}")
+        out.notes.append(f"joints of another type than in the URDF, by {source}: {listed(changed, 6)}")
     return out
 
 
@@ -261,6 +262,6 @@ def _sources(closures: Sequence[Closure]) -> tuple[str, ...]:
     for closure in closures:
         groups.setdefault(closure.source, []).append(closure.loop)
     return tuple(
-        f"{len(loops)} loop{'s' if len(loops) > 1 else ''} closed by {source}: {listed([f'{x.name} ({x.kind})' for x in loops])}"
+        f"{counted(len(loops), 'loop')} closed by {source}: {listed([f'{x.name} ({x.kind})' for x in loops], 6)}"
         for source, loops in groups.items()
     )
