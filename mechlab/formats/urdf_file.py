@@ -127,22 +127,24 @@ def _built(text: UrdfText, files: Sequence[LoopsYaml]) -> tuple[Mechanism, tuple
     given = bodies_of(text, asked.swaps)
     relations, drives = relations_of(text, asked.swaps), _drives(text, asked)
     used = [n for r in relations for n, _ in r.coefficients] + [d.on for d in drives]
-    bodies, loops, frames, folded = without_fillers(given, [c.loop for c in closures], frames_of(text), used)
+    folded = without_fillers(given, [c.loop for c in closures], frames_of(text), used)
     parts: dict[str, object] = {
         "name": clean(text.root.get("name") or "robot"),
-        "bodies": depth_first(bodies),
-        "loops": tuple(loops),
+        "bodies": depth_first(folded.bodies),
+        "loops": tuple(folded.loops),
         "relations": relations,
         "drives": drives,
-        "frames": tuple(frames),
+        "frames": tuple(folded.frames),
         "ground_shapes": ground_shapes_of(text),
     }
     mechanism, notes = assemble(parts)
     parted = tuple(x for c in closures for x in c.left)
     left = [LeftOut("part of a joint that closes a loop", parted, "a loop has no limits or damping")] if parted else []
+    if folded.lost:
+        left.append(LeftOut("frame", tuple(folded.lost), "it stands between two joints that became a loop"))
     closed = {n for f in files for n in _used(f)} | {n for c in closures for n in (c.loop.name,)}
     seen = [] if closures else list(suspected(text, closed))
-    return mechanism, (*asked.left, *left), (*_sources(closures), *asked.notes, *folded, *notes, *seen)
+    return mechanism, (*asked.left, *left), (*_sources(closures), *asked.notes, *folded.notes, *notes, *seen)
 
 
 def _with_balls(

@@ -18,7 +18,6 @@ from mechlab.files import write
 from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
 from mechlab.formats.mjcf.write_tree import safe_tensor
 from mechlab.formats.urdf import Follow, mimics
-from mechlab.formats.urdf_fillers import inverse
 from mechlab.formats.write import write_meshes
 from mechlab.formats.xml_text import SIZES, add, numbers, primitive, text
 from mechlab.mechanism.geometry import IDENTITY, Placement
@@ -148,7 +147,7 @@ def _joint(
     model: ET.Element, graph: JointGraph, edge: Edge, follow: Mapping[str, Follow], names: Mapping[str, str]
 ) -> None:
     element = add(model, "joint", name=edge.name, type=KINDS[edge.kind])
-    _pose(element, inverse(graph.placed(edge.child)) @ edge.placement if edge.closes or not edge.joint else IDENTITY)
+    _pose(element, graph.placed(edge.child).inverse() @ edge.placement if edge.closes or not edge.joint else IDENTITY)
     add(element, "parent").text = edge.parent
     add(element, "child").text = edge.child
     if edge.kind not in ("revolute", "prismatic"):

@@ -16,7 +16,6 @@ from mechlab.errors import EngineMissing, install_extra
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
 from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
-from mechlab.formats.urdf_fillers import inverse
 from mechlab.mechanism.geometry import Placement, frame_along
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Drive, Shape
@@ -161,7 +160,7 @@ class _Writer:
             (edge.child, second, joint.CreateBody1Rel, joint.CreateLocalPos1Attr, joint.CreateLocalRot1Attr),
         ):
             body().SetTargets([self.paths[link]])
-            local = inverse(self.graph.placed(link)) @ at @ turn
+            local = self.graph.placed(link).inverse() @ at @ turn
             position(self.Gf.Vec3f(*local.position))
             rotation(self.Gf.Quatf(*local.quaternion))
         if edge.closes:
