@@ -29,18 +29,15 @@ def write_usd(m: Mechanism, folder: Path) -> Exported:
 
 def usd_left_out(m: Mechanism) -> tuple[LeftOut, ...]:
     """What of a mechanism its USD does not hold."""
-    out = left_out_of(m, "UsdPhysics")
     named = {j.name for j in m.joints}
-    for what, names, why in (
+    return left_out_of(
+        m, "UsdPhysics",
         ("relation", [r.name for r in m.relations], "UsdPhysics has no gear or mimic"),
         ("drive", [d.name for d in m.drives if d.on not in named], "a shaft is no joint"),
         ("winding", [d.name for d in m.drives if d.winding], "UsdPhysics has no motor with a voltage"),
         ("joint spring", [j.name for j in m.joints if j.stiffness or j.damping or j.friction],
          "UsdPhysics has no spring, damping or friction of a joint beside a drive"),
-    ):  # fmt: skip
-        if names:
-            out.append(LeftOut(what, tuple(names), why))
-    return tuple(out)
+    )  # fmt: skip
 
 
 def to_usd(m: Mechanism) -> str:
