@@ -19,6 +19,7 @@ from mechlab.mechanism.geometry import Array, Placement
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.length_unit import coordinate_units
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Loop
 from mechlab.mechanism.validate import CLOSURE_TOLERANCE, validate
 from mechlab.tables import counted, listed
 
@@ -85,14 +86,12 @@ def _settled(parts: dict[str, object], unit: float) -> tuple[Mechanism, tuple[st
     return Mechanism(**parts), (note,) if worst > 1e-11 else ()  # type: ignore[arg-type]
 
 
-def _met(loop: object, tree: TreeKinematics) -> Placement:
+def _met(loop: Loop, tree: TreeKinematics) -> Placement:
     """The end b of a loop with the residual taken out: a ball end keeps its turn, a fixed one takes that of end a."""
-    ra, pa = tree.pose(loop.body_a)  # type: ignore[attr-defined]
-    rb, pb = tree.pose(loop.body_b)  # type: ignore[attr-defined]
-    a, b = loop.placement_a, loop.placement_b  # type: ignore[attr-defined]
-    point = pa + ra @ a.translation
-    turned = ra @ a.rotation
-    kind = loop.kind  # type: ignore[attr-defined]
+    ra, pa = tree.pose(loop.body_a)
+    rb, pb = tree.pose(loop.body_b)
+    a, b, kind = loop.placement_a, loop.placement_b, loop.kind
+    point, turned = pa + ra @ a.translation, ra @ a.rotation
     rotation, position = b.rotation, b.translation
     if kind in ("spherical", "universal", "revolute", "fixed"):
         position = rb.T @ (point - pb)

@@ -14,6 +14,7 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.formats import from_urdf, write_files
 from mechlab.formats.exports import to_extended_urdf
+from mechlab.formats.urdf_closing_rows import closing_rows
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Placement, TreeKinematics, close, revolute
 from mechlab.mechanism.structure import sample_poses, structure
 
@@ -272,6 +273,17 @@ def chain_with(kind):
 
     b.close_here(Loop("shut", kind, "left", "tip", at_a, at_b))
     return b.build()
+
+
+@pytest.mark.parametrize("kind", ["fixed", "spherical", "revolute", "universal", "cylindrical", "prismatic"])
+def test_rows_far_from_closure_have_their_jacobian(kind):
+    m = chain_with(kind)
+    (constraint,) = ConstraintSet(m).items
+    rows, kin, h = closing_rows(constraint), TreeKinematics(m), 1e-6
+    q = 0.4 * np.random.default_rng(8).standard_normal(m.nq)
+    there = [rows.residual(kin.set(q + h * e)) - rows.residual(kin.set(q - h * e)) for e in np.eye(m.nv)]
+    # central differences: h^2 of the third derivative, and rounding over h
+    assert np.abs(np.array(there).T / (2.0 * h) - rows.jacobian(kin.set(q))).max() < 1e-8
 
 
 @pytest.mark.parametrize("kind", ["fixed", "spherical", "revolute", "universal", "cylindrical", "prismatic"])
