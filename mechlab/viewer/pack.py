@@ -118,6 +118,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
                 "unit": a.unit,
                 "points": block.add(a.points, "f8"),
                 "vectors": block.add(a.vectors, "f8"),
+                "on": a.on,
+                "by": a.by,
             }
             for a in story.arrows
         ],
