@@ -58,10 +58,10 @@ def arrows(recording: Recording, keep: Array) -> tuple[Arrow, ...]:
                 rotation, origin = tree.pose(shaft.body)
                 points[k][i] = origin + rotation @ shaft.placement.translation
                 vectors[k][i] = rotation @ shaft.placement.rotation[:, 2] * values[k][i, 0]
-    out = []
+    out, driven = [], {d.on for d in m.drives}
     for k in order:
         unit = recording.units.get(readers[k][2][0], "")
-        label = readers[k][1] if readers[k][0] == "loop" else f"{readers[k][1]} (drive)"
+        label = readers[k][1] if readers[k][0] == "loop" else f"{readers[k][1]} ({'drive' if readers[k][1] in driven else 'load'})"
         kind: Literal["force", "torque"] = "force" if unit == "N" else "torque"
         out.append(Arrow(label, kind, unit, points[k], vectors[k], *_between(m, *readers[k][:2])))
     return tuple(out)

@@ -95,11 +95,12 @@ class Arrows {
     tip.set(0, radius, 0).applyQuaternion(group.quaternion).add(group.position);
   }
 
-  /** What an arrow as long as one grid step stands for. */
+  /** What one grid step of an arrow or a ring stands for. */
   get scaleText() {
-    const units = new Set(this.items.map((item) => item.unit));
-    const shown = Object.entries(this.scales).filter(([unit]) => units.has(unit)).map(([unit, amount]) => `${significant(amount)} ${unit}`);
-    return shown.length && this.shown ? `arrow of one grid step: ${shown.join(" or ")}` : "";
+    const kinds = new Map(this.items.map((item) => [item.unit, item.kind]));
+    const shown = Object.entries(this.scales).filter(([unit]) => kinds.has(unit))
+      .map(([unit, amount]) => `${kinds.get(unit) === "torque" ? "ring one grid step wide" : "arrow one grid step long"}: ${significant(amount)} ${unitText(unit)}`);
+    return this.shown ? shown.join(", ") : "";
   }
 }
 
@@ -139,7 +140,8 @@ function bendRing(geometry, radius, width, angle) {
 function forceLabel({ name, on, by, sign }, model) {
   if (!on || !by) return name;
   const [taker, giver] = sign === -1 ? [by, on] : [on, by];
-  if (name.endsWith("(drive)")) return `drive, on ${taker}`;
+  const acts = /\((drive|load)\)$/.exec(name);
+  if (acts) return `${acts[1]}, on ${taker}`;
   const loop = model ? model.loops.some((x) => x.name === name) : true;
   return `${loop ? name : `joint with ${giver}`}, on ${taker}`;
 }
