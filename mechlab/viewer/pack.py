@@ -13,6 +13,7 @@ from mechlab.formats.mechanism_json import to_json
 from mechlab.mechanism import Mechanism
 from mechlab.shapes.feature_edges import split_at_edges
 from mechlab.viewer.channels import Channels
+from mechlab.viewer.facing import faced_from
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,
@@ -168,6 +169,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "fieldOfView": FIELD_OF_VIEW,
             "margin": MARGIN,
             "threeQuarter": THREE_QUARTER.tolist(),
+            "face": None if (face := faced_from(story, framing)) is None else face.tolist(),
         },
     }
     return document, block.bytes()

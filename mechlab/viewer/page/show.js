@@ -77,7 +77,7 @@ class Show {
 
 function addShow(story, read, stage, traces, holder, redraw) {
   const show = new Show(holder, redraw);
-  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), document.getElementById("menus"), document.getElementById("card"), document.getElementById("triad"), document.getElementById("scale")]);
+  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), document.getElementById("menus"), document.getElementById("triad"), document.getElementById("scale")]);
   const arrows = new Arrows(stage, story, read);
   const axes = addAxes(stage, story.marks);
   const wanted = {};
