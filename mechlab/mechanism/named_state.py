@@ -46,6 +46,17 @@ def rates_of(mechanism: Mechanism, rates: Named) -> Array:
     return v
 
 
+def state_of(
+    mechanism: Mechanism, values: Named | ArrayLike, rates: Named | ArrayLike | None = None
+) -> tuple[Array, Array]:
+    """Coordinates (nq,) and rates (nv,), each by name as above or already as an array, which is copied; rates default to 0."""
+    m = mechanism
+    q = coordinates_of(m, values) if isinstance(values, Mapping) else np.array(values, dtype=float)
+    if rates is None:
+        return q, np.zeros(m.nv)
+    return q, rates_of(m, rates) if isinstance(rates, Mapping) else np.array(rates, dtype=float)
+
+
 def named_values(mechanism: Mechanism, q: Array) -> dict[str, float | Array]:
     """Physical value of every joint and shaft; of a spherical joint its quaternion (w, x, y, z)."""
     m = mechanism

@@ -82,7 +82,8 @@ class Fleet:
         if len(bad):
             i, k = bad[0]
             raise MechlabError(
-                f"{s.mechanism.name}: action of {s.action_names[k]!r} in simulation {i}: expected a finite number, got {actions[i, k]!r}."
+                f"{s.mechanism.name}: action of {s.action_names[k]!r} in simulation {i}: "
+                f"expected a finite number, got {float(actions[i, k])!r}."
             )
         self._ctrl[:] = s.drives.control(actions)
         stage = mujoco.mjtStage.mjSTAGE_POS if len(self._where) else mujoco.mjtStage.mjSTAGE_NONE

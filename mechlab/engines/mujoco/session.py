@@ -263,7 +263,7 @@ class Session:
         self.loops.worst = None
         self.fed, self.called = np.zeros(KEPT + 1), np.zeros(KEPT + 1)
         self._worked, self.allowance = 0, 0.0
-        self._made: tuple[int, Recording] | None = None
+        self._made: tuple[tuple[int, SteppingEnd | None], Recording] | None = None
         mujoco.mj_getState(model, data, self.rows[0], ROW)
         return self.observation
 
@@ -330,9 +330,10 @@ class Session:
     def recording(self) -> Recording:
         """The motion since the reset: states, forces, commands, and the health record of a run. Every action is a sample, of
         long motions every second, fourth, ... one; at most 1000 of them carry channels."""
-        if self._made is None or self._made[0] != self.count or self.end is not None:
+        reached = (self.count, self.end)
+        if self._made is None or self._made[0] != reached:
             self._integrate(again=True)
-            self._made = (self.count, self.complete(recording_of(self)))
+            self._made = (reached, self.complete(recording_of(self)))
         return self._made[1]
 
     @property

@@ -17,7 +17,7 @@ too, so a ProximalSettings with mu > 0 is needed: pin.ProximalSettings(1e-12, 1e
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -31,7 +31,7 @@ from mechlab.errors import unknown
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.named_state import Named, coordinates_of, named_rates, named_values, rates_of
+from mechlab.mechanism.named_state import Named, named_rates, named_values, state_of
 from mechlab.mechanism.parts import Joint, Loop, Shaft
 
 
@@ -154,12 +154,7 @@ class PinocchioForm:
     def engine_state(self, values: Named | ArrayLike, rates: Named | ArrayLike | None = None) -> tuple[Array, Array]:
         """Pinocchio's q (nq,) and v (nv,) for physical values and rates of all joints by name, or for the coordinates and rates of the
         Mechanism as arrays; rates default to 0. Raises MechlabError that names what is missing."""
-        m = self.mechanism
-        q = coordinates_of(m, values) if isinstance(values, Mapping) else np.asarray(values, dtype=float)
-        if rates is None:
-            v = np.zeros(m.nv)
-        else:
-            v = rates_of(m, rates) if isinstance(rates, Mapping) else np.array(rates, dtype=float)
+        q, v = state_of(self.mechanism, values, rates)
         return self._made.to_pin(q), v
 
     def named_state(
