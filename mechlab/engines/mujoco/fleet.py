@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.findings import LoopWatch
@@ -74,6 +74,21 @@ class Fleet:
         self._ctrl[which] = s.drives.control(s.drives.rest)
         self._load[which] = s.data.qfrc_applied
         self.broken[which] = False
+
+    def actions(self, given: ArrayLike) -> Array:
+        """(count, drives) commands as numbers. Raises MechlabError that says what was expected for anything else."""
+        s = self.session
+        shape = (self.count, len(s.action_names))
+        try:
+            actions = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            raise MechlabError(f"{s.mechanism.name}: actions: expected numbers of the shape {shape}, got {given!r}.") from None
+        if actions.shape != shape:
+            raise MechlabError(
+                f"{s.mechanism.name}: actions: expected the shape {shape}, for each of {shape[0]} simulations a row of "
+                f"{', '.join(s.action_names)}; got the shape {actions.shape}."
+            )
+        return actions
 
     def step(self, actions: Array) -> None:
         """Hold the commands (count, drives) for the time of an action. Raises MechlabError for one that is not finite."""

@@ -18,7 +18,7 @@ from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.named_state import Named, named_rates, named_values, state_of
+from mechlab.mechanism.named_state import Named, named_rates, named_values, numbers_of, state_of
 
 
 class MujocoForm:
@@ -56,6 +56,7 @@ class MujocoForm:
         self, qpos: ArrayLike, qvel: ArrayLike | None = None
     ) -> tuple[dict[str, float | Array], dict[str, float | Array]]:
         """Physical values and rates of all joints and shafts by name for MuJoCo's qpos and qvel: the inverse of `engine_state`."""
-        m = self.mechanism
-        v = np.zeros(m.nv) if qvel is None else self.map.rates(np.asarray(qvel, dtype=float))
-        return named_values(m, self.map.coordinates(np.asarray(qpos, dtype=float))), named_rates(m, v)
+        m, model = self.mechanism, self.model
+        q = self.map.coordinates(numbers_of(m, qpos, model.nq, "MuJoCo's qpos"))
+        v = np.zeros(m.nv) if qvel is None else self.map.rates(numbers_of(m, qvel, model.nv, "MuJoCo's qvel"))
+        return named_values(m, q), named_rates(m, v)

@@ -31,7 +31,7 @@ from mechlab.errors import unknown
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.named_state import Named, named_rates, named_values, state_of
+from mechlab.mechanism.named_state import Named, named_rates, named_values, numbers_of, state_of
 from mechlab.mechanism.parts import Joint, Loop, Shaft
 
 
@@ -162,8 +162,8 @@ class PinocchioForm:
     ) -> tuple[dict[str, float | Array], dict[str, float | Array]]:
         """Physical values and rates of all joints and shafts by name for Pinocchio's q and v: the inverse of `engine_state`."""
         m = self.mechanism
-        own = self._made.from_pin(np.asarray(q, dtype=float))
-        return named_values(m, own), named_rates(m, np.zeros(m.nv) if v is None else np.asarray(v, dtype=float))
+        own = self._made.from_pin(numbers_of(m, q, self.model.nq, "Pinocchio's q"))
+        return named_values(m, own), named_rates(m, np.zeros(m.nv) if v is None else numbers_of(m, v, m.nv, "Pinocchio's v"))
 
 
 def rigid_constraints(made: PinModel, loop: Loop) -> list[pin.RigidConstraintModel]:
