@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.mujoco.session import BLOCK
+from mechlab.engines.mujoco.step_watch import BLOCK
 from mechlab.errors import EngineMissing, MechlabError
 
 gymnasium = pytest.importorskip("gymnasium")

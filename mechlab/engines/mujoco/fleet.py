@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.findings import LoopWatch
-from mechlab.engines.mujoco.session import BLOCK, Session
+from mechlab.engines.mujoco.session import Session
+from mechlab.engines.mujoco.step_watch import BLOCK
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
@@ -67,7 +68,7 @@ class Fleet:
         with engine():
             self._batch.reset(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_NONE))
         for k, rng in zip(which, rngs, strict=True):
-            _, self._qpos[k], self._qvel[k] = s.beginning(rng, initial)
+            self._qpos[k], self._qvel[k] = s.at_start(s.beginning_scene(rng, initial))
         if len(self._where):
             with engine():
                 self._batch.forward(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_POS))
