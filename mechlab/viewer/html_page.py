@@ -91,7 +91,7 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
 
 STYLES = ("page.css",)
 SCRIPTS = (
-    "util.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js", "explore.js",
+    "util.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js", "explore.js",
     "camera.js", "player.js", "plots.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""

@@ -2,6 +2,7 @@
 
 // Wong's palette without its yellow (colour-blind-safe, dark enough on white); the dashes tell the curves apart without colour.
 const CURVES = [["#0072b2", []], ["#d55e00", [7, 3]], ["#009e73", [2, 3]], ["#a64d79", [9, 3, 2, 3]], ["#3b3b3b", [1, 2]], ["#b58900", [12, 4]]];
+const READING = 200; // ms between two readings while it plays
 const EDGE = { left: 56, right: 14, top: 8, bottom: 34 };
 
 class PlotView {
@@ -134,6 +135,10 @@ class PlotView {
 
   follow(time) {
     if (this.width) this.cursor.style.transform = `translateX(${this.x(time)}px)`;
+    // Nobody reads numbers that change with every picture.
+    const now = performance.now();
+    if (this.player.playing && now - this.read < READING) return;
+    this.read = now;
     const i = this.player.motion.frame(time);
     const next = Math.min(i + 1, this.times.length - 1);
     const share = next === i ? 0 : (time - this.times[i]) / (this.times[next] - this.times[i]);
