@@ -22,6 +22,7 @@ from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
+from mechlab.viewer.channels import recorded_channels
 from mechlab.viewer.explore.sweep import BorderSurface
 from mechlab.viewer.framing import frame_story
 from mechlab.viewer.lines import lines
@@ -76,11 +77,12 @@ def recording_story(
     keep = _frames(recording.t, mechanism, q)
     known = {b.name for b in recording.mechanism.bodies} | {s.body for s in recording.mechanism.shafts}
     rebuilt = tuple(b.name for b in mechanism.bodies if b.name not in known)
-    return motion_story(
+    story = motion_story(
         mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
         facts=facts, health=recording.health, plots=_plots(recording, keep, channels), reconstructed=rebuilt,
         arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
     )  # fmt: skip
+    return replace(story, channels=recorded_channels(recording))
 
 
 def motion_story(

@@ -89,10 +89,11 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
     return replace(other, explore=replace(other.explore, reach=None))
 
 
-STYLES = ("page.css",)
+STYLES = ("page.css", "inspect.css")
 SCRIPTS = (
-    "util.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js", "explore.js",
-    "camera.js", "player.js", "plots.js", "panel.js", "live.js", "main.js",
+    "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js", "explore.js",
+    "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
+    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.shapes.feature_edges import split_at_edges
+from mechlab.viewer.channels import Channels
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,
@@ -105,6 +106,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
+        "channels": _pack_channels(story.channels, block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
         "health": [list(pair) for pair in story.health],
@@ -192,6 +194,19 @@ def _pack_marks(story: Story) -> list[dict[str, Any]]:
 
 def _pack_traces(traces: Mapping[str, Array], block: ByteBlock) -> list[dict[str, Any]]:
     return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
+
+
+def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:
+    """Channels in 32 bits; a value beyond them is a gap."""
+    limit = float(np.finfo(np.float32).max)
+    return {
+        "t": block.add(channels.t, "f8"),
+        "recorded": channels.recorded,
+        "items": [
+            {"name": name, "unit": channels.units.get(name, ""), "values": block.add(np.where(np.abs(v) < limit, v, np.nan), "f4")}
+            for name, v in channels.values.items()
+        ],
+    }
 
 
 def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
