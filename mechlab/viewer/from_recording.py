@@ -114,7 +114,7 @@ def motion_story(
         arrows=arrows, marks=annotate.marks(mechanism, parts),
         ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
         tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
-        floors=floors_of(names, poses, owners),
+        floors=floors_of(names, poses, owners), model=mechanism,
         playback=_playback(annotate.playback_error(poses, names, parts), len(t), recorded or len(t)),
     )  # fmt: skip
 
