@@ -4,6 +4,7 @@ async function start() {
   const byId = (id) => document.getElementById(id);
   const story = JSON.parse(byId("story").textContent);
   const read = await blockReader(byId("block").textContent);
+  if (story.model) story.model = JSON.parse(new TextDecoder().decode(read(story.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
   const stage = new Stage(byId("viewport"), story, read);
@@ -43,6 +44,9 @@ async function start() {
   window.lab = {
     ready: false,
     bodies: [...story.bodies],
+    model: story.model,
+    PageModel,
+    PoseSolver,
     seek: (time) => player.seek(time),
     play: () => player.play(),
     pause: () => player.pause(),
@@ -57,6 +61,7 @@ async function start() {
     get time() { return player.time; },
     get playing() { return player.playing; },
     viewer: stage.viewer,
+    quality: stage.quality,
   };
   followAddress(player);
   requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
