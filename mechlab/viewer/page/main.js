@@ -4,22 +4,29 @@ async function start() {
   const byId = (id) => document.getElementById(id);
   const story = JSON.parse(byId("story").textContent);
   const read = await blockReader(byId("block").textContent);
+  if (story.model) story.model = JSON.parse(new TextDecoder().decode(read(story.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
   const stage = new Stage(byId("viewport"), story, read);
   const traces = new Traces(stage, story, read);
-  let explorer = null;
+  let explorer = null, curves = null;
   const rig = new CameraRig(stage);
   rig.view("iso");
   addViewButtons(rig, byId("views"));
   addTriad(rig, byId("triad"));
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
+  const sources = {
+    value: (name) => (curves && curves.picker && !explorer ? curves.picker.value(name, player.time) : null),
+    velocity: (body) => (explorer || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
+  };
+  const inspector = new Inspector(story, stage, sources, () => stage.redraw());
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
     if (!explorer) layers.arrows.apply(frame, share);
     if (layers.ghost) layers.ghost.apply(time);
     byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
+    inspector.update();
     stage.redraw();
   };
   player.onTime((time) => {
@@ -29,7 +36,7 @@ async function start() {
     }
     refresh(time);
   });
-  addPlots(story, read, player, plots);
+  curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
   if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
@@ -37,18 +44,24 @@ async function start() {
   window.lab = {
     ready: false,
     bodies: [...story.bodies],
+    model: story.model,
+    PageModel,
+    PoseSolver,
     seek: (time) => player.seek(time),
     play: () => player.play(),
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
     explorer,
+    inspector,
+    curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
     get arrows() { return layers.arrows.items; },
     get time() { return player.time; },
     get playing() { return player.playing; },
     viewer: stage.viewer,
+    quality: stage.quality,
   };
   followAddress(player);
   requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
