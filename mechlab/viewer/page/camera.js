@@ -89,11 +89,11 @@ function addViewButtons(rig, holder) {
   const flat = make("button", { type: "button", id: "flat", title: "Flat (no perspective) or in perspective", onclick: () => rig.projection.set(!rig.projection.flat) }, "Flat");
   rig.projection.onChange((on) => { flat.setAttribute("aria-pressed", String(on)); rig.stage.redraw(); });
   holder.append(flat);
-  button("PNG", "Save the picture as it is now", () => savePicture(rig.stage.viewer));
+  button("PNG", "Save the picture as it is now", () => savePicture(rig.stage));
 }
 
-function savePicture(viewer) {
-  viewer.render();
+function savePicture({ quality, viewer }) {
+  quality.full();
   viewer.renderer.domElement.toBlob((blob) => {
     const link = make("a", { href: URL.createObjectURL(blob), download: `${document.title.replace(/[^\w-]+/g, "-") || "mechanism"}.png` });
     link.click();
