@@ -62,8 +62,8 @@ def arrows(recording: Recording, keep: Array) -> tuple[Arrow, ...]:
     for k in order:
         unit = recording.units.get(readers[k][2][0], "")
         label = readers[k][1] if readers[k][0] == "loop" else f"{readers[k][1]} ({'drive' if readers[k][1] in driven else 'load'})"
-        kind: Literal["force", "torque"] = "force" if unit == "N" else "torque"
-        out.append(Arrow(label, kind, unit, points[k], vectors[k], *_between(m, *readers[k][:2])))
+        shown: Literal["force", "torque"] = "force" if unit == "N" else "torque"
+        out.append(Arrow(label, shown, unit, points[k], vectors[k], *_between(m, *readers[k][:2])))
     return tuple(out)
 
 

@@ -18,7 +18,8 @@ def plane_normal(mechanism: Mechanism) -> Array | None:
     """Unit normal (3,) of the plane in which every body moves, on the side of the three-quarter view: the common direction of all
     axes of turning, where every slide runs across it. None for a spatial mechanism, and where nothing turns."""
     poses = reference_poses(mechanism.bodies)
-    turns, slides = [], []
+    turns: list[Array] = []
+    slides: list[Array] = []
     for body in mechanism.bodies:
         rotation, _ = poses[body.name]
         for joint in body.joints:
