@@ -62,8 +62,10 @@ Color = tuple[float, float, float, float]
 Severity = Literal["ok", "warning", "error"]
 
 GREY: Color = (0.62, 0.66, 0.72, 1.0)
-TRACE: Color = (0.76, 0.09, 0.36, 1.0)
-"""Color of the paths that points draw, in pictures, films and GLB files."""
+TRACES: tuple[Color, ...] = (
+    (0.76, 0.09, 0.36, 1.0), (0.0, 0.47, 0.42, 1.0), (0.37, 0.21, 0.69, 1.0), (0.70, 0.33, 0.0, 1.0), (0.08, 0.40, 0.75, 1.0),
+)  # fmt: skip
+"""Colors of the paths that points draw, in turn, in pictures, films and GLB files; the page has the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +148,15 @@ class Plot:
 @dataclass(frozen=True, eq=False)
 class Arrow:
     """A force or a torque over the story's time: kind "force" or "torque"; points: (n, 3) where it acts [m];
-    vectors: (n, 3) in `unit`, world axes."""
+    vectors: (n, 3) in `unit`, world axes; on: the body it acts on, by: the one that feels the opposite ("": not known)."""
 
     name: str
     kind: Literal["force", "torque"]
     unit: str
     points: Array
     vectors: Array
+    on: str = ""
+    by: str = ""
 
 
 @dataclass(frozen=True)
@@ -264,7 +268,7 @@ class Story:
             Arrow(
                 a.name, a.kind, a.unit,
                 frozen(a.points, f"arrow {a.name!r}: points", (len(t), 3)),
-                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)),
+                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)), a.on, a.by,
             )
             for a in self.arrows
         )  # fmt: skip
