@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -166,13 +167,13 @@ def _orthonormal(matrix: Array) -> Array:
 
 def _chosen(matrix: Array) -> tuple[list[int], Array]:
     keep: list[int] = []
-    basis = np.zeros((0, matrix.shape[1]))
+    basis = np.zeros((min(matrix.shape), matrix.shape[1]))
     for i, row in enumerate(matrix):
-        rest, size = _new_part(basis, row)
+        rest, size = _new_part(basis[: len(keep)], row)
         if size > INDEPENDENT:
-            basis = np.vstack([basis, rest])
+            basis[len(keep)] = rest
             keep.append(i)
-    return keep, basis
+    return keep, basis[: len(keep)]
 
 
 def _new_part(basis: Array, row: Array) -> tuple[Array, float]:
@@ -193,16 +194,17 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     if len(constraints) == 0:
         return ()
     _, jacobian = generic(mechanism)
-    keep = _independent(jacobian)
-    out = []
-    for i, name in enumerate(constraints.rows):
-        if i in keep:
-            continue
-        earlier = [k for k in keep if k < i]
-        c = np.linalg.lstsq(jacobian[earlier].T, jacobian[i], rcond=None)[0] if earlier else np.zeros(0)
-        terms = tuple((constraints.rows[k], float(x)) for k, x in zip(earlier, c, strict=True) if abs(x) > 1e-9)
-        out.append(Redundancy(name, terms))
-    return tuple(out)
+    keep, basis = _chosen(jacobian)
+    others = np.setdiff1d(np.arange(len(jacobian)), keep)
+    along = jacobian @ basis.T  # of the kept rows lower triangular: each adds one vector to the basis
+    earlier = np.array(keep, dtype=int) < others[:, None]
+    shares = solve_triangular(along[keep], (along[others] * earlier).T, lower=True, trans="T").T if keep else earlier
+    names = constraints.rows
+    terms = [
+        tuple((names[keep[k]], float(row[k])) for k in np.flatnonzero((np.abs(row) > 1e-9) & before))
+        for row, before in zip(shares, earlier, strict=True)
+    ]
+    return tuple(Redundancy(names[i], t) for i, t in zip(others, terms, strict=True))
 
 
 def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[int], Array]]:
