@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.findings import LoopWatch
 from mechlab.engines.mujoco.session import BLOCK, Session
-from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
 

@@ -31,7 +31,8 @@ from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.session_drives import SessionDrives
 from mechlab.engines.mujoco.session_energy import energy_fed
 from mechlab.engines.mujoco.session_record import recording_of
-from mechlab.engines.mujoco.stepping import RATE_LIMIT, SteppingEnd, _reason
+from mechlab.engines.mujoco.stepping import SteppingEnd, _reason
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError, Untrustworthy, unknown
 from mechlab.experiment.laws import LawStates
 from mechlab.experiment.observed import Observed
