@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.formats.mechanism_json import to_json
+from mechlab.mechanism import Mechanism
 from mechlab.shapes.feature_edges import split_at_edges
+from mechlab.viewer.channels import Channels
+from mechlab.viewer.facing import faced_from
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,
@@ -26,6 +30,8 @@ Array = NDArray[np.float64]
 
 ARROW_LENGTH = 0.7
 """Largest length of an arrow, in radii of the mechanism."""
+RING_SHARE = 0.6
+"""Largest width of the ring of a torque, relative to ARROW_LENGTH."""
 FEW_ARROWS = 3
 """A story with at most this many arrows shows all of them; the page has the same constant."""
 
@@ -40,7 +46,7 @@ class ByteBlock:
         self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
 
     def add(self, array: NDArray[Any], kind: str) -> dict[str, Any]:
-        """Appends `array` as `kind` (f8, f4, i2, u2, u4), aligned to 8 bytes, unless the same bytes are there already;
+        """Appends `array` as `kind` (f8, f4, i2, u2, u4, u1), aligned to 8 bytes, unless the same bytes are there already;
         the reference is {at, kind, count}."""
         data = np.ascontiguousarray(array, dtype="<" + kind).tobytes()
         key = (kind, hashlib.sha256(data).digest())
@@ -105,6 +111,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
+        "channels": _pack_channels(story.channels, block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
         "health": [list(pair) for pair in story.health],
@@ -116,6 +123,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
                 "unit": a.unit,
                 "points": block.add(a.points, "f8"),
                 "vectors": block.add(a.vectors, "f8"),
+                "on": a.on,
+                "by": a.by,
             }
             for a in story.arrows
         ],
@@ -138,6 +147,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "sentence": pace.sentence,
             "speeds": list(SPEEDS),
         },
+        "model": None if story.model is None else _pack_model(story.model, block),
         "explore": None if story.explore is None else story.explore.packed(block, pack_motion),
         "variants": [
             {
@@ -159,6 +169,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "fieldOfView": FIELD_OF_VIEW,
             "margin": MARGIN,
             "threeQuarter": THREE_QUARTER.tolist(),
+            "face": None if (face := faced_from(story, framing)) is None else face.tolist(),
         },
     }
     return document, block.bytes()
@@ -175,6 +186,11 @@ def pack_motion(poses: Array, block: ByteBlock, kind: str = "f8") -> list[dict[s
             {"position": block.add(poses[frames, k, :3, 3], kind), "quaternion": block.add(rotation[frames, k], "f4")}
         )
     return motion
+
+
+def _pack_model(mechanism: Mechanism, block: ByteBlock) -> dict[str, Any]:
+    """Reference of the model document, the JSON text that `generate` writes; the page solves it."""
+    return block.add(np.frombuffer(to_json(mechanism).encode(), dtype=np.uint8), "u1")
 
 
 def _pack_marks(story: Story) -> list[dict[str, Any]]:
@@ -194,6 +210,19 @@ def _pack_traces(traces: Mapping[str, Array], block: ByteBlock) -> list[dict[str
     return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
 
 
+def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:
+    """Channels in 32 bits; a value beyond them is a gap."""
+    limit = float(np.finfo(np.float32).max)
+    return {
+        "t": block.add(channels.t, "f8"),
+        "recorded": channels.recorded,
+        "items": [
+            {"name": name, "unit": channels.units.get(name, ""), "values": block.add(np.where(np.abs(v) < limit, v, np.nan), "f4")}
+            for name, v in channels.values.items()
+        ],
+    }
+
+
 def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
     """The parts of a story in which the variants of a mechanism differ."""
     geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
@@ -202,14 +231,15 @@ def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
 
 
 def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
-    """Unit -> amount of it that an arrow one grid step long stands for: 1, 2 or 5 times a power of ten."""
+    """Unit -> amount of it that an arrow one grid step long or a ring one grid step wide stands for: 1, 2 or 5 times a power of ten."""
     largest: dict[str, float] = {}
     found = [(a.unit, a.vectors) for a in story.arrows]
     if story.explore is not None:
         found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
     for unit, vectors in found:
         largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
-    return {unit: nice_step(size * step / (ARROW_LENGTH * radius), 1) for unit, size in largest.items() if size > 0}
+    length = {unit: ARROW_LENGTH * radius * (RING_SHARE if unit == "N m" else 1.0) for unit in largest}
+    return {unit: nice_step(size * step / length[unit], 1) for unit, size in largest.items() if size > 0}
 
 
 def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[float]]:
@@ -246,6 +276,7 @@ def _pack_parts(
                     "normals": block.add(np.rint(mesh.normals * 32767.0), "i2"),
                     "faces": block.add(mesh.faces, width),
                     "edges": block.add(mesh.edges, width),
+                    "closed": mesh.closed,
                 }
             )
         packed[k].append(

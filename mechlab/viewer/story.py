@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism import Mechanism
+from mechlab.viewer.channels import Channels
 
 if TYPE_CHECKING:
     from mechlab.viewer.explore import Exploration
@@ -60,8 +62,10 @@ Color = tuple[float, float, float, float]
 Severity = Literal["ok", "warning", "error"]
 
 GREY: Color = (0.62, 0.66, 0.72, 1.0)
-TRACE: Color = (0.76, 0.09, 0.36, 1.0)
-"""Color of the paths that points draw, in pictures, films and GLB files."""
+TRACES: tuple[Color, ...] = (
+    (0.76, 0.09, 0.36, 1.0), (0.0, 0.47, 0.42, 1.0), (0.37, 0.21, 0.69, 1.0), (0.70, 0.33, 0.0, 1.0), (0.08, 0.40, 0.75, 1.0),
+)  # fmt: skip
+"""Colors of the paths that points draw, in turn, in pictures, films and GLB files; the page has the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,13 +148,15 @@ class Plot:
 @dataclass(frozen=True, eq=False)
 class Arrow:
     """A force or a torque over the story's time: kind "force" or "torque"; points: (n, 3) where it acts [m];
-    vectors: (n, 3) in `unit`, world axes."""
+    vectors: (n, 3) in `unit`, world axes; on: the body it acts on, by: the one that feels the opposite ("": not known)."""
 
     name: str
     kind: Literal["force", "torque"]
     unit: str
     points: Array
     vectors: Array
+    on: str = ""
+    by: str = ""
 
 
 @dataclass(frozen=True)
@@ -190,7 +196,8 @@ class Story:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
     [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
     drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
-    page's own floor. Raises
+    page's own floor; model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    channels: all that were recorded, for plots that are asked for in the page. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
 
@@ -218,6 +225,8 @@ class Story:
     explore: Exploration | None = None
     variants: tuple[Variation, ...] = ()
     floors: tuple[Floor, ...] = ()
+    model: Mechanism | None = None
+    channels: Channels = field(default_factory=Channels)
 
     def __post_init__(self) -> None:
         t = frozen(self.t, "t", (None,))
@@ -259,7 +268,7 @@ class Story:
             Arrow(
                 a.name, a.kind, a.unit,
                 frozen(a.points, f"arrow {a.name!r}: points", (len(t), 3)),
-                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)),
+                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)), a.on, a.by,
             )
             for a in self.arrows
         )  # fmt: skip

@@ -4,19 +4,20 @@ async function start() {
   const byId = (id) => document.getElementById(id);
   const story = JSON.parse(byId("story").textContent);
   const read = await blockReader(byId("block").textContent);
+  if (story.model) story.model = JSON.parse(new TextDecoder().decode(read(story.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
   const stage = new Stage(byId("viewport"), story, read);
   const traces = new Traces(stage, story, read);
-  let explorer = null;
+  let explorer = null, curves = null;
   const rig = new CameraRig(stage);
-  rig.view("iso");
+  rig.open();
   addViewButtons(rig, byId("views"));
   addTriad(rig, byId("triad"));
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const sources = {
-    value: () => null,
+    value: (name) => (curves && curves.picker && !explorer ? curves.picker.value(name, player.time) : null),
     velocity: (body) => (explorer || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
   };
   const inspector = new Inspector(story, stage, sources, () => stage.redraw());
@@ -35,7 +36,7 @@ async function start() {
     }
     refresh(time);
   });
-  addPlots(story, read, player, plots);
+  curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
   if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
@@ -43,19 +44,25 @@ async function start() {
   window.lab = {
     ready: false,
     bodies: [...story.bodies],
+    model: story.model,
+    PageModel,
+    PoseSolver,
     seek: (time) => player.seek(time),
     play: () => player.play(),
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
+    rig,
     explorer,
     inspector,
+    curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
     get arrows() { return layers.arrows.items; },
     get time() { return player.time; },
     get playing() { return player.playing; },
     viewer: stage.viewer,
+    quality: stage.quality,
   };
   followAddress(player);
   requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));

@@ -13,15 +13,16 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.mujoco.as_is.contacts import ContactWatch, may_touch
+from mechlab.engines.mujoco.as_is.contacts import ContactWatch
 from mechlab.engines.mujoco.as_is.controls import FileControls
 from mechlab.engines.mujoco.as_is.findings import gave_up, health, start_finding
 from mechlab.engines.mujoco.as_is.forces import ActuatorForces
 from mechlab.engines.mujoco.as_is.model import Start, file_settings, run_model, start
-from mechlab.engines.mujoco.as_is.states import FileStates
 from mechlab.engines.mujoco.as_is.work import WorkMeter, energy
 from mechlab.engines.mujoco.control import controlled
 from mechlab.engines.mujoco.control import engine as quiet
+from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
+from mechlab.engines.mujoco.model_file.read_rest import may_touch
 from mechlab.engines.mujoco.runner import versions
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, Grid, advance, grid
 from mechlab.engines.protocol import Engine
@@ -78,7 +79,7 @@ class FileEngine(Engine):
 
 def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered: bool) -> Recording:
     model = run_model(file, settings)
-    states = FileStates(file, model)
+    states = FileCoordinates(file, model)
     controls = FileControls(file, model, scene.controls)
     step = controls.step if controls else None
     with quiet():
@@ -155,7 +156,7 @@ class _Samples:
         file: ModelFile,
         model: mujoco.MjModel,
         data: mujoco.MjData,
-        states: FileStates,
+        states: FileCoordinates,
         meter: WorkMeter,
         scene: Scene,
         controls: FileControls,
@@ -207,7 +208,7 @@ class _Samples:
         return out
 
 
-def _laws(scene: Scene, states: FileStates, data: mujoco.MjData) -> AbstractContextManager[None]:
+def _laws(scene: Scene, states: FileCoordinates, data: mujoco.MjData) -> AbstractContextManager[None]:
     """The context in which the engine steps under the laws of the scene, evaluated at every stage of a step."""
     if not scene.laws:
         return quiet()
@@ -224,8 +225,8 @@ def _laws(scene: Scene, states: FileStates, data: mujoco.MjData) -> AbstractCont
     return controlled(data, act)
 
 
-def _apply(scene: Scene, states: FileStates, plant: TreePlant, data: mujoco.MjData) -> dict[str, float]:
-    plant.set(*states.of(data), data.time)
+def _apply(scene: Scene, states: FileCoordinates, plant: TreePlant, data: mujoco.MjData) -> dict[str, float]:
+    plant.set(*states.to_mechanism(data.qpos, data.qvel), data.time)
     force, by_name = applied_force(states.mechanism, scene.laws, data.time, plant)
     data.qfrc_applied[states.dof] = force
     return by_name
@@ -235,7 +236,8 @@ def acts(model: mujoco.MjModel, begin: Start, scene: Scene) -> str:
     """One line on what acts in a run of a file."""
     still = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY or not np.any(model.opt.gravity)
     parts = ["the file as it is: no gravity" if still else "the file as it is: gravity"]
-    touching = len(may_touch(model))
+    geoms, pairs = may_touch(model)
+    touching = len({*geoms, *model.pair_geom1[pairs].tolist(), *model.pair_geom2[pairs].tolist()})
     parts.append(f"contacts of {touching} geoms" if touching else "no contacts")
     if model.neq:
         parts.append(f"{int(np.count_nonzero(begin.data.eq_active))} equalities with the file's softness")

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.as_is.states import FileStates
 from mechlab.engines.mujoco.model_file.compiled import given_name
+from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
 from mechlab.engines.mujoco.model_file.missing_meshes import load_model
+from mechlab.engines.mujoco.model_file.start import start_data
+from mechlab.engines.mujoco.model_file.trace import INTEGRATORS, at_timestep, integrator_name
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.scene import Scene, Settings
@@ -18,13 +20,6 @@ from mechlab.formats.model_text import read_text
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.geometry import Array
 
-INTEGRATORS = {
-    int(mujoco.mjtIntegrator.mjINT_EULER): "Euler",
-    int(mujoco.mjtIntegrator.mjINT_RK4): "RK4",
-    int(mujoco.mjtIntegrator.mjINT_IMPLICIT): "implicit",
-    int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST): "implicitfast",
-    int(mujoco.mjtIntegrator.mjINT_DISCRETE): "discrete",
-}
 KEPT = 4
 _kept: list[tuple[ModelFile, mujoco.MjModel]] = []
 """The last models, each with the reading of its file that it belongs to."""
@@ -46,18 +41,14 @@ def model_of(file: ModelFile) -> mujoco.MjModel:
 def file_settings(file: ModelFile) -> Settings:
     """Timestep and integrator that the file asks for; its softness stands at each of its elements."""
     model = model_of(file)
-    return Settings(
-        "file", INTEGRATORS[int(model.opt.integrator)], float(model.opt.timestep), None, None, preset="file"
-    )  # fmt: skip
+    return Settings("file", integrator_name(model), float(model.opt.timestep), None, None, preset="file")
 
 
 def run_model(file: ModelFile, settings: Settings) -> mujoco.MjModel:
     """The model of the file at the timestep and with the integrator of the settings. The engine's automatic restart of a state that
     has blown up is off: such a run ends there."""
-    model = model_of(file)
-    model.opt.timestep = settings.timestep
-    model.opt.integrator = next(k for k, name in INTEGRATORS.items() if name == settings.integrator)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model = at_timestep(model_of(file), settings.timestep)
+    model.opt.integrator = INTEGRATORS[settings.integrator]
     return model
 
 
@@ -69,25 +60,24 @@ class Start:
     data: mujoco.MjData
 
 
-def start(model: mujoco.MjModel, states: FileStates, scene: Scene) -> Start:
+def start(model: mujoco.MjModel, states: FileCoordinates, scene: Scene) -> Start:
     """The first keyframe of the file if it has one, or else qpos0, with the initial values of the scene.
 
     Loops are closed again where a value moves them. Raises NoSolution where they do not close.
     """
-    data = mujoco.MjData(model)
+    data = start_data(model)
     text = "starts at the file's qpos0"
     if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
         text = f"starts at the keyframe {given_name(model, mujoco.mjtObj.mjOBJ_KEY, 0) or '0'}"
     if scene.initial or scene.initial_rates:
-        q, v = states.of(data)
+        q, v = states.to_mechanism(data.qpos, data.qvel)
         q, v = _moved(states, scene, q), _faster(states, scene, v)
-        states.put(data, q, v)
+        data.qpos[:], data.qvel[:] = states.to_file(q, v)
         text += f", with {', '.join((*scene.initial, *(f'{n}_rate' for n in scene.initial_rates)))} as given"
     return Start(text, data)
 
 
-def _moved(states: FileStates, scene: Scene, q: Array) -> Array:
+def _moved(states: FileCoordinates, scene: Scene, q: Array) -> Array:
     m = states.mechanism
     if not scene.initial:
         return q
@@ -109,7 +99,7 @@ def _moved(states: FileStates, scene: Scene, q: Array) -> Array:
     return found.q
 
 
-def _faster(states: FileStates, scene: Scene, v: Array) -> Array:
+def _faster(states: FileCoordinates, scene: Scene, v: Array) -> Array:
     """Rates with those that are given: of joints alone, as the soft loops of a file take any rate."""
     m = states.mechanism
     v = np.array(v)
