@@ -11,6 +11,7 @@ import numpy as np
 from mechlab.mechanism import GROUND, ConstraintSet, Mechanism
 from mechlab.mechanism.constraints import AXES
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import moving_rates, turning_rates
 from mechlab.mechanism.parts import LinearRelation, Loop
 
 
@@ -25,15 +26,7 @@ class ManyPoses:
         self.mechanism = mechanism
         self.index = {GROUND: -1} | {b.name: i for i, b in enumerate(mechanism.bodies)}
         self._parents = [self.index[b.parent] for b in mechanism.bodies]
-        self._columns: list[list[int]] = []
-        for i, body in enumerate(mechanism.bodies):
-            slices = [mechanism.v_slice[j.name] for j in body.joints]
-            own = [k for s in slices for k in range(s.start, s.stop)]
-            self._columns.append((self._columns[self._parents[i]] if self._parents[i] >= 0 else []) + own)
-        self.turns = np.zeros(mechanism.nv)
-        for joint in mechanism.joints:
-            if joint.kind != "prismatic":
-                self.turns[mechanism.v_slice[joint.name]] = 1.0
+        self._columns, self.turns = moving_rates(mechanism), turning_rates(mechanism)
         constraints = ConstraintSet(mechanism)
         self._loops = [
             (x, constraints.slices[x.name], constraints.items[k].rows) for k, x in enumerate(mechanism.loops)
