@@ -10,12 +10,12 @@ import numpy as np
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, given_name, key
 from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, actuators_on, site_place, switched_off
 from mechlab.formats.json_text import exact
+from mechlab.formats.mjcf.read_drives import Terms
 from mechlab.formats.mjcf.source import Names
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.parts import Shaft, Spring
 
 WRAP, DISABLE = mujoco.mjtWrap, mujoco.mjtDisableBit
-Terms = tuple[tuple[str, float], ...]
 
 
 @dataclass
