@@ -6,6 +6,7 @@ not mislead. Rows are scaled to unit length first, so that metres and radians co
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -193,17 +194,24 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     if len(constraints) == 0:
         return ()
     _, jacobian = generic(mechanism)
-    keep, basis = _chosen(jacobian)
-    others = np.setdiff1d(np.arange(len(jacobian)), keep)
-    along = jacobian @ basis.T  # of the kept rows lower triangular: each adds one vector to the basis
-    earlier = np.array(keep, dtype=int) < others[:, None]
-    shares = solve_triangular(along[keep], (along[others] * earlier).T, lower=True, trans="T").T if keep else earlier
-    names = constraints.rows
-    terms = [
-        tuple((names[keep[k]], float(row[k])) for k in np.flatnonzero((np.abs(row) > 1e-9) & before))
-        for row, before in zip(shares, earlier, strict=True)
-    ]
-    return tuple(Redundancy(names[i], t) for i, t in zip(others, terms, strict=True))
+    return repetitions(jacobian, _independent(jacobian), constraints.rows)
+
+
+def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str]) -> tuple[Redundancy, ...]:
+    """The rows of a Jacobian that are not independent, each as the combination of earlier independent ones.
+
+    With J_i^T = Q R of the independent rows, row = c J_i gives R c^T = Q^T row^T.
+    """
+    others = np.setdiff1d(np.arange(len(jacobian)), independent)
+    if not len(independent):
+        return tuple(Redundancy(names[i], ()) for i in others)
+    q, r = np.linalg.qr(jacobian[list(independent)].T)
+    earlier = np.array(independent) < others[:, None]
+    shares = solve_triangular(r, (jacobian[others] @ q * earlier).T).T
+    out = []
+    for i, row in zip(others, np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
+        out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row))))
+    return tuple(out)
 
 
 def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[int], Array]]:
