@@ -7,7 +7,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
-from mechlab.api.arguments import Seconds, Values, Whole, key_values
+from mechlab.api.arguments import Seconds, Values, Whole, key_values, suggesting
 from mechlab.api.finding import Source, design_and_rest
 from mechlab.errors import EngineMissing, install_extra
 from mechlab.values import Value, one_number
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mechlab.studies.modes.controlled import LinearModel
 
 
+@suggesting
 def session(
     source: Source,
     values: Values | None = None,
@@ -89,6 +90,7 @@ def _opened(
     )
 
 
+@suggesting
 def environment(
     source: Source,
     values: Values | None = None,
@@ -123,6 +125,7 @@ def environment(
     return made.Environment(one, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def environments(
     source: Source,
     values: Values | None = None,
@@ -158,6 +161,7 @@ def environments(
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def linearize(
     source: Source,
     values: Values | None = None,
