@@ -7,12 +7,9 @@ called like an option: as a keyword the option wins, `ml.simulate("pendulum", {"
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterable, Mapping
-from difflib import get_close_matches
-from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar
+from typing import Annotated, Any, Literal
 
 from mechlab.errors import MechlabError
 from mechlab.values import Range, Value, parse_value
@@ -37,8 +34,6 @@ Progress = Callable[[int, int], None]
 Stages = Callable[[str], None]
 """Called with a line before each stage of the work."""
 Values = Mapping[str, Value]
-P = ParamSpec("P")
-R = TypeVar("R")
 
 
 def silent(*_: object) -> None:
@@ -56,24 +51,6 @@ def key_values(values: Values | None, keywords: Values) -> dict[str, Any]:
     if twice := sorted(given.keys() & keywords.keys()):
         raise MechlabError(f"{', '.join(twice)}: given in the mapping and as a keyword; keep one of them.")
     return {key: _read(key, value) for key, value in (given | dict(keywords)).items()}
-
-
-def suggesting(verb: Callable[P, R]) -> Callable[P, R]:
-    """The verb; where it raises for a key that does not exist and an option of the verb is called almost so, the message asks for it."""
-    options = [n for n, x in inspect.signature(verb).parameters.items() if x.kind is x.KEYWORD_ONLY]
-
-    @wraps(verb)
-    def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        try:
-            return verb(*args, **kwargs)
-        except MechlabError as error:
-            keys = {*kwargs, *(args[1] if len(args) > 1 and isinstance(args[1], Mapping) else ())}
-            near = get_close_matches(error.unknown, options, n=1, cutoff=0.75) if error.unknown in keys else []
-            if not near:
-                raise
-            raise type(error)(str(error).replace(" Existing:", f" Did you mean the option {near[0]!r}? Existing:", 1)) from None
-
-    return call
 
 
 def _read(key: str, value: Value) -> Any:

@@ -8,8 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mechlab.api.arguments import Engine, Error, File, Progress, Seconds, Travel, Values, Whole, key_values, silent, suggesting
+from mechlab.api.arguments import Engine, Error, File, Progress, Seconds, Travel, Values, Whole, key_values, silent
 from mechlab.api.finding import Source, design_and_rest, load_design
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import MechlabError, unknown
 from mechlab.values import Value, in_unit, one_number
 

@@ -7,8 +7,9 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
-from mechlab.api.arguments import Seconds, Values, Whole, key_values, suggesting
+from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import EngineMissing, install_extra
 from mechlab.values import Value, one_number
 
