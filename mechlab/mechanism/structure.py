@@ -210,7 +210,7 @@ def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str
     shares = solve_triangular(r, (jacobian[others] @ q * earlier).T).T
     out = []
     for i, row in zip(others, np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
-        out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row))))
+        out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row).tolist())))
     return tuple(out)
 
 
