@@ -92,7 +92,7 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
 STYLES = ("page.css", "inspect.css")
 SOLVER = (
     "solver/tree.js", "solver/model.js", "solver/closure.js", "solver/factors.js", "solver/structure.js", "solver/holds.js",
-    "solver/manifold.js", "solver/pose_solver.js", "solver/pull.js",
+    "solver/manifold.js", "solver/walk.js", "solver/follow.js", "solver/pull.js", "solver/pose_solver.js",
 )  # fmt: skip
 """Scripts of the solver, which need no page: together they also run in Node."""
 SCRIPTS = (
