@@ -266,7 +266,7 @@ def test_contacts_that_do_not_fit_the_memory_are_found(tmp_path: Path, memory: s
     """MuJoCo leaves them out and goes on; its counters are read here from a run of our own."""
     path = tmp_path / "crowd.xml"
     finding = look(tmp_path, crowd(memory), path.name).finding("memory")
-    assert finding.severity == "error" and words in finding.sentence and f"{memory[:-1]} KiB" in finding.sentence
+    assert finding.severity == "error" and words in finding.sentence and f"{int(memory[:-1]) / 1024:.3g} MiB" in finding.sentence
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     for _ in range(50):
@@ -283,4 +283,4 @@ def test_a_document_of_a_sick_file_does_not_say_answered(tmp_path: Path, capsys:
     path.write_text(crowd("60K"))
     assert main(["doctor", str(path), "--json"]) == 3
     document = json.loads(capsys.readouterr().out)
-    assert document["status"] == "not to be trusted" and "memory of 60 KiB was full" in document["message"]
+    assert document["status"] == "not to be trusted" and "memory of 0.0586 MiB was full" in document["message"]
