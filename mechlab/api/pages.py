@@ -15,7 +15,6 @@ from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
 from mechlab.lab.design import Design, design
-from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
 from mechlab.studies.modes.result import ModesResult
@@ -23,9 +22,9 @@ from mechlab.studies.workspace.plan import WorkspacePlan
 from mechlab.studies.workspace.study import WorkspaceResult, WorkspaceSurface, surface
 from mechlab.studies.workspace.survey import survey
 from mechlab.viewer import Part, Story, story_to_html, write_page
-from mechlab.viewer.explore import BorderSurface, border
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
+from mechlab.viewer.reach import BorderSurface, border
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 """Colours (red, green, blue, opacity) of the workspaces of two designs."""
@@ -53,8 +52,7 @@ def still_story(d: Design) -> Story:
 
 def explored_story(d: Design) -> Story:
     """A mechanism whose drives can be moved in the page."""
-    rates = chosen_scene(d).initial_rates
-    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
+    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), _reach(d))
 
 
 def _reach(d: Design) -> BorderSurface | None:

@@ -22,9 +22,9 @@ from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
-from mechlab.viewer.explore.sweep import BorderSurface
-from mechlab.viewer.framing import frame_story
+from mechlab.viewer.explore import explore
 from mechlab.viewer.lines import lines
+from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Arrow, Floor, Part, Plot, Severity, Story
 
 
@@ -118,19 +118,10 @@ def motion_story(
 
 
 def exploration_story(
-    mechanism: Mechanism,
-    title: str = "",
-    facts: Mapping[str, str] | None = None,
-    rates: Mapping[str, float] | None = None,
-    reach: BorderSurface | None = None,
+    mechanism: Mechanism, title: str = "", facts: Mapping[str, str] | None = None, reach: BorderSurface | None = None
 ) -> Story:
-    """A Story whose drives can be moved in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
-    from mechlab.viewer.explore import explore
-
-    still = mechanism_story(mechanism, title, facts)
-    size = 2.0 * frame_story(still).radius
-    found = explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size, rates)
-    return replace(still, explore=replace(found, reach=reach))
+    """A Story that opens to be moved by hand in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
+    return replace(mechanism_story(mechanism, title, facts), explore=explore(mechanism, reach))
 
 
 def _playback(error: float, shown: int, recorded: int) -> str:

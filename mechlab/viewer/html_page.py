@@ -83,15 +83,15 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
         return str(error)
     if other.bodies != story.bodies or other.explore is None or story.explore is None:
         return f"with {key} = {value:g} the mechanism has other parts"
-    names = [s.name for s in story.explore.sweeps]
-    if [s.name for s in other.explore.sweeps] != names:
+    if other.explore.drives != story.explore.drives:
         return f"with {key} = {value:g} the mechanism is driven otherwise"
     return replace(other, explore=replace(other.explore, reach=None))
 
 
 STYLES = ("page.css",)
 SCRIPTS = (
-    "util.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js", "explore.js",
+    "util.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "before.js", "show.js", "quantity.js", "history.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
+    "mobility.js", "curves.js", "explore.js",
     "camera.js", "player.js", "plots.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""

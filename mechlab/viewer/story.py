@@ -167,8 +167,8 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design with its
-    sweeps, or a sentence why there is none. home: index of the value of the story itself."""
+    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design, or a
+    sentence why there is none. home: index of the value of the story itself."""
 
     key: str
     unit: str
@@ -188,8 +188,8 @@ class Story:
     from its result. arrows, marks: see `Arrow`, `Mark`. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, named
     `ghost_name`; visible at the start if `ghost_shown`; ghost_parts: its parts (default: parts); ghost_traces:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
-    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
-    drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
+    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: the page opens
+    to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
     page's own floor. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """

@@ -17,13 +17,14 @@ async function start() {
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
-    if (!explorer) layers.arrows.apply(frame, share);
+    if (!explorer || !explorer.byHand) layers.arrows.apply(frame, share);
     if (layers.ghost) layers.ghost.apply(time);
     byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
     stage.redraw();
   };
   player.onTime((time) => {
-    if (!explorer) {
+    if (explorer) explorer.comeBack();
+    if (!explorer || !explorer.byHand) {
       motion.apply(stage.groups, time);
       traces.apply(motion.frame(time));
     }
@@ -31,7 +32,7 @@ async function start() {
   });
   addPlots(story, read, player, plots);
   player.seek(motion.start);
-  if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
+  explorer = moveByHand(story, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
   window.lab = {
@@ -52,6 +53,19 @@ async function start() {
   };
   followAddress(player);
   requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
+}
+
+/** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
+function moveByHand(story, page) {
+  if (!story.model) return null;
+  try {
+    const explorer = new Explorer(story, page);
+    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => partAt(page.stage, x, y));
+    return explorer;
+  } catch (error) {
+    page.panel.append(section("Moving by hand", make("p", {}, `This mechanism cannot be moved in the page: ${error.message}`)));
+    return null;
+  }
 }
 
 /** A page opened with #t=1.2 starts at that time, one with #play starts playing. */
