@@ -23,8 +23,7 @@ from mechlab.mechanism.structure import null_space
 WEIGHT = 1e-3
 """Share of the weight of all parts, at the size of the mechanism, that a load is taken to be at least."""
 STEP = 1e-3
-"""Step of the fourth-order difference quotients [rad], or relative to the size of the mechanism: their error is
-1e-12."""
+"""Smallest step of the difference quotients [rad], or relative to the size of the mechanism."""
 
 
 class Dynamics(Protocol):
@@ -75,7 +74,8 @@ class LinearMotion:
 
     damping C (f, f), stiffness K (f, f), gradient g (f,). load: largest generalised force [N m or N], at least
     WEIGHT of the weight: what acts on a part balanced on its axis is rounding of its weight; stiffest: largest
-    derivative of a generalised force by a displacement; both set the level of rounding.
+    derivative of a generalised force by a displacement; both set the level of rounding. doubt (f, f): estimated error of the
+    stiffness.
     """
 
     basis: Array
@@ -84,6 +84,7 @@ class LinearMotion:
     gradient: Array
     load: float
     stiffest: float
+    doubt: Array
 
 
 def step_size(mechanism: Mechanism) -> float:
@@ -100,8 +101,9 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMot
     """The linear equations on the constraint manifold at an assembled pose x.
 
     With N a basis of the null space of J and reactions r from J^T r = g: K = N^T d/dx (g - J(x)^T r) N, whose second
-    term is the geometric stiffness of the reactions, and C = N^T dg/dv N. Raises Untrustworthy when a motion that the
-    constraints allow has no inertia.
+    term is the geometric stiffness of the reactions, and C = N^T dg/dv N. The derivative is the difference quotient D of fourth
+    order; with damping (the equations that are asked for, not a step on the way to a rest) it is D(h) + (D(h) - D(2h)) / 15, of
+    sixth order, and the added term is its `doubt`. Raises Untrustworthy when a motion that the constraints allow has no inertia.
     """
     rows = dynamics.rows(x)
     free = null_space(rows) if len(rows) else np.eye(dynamics.nv)
@@ -115,26 +117,33 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMot
         pull = dynamics.force(y)
         return pull - dynamics.rows(y).T @ reactions if len(rows) else pull
 
-    columns, damped, stiffest = [], [], 0.0
+    def central(unit: Array, s: float) -> Array:
+        return net(unit, s) - net(unit, -s)
+
+    columns, damped, corrections, stiffest = [], [], [], 0.0
     for direction in basis.T:
         size = float(np.max(np.abs(direction)))
         unit = direction / size
-        slope = (8 * (net(unit, h) - net(unit, -h)) - net(unit, 2 * h) + net(unit, -2 * h)) / (12 * h)
+        near, middle = central(unit, h), central(unit, 2 * h)
+        slope = (8 * near - middle) / (12 * h)
         stiffest = max(stiffest, float(np.max(np.abs(slope))))
-        columns.append(size * slope)
+        correction = np.zeros_like(slope)
         if with_damping:
+            correction = (slope - (8 * middle - central(unit, 4 * h)) / (24 * h)) / 15
             damped.append(size * (dynamics.force(x, h * unit) - dynamics.force(x, -h * unit)) / (2 * h))
+        columns.append(size * (slope + correction))
+        corrections.append(size * correction)
     f = basis.shape[1]
-    stiffness = basis.T @ np.array(columns).reshape(f, dynamics.nv).T
+    stiffness, doubt = (basis.T @ np.array(x).reshape(f, dynamics.nv).T for x in (columns, corrections))
     damping = basis.T @ np.array(damped).T if damped else np.zeros((f, f))
     load = float(max(np.max(np.abs(force), initial=0.0), np.max(np.abs(rows.T @ reactions), initial=0.0)))
     load = max(load, WEIGHT * _weight(dynamics.mechanism))
-    return LinearMotion(basis, damping, stiffness, basis.T @ force, load, stiffest)
+    return LinearMotion(basis, damping, stiffness, basis.T @ force, load, stiffest, doubt)
 
 
 def _weight(m: Mechanism) -> float:
     """The weight of the parts times the size of the mechanism [N m]."""
-    return sum(b.inertia.mass for b in m.bodies) * float(np.linalg.norm(m.gravity)) * (m.size or 1.0)
+    return m.total_mass * float(np.linalg.norm(m.gravity)) * (m.size or 1.0)
 
 
 def _normalised(dynamics: Dynamics, free: Array, x: Array) -> Array:
@@ -168,7 +177,8 @@ class VibrationMode:
     omega = sqrt |r1 r2| [rad/s], the undamped frequency; damping = -(r1 + r2) / (2 omega), the damping ratio
     (None for a rigid mode). kind: oscillating; overdamped (two real eigenvalues, none positive); unstable (an
     eigenvalue has a positive real part); rigid (no stiffness). shape: (nv,) complex in the order of the Mechanism's
-    rates, its largest entry 1.
+    rates, its largest entry 1. error: what an error dk of the stiffness makes of the eigenvalues [1/s], from r^2 + c r + k = 0:
+    dk / |r1 - r2|, at most sqrt(dk).
     """
 
     omega: float
@@ -176,6 +186,7 @@ class VibrationMode:
     kind: str
     eigenvalues: tuple[complex, complex]
     shape: Array
+    error: float
 
     @property
     def frequency_hz(self) -> float:
@@ -196,8 +207,10 @@ def modes(linear: LinearMotion, rates: Callable[[Array], Array]) -> tuple[Vibrat
     out = []
     for (r1, y1), (r2, y2) in _pairs(linear):
         y = y1 if abs(r1.real) <= abs(r2.real) else y2
-        size = np.max(np.abs(linear.basis @ y)) / np.linalg.norm(y)
+        unit = y / np.linalg.norm(y)
+        size = np.max(np.abs(linear.basis @ unit))
         rounding = (ROUNDING_LOAD * linear.load + ROUNDING_STIFFNESS * linear.stiffest) * size**2
+        rounding = float(max(rounding, abs(np.vdot(unit, linear.doubt @ unit))))
         out.append(_mode(r1, r2, y, rounding, rates(linear.basis @ y[:, None])[:, 0]))
     return tuple(sorted(out, key=lambda m: (m.omega, -m.growth)))
 
@@ -206,13 +219,17 @@ def _mode(r1: complex, r2: complex, y: Array, rounding: float, shape: Array) -> 
     top = shape[int(np.argmax(np.abs(shape)))] if len(shape) else 1.0
     shape = shape / top if abs(top) > 0.0 else shape
     omega = math.sqrt(abs(r1 * r2))
+    limit = math.sqrt(rounding)
     if omega**2 <= rounding:
-        fall = min(r1.real, r2.real) if abs(r1.imag) == 0.0 and min(r1.real, r2.real) < -math.sqrt(rounding) else 0.0
-        return VibrationMode(0.0, None, RIGID, (0j, complex(fall)), shape)
+        fall = min(r1.real, r2.real) if abs(r1.imag) == 0.0 and min(r1.real, r2.real) < -limit else 0.0
+        return VibrationMode(0.0, None, RIGID, (0j, complex(fall)), shape, limit)
+    error = rounding / max(abs(r1 - r2), limit) if rounding else 0.0
     damping = -0.5 * (r1 + r2).real / omega
-    grows = max(r1.real, r2.real) > GROWTH * omega
+    grows = max(r1.real, r2.real) > max(GROWTH * omega, error)
     kind = UNSTABLE if grows else OSCILLATING if r1.imag else OVERDAMPED
-    return VibrationMode(omega, 0.0 if abs(damping) < GROWTH else damping, kind, (complex(r1), complex(r2)), shape)
+    return VibrationMode(
+        omega, 0.0 if abs(damping) < GROWTH else damping, kind, (complex(r1), complex(r2)), shape, error
+    )
 
 
 Root = tuple[complex, Array]

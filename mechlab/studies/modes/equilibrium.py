@@ -69,6 +69,11 @@ LARGEST = 0.3
 """Largest change of a coordinate in one step [rad or m]."""
 BALANCED = 1e-9
 """Largest unbalanced force, relative to the load, that is accepted when rounding stops the descent."""
+SOFT = 1e-6
+"""Largest stiffness, relative to the load, of a direction that may stand still when it is balanced to a tenth of BALANCED."""
+STALLED = 20
+"""Steps without half the residual after which soft directions stand still: a rod that spins about its own axis against almost nothing
+moves at every step, and disturbs the stiff directions by the square of it."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +86,13 @@ class Rest:
     steps: int
 
 
-def settle(dynamics: Dynamics, q: Array) -> Rest:
+def settle(dynamics: Dynamics, q: Array, soft_stay: bool = False) -> Rest:
     """The equilibrium reached by descent of the potential from coordinates q (nq,); if q is an equilibrium, stable or
     not, q.
 
     Newton's method where the potential is convex; elsewhere it uses the absolute values of the curvatures, so that the
-    step goes downhill and away from a saddle. Directions without force and stiffness stay. Raises NoSolution when q
-    cannot be assembled, or when no equilibrium is found.
+    step goes downhill and away from a saddle. Directions without force and stiffness stay; with `soft_stay`, or when the
+    descent stalls, soft ones that are balanced too. Raises NoSolution when q cannot be assembled, or when no equilibrium is found.
     """
     found = dynamics.closed(dynamics.pose(q))
     if not found.closed:
@@ -95,6 +100,7 @@ def settle(dynamics: Dynamics, q: Array) -> Rest:
             f"{dynamics.mechanism.name}: the start does not close (open by {found.residual:.3g}): {found.status.value}."
         )
     x, load, last = found.q, 0.0, np.inf
+    best, when = np.inf, 0
     for k in range(ITERATIONS):
         now = linear(dynamics, x, with_damping=False)
         load = max(load, now.load, 0.1 * now.stiffest)
@@ -102,7 +108,9 @@ def settle(dynamics: Dynamics, q: Array) -> Rest:
         if residual <= 1e-15 * load or (residual < BALANCED * load and residual >= 0.5 * last):
             return Rest(x, residual, k)
         last = residual
-        x = _step(dynamics, x, now, _direction(now, load))
+        if residual < 0.5 * best:
+            best, when = residual, k
+        x = _step(dynamics, x, now, _direction(now, load, soft_stay or k - when >= STALLED))
     raise NoSolution(
         f"{dynamics.mechanism.name}: no equilibrium at rest from this start: after {ITERATIONS} steps {residual:.3g} N m or N stay "
         f"unbalanced at {_culprit(dynamics, now)}. Something keeps pushing (a constant load on a free part), or the position is "
@@ -117,13 +125,16 @@ def _unbalanced(dynamics: Dynamics, now: LinearMotion) -> float:
     return float(np.max(np.abs(now.gradient) / np.max(np.abs(now.basis), axis=0)))
 
 
-def _direction(now: LinearMotion, load: float) -> Array:
+def _direction(now: LinearMotion, load: float, soft_stay: bool) -> Array:
     """Descent step y (f,) in the basis of `now`."""
     g, values, vectors = now.gradient, *np.linalg.eigh(0.5 * (now.stiffness + now.stiffness.T))
     sizes = np.max(np.abs(now.basis @ vectors), axis=0)
     floor = 1e-9 * max(load, now.stiffest) * sizes**2
     along = vectors.T @ g
     idle = (np.abs(values) <= floor) & (np.abs(along) <= 1e-12 * load * sizes)
+    if soft_stay:
+        soft = np.abs(values) <= SOFT * max(load, now.stiffest) * sizes**2
+        idle |= soft & (np.abs(along) <= 0.1 * BALANCED * load * sizes)
     if np.all((values > floor) | idle):
         keep = vectors[:, ~idle]
         return -keep @ np.linalg.solve(keep.T @ now.stiffness @ keep, keep.T @ g) if keep.shape[1] else 0.0 * g

@@ -27,7 +27,7 @@ def _(found: ModesResult) -> str:
         f"unbalanced: {found.first.residual:.2g} N m or N",
         "",
     ]
-    heads = ["", "kind", "Hz", "omega [rad/s]", "damping", "eigenvalues [1/s]", "shape (largest first)"]
+    heads = ["", "kind", "Hz", "omega [rad/s]", "error", "damping", "eigenvalues [1/s]", "shape (largest first)"]
     lines.append(table(heads, [_row(found, k, m) for k, m in enumerate(found.modes, 1)]))
     lines.append("")
     for n, w in found.witnesses.items():
@@ -52,7 +52,8 @@ def _(found: ModesResult) -> str:
 
 def _row(found: ModesResult, k: int, m: VibrationMode) -> list[str]:
     roots = ", ".join(f"{r.real:.4g}{r.imag:+.4g}i" if r.imag else f"{r.real:.4g}" for r in m.eigenvalues)
-    return [str(k), m.kind, number(m.frequency_hz, 6), number(m.omega, 8), number(m.damping), roots, _words(found, m)]
+    numbers = [number(m.frequency_hz, 6), number(m.omega, 8), number(m.error, 2), number(m.damping)]
+    return [str(k), m.kind, *numbers, roots, _words(found, m)]
 
 
 def _words(found: ModesResult, m: VibrationMode) -> str:

@@ -15,7 +15,7 @@ from mechlab.studies.modes.eigen import VibrationMode
 from mechlab.tables import counted, number
 
 AGREED = 1e-6
-"""Largest relative difference of eigenvalues between witnesses at which the result is trusted."""
+"""Largest relative difference of eigenvalues between witnesses, beyond their errors, at which the result is trusted."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,8 @@ class ModesResult(Shown):
 
     @property
     def exit_code(self) -> int:
-        """0, or 3 when the witnesses differ."""
-        relative = self.relative_difference
-        return 0 if relative is None or relative <= AGREED else 3
+        """0, or 3 when the witnesses differ by more than their errors."""
+        return 0 if self._differences()[2] <= AGREED else 3
 
     @property
     def message(self) -> str:
@@ -97,18 +96,20 @@ class ModesResult(Shown):
             text += f"; the witnesses differ by {number(self.relative_difference)} of an eigenvalue: do not trust it"
         return text
 
-    def _differences(self) -> tuple[float | None, float | None]:
+    def _differences(self) -> tuple[float | None, float | None, float]:
+        """Largest absolute and relative difference, and largest relative one beyond the errors."""
         answering = list(self.answering.values())
         absolute: list[float] = []
-        relative: list[float] = []
+        relative, beyond = [0.0], [0.0]
         for i, a in enumerate(answering):
             for b in answering[:i]:
                 moved = np.abs(a.q - b.q)
                 absolute.append(float(np.max(moved, initial=0.0)))
                 gaps = eigenvalue_gaps(a.modes, b.modes)
-                absolute += [g for g, _ in gaps]
-                relative += [r for _, r in gaps]
-        return (max(absolute), max(relative, default=0.0)) if absolute else (None, None)
+                absolute += [g for g, _, _ in gaps]
+                relative += [r for _, r, _ in gaps]
+                beyond += [b for _, _, b in gaps]
+        return (max(absolute), max(relative), max(beyond)) if absolute else (None, None, 0.0)
 
     def shape(self, mode: VibrationMode) -> dict[str, float]:
         """Joint or shaft -> real part of its displacement in a mode; the largest joint entry is 1."""
@@ -139,7 +140,7 @@ class ModesResult(Shown):
     def _mode(self, m: VibrationMode) -> dict[str, Any]:
         out: dict[str, Any] = {
             "frequency_hz": m.frequency_hz, "omega": m.omega, "damping": m.damping, "kind": m.kind,
-            "eigenvalues": [[r.real, r.imag] for r in m.eigenvalues], "shape": self.shape(m),
+            "error": m.error, "eigenvalues": [[r.real, r.imag] for r in m.eigenvalues], "shape": self.shape(m),
         }  # fmt: skip
         return out | ({"phase": self.phase(m)} if self.phase(m) else {})
 
@@ -162,24 +163,26 @@ def values_at(m: Mechanism, q: Array) -> dict[str, Any]:
     return out | {s.name: float(m.value(s.name, q)) for s in m.shafts}
 
 
-def eigenvalue_gaps(a: tuple[VibrationMode, ...], b: tuple[VibrationMode, ...]) -> list[tuple[float, float]]:
-    """For each mode of a, the eigenvalue difference to the nearest mode of b not yet assigned: absolute [1/s] and
-    relative.
+def eigenvalue_gaps(a: tuple[VibrationMode, ...], b: tuple[VibrationMode, ...]) -> list[tuple[float, float, float]]:
+    """For each mode of a, the eigenvalue difference to the nearest mode of b not yet assigned: absolute [1/s], relative, and relative
+    beyond the errors of the two.
 
-    A last pair of infinities stands for unequal numbers of modes.
+    A last entry of infinities stands for unequal numbers of modes.
     """
     left = list(b)
-    out: list[tuple[float, float]] = []
+    out: list[tuple[float, float, float]] = []
+    none = (float("inf"), float("inf"), float("inf"))
     for mode in sorted(a, key=lambda m: -m.omega):
         if not left:
-            return [*out, (float("inf"), float("inf"))]
+            return [*out, none]
         mine = sorted(mode.eigenvalues, key=lambda r: (r.real, r.imag))
         gaps = []
         for other in left:
             theirs = sorted(other.eigenvalues, key=lambda r: (r.real, r.imag))
             gaps.append(max(abs(x - y) for x, y in zip(mine, theirs, strict=True)))
         best = int(np.argmin(gaps))
-        size = max(abs(r) for r in (*mode.eigenvalues, *left[best].eigenvalues))
-        out.append((gaps[best], gaps[best] / size if size else 0.0))
+        size = max(abs(r) for r in (*mode.eigenvalues, *left[best].eigenvalues)) or 1.0
+        beyond = max(0.0, gaps[best] - mode.error - left[best].error)
+        out.append((gaps[best], gaps[best] / size, beyond / size))
         del left[best]
-    return out if not left else [*out, (float("inf"), float("inf"))]
+    return out if not left else [*out, none]

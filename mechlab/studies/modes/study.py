@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import structure
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
+from mechlab.studies.modes.falling import refuse_falling
 from mechlab.studies.modes.result import ModesResult, ModesWitness
 from mechlab.studies.named.number import parameter_values
 
@@ -54,7 +55,7 @@ def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> 
         if abs(now.push) <= 1e-15 * load or (abs(now.push) < 1e-9 * load and abs(now.push) >= 0.5 * last):
             linear = LinearMotion(
                 now.u[:, None] / np.sqrt(now.inertia), np.array([[now.damping / now.inertia]]),
-                np.array([[now.stiffness / now.inertia]]), np.zeros(1), load, load,
+                np.array([[now.stiffness / now.inertia]]), np.zeros(1), load, load, np.zeros((1, 1)),
             )  # fmt: skip
             return now.q, modes(linear, lambda x: x)
         last = abs(now.push)
@@ -90,7 +91,9 @@ def find_modes(
     """Equilibrium and modes of a design.
 
     Without a scene the search starts at the reference pose and the drives hold their targets; with a scene it starts at
-    the scene's start under the scene's laws. free: only weight, springs and dampers act. extra: X_0
+    the scene's start under the scene's laws. Rests need not stand alone (a joint whose axis is vertical rests anywhere): each
+    further witness starts at the rest of the one before, and stays there if its own forces balance too. free: only weight,
+    springs and dampers act. extra: X_0
     (start of the search), X_force (constant loads). Raises NoSolution for laws that leave no rest or a start that leads
     to no equilibrium, MechlabError for bad input.
     """
@@ -102,9 +105,10 @@ def find_modes(
         notes = (*notes, f"dry friction of {', '.join(rough)} is left out: where it sticks nothing swings at all")
     witnesses: dict[str, ModesWitness] = {}
     for witness in WITNESSES:
-        witnesses[witness] = _ask(lambda witness=witness: _engine(witness, m, laws, start))  # type: ignore[misc]
+        found = _engine(witness, m, laws, start, soft_stay=any(not w.cannot for w in witnesses.values()))
+        witnesses[witness], start = found, start if found.cannot else found.q
     if structure(m).freedoms == 1:
-        witnesses["one_freedom"] = _ask(lambda: _one_freedom(m, laws, start))
+        witnesses["one_freedom"] = _one_freedom(m, laws, start)
     parameters = parameter_values(chosen)
     acts = what_acts(m, replace(made, laws=laws))
     return ModesResult(chosen.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
@@ -130,17 +134,14 @@ def _situation(
     return m, made, *laws_at_rest(m, made)
 
 
-def _ask(work: Callable[[], ModesWitness]) -> ModesWitness:
-    """Run a witness; one whose engine is not installed returns the reason, other errors are raised."""
+def _engine(witness: str, m: Mechanism, laws: tuple[Law, ...], q: Array, soft_stay: bool) -> ModesWitness:
+    """The result of an engine; the reason where it is not installed."""
     try:
-        return work()
+        dynamics: Dynamics = engine(witness).small_motions(m, laws)
     except EngineMissing as error:
         return ModesWitness(cannot=str(error))
-
-
-def _engine(witness: str, m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
-    dynamics: Dynamics = engine(witness).small_motions(m, laws)
-    rest = settle(dynamics, q)
+    refuse_falling(dynamics, q)
+    rest = settle(dynamics, q, soft_stay)
     found = linear(dynamics, rest.x)
     freedoms, here = structure(m).freedoms, found.basis.shape[1]
     if here != freedoms:
@@ -157,4 +158,3 @@ def _one_freedom(m: Mechanism, laws: tuple[Law, ...], q: Array) -> ModesWitness:
     except (NoSolution, MechlabError) as error:
         return ModesWitness(cannot=str(error))
     return ModesWitness(np.asarray(rest), 0.0, found)
-

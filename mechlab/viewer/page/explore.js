@@ -43,8 +43,7 @@ class Explorer {
   /** A drive as a slider shows it: over its range, or a turn, or the size of the mechanism. */
   driveOf(name) {
     const home = this.model.value(name, this.model.home);
-    const joint = this.model.joints.find((j) => j.name === name);
-    const unit = joint && joint.kind === "prismatic" ? "m" : "rad";
+    const unit = this.model.quantity(name).slides ? "m" : "rad";
     const half = unit === "m" ? this.stage.framing.radius : Math.PI;
     const range = this.model.range(name);
     const [low, high] = range || [home - half, home + half];
@@ -225,6 +224,9 @@ class Explorer {
   }
 
   // Showing
+
+  /** The value of a joint or shaft at the pose that is shown; null for one that has none. */
+  value(name) { return this.model.names.includes(name) ? this.model.value(name, this.solver.q) : null; }
 
   /** `follower()` is called after every change of the pose by hand. */
   onMove(follower) { this.followers.push(follower); }

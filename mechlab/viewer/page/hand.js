@@ -67,7 +67,7 @@ class HandControls {
     const kind = impossible ? "error" : near || out ? "warning" : "ok";
     const mark = make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!", ok: "\u2713" }[kind]);
     const mode = explorer.otherMode ? "another one than at the start: a fold was passed" : "that of the start";
-    const loops = explorer.model.document.loops.length ? `Loops open by ${report.gap < 1e-9 ? "less than 1 nm" : lengthText(report.gap)}.` : "No loops.";
+    const loops = (explorer.model.document.loops || []).length ? `Loops open by ${report.gap < 1e-9 ? "less than 1 nm" : lengthText(report.gap)}.` : "No loops.";
     const words = refused
       ? `No mechanism here: ${refused} Shown is the last one that exists.`
       : [explorer.said, impossible || out ? report.sentence : "", near ? "Near a singularity." : "", `Assembly mode: ${mode}.`,

@@ -15,11 +15,17 @@ async function start() {
   addTriad(rig, byId("triad"));
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
+  const sources = {
+    value: (name) => (explorer && explorer.byHand ? explorer.value(name) : null),
+    velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
+  };
+  const inspector = new Inspector(story, stage, sources, () => stage.redraw());
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
     if (!explorer || !explorer.byHand) layers.arrows.apply(frame, share);
     if (layers.ghost) layers.ghost.apply(time);
     byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
+    inspector.update();
     stage.redraw();
   };
   player.onTime((time) => {
@@ -32,7 +38,7 @@ async function start() {
   });
   addPlots(story, read, player, plots);
   player.seek(motion.start);
-  explorer = moveByHand(story, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
+  explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
   window.lab = {
@@ -44,6 +50,7 @@ async function start() {
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
     explorer,
+    inspector,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
     get arrows() { return layers.arrows.items; },
@@ -56,11 +63,11 @@ async function start() {
 }
 
 /** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
-function moveByHand(story, page) {
+function moveByHand(story, inspector, page) {
   if (!story.model) return null;
   try {
     const explorer = new Explorer(story, page);
-    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => partAt(page.stage, x, y));
+    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y));
     return explorer;
   } catch (error) {
     page.panel.append(section("Moving by hand", make("p", {}, `This mechanism cannot be moved in the page: ${error.message}`)));

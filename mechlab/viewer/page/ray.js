@@ -1,24 +1,13 @@
-// What lies under a place of the screen. Points and directions are in the mechanism's frame, z up.
+// Lines of sight: from a place of the screen into the scene. Points and directions are in the mechanism's frame, z up.
 
 /** The line of sight {origin, direction} through a place of the window. */
 function sightLine(stage, clientX, clientY) {
   const box = stage.viewer.renderer.domElement.getBoundingClientRect();
   const place = new THREE.Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
-  const { camera } = stage.viewer;
-  camera.updateMatrixWorld();
+  stage.viewer.camera.updateMatrixWorld();
   const caster = new THREE.Raycaster();
-  caster.setFromCamera(place, camera);
-  return { caster, origin: fromWorld(caster.ray.origin), direction: fromWorld(caster.ray.direction) };
-}
-
-/** The first visible part under a place of the window: {body, part, point}, or null. body: its index. */
-function partAt(stage, clientX, clientY) {
-  const { caster } = sightLine(stage, clientX, clientY);
-  stage.viewer.scene.updateMatrixWorld();
-  // The edges are children of the parts; only the solids are asked.
-  const parts = stage.groups.flatMap((group) => (group.visible ? group.children.filter((child) => child.isMesh && child.visible) : []));
-  const [hit] = caster.intersectObjects(parts, false);
-  return hit ? { body: stage.groups.indexOf(hit.object.parent), part: hit.object.name, point: fromWorld(hit.point) } : null;
+  caster.setFromCamera(place, stage.viewer.camera);
+  return { origin: fromWorld(caster.ray.origin), direction: fromWorld(caster.ray.direction) };
 }
 
 /** What `hit(x, y)` finds; a finger is thick and finds what is at most `reach` pixels away too. */

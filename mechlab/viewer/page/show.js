@@ -64,8 +64,7 @@ class Show {
     this.list = make("div", { class: "choices" });
     this.redraw = redraw;
     holder.append(make("summary", {}, "Show"), this.list);
-    document.addEventListener("pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
-    holder.addEventListener("keydown", (event) => { if (event.key === "Escape") holder.open = false; });
+    closeOutside(holder);
   }
 
   /** A switch; `action(on)` is called at once and at every change. */
@@ -78,7 +77,7 @@ class Show {
 
 function addShow(story, read, stage, traces, holder, redraw) {
   const show = new Show(holder, redraw);
-  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), holder, document.getElementById("triad"), document.getElementById("scale")]);
+  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), document.getElementById("menus"), document.getElementById("card"), document.getElementById("triad"), document.getElementById("scale")]);
   const arrows = new Arrows(stage, story, read);
   const axes = addAxes(stage, story.marks);
   const wanted = {};

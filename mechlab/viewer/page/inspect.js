@@ -1,0 +1,99 @@
+// Inspecting: hover, pin, hide and isolate parts, with the mouse, by touch and from a list of the parts.
+
+class Inspector {
+  constructor(story, stage, sources, redraw) {
+    const byId = (id) => document.getElementById(id);
+    this.stage = stage;
+    this.readings = new Readings(story, stage, sources);
+    this.visibility = new Visibility(stage, redraw);
+    this.hover = byId("hover");
+    this.pickers = [];
+    this.card = new Card(byId("card"), this.readings, [
+      ["Hide", "Hide this part (show it again in the list of parts)", (body) => { this.visibility.hide(body); this.pin(null); }],
+      ["Isolate", "Hide all other parts; again: show all", (body) => this.isolate(body)],
+    ], () => this.pin(null));
+    this.picker = new Picker(stage, byId("viewport"), (hit, event) => this.name(hit, event), (hit, event) => this.pick(hit, event));
+    this.list = new PartList(byId("parts"), stage, this);
+    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
+  }
+
+  /** Takes over the clicks for a while: `picker(hit, event)` returns true when it has used one. */
+  intercept(picker) { this.pickers.push(picker); }
+
+  name(hit, event) {
+    this.hover.hidden = !hit;
+    this.visibility.mark("hover", hit && hit.body !== this.card.body ? hit.body : null);
+    document.getElementById("viewport").classList.toggle("over", Boolean(hit));
+    if (!hit) return;
+    const body = this.stage.bodies[hit.body];
+    this.hover.textContent = !hit.part || hit.part === body ? body : `${body} \u00b7 ${hit.part.replace(/_/g, " ")}`;
+    const box = this.hover.parentElement.getBoundingClientRect();
+    const x = Math.min(event.clientX - box.left + 14, box.width - this.hover.offsetWidth - 4), y = Math.max(4, event.clientY - box.top - 26);
+    this.hover.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
+  }
+
+  pick(hit, event) {
+    if (this.pickers.some((picker) => picker(hit, event))) return;
+    this.pin(hit ? hit.body : null);
+  }
+
+  /** Pins the card of a body (index), or none. */
+  pin(body) {
+    this.visibility.mark("hover", null);
+    this.visibility.mark("pin", body);
+    this.card.show(body);
+    this.list.update();
+  }
+
+  isolate(body) {
+    if (this.visibility.hidden.size === this.stage.groups.length - 1 && !this.visibility.hidden.has(body)) this.visibility.showAll();
+    else this.visibility.isolate(body);
+  }
+
+  update() { this.card.update(); }
+}
+
+/** The menu of all parts: a switch for each, and its name, which pins it. */
+class PartList {
+  constructor(holder, stage, inspector) {
+    this.inspector = inspector;
+    const drawn = stage.groups.map((group, k) => k).filter((k) => stage.groups[k].children.some((x) => x.isMesh));
+    const { visibility } = inspector;
+    this.rows = drawn.map((body) => {
+      const box = make("input", { type: "checkbox", checked: true, "aria-label": `show ${stage.bodies[body]}`,
+        onchange: (event) => (event.target.checked ? visibility.show(body) : visibility.hide(body)) });
+      const name = make("button", { type: "button", class: "plain", onclick: () => inspector.pin(inspector.card.body === body ? null : body) }, stage.bodies[body]);
+      const only = make("button", { type: "button", class: "plain only", "aria-label": `isolate ${stage.bodies[body]}`, onclick: () => inspector.isolate(body) }, "only");
+      return { body, box, name, element: make("div", { class: "part-row" }, box, name, only) };
+    });
+    this.all = make("button", { type: "button", id: "show-all", onclick: () => visibility.showAll() }, "Show all");
+    this.heading = make("summary", {}, "Parts");
+    holder.append(this.heading, make("div", { class: "choices" }, this.all, ...this.rows.map((row) => row.element)));
+    closeOutside(holder);
+    holder.hidden = !this.rows.length;
+    visibility.onChange(() => this.update());
+    this.update();
+  }
+
+  update() {
+    const { visibility, card } = this.inspector;
+    const shown = this.rows.filter((row) => !visibility.hidden.has(row.body)).length;
+    this.heading.textContent = shown < this.rows.length ? `Parts (${shown} of ${this.rows.length})` : "Parts";
+    this.all.disabled = shown === this.rows.length;
+    for (const { body, box, name } of this.rows) {
+      box.checked = !visibility.hidden.has(body);
+      name.setAttribute("aria-pressed", String(card.body === body));
+    }
+  }
+}
+
+/** A menu (a details element) closes by a press elsewhere and by Escape. */
+function closeOutside(holder) {
+  document.addEventListener("pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
+  holder.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || !holder.open) return;
+    holder.open = false;
+    event.preventDefault();
+    holder.querySelector("summary").focus();
+  });
+}
