@@ -15,6 +15,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
 from mechlab.lab.design import Design, design
+from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
 from mechlab.studies.modes.result import ModesResult
@@ -52,7 +53,8 @@ def still_story(d: Design) -> Story:
 
 def explored_story(d: Design) -> Story:
     """A mechanism whose drives can be moved in the page."""
-    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), _reach(d))
+    rates = chosen_scene(d).initial_rates
+    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
 
 
 def _reach(d: Design) -> BorderSurface | None:

@@ -23,6 +23,7 @@ from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
 from mechlab.viewer.explore import explore
+from mechlab.viewer.framing import frame_story
 from mechlab.viewer.lines import lines
 from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Arrow, Floor, Part, Plot, Severity, Story
@@ -118,10 +119,16 @@ def motion_story(
 
 
 def exploration_story(
-    mechanism: Mechanism, title: str = "", facts: Mapping[str, str] | None = None, reach: BorderSurface | None = None
+    mechanism: Mechanism,
+    title: str = "",
+    facts: Mapping[str, str] | None = None,
+    rates: Mapping[str, float] | None = None,
+    reach: BorderSurface | None = None,
 ) -> Story:
     """A Story that opens to be moved by hand in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
-    return replace(mechanism_story(mechanism, title, facts), explore=explore(mechanism, reach))
+    still = mechanism_story(mechanism, title, facts)
+    size = 2.0 * frame_story(still).radius
+    return replace(still, explore=explore(mechanism, lambda q: placed(mechanism, q)[1], size, rates, reach))
 
 
 def _playback(error: float, shown: int, recorded: int) -> str:

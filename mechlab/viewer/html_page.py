@@ -91,7 +91,7 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
 STYLES = ("page.css", "inspect.css", "hand.css")
 SCRIPTS = (
     "util.js", "words.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "before.js", "show.js",
-    "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js", "curves.js", "explore.js",
+    "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js", "free_body.js", "curves.js", "explore.js",
     "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
     "camera.js", "player.js", "plots.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip

@@ -139,7 +139,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "sentence": pace.sentence,
             "speeds": list(SPEEDS),
         },
-        "explore": None if story.explore is None else {"reach": _pack_reach(story.explore.reach, block)},
+        "explore": None if story.explore is None else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
         "variants": [
             {
                 "key": v.key,

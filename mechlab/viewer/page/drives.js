@@ -4,7 +4,7 @@ class DriveRow {
   /** drive: {name, unit, low, high, home}; actions: move(value), release() after a change, lock(on). */
   constructor(drive, actions) {
     Object.assign(this, drive, actions);
-    this.step = niceStep(this.high - this.low, 1000);
+    this.step = niceStep(this.high - this.low, 10000);
     const label = `${this.name}, ${this.unit}`;
     this.slider = make("input", { type: "range", min: this.low, max: this.high, step: "any", "aria-label": label,
       oninput: () => { this.move(this.slider.valueAsNumber + this.turns * 2 * Math.PI); }, onchange: () => this.release(), onkeydown: (event) => this.key(event) });

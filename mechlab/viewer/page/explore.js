@@ -18,6 +18,7 @@ class Explorer {
     this.locked = new Set();
     this.take(story);
     this.curves = this.recorded ? null : new CouplerCurves(this.stage, this.traces, this.marks);
+    this.freeBody = !this.recorded && FreeBody.fits(this.model, this.report) ? new FreeBody(this) : null;
     this.controls = new HandControls(this);
     this.layers.show.add("before", "ghost: the pose before", true, (on) => this.before.want(on));
     document.addEventListener("keydown", (event) => this.key(event));
@@ -94,6 +95,7 @@ class Explorer {
     const { q } = this.begun;
     if (q.length !== this.solver.q.length || q.some((x, i) => Math.abs(x - this.solver.q[i]) > SAME)) this.history.push(this.begun);
     this.begun = null;
+    this.grabbing = false;
     this.before.show();
     this.show();
     this.drawCurves();
@@ -231,6 +233,9 @@ class Explorer {
   /** `follower()` is called after every change of the pose by hand. */
   onMove(follower) { this.followers.push(follower); }
 
+  /** Whether a part is held at a point that it cannot bring to where it is pulled. */
+  get outOfReach() { return this.grabbing && this.report.miss > OPENED * 2 * this.stage.framing.radius; }
+
   say(words) { this.said = words; this.controls.tell(); }
 
   show() {
@@ -239,6 +244,7 @@ class Explorer {
       group.position.fromArray(position, 3 * this.order[k]);
       group.quaternion.fromArray(quaternion, 4 * this.order[k]);
     });
+    if (this.freeBody) this.freeBody.update();
     this.controls.show();
     for (const follower of this.followers) follower();
     this.redraw();

@@ -99,7 +99,7 @@ class Grabber {
     const point = this.place();
     const miss = point.distanceTo(target);
     const out = miss > OPENED * this.size;
-    const words = out ? `${lengthText(miss)} out of reach` : byKeys ? this.stage.bodies[body] : "";
+    const words = out ? `${lengthText(Number(miss.toPrecision(3)))} out of reach` : byKeys ? this.stage.bodies[body] : "";
     this.rubber.show(point, target, out, words);
     this.stage.redraw();
   }

@@ -14,7 +14,7 @@ class HandControls {
     this.state = make("p", { class: "state", role: "status", "aria-live": "polite" });
     this.holder.append(make("div", { class: "hand-head" }, make("h2", {}, "Move it"), make("div", { class: "tools" }, this.undo, this.redo, ...(explorer.recorded ? [] : [home]))),
       make("p", { class: "hint" }, "Grab any part and pull it, or move a drive. With Shift, or a second finger, a part goes away from you and back."),
-      this.list, this.complaint, this.state);
+      this.list, this.complaint, this.state, ...(explorer.freeBody ? [explorer.freeBody.element] : []));
     this.choices = story.variants.map((v, j) => this.choice(v, j));
     if (this.choices.length) this.holder.append(make("p", { class: "hint" }, `Each step of a parameter is a mechanism of its own${this.choices.length > 1 ? "; one parameter differs at a time" : ""}.`));
     explorer.panel.querySelector("header").after(this.holder);
@@ -58,22 +58,23 @@ class HandControls {
     this.tell();
   }
 
+  /** The state of the pose: what was said or what holds it, then the mode, the closeness to a singularity, the gap. */
   tell() {
     const { explorer } = this;
     const { report, refused } = explorer;
     const impossible = Boolean(refused) || !report.closed || explorer.missed;
     const near = !impossible && report.closeness < NEAR;
-    const out = explorer.grabbing && report.miss > OPENED * 2 * explorer.stage.framing.radius;
+    const out = explorer.outOfReach;
     const kind = impossible ? "error" : near || out ? "warning" : "ok";
-    const mark = make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!", ok: "\u2713" }[kind]);
+    const first = refused ? `No mechanism here: ${refused} Shown is the last one that exists.`
+      : [explorer.said, out ? `${report.sentence || "The grabbed point is as near as the mechanism lets it come."}` : impossible ? report.sentence : "",
+        near ? "Near a singularity." : ""].filter(Boolean).join(" ");
     const mode = explorer.otherMode ? "another one than at the start: a fold was passed" : "that of the start";
-    const loops = (explorer.model.document.loops || []).length ? `Loops open by ${report.gap < 1e-9 ? "less than 1 nm" : lengthText(report.gap)}.` : "No loops.";
-    const words = refused
-      ? `No mechanism here: ${refused} Shown is the last one that exists.`
-      : [explorer.said, impossible || out ? report.sentence : "", near ? "Near a singularity." : "", `Assembly mode: ${mode}.`,
-        `Distance from the nearest singularity: ${Math.round(100 * Math.max(0, report.closeness))}\u00a0% of the largest.`, loops].filter(Boolean).join(" ");
+    const loops = (explorer.model.document.loops || []).length ? `loops open by ${report.gap < 1e-9 ? "less than 1 nm" : lengthText(report.gap)}` : "no loops";
+    const facts = `Assembly mode: ${mode}. ${Math.round(100 * Math.max(0, report.closeness))}\u00a0% away from the nearest singularity, ${loops}.`;
     this.state.className = `state ${kind}`;
-    this.state.replaceChildren(mark, make("span", {}, words));
+    this.state.replaceChildren(make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!", ok: "\u2713" }[kind]),
+      make("span", {}, ...(first ? [make("strong", {}, first), " "] : []), ...(refused ? [] : [facts])));
     document.getElementById("stage").classList.toggle("impossible", impossible || near);
   }
 

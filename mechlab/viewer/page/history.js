@@ -1,6 +1,6 @@
 // What was done by hand, to be undone and done again.
 
-const MOST_STEPS = 200;
+const MOST_KEPT = 200;
 
 class PoseHistory {
   constructor() { this.past = []; this.future = []; }
@@ -8,7 +8,7 @@ class PoseHistory {
   /** Remembers the state before a change. */
   push(before) {
     this.past.push(before);
-    if (this.past.length > MOST_STEPS) this.past.shift();
+    if (this.past.length > MOST_KEPT) this.past.shift();
     this.future = [];
   }
 

@@ -49,6 +49,7 @@ async function start() {
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
+    onScreen: (point) => onScreen(stage, new THREE.Vector3(...point)),
     explorer,
     inspector,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),

@@ -34,3 +34,11 @@ function screenAxes(stage) {
   const turned = (x, y, z) => fromWorld(new THREE.Vector3(x, y, z).applyQuaternion(stage.viewer.camera.quaternion));
   return { right: turned(1, 0, 0), up: turned(0, 1, 0), away: turned(0, 0, -1) };
 }
+
+/** Where a point of the mechanism's frame is seen, in the window. */
+function onScreen(stage, point) {
+  const box = stage.viewer.renderer.domElement.getBoundingClientRect();
+  stage.viewer.camera.updateMatrixWorld();
+  const seen = toWorld(point).project(stage.viewer.camera);
+  return [box.left + ((1 + seen.x) / 2) * box.width, box.top + ((1 - seen.y) / 2) * box.height];
+}
