@@ -44,6 +44,12 @@ def counted(count: int, one: str, many: str = "") -> str:
     return f"{count} {one if count == 1 else many or one + 's'}"
 
 
+def listed(names: Iterable[str], most: int = 4) -> str:
+    """ "a, b, c, d and 3 more"."""
+    names = list(names)
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
 def table(headers: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Left-aligned columns, a rule under the headers."""
     cells = [[str(c) for c in row] for row in rows]

@@ -36,8 +36,7 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
     """Text of a law, or of several laws that differ only in their joint or shaft."""
     law: Any = laws[0]
     on = rounded([name for x in laws for name in x.targets()])
-    slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
-    length, word = ("m", "force") if law.targets()[0] in slides else ("rad", "torque")
+    length, word = ("m", "force") if law.targets()[0] in mechanism.slides else ("rad", "torque")
     unit = "N" if length == "m" else "N m"
     many = "s" if len(laws) > 1 else ""
     match law.kind:

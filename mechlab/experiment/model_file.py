@@ -13,9 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.mechanism.model import Mechanism
-
-SHOWN = 4
-"""Largest number of names written out in a sentence; the others are counted."""
+from mechlab.tables import listed
 
 
 @dataclass(frozen=True)
@@ -32,10 +30,8 @@ class LeftOut:
     @property
     def sentence(self) -> str:
         """ "3 contacts (a, b, c): why"."""
-        count = len(self.names)
-        names = ", ".join(self.names[:SHOWN]) + (f" and {count - SHOWN} more" if count > SHOWN else "")
         kept = "; kept in a run of the file as it is" if self.kept else ""
-        return f"{count} x {self.what} ({names})" + (f": {self.why}" if self.why else "") + kept
+        return f"{len(self.names)} x {self.what} ({listed(self.names)})" + (f": {self.why}" if self.why else "") + kept
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""

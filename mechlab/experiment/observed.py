@@ -87,8 +87,7 @@ def _of(m: Mechanism, name: str) -> _Part:
     if base not in m.scalar_names:
         existing = [*m.scalar_names, *spherical, *(f"{n}_rate" for n in (*m.scalar_names, *spherical))]
         raise unknown(f"{m.name}: observe:", name, [*existing, *(f.name for f in m.frames)])
-    slides = {j.name for j in m.joints if j.kind == "prismatic"}
-    unit = "m" if base in slides else "rad"
+    unit = "m" if base in m.slides else "rad"
     row, out = m.row(base), np.zeros(m.nq + m.nv)
     if is_rate:
         out[m.nq :] = row

@@ -161,12 +161,11 @@ Units = dict[str, tuple[str, ...]]
 
 def mechanism_units(m: Mechanism) -> Units:
     """Units of all keys of joints, shafts and frames. A shaft over slides may be an angle or a length: both fit."""
-    slides = {j.name for j in m.joints if j.kind == "prismatic"}
     out: Units = {}
     shafts = {s.name: {n for n, _ in s.coefficients} for s in m.shafts}
     for name in m.scalar_names:
-        bases: tuple[str, ...] = ("m",) if name in slides else ("rad",)
-        if shafts.get(name, set()) & slides:
+        bases: tuple[str, ...] = ("m",) if name in m.slides else ("rad",)
+        if shafts.get(name, set()) & m.slides:
             bases = ("rad", "m")
         out |= dict.fromkeys((name, f"{name}_0"), bases)
         out |= {key: tuple(f"{b}/s" for b in bases) for key in (f"{name}_rate", f"{name}_rate_0")}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.newton import Status
 from mechlab.results import Shown
+from mechlab.tables import listed
 
 TOLERANCE = 1e-6
 """Default relative tolerance between witnesses: rounding is 1e-12, and near a singular position it grows to its square
@@ -37,8 +38,7 @@ class Open:
     @property
     def sentence(self) -> str:
         """In words: which quantities are open, on which freedoms they depend, which keys to give."""
-        shown, more = self.quantities[:MOST_NAMES], len(self.quantities) - MOST_NAMES
-        names = ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+        names = listed(self.quantities, MOST_NAMES)
         one = len(self.quantities) == 1
         if self.quantities == self.freedoms:
             hangs = f"{names} {'moves on its' if one else 'move on their'} own"

@@ -10,6 +10,7 @@ from mechlab.experiment.recording import Finding
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
+from mechlab.tables import listed
 
 BEYOND = 1e-6
 """Distance [rad or m] beyond the end of a range that counts."""
@@ -34,7 +35,7 @@ def outside_start_finding(mechanism: Mechanism, q: Array) -> Finding | None:
     worst = max(far, key=lambda n: far[n])
     verb = "starts" if len(far) == 1 else "start"
     text = (
-        f"{_listed(list(far))} {verb} beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): "
+        f"{listed(far, 6)} {verb} beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): "
         f"the soft stop throws it back. Give a start inside, such as {worst}_0=..."
     )
     return Finding("range_start", far[worst], 0.0, "rad or m", "warning", text)
@@ -48,11 +49,7 @@ def unstopped_finding(mechanism: Mechanism, q: Array) -> Finding | None:
         return None
     worst = max(far, key=lambda n: far[n])
     text = (
-        f"{_listed(list(far))} went beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): this engine has no stops, "
+        f"{listed(far, 6)} went beyond the end of the range ({worst} by {far[worst]:.3g} rad or m): this engine has no stops, "
         "so that the motion from there on is not that of the mechanism. With stops: --engine mujoco, without --max-error"
     )
     return Finding("range", far[worst], BEYOND, "rad or m", "error", text)
-
-
-def _listed(names: list[str], most: int = 6) -> str:
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

@@ -237,9 +237,8 @@ def basic_channels(
     """
     channels: dict[str, Array] = {}
     units: dict[str, str] = {}
-    slides = {j.name for j in mechanism.joints if j.kind == "prismatic"}
     for name in mechanism.scalar_names:
-        unit = "m" if name in slides else "rad"
+        unit = "m" if name in mechanism.slides else "rad"
         channels[name] = mechanism.value(name, q)
         channels[f"{name}_rate"] = v @ mechanism.row(name)
         units |= {name: unit, f"{name}_rate": f"{unit}/s"}

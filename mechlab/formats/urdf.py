@@ -71,6 +71,11 @@ def mimics(m: Mechanism) -> dict[str, Follow]:
     return {n: out[n] for n in sorted(out, key=order.__getitem__)}
 
 
+def unmimicked(m: Mechanism) -> tuple[str, ...]:
+    """Names of the relations that no <mimic> can say: those of one joint, or of more than two."""
+    return tuple(r.name for r in m.relations if len(r.coefficients) != 2)
+
+
 ROOT = "base"
 MASSLESS = 2e-14
 """Mass [kg] and moment [kg m2] written for a moving link that has none."""
@@ -93,7 +98,7 @@ class UrdfMap:
         return {
             "root": self.bodies.get(GROUND, ROOT), "bodies": self.bodies, "frames": self.frames, "joints": self.joints, "mimic": follow,
             "not_in_urdf": [x.name for x in m.loops] + [x.name for x in m.shafts] + [x.name for x in m.springs]
-            + [r.name for r in m.relations if len(r.coefficients) != 2],
+            + list(unmimicked(m)),
             "gravity": list(m.gravity),
         }  # fmt: skip
 

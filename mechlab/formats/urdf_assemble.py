@@ -19,7 +19,9 @@ from mechlab.mechanism.geometry import Array, Placement
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.length_unit import coordinate_units
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Loop
 from mechlab.mechanism.validate import CLOSURE_TOLERANCE, validate
+from mechlab.tables import counted, listed
 
 NAMED = 4
 """Most names that a sentence lists."""
@@ -79,18 +81,17 @@ def _settled(parts: dict[str, object], unit: float) -> tuple[Mechanism, tuple[st
             loops.append(loop)
     worst, name = max(moved, default=(0.0, ""))
     parts = parts | {"loops": tuple(loops)}
-    note = f"the ends of {_loops(len(moved))} were moved onto each other by at most {worst:.2g} ({name}): the file's numbers are rounded"
+    ends = f"the ends of {counted(len(moved), 'loop')} were moved onto each other"
+    note = f"{ends} by at most {worst:.2g} ({name}): the file's numbers are rounded"
     return Mechanism(**parts), (note,) if worst > 1e-11 else ()  # type: ignore[arg-type]
 
 
-def _met(loop: object, tree: TreeKinematics) -> Placement:
+def _met(loop: Loop, tree: TreeKinematics) -> Placement:
     """The end b of a loop with the residual taken out: a ball end keeps its turn, a fixed one takes that of end a."""
-    ra, pa = tree.pose(loop.body_a)  # type: ignore[attr-defined]
-    rb, pb = tree.pose(loop.body_b)  # type: ignore[attr-defined]
-    a, b = loop.placement_a, loop.placement_b  # type: ignore[attr-defined]
-    point = pa + ra @ a.translation
-    turned = ra @ a.rotation
-    kind = loop.kind  # type: ignore[attr-defined]
+    ra, pa = tree.pose(loop.body_a)
+    rb, pb = tree.pose(loop.body_b)
+    a, b, kind = loop.placement_a, loop.placement_b, loop.kind
+    point, turned = pa + ra @ a.translation, ra @ a.rotation
     rotation, position = b.rotation, b.translation
     if kind in ("spherical", "universal", "revolute", "fixed"):
         position = rb.T @ (point - pb)
@@ -114,10 +115,6 @@ def _onto(rotation: Array, axis: Array) -> Array:
 # -- what is said ----------------------------------------------------------------------------------------------------
 
 
-def _loops(count: int) -> str:
-    return "1 loop" if count == 1 else f"{count} loops"
-
-
 def _report(m: Mechanism, solver: Closing, q: Array, groups: Sequence[Group], before: Array) -> tuple[str, ...]:
     """How far the zero pose was open, what moved; and for each group of loops how its branch was chosen."""
     steps = []
@@ -138,20 +135,16 @@ def _report(m: Mechanism, solver: Closing, q: Array, groups: Sequence[Group], be
     ways: dict[str, list[str]] = {}
     for group in groups:
         ways.setdefault(_way(group), []).extend(group.names)
-    return (first, *(f"branch of {_listed(names)}: {way}" for way, names in ways.items()))
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:NAMED]) + (" and more" if len(names) > NAMED else "")
+    return (first, *(f"branch of {listed(names)}: {way}" for way, names in ways.items()))
 
 
 def _way(group: Group) -> str:
     best, count = group.best, len(group.found)
-    starts = f"{group.starts} start{'s' if group.starts > 1 else ''} of Newton"
+    starts = f"{counted(group.starts, 'start')} of Newton"
     chosen = "the only closed pose found"
     if count > 1:
         chosen = f"of {count} closed poses found, that with the least motion from the zero pose,"
-    outside = f"; outside of their range in each: {', '.join(best.outside[:NAMED])}" if best.outside else ""
+    outside = f"; outside of their range in each: {listed(best.outside)}" if best.outside else ""
     return f"{chosen} from {starts}{outside}{'; it is singular, like all of them' if best.singular else ''}"
 
 
@@ -169,6 +162,6 @@ def _stays_open(m: Mechanism, solver: Closing, group: Group, before: Array) -> s
     gap, row = _worst(m, solver, rows)
     found = group.hopeless or f"no closed pose was found from {group.starts} starts of Newton"
     return (
-        f"the loops do not close ({_listed(group.names)}): {row} is open by {gap:.3g} in the zero pose, and {found}. Are the frames of its "
+        f"the loops do not close ({listed(group.names)}): {row} is open by {gap:.3g} in the zero pose, and {found}. Are the frames of its "
         "ends the right ones, is its type (3d, 6d) right, is a joint in it a ball or universal joint that the files call revolute?"
     )

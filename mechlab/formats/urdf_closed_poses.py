@@ -13,17 +13,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.mechanism.constraints import Constraint, ConstraintSet, LoopConstraint
-from mechlab.mechanism.geometry import Array, rotation_log, skew
-from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
+from mechlab.formats.urdf_closing_rows import closing_rows
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.length_unit import in_unit_of_length
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import newton
-from mechlab.mechanism.parts import GROUND
+from mechlab.mechanism.parts import GROUND, Joint
 from mechlab.mechanism.structure import rank
 
-STARTS = 60
-"""Most starts of Newton."""
+STARTS, RIGID_STARTS = 60, 15
+"""Most starts of Newton, and those where the rows leave no freedom at an open pose: such loops close in single poses, if at all."""
 ENOUGH = 4
 """Closed regular poses inside the ranges after which no more starts are made."""
 MENDED = 1e-6
@@ -37,8 +38,6 @@ ATTEMPTS = 5
 """Starts for each loop, where loops are closed one after the other."""
 SAME = 1e-4
 """Poses that differ by less [rad, units of length] are the same branch."""
-
-
 Indices = NDArray[np.intp]
 
 
@@ -77,60 +76,6 @@ class Group:
         return min(self.found, key=lambda b: b.order)
 
 
-class _Turned:
-    """A fixed or sliding loop whose rows of rotation are the rotation vector between its ends. Its own rows, sines between
-    axes, vanish at half turns, too, in which Newton would end as often as in the pose that is meant."""
-
-    def __init__(self, constraint: LoopConstraint) -> None:
-        self.constraint, self.loop = constraint, constraint.loop
-        self.offsets = len(constraint.rows) - 3
-
-    def _turn(self, kin: Kinematics) -> tuple[Array, Array]:
-        ra, rb = kin.pose(self.loop.body_a)[0] @ self.loop.placement_a.rotation, kin.pose(self.loop.body_b)[0]
-        return ra, rotation_log(ra.T @ rb @ self.loop.placement_b.rotation)
-
-    def residual(self, kin: Kinematics) -> Array:
-        """(rows,) offsets [m] and rotation vector [rad]."""
-        return np.concatenate([self.constraint.residual(kin)[: self.offsets], self._turn(kin)[1]])
-
-    def jacobian(self, kin: Kinematics) -> Array:
-        """(rows, nv)."""
-        ra, w = self._turn(kin)
-        origin = np.zeros(3)
-        turning = ra.T @ (kin.jacobian(self.loop.body_b, origin)[3:] - kin.jacobian(self.loop.body_a, origin)[3:])
-        angle, cross = float(np.linalg.norm(w)), skew(w)
-        factor = 1.0 / 12.0 if angle < 1e-4 else 1.0 / angle**2 - (1.0 + np.cos(angle)) / (2.0 * angle * max(np.sin(angle), 1e-9))
-        inverse = np.eye(3) - 0.5 * cross + factor * cross @ cross
-        return np.vstack([self.constraint.jacobian(kin)[: self.offsets], inverse @ turning])
-
-
-class _Pin:
-    """A loop about an axis; a pose in which the two axes point against each other is none of it."""
-
-    def __init__(self, constraint: LoopConstraint) -> None:
-        self.constraint, self.loop = constraint, constraint.loop
-
-    def residual(self, kin: Kinematics) -> Array:
-        """(rows,) that of the loop, and 2 in its last row where the axes are opposed."""
-        ra, rb = (kin.pose(body)[0] for body in (self.loop.body_a, self.loop.body_b))
-        out = self.constraint.residual(kin)
-        if (ra @ self.loop.placement_a.rotation)[:, 2] @ (rb @ self.loop.placement_b.rotation)[:, 2] < 0.0:
-            out[-1] = np.copysign(2.0 - abs(out[-1]), out[-1])
-        return out
-
-    def jacobian(self, kin: Kinematics) -> Array:
-        """(rows, nv)."""
-        return self.constraint.jacobian(kin)
-
-
-def _turned(constraint: Constraint) -> Constraint | _Turned | _Pin:
-    if isinstance(constraint, LoopConstraint) and constraint.loop.kind in ("fixed", "prismatic"):
-        return _Turned(constraint)
-    if isinstance(constraint, LoopConstraint) and constraint.loop.kind in ("revolute", "cylindrical"):
-        return _Pin(constraint)
-    return constraint
-
-
 class Closing:
     """Newton for one mechanism, in its own unit of length."""
 
@@ -138,7 +83,7 @@ class Closing:
         self.unit = bare.length_scale
         self.m = bare if self.unit == 1.0 else in_unit_of_length(bare, self.unit)
         self.tree, self.rows = TreeKinematics(self.m), ConstraintSet(self.m)
-        self.parts = {c.name: _turned(c) for c in self.rows.items}
+        self.parts = {c.name: closing_rows(c) for c in self.rows.items}
         self._held: dict[tuple[str, ...], list[int]] = {}
 
     def residual(self, q: Array) -> Array:
@@ -218,8 +163,9 @@ class Closing:
         """The group with the closed poses found, the nearest of each branch once."""
         rng = np.random.default_rng(1)
         found: list[Branch] = []
+        rigid = rank(self._evaluate(self._some, group)[1]) == len(group.columns)
         k = 0
-        for k in range(STARTS):
+        for k in range(RIGID_STARTS if rigid else STARTS):
             spread = 0.0 if k == 0 else SPREADS[(k - 1) % len(SPREADS)]
             q = self._shaken(start, group.columns, spread, rng)
             q, size = self._grown(q, group, rng) if k % 2 else self.close(q, group)
@@ -328,11 +274,10 @@ class Closing:
             at = self.m.q_slice[joint.name]
             if self.m.v_slice[joint.name].start not in group.columns or joint.kind == "spherical":
                 continue
-            if joint.kind == "revolute" and (joint.range is None or not _inside(joint, q[at][0])):
-                turned = _half_turn(q[at])
-                if joint.range is None or _inside(joint, turned[0]):
-                    q[at] = turned
-            if joint.range is not None and not _inside(joint, q[at][0]):
+            turned = _half_turn(q[at])
+            if joint.kind == "revolute" and (joint.range is None or not _inside(joint, q[at][0])) and _inside(joint, turned[0]):
+                q[at] = turned
+            if not _inside(joint, q[at][0]):
                 outside.append(joint.name)
         residual, jacobian = self._evaluate(q, group)
         rng = np.random.default_rng(2)
@@ -341,9 +286,8 @@ class Closing:
         return Branch(q, largest(residual), self._motion(q, group), tuple(outside), rank(jacobian) < full)
 
 
-def _inside(joint: object, x: float) -> bool:
-    low, high = joint.range[0] - joint.zero, joint.range[1] - joint.zero  # type: ignore[attr-defined]
-    return bool(low - 1e-6 <= x <= high + 1e-6)
+def _inside(joint: Joint, x: float) -> bool:
+    return joint.range is None or joint.range[0] - 1e-6 <= x + joint.zero <= joint.range[1] + 1e-6
 
 
 def _half_turn(x: Array) -> Array:

@@ -25,11 +25,12 @@ from mechlab.formats.urdf_loops import Closure, closing_frames, declared, in_par
 from mechlab.formats.urdf_meshes import read_surfaces
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
 from mechlab.formats.urdf_sidecar import whole_from_sidecar
-from mechlab.formats.urdf_source import UrdfText, listed, number_of
+from mechlab.formats.urdf_source import UrdfText, number_of
 from mechlab.mechanism.geometry import Placement, frame_along, unit
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Loop
 from mechlab.mechanism.tree import depth_first
+from mechlab.tables import counted, listed
 
 BALL = re.compile(r"spherical|rotule", re.IGNORECASE)
 """Names of joints that an Extended URDF is to read as ball joints."""
@@ -73,8 +74,8 @@ def _companions(path: Path, text: UrdfText) -> tuple[list[LoopsYaml], list[str]]
             found.append(loops)
         elif file.stem in (path.stem, "robot") or file.name == RELAY:
             raise MechlabError(
-                f"{file.name} beside it closes loops of other links: {listed(missing)} {'is' if len(missing) == 1 else 'are'} not "
-                f"in this URDF. Existing: {listed(sorted({*text.links, *text.joints}))}."
+                f"{file.name} beside it closes loops of other links: {listed(missing, 6)} {'is' if len(missing) == 1 else 'are'} not "
+                f"in this URDF. Existing: {listed(sorted({*text.links, *text.joints}), 6)}."
             )
         else:
             notes.append(f"{file.name} beside it closes loops of another URDF and was not read")
@@ -126,22 +127,24 @@ def _built(text: UrdfText, files: Sequence[LoopsYaml]) -> tuple[Mechanism, tuple
     given = bodies_of(text, asked.swaps)
     relations, drives = relations_of(text, asked.swaps), _drives(text, asked)
     used = [n for r in relations for n, _ in r.coefficients] + [d.on for d in drives]
-    bodies, loops, frames, folded = without_fillers(given, [c.loop for c in closures], frames_of(text), used)
+    folded = without_fillers(given, [c.loop for c in closures], frames_of(text), used)
     parts: dict[str, object] = {
         "name": clean(text.root.get("name") or "robot"),
-        "bodies": depth_first(bodies),
-        "loops": tuple(loops),
+        "bodies": depth_first(folded.bodies),
+        "loops": tuple(folded.loops),
         "relations": relations,
         "drives": drives,
-        "frames": tuple(frames),
+        "frames": tuple(folded.frames),
         "ground_shapes": ground_shapes_of(text),
     }
     mechanism, notes = assemble(parts)
     parted = tuple(x for c in closures for x in c.left)
     left = [LeftOut("part of a joint that closes a loop", parted, "a loop has no limits or damping")] if parted else []
+    if folded.lost:
+        left.append(LeftOut("frame", tuple(folded.lost), "it stands between two joints that became a loop"))
     closed = {n for f in files for n in _used(f)} | {n for c in closures for n in (c.loop.name,)}
     seen = [] if closures else list(suspected(text, closed))
-    return mechanism, (*asked.left, *left), (*_sources(closures), *asked.notes, *folded, *notes, *seen)
+    return mechanism, (*asked.left, *left), (*_sources(closures), *asked.notes, *folded.notes, *notes, *seen)
 
 
 def _with_balls(
@@ -189,7 +192,7 @@ def _asked(text: UrdfText, files: Sequence[LoopsYaml]) -> _Asked:
     if out.swaps:
         changed = [f"{name} is {kind}" for name, kind in out.swaps.items()]
         source = next(f.name for f in files if f.swaps)
-        out.notes.append(f"joints of another type than in the URDF, by {source}: {listed(changed)}")
+        out.notes.append(f"joints of another type than in the URDF, by {source}: {listed(changed, 6)}")
     return out
 
 
@@ -261,6 +264,6 @@ def _sources(closures: Sequence[Closure]) -> tuple[str, ...]:
     for closure in closures:
         groups.setdefault(closure.source, []).append(closure.loop)
     return tuple(
-        f"{len(loops)} loop{'s' if len(loops) > 1 else ''} closed by {source}: {listed([f'{x.name} ({x.kind})' for x in loops])}"
+        f"{counted(len(loops), 'loop')} closed by {source}: {listed([f'{x.name} ({x.kind})' for x in loops], 6)}"
         for source, loops in groups.items()
     )

@@ -12,6 +12,7 @@ from mechlab.experiment.model_file import LeftOut
 from mechlab.formats.urdf_meshes import key_of
 from mechlab.formats.urdf_read import UNLIMITED
 from mechlab.formats.urdf_source import UrdfText, number_of
+from mechlab.tables import listed
 
 READ = ("link", "joint", "material", "loop_joint", "loop", "constraint")
 READ_IN_LINK = ("inertial", "visual", "collision")
@@ -107,7 +108,7 @@ def suspected(text: UrdfText, closed: Collection[str]) -> tuple[str, ...]:
     pairs = [tuple(ends.values()) for ends in sides.values() if set(ends) in ({"a", "b"}, {"1", "2"})]
     if not pairs:
         return ()
-    pairs_text = ", ".join(f"[{a}, {b}]" for a, b in pairs[:3]) + (f" and {len(pairs) - 3} more" if len(pairs) > 3 else "")
+    pairs_text = listed([f"[{a}, {b}]" for a, b in pairs], 3)
     return (
         f"this looks like {'a loop' if len(pairs) == 1 else f'{len(pairs)} loops'}, read as OPEN: the names {pairs_text} come in "
         "pairs, but no file says that they meet. To close, write a YAML file of the same name beside it with the lines "

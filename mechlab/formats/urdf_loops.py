@@ -19,7 +19,6 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.mjcf.source import clean, fail
-from mechlab.formats.urdf_fillers import inverse
 from mechlab.formats.urdf_source import UrdfText, origin_of, placement_of
 from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, unit
@@ -189,7 +188,7 @@ def _numbers_in(joint: ET.Element, path: str, default: tuple[float, ...]) -> tup
 
 def in_parent(text: UrdfText, parent: str, child: str) -> Placement:
     """Placement of one link in another in the zero pose of the file."""
-    return inverse(_world(text, parent)) @ _world(text, child)
+    return _world(text, parent).inverse() @ _world(text, child)
 
 
 def _world(text: UrdfText, link: str) -> Placement:

@@ -17,11 +17,12 @@ from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf.source import fail
 from mechlab.formats.urdf import MASSLESS
 from mechlab.formats.urdf_meshes import Surfaces, key_of
-from mechlab.formats.urdf_source import KINDS, UrdfText, listed, number_of, origin_of
+from mechlab.formats.urdf_source import KINDS, UrdfText, number_of, origin_of
 from mechlab.formats.xml_text import floats
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, axis_rotation, unit
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.parts import Body, Color, Frame, Joint, LinearRelation, Shape, floating, revolute
+from mechlab.tables import listed
 
 Tensor = tuple[float, float, float, float, float, float]
 UNLIMITED = 1e8  # a wider range counts as none: `to_urdf` writes 1e9 for a joint without range
@@ -46,7 +47,7 @@ def bodies_of(text: UrdfText, swaps: Mapping[str, str]) -> list[Body]:
         bodies.append(Body(text.bodies[link], parent, placement, own, _inertia(element, raised), shapes))
     if raised:
         words = "no body has moments of inertia as written (negative, or above the sum of the two others); they were raised"
-        text.notes.append(f"{words}: {listed(raised)}")
+        text.notes.append(f"{words}: {listed(raised, 6)}")
     return bodies
 
 

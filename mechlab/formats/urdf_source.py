@@ -19,6 +19,7 @@ from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.naming import colliding_frame
 from mechlab.mechanism.parts import GROUND, MAX_BODIES, MAX_SHAPES
 from mechlab.mechanism.tree import too_many_bodies, too_many_shapes
+from mechlab.tables import listed
 
 KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 MACRO = re.compile(
@@ -27,8 +28,6 @@ MACRO = re.compile(
 """A xacro element, or an expression ${...} in what describes the mechanics."""
 DUMMY = 1e-6
 """Share of the whole mass below which the mass of a fixed link without shapes is a filler: exporters write 1e-9 kg."""
-SHOWN = 6
-"""Largest number of names written out in a message."""
 
 
 class UrdfText:
@@ -85,7 +84,7 @@ class UrdfText:
             )
         if len(roots) > 1:
             raise MechlabError(
-                f"a URDF has exactly one root link; this one has {len(roots)}: {listed(roots)}. Hang all but one of them on "
+                f"a URDF has exactly one root link; this one has {len(roots)}: {listed(roots, 6)}. Hang all but one of them on "
                 "another link by a joint (type fixed, if it does not move), or put each robot into a file of its own."
             )
         return roots[0]
@@ -108,7 +107,7 @@ class UrdfText:
         lost = [name for name in self.links if name not in reached]
         if lost:
             raise MechlabError(
-                f"the links {listed(lost)} form a cycle that does not hang on the root link {self.ground!r}: one of their "
+                f"the links {listed(lost, 6)} form a cycle that does not hang on the root link {self.ground!r}: one of their "
                 "joints must have a parent that does."
             )
         return above, [self.joints[name] for name in waiting]
@@ -132,12 +131,12 @@ class UrdfText:
         for what, names in (("link", self.bodies), ("joint", self.joint_names)):
             changed = [f"{old!r} is {new!r}" for old, new in names.items() if old != new and old != self.ground]
             if changed:
-                self.notes.append(f"renamed: {what} {listed(changed)} here, because names must be unique and plain")
+                self.notes.append(f"renamed: {what} {listed(changed, 6)} here, because names must be unique and plain")
         self.bare = tuple(frames)
         heavy = [name for name in frames if mass_of(self.links[name])]
         if heavy:
             mass = sum(mass_of(self.links[name]) for name in heavy)
-            self.notes.append(f"links that only mark a frame lose their mass, {mass:.2g} kg in all: {listed(heavy)}")
+            self.notes.append(f"links that only mark a frame lose their mass, {mass:.2g} kg in all: {listed(heavy, 6)}")
 
     def _is_bare(self, name: str) -> bool:
         """True for a fixed link that is nothing but a frame: without children, shapes and, next to the whole, mass."""
@@ -173,12 +172,6 @@ def refuse_xacro(content: str) -> None:
             "this is xacro text, a URDF with macros that are not expanded yet. Expand it, in ROS: "
             "xacro robot.urdf.xacro > robot.urdf  (outside of ROS: pip install xacro, the same command)."
         )
-
-
-def listed(names: list[str]) -> str:
-    """Names with commas; a long list is cut and counted."""
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
 
 
 def _named(root: ET.Element, tag: str) -> dict[str, ET.Element]:

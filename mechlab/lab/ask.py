@@ -168,8 +168,7 @@ def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     def witness(engine: str) -> Any:
         return lambda p, given: engine_answer(engine, m, given, wanted)
 
-    slides = {j.name for j in m.joints if j.kind == "prismatic"}
-    angles = tuple(k for k in m.scalar_names if k not in slides)
+    angles = tuple(k for k in m.scalar_names if k not in m.slides)
     return Question(
         "generic",
         tuple(values),

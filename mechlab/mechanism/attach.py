@@ -12,6 +12,7 @@ from mechlab.mechanism.edit import LISTS, Part, Parts, parts_of, renamed
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, vector
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body, Frame, Loop, Shaft, Spring
+from mechlab.tables import listed
 
 
 class MakesMechanism(Protocol):
@@ -55,7 +56,7 @@ def attach(b: Parts, other: object, at: str, prefix: str, turned: Placement) -> 
     def own(name: str) -> str:
         return prefix + name
 
-    for kind, items in _groups(m):
+    for kind, items in _parts(m):
         held: list[Any] = getattr(b, LISTS[kind])
         held += [_seated(renamed(part, own, body, own), part, seat) for part in items]
     shapes = tuple(
@@ -79,11 +80,9 @@ def mechanism_of(other: object) -> Mechanism:
     return made
 
 
-def _groups(m: Mechanism) -> list[tuple[str, tuple[Part, ...]]]:
-    return [
-        ("body", m.bodies), ("loop", m.loops), ("relation", m.relations), ("shaft", m.shafts), ("spring", m.springs),
-        ("drive", m.drives), ("frame", m.frames),
-    ]  # fmt: skip
+def _parts(m: Mechanism) -> list[tuple[str, tuple[Part, ...]]]:
+    """(kind, parts) of a mechanism, in the order of LISTS."""
+    return [(kind, m.relations if kind == "relation" else getattr(m, name)) for kind, name in LISTS.items()]
 
 
 def _refuse_clashes(b: Parts, m: Mechanism, prefix: str) -> None:
@@ -93,13 +92,12 @@ def _refuse_clashes(b: Parts, m: Mechanism, prefix: str) -> None:
         ("loop", "relation", "spring"), "constraint"
     )
     taken = {(group.get(k, k), p.name) for k, p in parts_of(b)}
-    arriving = [(k, prefix + p.name) for k, items in _groups(m) for p in items]
+    arriving = [(k, prefix + p.name) for k, items in _parts(m) for p in items]
     arriving += [("joint", prefix + j.name) for j in m.joints]
     clashes = sorted({name for k, name in arriving if (group.get(k, k), name) in taken})
     if clashes:
-        shown = ", ".join(clashes[:5]) + (f" and {len(clashes) - 5} more" if len(clashes) > 5 else "")
         hint = f"prefix={m.name + '_'!r}" if not prefix else f"another prefix than {prefix!r}"
-        raise MechlabError(f"{b.name}: attach {m.name!r}: the names {shown} exist already: give {hint}.")
+        raise MechlabError(f"{b.name}: attach {m.name!r}: the names {listed(clashes, 5)} exist already: give {hint}.")
 
 
 def _seated(part: Part, original: Part, seat: Seat) -> Part:

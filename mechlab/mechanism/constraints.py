@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -77,15 +78,20 @@ class LoopConstraint:
         offsets, angles = _LOOP_TABLE[self.loop.kind]
         return tuple(f"{self.name}.{a}" for a in offsets) + tuple(f"{self.name}.{a}_{b}" for a, b in angles)
 
-    def _frames(self, kin: Kinematics) -> tuple[Array, Array, Array, Array]:
-        ra, pa = kin.pose(self.loop.body_a)
-        rb, pb = kin.pose(self.loop.body_b)
+    @cached_property
+    def _placed(self) -> tuple[Array, Array, Array, Array]:
         a, b = self.loop.placement_a, self.loop.placement_b
-        return ra @ a.rotation, pa + ra @ a.translation, rb @ b.rotation, pb + rb @ b.translation
+        return a.rotation, a.translation, b.rotation, b.translation
+
+    def ends(self, kin: Kinematics) -> tuple[Array, Array, Array, Array]:
+        """Rotation to world and origin in the world of end a, and of end b."""
+        (ra, pa), (rb, pb) = kin.pose(self.loop.body_a), kin.pose(self.loop.body_b)
+        turn_a, point_a, turn_b, point_b = self._placed
+        return ra @ turn_a, pa + ra @ point_a, rb @ turn_b, pb + rb @ point_b
 
     def residual(self, kin: Kinematics) -> Array:
         """(rows,) offsets [m] and sines."""
-        ra, pa, rb, pb = self._frames(kin)
+        ra, pa, rb, pb = self.ends(kin)
         offsets, angles = _LOOP_TABLE[self.loop.kind]
         d = pb - pa
         out = [ra[:, AXES.index(u)] @ d for u in offsets]
@@ -94,7 +100,7 @@ class LoopConstraint:
 
     def jacobian(self, kin: Kinematics) -> Array:
         """(rows, nv)."""
-        ra, pa, rb, pb = self._frames(kin)
+        ra, pa, rb, pb = self.ends(kin)
         offsets, angles = _LOOP_TABLE[self.loop.kind]
         ja, jb = kin.jacobian(self.loop.body_a, pa), kin.jacobian(self.loop.body_b, pb)
         d = pb - pa
@@ -105,7 +111,7 @@ class LoopConstraint:
 
     def bias(self, kin: Kinematics) -> Array:
         """(rows,) dJ/dt v."""
-        ra, pa, rb, pb = self._frames(kin)
+        ra, pa, rb, pb = self.ends(kin)
         offsets, angles = _LOOP_TABLE[self.loop.kind]
         va, vb = kin.velocity(self.loop.body_a, pa), kin.velocity(self.loop.body_b, pb)
         aa, ab = kin.bias(self.loop.body_a, pa), kin.bias(self.loop.body_b, pb)

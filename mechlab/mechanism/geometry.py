@@ -190,6 +190,11 @@ class Placement:
             return other
         return Placement.of(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
 
+    def inverse(self) -> Placement:
+        """The placement of the outer frame in the placed one: `p.inverse() @ p` is the identity."""
+        rotation = self.rotation.T
+        return Placement.of(rotation, -rotation @ self.translation)
+
     def matrix(self) -> Array:
         """(4, 4) homogeneous matrix."""
         out = np.eye(4)

@@ -22,11 +22,10 @@ from mechlab.mechanism.parts import Body, Coefficients, Joint
 
 def is_length(m: Mechanism, name: str) -> bool:
     """True for a slide, a shaft over slides alone, and a coordinate FRAME_x, _y, _z: values in metres."""
-    slides = {j.name for j in m.joints if j.kind == "prismatic"}
     for shaft in m.shafts:
         if shaft.name == name:
-            return {n for n, _ in shaft.coefficients} <= slides
-    return name in slides or (
+            return {n for n, _ in shaft.coefficients} <= m.slides
+    return name in m.slides or (
         name not in m.scalar_names and any(name == f"{f.name}_{a}" for f in m.frames for a in "xyz")
     )
 
@@ -51,7 +50,6 @@ def coordinate_units(m: Mechanism, unit: float) -> Array:
 def in_unit_of_length(m: Mechanism, unit: float) -> Mechanism:
     """The same mechanism with all lengths in `unit` [m], without shapes; masses stay, moments of inertia follow. For
     questions of position and motion: forces, stiffnesses and gravity are left as they are."""
-    slides = {j.name for j in m.joints if j.kind == "prismatic"}
 
     def short(x: Vector) -> Vector:
         return (x[0] / unit, x[1] / unit, x[2] / unit)
@@ -60,9 +58,9 @@ def in_unit_of_length(m: Mechanism, unit: float) -> Mechanism:
         return replace(p, position=short(p.position))
 
     def terms(given: Coefficients) -> Coefficients:
-        if {n for n, _ in given} <= slides:
+        if {n for n, _ in given} <= m.slides:
             return given
-        return tuple((n, c * Fraction(unit) if n in slides else c) for n, c in given)
+        return tuple((n, c * Fraction(unit) if n in m.slides else c) for n, c in given)
 
     return replace(
         m,

@@ -76,6 +76,11 @@ class Mechanism(Result[Path]):
         return _slices([(j.name, j.nv) for j in self.joints])
 
     @cached_property
+    def slides(self) -> frozenset[str]:
+        """Names of the prismatic joints, whose coordinates are lengths."""
+        return frozenset(j.name for j in self.joints if j.kind == "prismatic")
+
+    @cached_property
     def rate_names(self) -> tuple[str, ...]:
         """One name for each entry of v: the joint, or joint_x, joint_y, joint_z of a spherical one."""
         return tuple(n for j in self.joints for n in ([j.name] if j.nv == 1 else [f"{j.name}_{a}" for a in "xyz"]))

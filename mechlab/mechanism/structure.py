@@ -129,12 +129,11 @@ def step_size(mechanism: Mechanism) -> float:
     """Size of a step in all coordinates [rad or m] that stays near a pose.
 
     1 without slides; with slides the largest offset of a body or loop [m], at most 1."""
-    if all(j.kind != "prismatic" for j in mechanism.joints):
+    if not mechanism.slides:
         return 1.0
     lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
     lengths += [float(np.linalg.norm(x.placement_b.position)) for x in mechanism.loops]
-    biggest = max(lengths, default=1.0)
-    return min(1.0, biggest if biggest > 0 else 1.0)
+    return min(1.0, max(lengths, default=0.0) or 1.0)
 
 
 @lru_cache(maxsize=64)

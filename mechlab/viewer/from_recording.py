@@ -22,6 +22,7 @@ from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
+from mechlab.viewer.channels import recorded_channels
 from mechlab.viewer.explore import explore
 from mechlab.viewer.framing import frame_story
 from mechlab.viewer.lines import lines
@@ -77,11 +78,12 @@ def recording_story(
     keep = _frames(recording.t, mechanism, q)
     known = {b.name for b in recording.mechanism.bodies} | {s.body for s in recording.mechanism.shafts}
     rebuilt = tuple(b.name for b in mechanism.bodies if b.name not in known)
-    return motion_story(
+    story = motion_story(
         mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
         facts=facts, health=recording.health, plots=_plots(recording, keep, channels), reconstructed=rebuilt,
         arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
     )  # fmt: skip
+    return replace(story, channels=recorded_channels(recording))
 
 
 def motion_story(
@@ -113,7 +115,7 @@ def motion_story(
         arrows=arrows, marks=annotate.marks(mechanism, parts),
         ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
         tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
-        floors=floors_of(names, poses, owners),
+        floors=floors_of(names, poses, owners), model=mechanism, coordinates=q,
         playback=_playback(annotate.playback_error(poses, names, parts), len(t), recorded or len(t)),
     )  # fmt: skip
 

@@ -89,11 +89,18 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
 
 
 STYLES = ("page.css", "inspect.css", "hand.css")
+SOLVER = (
+    "solver/tree.js", "solver/model.js", "solver/closure.js", "solver/factors.js", "solver/structure.js", "solver/holds.js",
+    "solver/manifold.js", "solver/pose_solver.js", "solver/pull.js",
+)  # fmt: skip
+"""Scripts of the solver, which need no page: together they also run in Node."""
 SCRIPTS = (
+    *SOLVER,
     "util.js", "words.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "before.js", "show.js",
-    "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js", "free_body.js", "curves.js", "explore.js",
+    "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
+    "free_body.js", "coupler_curves.js", "explore.js",
     "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
-    "camera.js", "player.js", "plots.js", "panel.js", "live.js", "main.js",
+    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 

@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.formats.mechanism_json import to_json
+from mechlab.mechanism import Mechanism
 from mechlab.shapes.feature_edges import split_at_edges
+from mechlab.viewer.channels import Channels
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,
@@ -41,7 +44,7 @@ class ByteBlock:
         self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
 
     def add(self, array: NDArray[Any], kind: str) -> dict[str, Any]:
-        """Appends `array` as `kind` (f8, f4, i2, u2, u4), aligned to 8 bytes, unless the same bytes are there already;
+        """Appends `array` as `kind` (f8, f4, i2, u2, u4, u1), aligned to 8 bytes, unless the same bytes are there already;
         the reference is {at, kind, count}."""
         data = np.ascontiguousarray(array, dtype="<" + kind).tobytes()
         key = (kind, hashlib.sha256(data).digest())
@@ -106,6 +109,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
+        "channels": _pack_channels(story.channels, block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
         "health": [list(pair) for pair in story.health],
@@ -139,6 +143,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "sentence": pace.sentence,
             "speeds": list(SPEEDS),
         },
+        "model": None if story.model is None else _pack_model(story.model, block),
+        "coordinates": None if story.coordinates is None or len(story.t) < 2 else block.add(story.coordinates, "f4"),
         "explore": None if story.explore is None else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
         "variants": [
             {
@@ -178,6 +184,11 @@ def pack_motion(poses: Array, block: ByteBlock, kind: str = "f8") -> list[dict[s
     return motion
 
 
+def _pack_model(mechanism: Mechanism, block: ByteBlock) -> dict[str, Any]:
+    """Reference of the model document, the JSON text that `generate` writes; the page solves it."""
+    return block.add(np.frombuffer(to_json(mechanism).encode(), dtype=np.uint8), "u1")
+
+
 def _pack_marks(story: Story) -> list[dict[str, Any]]:
     return [
         {
@@ -195,10 +206,24 @@ def _pack_traces(traces: Mapping[str, Array], block: ByteBlock) -> list[dict[str
     return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
 
 
+def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:
+    """Channels in 32 bits; a value beyond them is a gap."""
+    limit = float(np.finfo(np.float32).max)
+    return {
+        "t": block.add(channels.t, "f8"),
+        "recorded": channels.recorded,
+        "items": [
+            {"name": name, "unit": channels.units.get(name, ""), "values": block.add(np.where(np.abs(v) < limit, v, np.nan), "f4")}
+            for name, v in channels.values.items()
+        ],
+    }
+
+
 def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
     """The parts of a story in which the variants of a mechanism differ."""
     geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
-    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "model": story.model}
+    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story),
+            "model": None if story.model is None else _pack_model(story.model, block)}  # fmt: skip
 
 
 def _pack_reach(reach: BorderSurface | None, block: ByteBlock) -> dict[str, Any] | None:

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism import Mechanism
+from mechlab.viewer.channels import Channels
 
 if TYPE_CHECKING:
     from mechlab.viewer.explore import Exploration
@@ -190,7 +192,9 @@ class Story:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
     [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: the page opens
     to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
-    page's own floor. Raises
+    page's own floor; model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    coordinates: of it, (n, nq), from which a recorded pose is moved by hand;
+    channels: all that were recorded, for plots that are asked for in the page. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
 
@@ -218,6 +222,9 @@ class Story:
     explore: Exploration | None = None
     variants: tuple[Variation, ...] = ()
     floors: tuple[Floor, ...] = ()
+    model: Mechanism | None = None
+    coordinates: Array | None = None
+    channels: Channels = field(default_factory=Channels)
 
     def __post_init__(self) -> None:
         t = frozen(self.t, "t", (None,))
@@ -268,6 +275,9 @@ class Story:
             ghost = frozen(self.ghost, "ghost", (frames, len(bodies), 4, 4))
             check_rigid(ghost, "ghost")
             object.__setattr__(self, "ghost", ghost)
+        if self.coordinates is not None:
+            width = self.model.nq if self.model is not None else None
+            object.__setattr__(self, "coordinates", frozen(self.coordinates, "coordinates", (len(t), width)))
         for name, value in (
             ("t", t),
             ("arrows", arrows),

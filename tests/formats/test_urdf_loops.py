@@ -14,6 +14,7 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.formats import from_urdf, write_files
 from mechlab.formats.exports import to_extended_urdf
+from mechlab.formats.urdf_closing_rows import closing_rows
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Placement, TreeKinematics, close, revolute
 from mechlab.mechanism.structure import sample_poses, structure
 
@@ -167,6 +168,21 @@ def test_a_weld_is_not_closed_at_a_half_turn(tmp_path):
     assert loop.kind == "fixed" and np.abs(ends[0] - ends[1]).max() < 1e-12
 
 
+def test_frames_on_a_link_that_becomes_a_loop_are_kept_or_named(tmp_path):
+    """A frame on the filler link of a pin stands on the other side of the pin; one between two joints of it stands on no body."""
+    eye = '<link name="slider"/><link name="eye"/>' + joint("j_slider", "rocker", "slider", ROCKER, 0.0, "prismatic")
+    eye += joint("j_eye", "slider", "eye", 0.0, 0.0) + '<link name="pin_A"/>' + joint("at_a", "coupler", "pin_A", COUPLER, 0.3, "fixed")
+    eye += '<link name="between"/>' + joint("at_slider", "slider", "between", 0.0, 0.0, "fixed")
+    eye += '<link name="marker"/>' + joint("at_eye", "eye", "marker", 0.03, 0.0, "fixed")
+    file = read_file(closed_by(tmp_path, fourbar(eye), robot__yaml="closed_loop: [[pin_A, eye]]\ntype: [6d]\n"))
+    m = file.mechanism
+    assert [x.kind for x in m.loops] == ["cylindrical"] and [b.name for b in m.bodies] == ["crank", "coupler", "rocker"]
+    assert {x.what: x.names for x in file.left_out}["frame"] == ("between",)
+    rotation, origin = TreeKinematics(m).pose(m.frame("marker").body)
+    there = (PIN[0] + 0.03 * math.cos(PHI + 0.3), PIN[1] + 0.03 * math.sin(PHI + 0.3), 0.0)
+    assert rotation @ m.frame("marker").placement.translation + origin == pytest.approx(there, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("yaml", "message"),
     [
@@ -257,6 +273,17 @@ def chain_with(kind):
 
     b.close_here(Loop("shut", kind, "left", "tip", at_a, at_b))
     return b.build()
+
+
+@pytest.mark.parametrize("kind", ["fixed", "spherical", "revolute", "universal", "cylindrical", "prismatic"])
+def test_rows_far_from_closure_have_their_jacobian(kind):
+    m = chain_with(kind)
+    (constraint,) = ConstraintSet(m).items
+    rows, kin, h = closing_rows(constraint), TreeKinematics(m), 1e-6
+    q = 0.4 * np.random.default_rng(8).standard_normal(m.nq)
+    there = [rows.residual(kin.set(q + h * e)) - rows.residual(kin.set(q - h * e)) for e in np.eye(m.nv)]
+    # central differences: h^2 of the third derivative, and rounding over h
+    assert np.abs(np.array(there).T / (2.0 * h) - rows.jacobian(kin.set(q))).max() < 1e-8
 
 
 @pytest.mark.parametrize("kind", ["fixed", "spherical", "revolute", "universal", "cylindrical", "prismatic"])

@@ -45,7 +45,8 @@ def test_a_text_cannot_stand_in_for_a_part_of_the_page() -> None:
 
 
 def test_every_script_is_in_the_page_once(text: str) -> None:
-    names = sorted(path.name for path in (Path(html_page.__file__).parent / "page").glob("*.js"))
+    folder = Path(html_page.__file__).parent / "page"
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.js"))
     assert sorted(html_page.SCRIPTS) == names
     assert "@@" not in text.replace(html_page.viewer_script(), "")
 

@@ -13,6 +13,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.engine_warnings import engine_warnings
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.stepping import SteppingEnd
 from mechlab.experiment.energy import dissipation, energy_finding, work
@@ -81,8 +82,6 @@ LOOKED_AT = 250
 """Most samples that are examined where each costs a pass over the whole tree."""
 UNEXPLAINED, SLIP_FLOOR = 3.0, 1e-6
 """Measured over predicted slip of gear rows above which the finding warns, and the slip [rad or m] below which it does not."""
-_HARMLESS = ("VGEOMFULL",)
-"""Warnings of the engine that concern a picture; all others say that an equation was not solved as it stands."""
 
 
 class Samples(Protocol):
@@ -168,7 +167,7 @@ def health(
     restarted = restart_finding(mechanism, t, q, v)
     if restarted is not None:
         out.insert(0, restarted)
-    out += _warnings(data)
+    out += engine_warnings(data)
     out += _notes(mechanism, settings)
     return Health(tuple(out))
 
@@ -223,19 +222,6 @@ def _slip(measured: float, predicted: float, tolerance: float) -> Finding:
             "relation_softness", measured, max(UNEXPLAINED * predicted, tolerance), "rad or m", severity, text
         )
     return Finding("relation_softness", predicted, math.inf, "rad or m", "ok", text)
-
-
-def _warnings(data: mujoco.MjData) -> list[Finding]:
-    """One finding for each kind of warning that the engine counted, or one that says there were none."""
-    out = []
-    for k in range(mujoco.mjtWarning.mjNWARNING):
-        number = int(data.warning[k].number)
-        if number:
-            name = mujoco.mjtWarning(k).name.removeprefix("mjWARN_")
-            severity = "warning" if name in _HARMLESS else "error"
-            text = f"MuJoCo warned {number} times: {name} (last at {data.warning[k].lastinfo})"
-            out.append(Finding("engine_warnings", float(number), 0.0, "warnings", severity, text))
-    return out or [Finding("engine_warnings", 0.0, 0.0, "warnings", "ok", "no warnings of the engine")]
 
 
 def _notes(mechanism: Mechanism, settings: Settings) -> list[Finding]:

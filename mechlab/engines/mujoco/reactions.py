@@ -59,10 +59,7 @@ class Reactions:
         self._loops = [self._reader(x) for x in m.loops if x.kind in kept]
         self._exact = ExactDynamics(self.model) if self.distances else None
         self._post = any(r.connector >= 0 for r in self._loops)
-        kinds = {j.name: j.kind for j in m.joints}
-        self.units: dict[str, str] = {
-            f"{x.name}_load": "N" if kinds[x.coefficients[0][0]] == "prismatic" else "N m" for x in m.relations
-        }
+        self.units: dict[str, str] = {f"{x.name}_load": "N" if x.coefficients[0][0] in m.slides else "N m" for x in m.relations}
         self.units |= {f"{name}_load": "N" for name in self.distances}
         for reader in self._loops:
             self.units |= {f"{reader.loop.name}_{k}": "N" for k in FORCES}

@@ -34,8 +34,7 @@ class SessionDrives:
         self.map, self.model = map_, model
         drives = m.drives
         self.names = tuple(d.name for d in drives)
-        slides = {j.name for j in m.joints if j.kind == "prismatic"}
-        self.units = tuple(_unit(d, d.on in slides) for d in drives)
+        self.units = tuple(_unit(d, d.on in m.slides) for d in drives)
         joints = {j.name: j for j in m.joints}
         ways = [_way(model, k, d, m.zero(d.on)) for k, d in enumerate(drives)]
         self.scale, self.shift = (np.array([w[i] for w in ways]) for i in range(2))

@@ -176,8 +176,7 @@ def _reason(data: mujoco.MjData, map_: Coordinates, before: Array) -> str:
     lost = np.flatnonzero(~np.isfinite(after))
     last = map_.rates(before)
     k = int(np.argmax(np.abs(last if len(lost) else after)))
-    slides = {j.name for j in map_.mechanism.joints if j.kind == "prismatic"}
-    unit = "m/s" if names[k] in slides else "rad/s"
+    unit = "m/s" if names[k] in map_.mechanism.slides else "rad/s"
     if len(lost):
         some = ", ".join(names[i] for i in lost[:3]) + (" ..." if len(lost) > 3 else "")
         return f"the rate of {some} is not finite; a step before, the fastest was {names[k]} with {last[k]:.3g} {unit}"

@@ -7,7 +7,7 @@ have no place in the format.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,12 +18,12 @@ from mechlab.experiment.model_file import LeftOut
 from mechlab.files import whole_folder, write
 from mechlab.formats.exports.graph import Exported
 from mechlab.formats.loops_yaml import extended_yaml
-from mechlab.formats.urdf import MASSLESS, to_urdf, urdf_map
+from mechlab.formats.urdf import MASSLESS, to_urdf, unmimicked, urdf_map
 from mechlab.formats.write import write_meshes
-from mechlab.mechanism.geometry import IDENTITY, Array, Placement
+from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Body, Drive, Frame, Joint, Loop, Shape
+from mechlab.mechanism.parts import Body, Frame, Joint, Loop, Shape
 from mechlab.mechanism.tree import depth_first, reference_poses
 
 TYPES = {"fixed": "6d", "spherical": "3d"}
@@ -47,12 +47,17 @@ class ExtendedUrdf:
     left_out: tuple[LeftOut, ...] = ()
 
     def save(self, folder: str | Path) -> dict[str, Path]:
-        """Write robot.urdf and robot.yaml, the names that readers of the format expect, into a folder; returns name -> path."""
+        """Write robot.urdf and robot.yaml into a folder; returns name -> path."""
         out = Path(folder)
         with whole_folder(out) as stage:
-            write(stage / "robot.urdf", self.urdf)
-            write(stage / "robot.yaml", self.yaml)
-        return {name: out / name for name in ("robot.urdf", "robot.yaml")}
+            for name, content in self.files.items():
+                write(stage / name, content)
+        return {name: out / name for name in self.files}
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Names that readers of the format expect -> the texts."""
+        return {"robot.urdf": self.urdf, "robot.yaml": self.yaml}
 
 
 def write_extended_urdf(m: Mechanism, folder: Path) -> Exported:
@@ -60,9 +65,9 @@ def write_extended_urdf(m: Mechanism, folder: Path) -> Exported:
     home = folder / "extended_urdf"
     home.mkdir(parents=True)
     made = to_extended_urdf(m, write_meshes(m, home))
-    write(home / "robot.urdf", made.urdf)
-    write(home / "robot.yaml", made.yaml)
-    files = {"extended urdf": Path("extended_urdf", "robot.urdf"), "extended yaml": Path("extended_urdf", "robot.yaml")}
+    for name, content in made.files.items():
+        write(home / name, content)
+    files = {f"extended {name.removeprefix('robot.')}": Path("extended_urdf", name) for name in made.files}
     return Exported(files, made.left_out)
 
 
@@ -75,6 +80,7 @@ def to_extended_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None
     Raises MechlabError for a loop that keeps a distance, which the format cannot say.
     """
     bodies, frames = [_with_revolute_balls(b) for b in m.bodies], list(m.frames)
+    drives = tuple(d for d in m.drives if d.on in m.v_slice)
     taken = {b.name for b in bodies} | {f.name for f in frames}
     pairs = []
     for loop in m.loops:
@@ -85,13 +91,13 @@ def to_extended_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None
         ends = (first, _frame(frames, taken, loop.name, "B", loop.body_b, loop.placement_b))
         pairs.append((*ends, TYPES.get(loop.kind, "6d")))
     tree = replace(
-        m, bodies=depth_first(bodies), frames=tuple(frames), loops=(), shafts=(), springs=(), drives=_plain_drives(m),
+        m, bodies=depth_first(bodies), frames=tuple(frames), loops=(), shafts=(), springs=(), drives=drives,
         relations=tuple(r for r in m.relations if len(r.coefficients) == 2),
     )  # fmt: skip
     names = urdf_map(tree)
     moved = [(names.frames[a], names.frames[b], kind) for a, b, kind in pairs]
     swaps = {names.joints[j.name][0]: "SPHERICAL" for j in m.joints if j.kind == "spherical"}
-    motors = [names.joints[d.on][0] for d in m.drives if d.on in names.joints]
+    motors = [names.joints[d.on][0] for d in drives]
     return ExtendedUrdf(to_urdf(tree, mesh_files), extended_yaml(moved, motors, swaps), _left_out(m))
 
 
@@ -99,11 +105,6 @@ def _with_revolute_balls(body: Body) -> Body:
     """The body with each ball joint as one revolute, which the YAML swaps back."""
     joints = [replace(j, kind="revolute", axis=AXES["z"]) if j.kind == "spherical" else j for j in body.joints]
     return replace(body, joints=tuple(joints))
-
-
-def _plain_drives(m: Mechanism) -> tuple[Drive, ...]:
-    joints = {j.name for j in m.joints}
-    return tuple(d for d in m.drives if d.on in joints)
 
 
 def _filler(m: Mechanism, loop: Loop, bodies: list[Body], taken: set[str]) -> tuple[str, Placement]:
@@ -114,11 +115,12 @@ def _filler(m: Mechanism, loop: Loop, bodies: list[Body], taken: set[str]) -> tu
             "universal joint at one end and a spherical loop at the other."
         )
     poses = reference_poses(m.bodies)
-    start, end = (_matrix(poses[b], p) for b, p in ((loop.body_a, loop.placement_a), (loop.body_b, loop.placement_b)))
+    body_a, body_b = (Placement.of(*poses[b]) for b in (loop.body_a, loop.body_b))
+    start, end = body_a @ loop.placement_a, body_b @ loop.placement_b
     if loop.kind == "universal":  # the second pin lies along y of end b
-        x, y = start[:3, 0], end[:3, 1]
-        start[:3, :3] = np.column_stack([x, y, np.cross(x, y)])
-    parent, placement = loop.body_a, _in(_matrix(poses[loop.body_a], IDENTITY), start)
+        x, y = start.rotation[:, 0], end.rotation[:, 1]
+        start = Placement.of(np.column_stack([x, y, np.cross(x, y)]), start.translation)
+    parent, placement = loop.body_a, body_a.inverse() @ start
     steps = FILLERS[loop.kind]
     for k, (kind, axis) in enumerate(steps):
         name = f"{loop.name}__{'turn' if kind == 'revolute' else 'slide'}{k + 1 if len(steps) > 1 else ''}"
@@ -127,20 +129,7 @@ def _filler(m: Mechanism, loop: Loop, bodies: list[Body], taken: set[str]) -> tu
         taken.add(name)
         bodies.append(Body(name, parent, placement, (Joint(name, kind, AXES[axis]),), FILLER))
         parent, placement = name, IDENTITY
-    return parent, _in(start, end)
-
-
-def _matrix(pose: tuple[Array, Array], placement: Placement) -> Array:
-    """(4, 4) of a placement in a body of this pose."""
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = pose
-    return out @ placement.matrix()
-
-
-def _in(frame: Array, other: Array) -> Placement:
-    """The placement of one frame in another, (4, 4) each."""
-    turned = frame[:3, :3].T
-    return Placement.of(turned @ other[:3, :3], turned @ (other[:3, 3] - frame[:3, 3]))
+    return parent, start.inverse() @ end
 
 
 def _frame(frames: list[Frame], taken: set[str], loop: str, side: str, body: str, placement: Placement) -> str:
@@ -157,8 +146,8 @@ def _frame(frames: list[Frame], taken: set[str], loop: str, side: str, body: str
 
 
 def _left_out(m: Mechanism) -> tuple[LeftOut, ...]:
-    names = {
-        "relation of more than two joints": [r.name for r in m.relations if len(r.coefficients) != 2],
+    names: dict[str, Sequence[str]] = {
+        "relation of more than two joints": unmimicked(m),
         "shaft": [s.name for s in m.shafts],
         "spring": [s.name for s in m.springs] + [j.name for j in m.joints if j.stiffness],
     }

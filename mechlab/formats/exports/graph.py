@@ -7,6 +7,7 @@ same place in both links, so all joints are 0 there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -141,14 +142,16 @@ def _add_loop(
     graph.edges.append(Edge(name, second, between, child, b, far, closes=True))
 
 
-def left_out_of(m: Mechanism, name: str) -> list[LeftOut]:
-    """What no joint of the format `name` can hold: springs between points, shafts, rotor inertias."""
+def left_out_of(m: Mechanism, name: str, *own: tuple[str, Sequence[str], str]) -> tuple[LeftOut, ...]:
+    """What no joint of the format `name` can hold: springs between points, shafts, rotor inertias; and what is its own: (what, names,
+    why)."""
     found = (
-        ("spring", [s.name for s in m.springs], "has no spring between two points"),
-        ("shaft", [s.name for s in m.shafts], "has no part that turns as a sum of joints"),
-        ("rotor inertia", [j.name for j in m.joints if j.armature], "has no inertia of a joint"),
+        ("spring", [s.name for s in m.springs], f"{name} has no spring between two points"),
+        ("shaft", [s.name for s in m.shafts], f"{name} has no part that turns as a sum of joints"),
+        ("rotor inertia", [j.name for j in m.joints if j.armature], f"{name} has no inertia of a joint"),
+        *own,
     )
-    return [LeftOut(what, tuple(names), f"{name} {why}") for what, names, why in found if names]
+    return tuple(LeftOut(what, tuple(names), why) for what, names, why in found if names)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
 from mechlab.formats.exports.graph import Exported, left_out_of
-from mechlab.formats.urdf import UrdfMap, mimics, to_urdf, urdf_map
+from mechlab.formats.urdf import UrdfMap, mimics, to_urdf, unmimicked, urdf_map
 from mechlab.formats.write import write_meshes
 from mechlab.formats.xml_text import add, text
 from mechlab.mechanism.model import Mechanism
@@ -50,8 +50,8 @@ def write_ros2(m: Mechanism, folder: Path) -> Exported:
         "CMakeLists.txt": _cmake(package, bool(meshes)),
         f"urdf/{m.name}.urdf": _urdf(m, to_urdf(m, meshes), commands),
         "config/controllers.yaml": _controllers(commands),
-        "launch/display.launch.py": _launch(m, package, control=False),
-        "launch/control.launch.py": _launch(m, package, control=True, commands=commands),
+        "launch/display.launch.py": _launch(m, package, f"Show {m.name} in RViz, its joints moved by sliders.", SHOWING),
+        "launch/control.launch.py": _launch(m, package, f"Run the controllers of {m.name} on mock hardware.", _control_nodes(commands)),
         "README.md": _readme(m, package, commands, lost),
     }
     for name, content in written.items():
@@ -61,18 +61,13 @@ def write_ros2(m: Mechanism, folder: Path) -> Exported:
 
 def ros2_left_out(m: Mechanism) -> tuple[LeftOut, ...]:
     """What of a mechanism a URDF does not hold."""
-    out = left_out_of(m, "URDF")
-    loops = tuple(x.name for x in m.loops)
-    relations = tuple(r.name for r in m.relations if len(r.coefficients) != 2)
-    named = {j.name for j in m.joints}
-    drives = tuple(d.name for d in m.drives if d.on not in named)
-    if loops:
-        out.append(LeftOut("loop", loops, "a URDF is a tree; see the README.md of the package"))
-    if relations:
-        out.append(LeftOut("relation", relations, "a <mimic> couples two joints"))
-    if drives:
-        out.append(LeftOut("drive", drives, "a shaft has no joint in the URDF"))
-    return tuple(out)
+    joints = {j.name for j in m.joints}
+    return left_out_of(
+        m, "URDF",
+        ("loop", [x.name for x in m.loops], "a URDF is a tree; see the README.md of the package"),
+        ("relation", unmimicked(m), "a <mimic> couples two joints"),
+        ("drive", [d.name for d in m.drives if d.on not in joints], "a shaft has no joint in the URDF"),
+    )  # fmt: skip
 
 
 def _commands(m: Mechanism, names: UrdfMap) -> dict[str, str]:
@@ -126,7 +121,7 @@ def _cmake(package: str, meshes: bool) -> str:
 
 def _controllers(commands: dict[str, str]) -> str:
     """The controllers: states of all joints, and one forward controller for each kind of command."""
-    kinds = sorted(set(commands.values()))
+    kinds = _kinds(commands)
     lines = ["controller_manager:", "  ros__parameters:", f"    update_rate: {RATE}"]
     lines += ["    joint_state_broadcaster:", "      type: joint_state_broadcaster/JointStateBroadcaster"]
     for kind in kinds:
@@ -158,45 +153,40 @@ def generate_launch_description():
 '''
 
 
-def _launch(m: Mechanism, package: str, control: bool, commands: dict[str, str] | None = None) -> str:
-    indent = " " * 12
-    if not control:
-        nodes = [
-            'Node(package="joint_state_publisher_gui", executable="joint_state_publisher_gui"),',
-            'Node(package="rviz2", executable="rviz2"),',
-        ]
-        what = f"Show {m.name} in RViz, its joints moved by sliders."
-    else:
-        spawned = ["joint_state_broadcaster", *(f"{k}_commands" for k in sorted(set((commands or {}).values())))]
-        nodes = [
-            'Node(package="controller_manager", executable="ros2_control_node",',
-            '     parameters=[description, str(share / "config" / "controllers.yaml")]),',
-            *(f'Node(package="controller_manager", executable="spawner", arguments=["{n}"]),' for n in spawned),
-        ]
-        what = f"Run the controllers of {m.name} on mock hardware."
-    return LAUNCH.format(what=what, package=package, name=m.name, nodes="\n".join(indent + n for n in nodes))
+SHOWING = [
+    'Node(package="joint_state_publisher_gui", executable="joint_state_publisher_gui"),',
+    'Node(package="rviz2", executable="rviz2"),',
+]
+
+
+def _control_nodes(commands: dict[str, str]) -> list[str]:
+    spawned = ["joint_state_broadcaster", *(f"{kind}_commands" for kind in _kinds(commands))]
+    return [
+        'Node(package="controller_manager", executable="ros2_control_node",',
+        '     parameters=[description, str(share / "config" / "controllers.yaml")]),',
+        *(f'Node(package="controller_manager", executable="spawner", arguments=["{n}"]),' for n in spawned),
+    ]
+
+
+def _kinds(commands: dict[str, str]) -> list[str]:
+    """The command interfaces in use."""
+    return sorted(set(commands.values()))
+
+
+def _launch(m: Mechanism, package: str, what: str, nodes: list[str]) -> str:
+    lines = "\n".join(" " * 12 + line for line in nodes)
+    return LAUNCH.format(what=what, package=package, name=m.name, nodes=lines)
 
 
 def _readme(m: Mechanism, package: str, commands: dict[str, str], lost: tuple[LeftOut, ...]) -> str:
     """What the package is, which joints take commands, and what a URDF cannot hold."""
     lines = [f"# {package}", "", m.summary or f"A description of {m.name}.", ""]
     lines += ["    ros2 launch " + package + f" {f}.launch.py" for f in ("display", "control")]
-    lines += [
-        "",
-        "Units are SI. All joints are 0 in the reference pose, in which the mechanism is assembled.",
-        "",
-        "## Joints",
-        "",
-    ]
-    passive = [x for parts in urdf_map(m).joints.values() for x in parts if x not in commands]
-    lines += [
-        f"- `{name}`: command `{command}`, states position, velocity, effort" for name, command in commands.items()
-    ]
-    lines += (
-        [f"- {', '.join(f'`{n}`' for n in passive)}: state only (passive, or following another joint)"]
-        if passive
-        else []
-    )
+    lines += ["", "Units are SI. All joints are 0 in the reference pose, in which the mechanism is assembled.", "", "## Joints", ""]
+    lines += [f"- `{name}`: command `{command}`, states position, velocity, effort" for name, command in commands.items()]
+    passive = [f"`{x}`" for parts in urdf_map(m).joints.values() for x in parts if x not in commands]
+    if passive:
+        lines.append(f"- {', '.join(passive)}: state only (passive, or following another joint)")
     if m.loops:
         lines += [
             "", "## Closed loops", "",

@@ -17,8 +17,7 @@ from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
 from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
 from mechlab.formats.mjcf.write_tree import safe_tensor
-from mechlab.formats.urdf import Follow, mimics
-from mechlab.formats.urdf_fillers import inverse
+from mechlab.formats.urdf import Follow, mimics, unmimicked
 from mechlab.formats.write import write_meshes
 from mechlab.formats.xml_text import SIZES, add, numbers, primitive, text
 from mechlab.mechanism.geometry import IDENTITY, Placement
@@ -27,7 +26,6 @@ from mechlab.mechanism.parts import GROUND, Shape
 
 VERSION = "1.11"
 KINDS = {"spherical": "ball", "revolute": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
-NAME = "SDF"
 
 
 def write_sdf(m: Mechanism, folder: Path) -> Exported:
@@ -53,17 +51,12 @@ def to_sdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None) -> str:
 
 def sdf_left_out(m: Mechanism) -> tuple[LeftOut, ...]:
     """What of a mechanism its SDF does not hold."""
-    out = left_out_of(m, NAME)
-    relations = tuple(r.name for r in m.relations if len(r.coefficients) != 2)
-    distances = tuple(x.name for x in m.loops if x.kind == "distance")
-    drives = tuple(d.name for d in m.drives)
-    if relations:
-        out.append(LeftOut("relation", relations, "a <mimic> couples two joints"))
-    if distances:
-        out.append(LeftOut("distance loop", distances, "SDF has no such joint"))
-    if drives:
-        out.append(LeftOut("drive", drives, "in Gazebo a plugin drives a joint"))
-    return tuple(out)
+    return left_out_of(
+        m, "SDF",
+        ("relation", unmimicked(m), "a <mimic> couples two joints"),
+        ("distance loop", [x.name for x in m.loops if x.kind == "distance"], "SDF has no such joint"),
+        ("drive", [d.name for d in m.drives], "in Gazebo a plugin drives a joint"),
+    )  # fmt: skip
 
 
 def _config(m: Mechanism) -> str:
@@ -148,7 +141,7 @@ def _joint(
     model: ET.Element, graph: JointGraph, edge: Edge, follow: Mapping[str, Follow], names: Mapping[str, str]
 ) -> None:
     element = add(model, "joint", name=edge.name, type=KINDS[edge.kind])
-    _pose(element, inverse(graph.placed(edge.child)) @ edge.placement if edge.closes or not edge.joint else IDENTITY)
+    _pose(element, graph.placed(edge.child).inverse() @ edge.placement if edge.closes or not edge.joint else IDENTITY)
     add(element, "parent").text = edge.parent
     add(element, "child").text = edge.child
     if edge.kind not in ("revolute", "prismatic"):

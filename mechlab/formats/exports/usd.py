@@ -16,7 +16,6 @@ from mechlab.errors import EngineMissing, install_extra
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
 from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
-from mechlab.formats.urdf_fillers import inverse
 from mechlab.mechanism.geometry import Placement, frame_along
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Drive, Shape
@@ -30,18 +29,15 @@ def write_usd(m: Mechanism, folder: Path) -> Exported:
 
 def usd_left_out(m: Mechanism) -> tuple[LeftOut, ...]:
     """What of a mechanism its USD does not hold."""
-    out = left_out_of(m, "UsdPhysics")
     named = {j.name for j in m.joints}
-    for what, names, why in (
+    return left_out_of(
+        m, "UsdPhysics",
         ("relation", [r.name for r in m.relations], "UsdPhysics has no gear or mimic"),
         ("drive", [d.name for d in m.drives if d.on not in named], "a shaft is no joint"),
         ("winding", [d.name for d in m.drives if d.winding], "UsdPhysics has no motor with a voltage"),
         ("joint spring", [j.name for j in m.joints if j.stiffness or j.damping or j.friction],
          "UsdPhysics has no spring, damping or friction of a joint beside a drive"),
-    ):  # fmt: skip
-        if names:
-            out.append(LeftOut(what, tuple(names), why))
-    return tuple(out)
+    )  # fmt: skip
 
 
 def to_usd(m: Mechanism) -> str:
@@ -161,7 +157,7 @@ class _Writer:
             (edge.child, second, joint.CreateBody1Rel, joint.CreateLocalPos1Attr, joint.CreateLocalRot1Attr),
         ):
             body().SetTargets([self.paths[link]])
-            local = inverse(self.graph.placed(link)) @ at @ turn
+            local = self.graph.placed(link).inverse() @ at @ turn
             position(self.Gf.Vec3f(*local.position))
             rotation(self.Gf.Quatf(*local.quaternion))
         if edge.closes:

@@ -85,10 +85,7 @@ class ErrorMeasure:
         if not named:
             frames = tuple(f"{f.name}_{a}" for f in m.frames for a in "xyz")
             self.names = frames or m.scalar_names
-            slides = all(j.kind == "prismatic" for j in m.joints)
-            units = {"m"} if frames or slides else {"rad"}
-            if not frames and not slides and any(j.kind == "prismatic" for j in m.joints):
-                units = {"m", "rad"}
+            units = {"m"} if frames else {"m" if j.name in m.slides else "rad" for j in m.joints} or {"m"}
         self.unit = " or ".join(sorted(units))
         self.known: dict[str, str | tuple[int, int]] = {
             f"{f.name}_{a}": (k, i) for k, f in enumerate(m.frames) for i, a in enumerate("xyz")

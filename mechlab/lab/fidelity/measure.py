@@ -166,11 +166,10 @@ def _states(m: Mechanism, scene: Scene) -> list[tuple[Array, Array]]:
     tree, constraints = TreeKinematics(m), ConstraintSet(m)
     out = [(q, v)]
     scale = max(1.0, float(np.max(np.abs(v), initial=0.0)))
-    slides = [m.v_slice[j.name].start for j in m.joints if j.kind == "prismatic"]
     for _ in range(STATES - 1):
         free = null_space(constraints.jacobian(tree.set(q)))
         step = free @ rng.standard_normal(free.shape[1])
-        limit = POSE_SPREAD * (0.2 if slides else 1.0)
+        limit = POSE_SPREAD * (0.2 if m.slides else 1.0)
         step *= limit / max(float(np.max(np.abs(step), initial=0.0)), 1e-300)
         moved = newton(
             lambda x: (constraints.residual(tree.set(x)), constraints.jacobian(tree)),

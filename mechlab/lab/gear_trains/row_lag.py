@@ -43,8 +43,7 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
             f"{design.name}: the lag of soft rows is asked of trains of gears, and no fidelity of it "
             f"({', '.join(design.entry.fidelities)}) consists of gear relations alone."
         )
-    slides = {j.name for j in m.joints if j.kind == "prismatic"}
-    loads = {f"{n}{FORCE}": "N" if n in slides else "N m" for n in m.scalar_names}
+    loads = {f"{n}{FORCE}": "N" if n in m.slides else "N m" for n in m.scalar_names}
     for key in values:
         if key not in loads and key not in ROW_SOFTNESS:
             raise unknown(f"{design.name}: lag of soft rows: quantity", key, {*loads, *ROW_SOFTNESS})
@@ -59,7 +58,7 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
         raise MechlabError(
             f"{design.name}: give a load other than 0, for example {next(iter(loads))}=1; members: {', '.join(m.scalar_names)}."
         )
-    first = {r.name: r.coefficients[0][0] in slides for r in m.relations}
+    first = {r.name: r.coefficients[0][0] in m.slides for r in m.relations}
     units = loads | {"row_timeconst": "s", "row_impedance": ""}
     units |= {f"{n}_lag": "m" if slid else "rad" for n, slid in first.items()}
     units |= {f"{n}_load": "N" if slid else "N m" for n, slid in first.items()}

@@ -37,12 +37,11 @@ def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: 
     joint), world axes, of the motion q (n, nq), v (n, nv) under the constant load (nv,)."""
     found = engine("pinocchio").motion_forces(m, q, v, drive, accel, load)
     forces = {**found.loops, **found.joints}
-    slides = {j.name for j in m.joints if j.kind == "prismatic"}
     columns = {f"{drive}_force": found.drive}
-    units = {f"{drive}_force": "N" if drive in slides else "N m"}
+    units = {f"{drive}_force": "N" if drive in m.slides else "N m"}
     for relation in m.relations:
         columns[f"{relation.name}_load"] = found.relations[relation.name]
-        units[f"{relation.name}_load"] = "N" if relation.coefficients[0][0] in slides else "N m"
+        units[f"{relation.name}_load"] = "N" if relation.coefficients[0][0] in m.slides else "N m"
     for name, table in forces.items():
         key = name if f"{name}_fx" not in columns else f"{name}_joint"
         for k, part in enumerate(PARTS):

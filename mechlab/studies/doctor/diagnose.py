@@ -9,9 +9,10 @@ import numpy as np
 
 from mechlab.engines.mujoco.model import Model
 from mechlab.engines.mujoco.model_file import joints, options, parts, softness
-from mechlab.engines.mujoco.model_file.file_run import start_pose, tried
+from mechlab.engines.mujoco.model_file.file_run import tried
 from mechlab.engines.mujoco.model_file.options import IN_URDF, settings_to_paste
-from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure, listed, loops
+from mechlab.engines.mujoco.model_file.rows import EngineStructure, engine_structure, loops
+from mechlab.engines.mujoco.model_file.start import start_pose
 from mechlab.engines.mujoco.model_file.trial import TrialRun, run_trial
 from mechlab.experiment.recording import Symptom
 from mechlab.lab.single_run import versions
@@ -20,6 +21,7 @@ from mechlab.mechanism.structure import Structure, structure
 from mechlab.studies.doctor.case import Diagnosis, ExaminedFile
 from mechlab.studies.doctor.file_text import compiler, compiler_settings, other_readers, urdf
 from mechlab.studies.doctor.ranking import ranked
+from mechlab.tables import listed
 
 OPEN, TORN = 1e-9, 1e-3
 """Gap at the start relative to the size of the model: above OPEN a warning, above TORN an error."""

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mechlab.engines.mujoco.model_file.rows import listed
 from mechlab.experiment.recording import Symptom
 from mechlab.formats.xml_text import floats
+from mechlab.tables import listed
 
 POINT = 1e-15
 """Largest principal inertia [kg m^2] that is none; MuJoCo's smallest."""

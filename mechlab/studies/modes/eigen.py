@@ -18,7 +18,7 @@ from mechlab.errors import Untrustworthy
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly
-from mechlab.mechanism.structure import null_space
+from mechlab.mechanism.structure import null_space, step_size
 
 WEIGHT = 1e-3
 """Share of the weight of all parts, at the size of the mechanism, that a load is taken to be at least."""
@@ -87,16 +87,6 @@ class LinearMotion:
     doubt: Array
 
 
-def step_size(mechanism: Mechanism) -> float:
-    """Step of the difference quotients: STEP [rad]; with prismatic joints at most STEP times the size of the mechanism
-    [m]."""
-    if all(j.kind != "prismatic" for j in mechanism.joints):
-        return STEP
-    lengths = [float(np.linalg.norm(b.placement.position)) for b in mechanism.bodies]
-    lengths += [float(np.linalg.norm(x.placement_b.position)) for x in mechanism.loops]
-    return STEP * min(1.0, max(lengths, default=0.0) or 1.0)
-
-
 def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMotion:
     """The linear equations on the constraint manifold at an assembled pose x.
 
@@ -110,7 +100,7 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMot
     force = dynamics.force(x)
     reactions = np.linalg.lstsq(rows.T, force, rcond=1e-11)[0] if len(rows) else np.zeros(0)
     basis = _normalised(dynamics, free, x)
-    h = step_size(dynamics.mechanism)
+    h = STEP * step_size(dynamics.mechanism)
 
     def net(direction: Array, s: float) -> Array:
         y = dynamics.moved(x, s * direction)

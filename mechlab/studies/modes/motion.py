@@ -88,7 +88,7 @@ def _amplitude(m: Mechanism, q: Array, shape: Array) -> float:
     size = float(np.max(np.ptp(np.vstack([points, np.zeros((1, 3))]), axis=0))) or 1.0
     h = 1e-4
     moved = float(np.max(np.linalg.norm(_centres(m, integrate(m, q, h * shape)) - points, axis=1))) / h
-    slides = [m.v_slice[j.name].start for j in m.joints if j.kind == "prismatic"]
+    slides = [m.v_slice[name].start for name in m.slides]
     turn = float(np.max(np.abs(np.delete(shape, slides)), initial=0.0))
     limits = [
         LARGEST_SHIFT * size / moved if moved > 1e-9 else math.inf,

@@ -172,8 +172,7 @@ def _with_unit(axis: SweepAxis, question: Question | None, chosen: Design, axes:
     ):  # fmt: skip
         if axis.key.endswith(suffix) and axis.key.removesuffix(suffix) in m.scalar_names:
             name = axis.key.removesuffix(suffix)
-            slides = any(j.name == name and j.kind == "prismatic" for j in m.joints)
-            return replace(axis, unit=sliding if slides else turning)
+            return replace(axis, unit=sliding if name in m.slides else turning)
     return axis
 
 

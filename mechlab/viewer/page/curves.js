@@ -1,60 +1,85 @@
-// Coupler curves: the paths of all named points while one drive goes through its reach and the others rest.
+// Drawing curves with few strokes however many samples they have; a pen that writes SVG; files to save.
 
-const PIECES = 240;       // of the reach of a drive
-const BURST = 10;         // ms of work before the page gets its turn
-
-class CouplerCurves {
-  constructor(stage, traces, marks) {
-    Object.assign(this, { stage, traces, marks });
-    this.job = 0;
-    this.done = true;
+/** Places [x, y] that draw samples first..last of a curve, with a null where it has a gap. Of more samples than `most` in a column
+ * of pixels the first, lowest, highest and last are kept: the picture is the same. */
+function curvePlaces(times, values, first, last, x, y, most = 4) {
+  const out = [];
+  const dense = last - first > most * Math.abs(x(times[last]) - x(times[first]));
+  if (!dense) {
+    for (let i = first; i <= last; i++) out.push(Number.isFinite(values[i]) ? [x(times[i]), y(values[i])] : null);
+    return out;
   }
-
-  /** Draws the curves of the drive `name` of `solver`'s pose between `low` and `high`, a burst at a time. `held`: values of all
-   * drives. A job that is overtaken by another one ends. */
-  async draw(solver, name, [low, high], held) {
-    const job = ++this.job;
-    this.done = false;
-    const start = held[name];
-    const paths = this.marks.map(() => [[], []]);
-    const step = (high - low) / PIECES;
-    for (const [side, way] of [[0, -1], [1, 1]]) {
-      const walker = solver.copy();
-      const end = way < 0 ? low : high;
-      this.visit(walker, paths, side);
-      for (let k = 1, rest = null; k <= PIECES; k++) {
-        const value = way < 0 ? Math.max(end, start - k * step) : Math.min(end, start + k * step);
-        const report = walker.solve({ drives: { ...held, [name]: value }, locked: [], grab: null });
-        if (job !== this.job) return;
-        this.visit(walker, paths, side);
-        if (report.stops.length || value === end) break;
-        rest = rest || performance.now() + BURST;
-        if (performance.now() > rest) { await pause(); rest = null; if (job !== this.job) return; }
-      }
+  let i = first;
+  while (i <= last) {
+    const column = Math.floor(x(times[i]));
+    if (!Number.isFinite(values[i])) { out.push(null); i++; continue; }
+    let low = i, high = i, j = i;
+    while (j + 1 <= last && Math.floor(x(times[j + 1])) === column && Number.isFinite(values[j + 1])) {
+      j++;
+      if (values[j] < values[low]) low = j;
+      if (values[j] > values[high]) high = j;
     }
-    this.traces.clear();
-    this.length = 0;
-    this.marks.forEach((mark, j) => {
-      const [back, forth] = paths[j];
-      const points = [...back.slice(1).reverse(), ...forth];
-      this.length = points.length;
-      this.traces.add(this.stage, points.flat(), TRACE_COLORS[j % TRACE_COLORS.length], mark.name);
-    });
-    this.traces.apply(Infinity);
-    this.stage.redraw();
-    this.done = true;
+    for (const k of [...new Set([i, low, high, j])].sort((a, b) => a - b)) out.push([x(times[k]), y(values[k])]);
+    i = j + 1;
   }
-
-  visit(walker, paths, side) {
-    const { position, quaternion } = walker.model.poses(walker.q);
-    this.marks.forEach((mark, j) => {
-      const k = mark.inModel;
-      const at = new THREE.Vector3(...mark.point).applyQuaternion(new THREE.Quaternion().fromArray(quaternion, 4 * k));
-      paths[j][side].push([at.x + position[3 * k], at.y + position[3 * k + 1], at.z + position[3 * k + 2]]);
-    });
-  }
-
-  clear() { this.job++; this.done = true; this.traces.clear(); }
+  return out;
 }
 
-function pause() { return new Promise((go) => setTimeout(go)); }
+/** Takes the calls of a canvas that plots make, and writes them as SVG. */
+class SvgPen {
+  constructor(width, height) {
+    Object.assign(this, { width, height, marks: [], path: "", stack: [], dash: [], matrix: "", clipped: "", count: 0 });
+    Object.assign(this, { strokeStyle: "#000", fillStyle: "#000", lineWidth: 1, globalAlpha: 1, font: "11px sans-serif", textAlign: "left", textBaseline: "alphabetic" });
+  }
+
+  beginPath() { this.path = ""; }
+  moveTo(x, y) { this.path += `M${x.toFixed(2)} ${y.toFixed(2)}`; }
+  lineTo(x, y) { this.path += `L${x.toFixed(2)} ${y.toFixed(2)}`; }
+  rect(x, y, width, height) { this.path += `M${x} ${y}h${width}v${height}h${-width}z`; }
+  setLineDash(dash) { this.dash = dash; }
+  save() { this.stack.push([this.matrix, this.clipped]); }
+  restore() { [this.matrix, this.clipped] = this.stack.pop(); }
+  translate(x, y) { this.matrix += `translate(${x} ${y})`; }
+  rotate(angle) { this.matrix += `rotate(${(angle * 180) / Math.PI})`; }
+
+  clip() {
+    const id = `clip${++this.count}`;
+    this.marks.push(`<clipPath id="${id}"><path d="${this.path}"/></clipPath>`);
+    this.clipped = ` clip-path="url(#${id})"`;
+  }
+
+  stroke() {
+    if (!this.path) return;
+    const dash = this.dash.length ? ` stroke-dasharray="${this.dash.join(" ")}"` : "";
+    this.marks.push(`<path d="${this.path}" fill="none" stroke="${this.strokeStyle}" stroke-width="${this.lineWidth}" stroke-opacity="${this.globalAlpha}" stroke-linejoin="round"${dash}${this.clipped}/>`);
+  }
+
+  fillText(text, x, y) {
+    const anchor = { left: "start", center: "middle", right: "end" }[this.textAlign];
+    const base = { middle: "central", top: "hanging", alphabetic: "alphabetic" }[this.textBaseline];
+    const words = String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;");
+    this.marks.push(`<text x="${x}" y="${y}" fill="${this.fillStyle}" font-family="sans-serif" font-size="11" text-anchor="${anchor}" dominant-baseline="${base}" transform="${this.matrix}">${words}</text>`);
+  }
+
+  text() {
+    return `<svg xmlns="http://www.w3.org/2000/svg" width="${this.width}" height="${this.height}" viewBox="0 0 ${this.width} ${this.height}"><rect width="100%" height="100%" fill="#fff"/>${this.marks.join("\n")}</svg>\n`;
+  }
+}
+
+/** The samples of curves over one list of times as CSV; numbers read back as they are, 32-bit ones with 7 digits. */
+function curvesToCsv(times, series, unit, first, last) {
+  const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text);
+  const number = (values, i) => (!Number.isFinite(values[i]) ? "" : values instanceof Float32Array ? String(Number(values[i].toPrecision(7))) : String(values[i]));
+  const lines = [["t [s]", ...series.map((s) => (unit ? `${s.name} [${unit}]` : s.name))].map(quoted).join(",")];
+  for (let i = first; i <= last; i++) lines.push([String(times[i]), ...series.map((s) => number(s.values, i))].join(","));
+  return `${lines.join("\r\n")}\r\n`;
+}
+
+function saveText(name, text, type) {
+  const link = make("a", { href: URL.createObjectURL(new Blob([text], { type })), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+/** A text as the name of a file. */
+function fileName(text) { return text.replace(/[^\w-]+/g, "-").replace(/^-|-$/g, "") || "mechanism"; }

@@ -212,6 +212,8 @@ class Explorer {
     this.values = this.valuesNow();
     this.accept(this.solver.solve({ drives: this.values, locked: [], grab: null }));
     this.otherMode = false;
+    // The forces of the recording are those of its own pose.
+    for (const item of this.layers.arrows.items) item.visible = item.group.visible = false;
     this.controls.leavePlayback(this.player.time);
   }
 

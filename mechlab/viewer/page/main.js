@@ -4,11 +4,12 @@ async function start() {
   const byId = (id) => document.getElementById(id);
   const story = JSON.parse(byId("story").textContent);
   const read = await blockReader(byId("block").textContent);
+  for (const source of [story, ...story.variants.flatMap((v) => v.choices)]) if (source.model) source.model = JSON.parse(new TextDecoder().decode(read(source.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
   const stage = new Stage(byId("viewport"), story, read);
   const traces = new Traces(stage, story, read);
-  let explorer = null;
+  let explorer = null, curves = null;
   const rig = new CameraRig(stage);
   rig.view("iso");
   addViewButtons(rig, byId("views"));
@@ -16,7 +17,7 @@ async function start() {
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const sources = {
-    value: (name) => (explorer && explorer.byHand ? explorer.value(name) : null),
+    value: (name) => (explorer && explorer.byHand ? explorer.value(name) : curves && curves.picker ? curves.picker.value(name, player.time) : null),
     velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
   };
   const inspector = new Inspector(story, stage, sources, () => stage.redraw());
@@ -36,7 +37,7 @@ async function start() {
     }
     refresh(time);
   });
-  addPlots(story, read, player, plots);
+  curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
   explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
@@ -44,6 +45,9 @@ async function start() {
   window.lab = {
     ready: false,
     bodies: [...story.bodies],
+    model: story.model,
+    PageModel,
+    PoseSolver,
     seek: (time) => player.seek(time),
     play: () => player.play(),
     pause: () => player.pause(),
@@ -52,6 +56,7 @@ async function start() {
     onScreen: (point) => onScreen(stage, new THREE.Vector3(...point)),
     explorer,
     inspector,
+    curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
     get arrows() { return layers.arrows.items; },
@@ -65,7 +70,7 @@ async function start() {
 
 /** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
 function moveByHand(story, inspector, page) {
-  if (!story.model) return null;
+  if (!story.model || !(story.explore || story.coordinates)) return null;
   try {
     const explorer = new Explorer(story, page);
     explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y));

@@ -66,15 +66,3 @@ class ContactWatch:
             force = np.array([now.get(name, nothing) for now in self._sums])
             out |= {f"{name}_contact_{axis}": force[:, i] for i, axis in enumerate("xyz")}
         return out, dict.fromkeys(out, "N")
-
-
-def may_touch(model: mujoco.MjModel) -> list[int]:
-    """Geoms that may touch a geom of another body by their bits, or in an explicit pair."""
-    off = mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    if model.opt.disableflags & off:
-        return []
-    type_, affinity = model.geom_contype, model.geom_conaffinity
-    meets = (type_[:, None] & affinity[None, :]) | (affinity[:, None] & type_[None, :])
-    weld = model.body_weldid[model.geom_bodyid]
-    found = np.any((meets != 0) & (weld[:, None] != weld[None, :]), axis=1)
-    return sorted({*np.flatnonzero(found).tolist(), *model.pair_geom1.tolist(), *model.pair_geom2.tolist()})

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.mujoco.as_is.contacts import ContactWatch, may_touch
+from mechlab.engines.mujoco.as_is.contacts import ContactWatch
 from mechlab.engines.mujoco.as_is.controls import FileControls
 from mechlab.engines.mujoco.as_is.findings import gave_up, health, start_finding
 from mechlab.engines.mujoco.as_is.forces import ActuatorForces
@@ -22,6 +22,7 @@ from mechlab.engines.mujoco.as_is.states import FileStates
 from mechlab.engines.mujoco.as_is.work import WorkMeter, energy
 from mechlab.engines.mujoco.control import controlled
 from mechlab.engines.mujoco.control import engine as quiet
+from mechlab.engines.mujoco.model_file.read_rest import may_touch
 from mechlab.engines.mujoco.runner import versions
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, Grid, advance, grid
 from mechlab.engines.protocol import Engine
@@ -235,7 +236,8 @@ def acts(model: mujoco.MjModel, begin: Start, scene: Scene) -> str:
     """One line on what acts in a run of a file."""
     still = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY or not np.any(model.opt.gravity)
     parts = ["the file as it is: no gravity" if still else "the file as it is: gravity"]
-    touching = len(may_touch(model))
+    geoms, pairs = may_touch(model)
+    touching = len({*geoms, *model.pair_geom1[pairs].tolist(), *model.pair_geom2[pairs].tolist()})
     parts.append(f"contacts of {touching} geoms" if touching else "no contacts")
     if model.neq:
         parts.append(f"{int(np.count_nonzero(begin.data.eq_active))} equalities with the file's softness")

@@ -11,6 +11,9 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.as_is.contacts import ContactWatch
+from mechlab.engines.mujoco.engine_warnings import engine_warnings, words_of
+from mechlab.engines.mujoco.model_file.rows import name_of
+from mechlab.engines.mujoco.model_file.start import outside_ranges
 from mechlab.engines.mujoco.stepping import SteppingEnd
 from mechlab.experiment.recording import Finding, Health, limit_finding
 from mechlab.experiment.scene import Settings
@@ -25,15 +28,6 @@ OVERLAP_WARNING, OVERLAP_LIMIT = 0.01, 0.1
 """Depth of a contact, as a share of the extent of the model."""
 NOISE = 1e-9
 """Energies below this [J] times the number of coordinates are rounding."""
-WARNINGS = {
-    "BADQPOS": "the state was not finite",
-    "BADQVEL": "a rate was not finite or too large",
-    "BADQACC": "an acceleration was not finite or too large",
-    "BADCTRL": "a control was not finite",
-    "INERTIA": "the mass matrix was nearly singular",
-    "CONTACTFULL": "the memory for contacts was full: some were left out",
-    "CNSTRFULL": "the memory for constraints was full: some were left out",
-}
 
 
 def health(
@@ -62,15 +56,14 @@ def health(
         out.append(
             limit_finding("penetration", contacts.deepest, OVERLAP_LIMIT * extent, "m", text, OVERLAP_WARNING * extent)
         )
-    out += _warnings(data)
+    out += engine_warnings(data)
     return Health(tuple(out))
 
 
 def gave_up(error: Exception, t: float) -> str:
     """Sentence on an error of the engine that ends a run after time t [s]; of a full memory with what to do."""
-    words = " ".join(str(error).split())
-    text = f"MuJoCo gave up after t = {t:.6g} s of the run as the file is: {words.split(' max =')[0].rstrip('., ')}"
-    return f'{text}. Raise memory in its <size memory="..."/>, or leave it out.' if "<size memory" in words else f"{text}."
+    text = f"MuJoCo gave up after t = {t:.6g} s of the run as the file is: {words_of(error)}."
+    return f'{text} Raise memory in its <size memory="..."/>, or leave it out.' if "<size memory" in str(error) else text
 
 
 def energy_finding(model: mujoco.MjModel, energies: Array) -> Finding:
@@ -99,30 +92,12 @@ def _gaps(mechanism: Mechanism, contacts: ContactWatch) -> list[Finding]:
     return [Finding(found.name, found.value, found.limit, found.unit, found.severity, found.sentence + more)]
 
 
-def _warnings(data: mujoco.MjData) -> list[Finding]:
-    out = []
-    for k in range(mujoco.mjtWarning.mjNWARNING):
-        number = int(data.warning[k].number)
-        if number:
-            name = mujoco.mjtWarning(k).name.removeprefix("mjWARN_")
-            text = f"MuJoCo warned {number} times: {name}, {WARNINGS.get(name, '')}"
-            out.append(Finding("engine_warnings", float(number), 0.0, "warnings", "error", text))
-    return out or [Finding("engine_warnings", 0.0, 0.0, "warnings", "ok", "no warnings of the engine")]
-
-
 def start_finding(states: Array, model: mujoco.MjModel) -> Finding | None:
     """Finding "start_range": joints that start outside their range, which their soft stops push back; None without any."""
-    outside = []
-    for k in range(model.njnt):
-        if not model.jnt_limited[k] or model.jnt_type[k] < 2:
-            continue
-        low, high = model.jnt_range[k]
-        x = float(states[model.jnt_qposadr[k]])
-        if not low - 1e-9 <= x <= high + 1e-9:
-            outside.append((max(low - x, x - high), k))
+    outside = outside_ranges(model, states)
     if not outside:
         return None
-    far, k = max(outside)
-    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, k) or f"joint {k}"
-    text = f"{len(outside)} joints start outside their range, {name} by {far:.3g} rad or m: the stops push them back"
+    k = max(outside, key=outside.__getitem__)
+    far = outside[k]
+    text = f"{len(outside)} joints start outside their range, {name_of(model, 'JOINT', k)} by {far:.3g} rad or m: the stops push them back"
     return Finding("start_range", far if math.isfinite(far) else 0.0, 0.0, "rad or m", "warning", text)

@@ -11,6 +11,8 @@ import numpy as np
 from mechlab.engines.mujoco.as_is.states import FileStates
 from mechlab.engines.mujoco.model_file.compiled import given_name
 from mechlab.engines.mujoco.model_file.missing_meshes import load_model
+from mechlab.engines.mujoco.model_file.start import start_data
+from mechlab.engines.mujoco.model_file.trace import INTEGRATORS, at_timestep, integrator_name
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.scene import Scene, Settings
@@ -18,13 +20,6 @@ from mechlab.formats.model_text import read_text
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.geometry import Array
 
-INTEGRATORS = {
-    int(mujoco.mjtIntegrator.mjINT_EULER): "Euler",
-    int(mujoco.mjtIntegrator.mjINT_RK4): "RK4",
-    int(mujoco.mjtIntegrator.mjINT_IMPLICIT): "implicit",
-    int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST): "implicitfast",
-    int(mujoco.mjtIntegrator.mjINT_DISCRETE): "discrete",
-}
 KEPT = 4
 _kept: list[tuple[ModelFile, mujoco.MjModel]] = []
 """The last models, each with the reading of its file that it belongs to."""
@@ -46,18 +41,14 @@ def model_of(file: ModelFile) -> mujoco.MjModel:
 def file_settings(file: ModelFile) -> Settings:
     """Timestep and integrator that the file asks for; its softness stands at each of its elements."""
     model = model_of(file)
-    return Settings(
-        "file", INTEGRATORS[int(model.opt.integrator)], float(model.opt.timestep), None, None, preset="file"
-    )  # fmt: skip
+    return Settings("file", integrator_name(model), float(model.opt.timestep), None, None, preset="file")
 
 
 def run_model(file: ModelFile, settings: Settings) -> mujoco.MjModel:
     """The model of the file at the timestep and with the integrator of the settings. The engine's automatic restart of a state that
     has blown up is off: such a run ends there."""
-    model = model_of(file)
-    model.opt.timestep = settings.timestep
-    model.opt.integrator = next(k for k, name in INTEGRATORS.items() if name == settings.integrator)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model = at_timestep(model_of(file), settings.timestep)
+    model.opt.integrator = INTEGRATORS[settings.integrator]
     return model
 
 
@@ -74,10 +65,9 @@ def start(model: mujoco.MjModel, states: FileStates, scene: Scene) -> Start:
 
     Loops are closed again where a value moves them. Raises NoSolution where they do not close.
     """
-    data = mujoco.MjData(model)
+    data = start_data(model)
     text = "starts at the file's qpos0"
     if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
         text = f"starts at the keyframe {given_name(model, mujoco.mjtObj.mjOBJ_KEY, 0) or '0'}"
     if scene.initial or scene.initial_rates:
         q, v = states.of(data)

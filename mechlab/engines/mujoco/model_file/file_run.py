@@ -13,7 +13,9 @@ from typing import TypeVar
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.engine_warnings import words_of
 from mechlab.engines.mujoco.model_file.rows import loops
+from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.model_file.trace import HARD, INTEGRATORS
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.experiment.prices import MUJOCO
@@ -63,23 +65,9 @@ class FileRun:
         return float(np.max(np.abs(self.energy[:n] - other.energy[:n]), initial=0.0))
 
 
-def reset(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Puts the first keyframe into the data, or the reference pose where there is none."""
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    else:
-        mujoco.mj_resetData(model, data)
-
-
-def start_pose(model: mujoco.MjModel) -> Array:
-    """(nq,) coordinates at which a run starts: those of the first keyframe, else qpos0."""
-    return np.array(model.key_qpos[0] if model.nkey else model.qpos0)
-
-
 def moving_size(model: mujoco.MjModel) -> float:
     """Size of what moves [m]: floors and terrain do not count, as they do in MuJoCo's extent."""
-    data = mujoco.MjData(model)
-    reset(model, data)
+    data = start_data(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     moves = [b for b in range(1, model.nbody) if model.body_weldid[b]]
@@ -113,8 +101,7 @@ def prepared(model: mujoco.MjModel, h: float, better: str = "") -> mujoco.MjMode
 
 def run_file(model: mujoco.MjModel, each: int, outputs: int = OUTPUTS, push: Array | None = None) -> FileRun:
     """A run of a prepared model over `outputs` x `each` steps; push (nv,): rates added to those of the start."""
-    data = mujoco.MjData(model)
-    reset(model, data)
+    data = start_data(model)
     if push is not None:
         data.qvel[:] += push
     points, energy = np.empty((outputs + 1, model.nbody, 3)), np.empty(outputs + 1)
@@ -139,13 +126,8 @@ def run_file(model: mujoco.MjModel, each: int, outputs: int = OUTPUTS, push: Arr
         else:
             k += 1
     except mujoco.FatalError as error:
-        reason = f"ended before t = {data.time + each * model.opt.timestep:.4g} s, the engine gave up ({_words(error)})"
+        reason = f"ended before t = {data.time + each * model.opt.timestep:.4g} s, the engine gave up ({words_of(error)})"
     return FileRun(points[:k], energy[:k], gaps, frozenset(touched), rows, fastest, reason)
-
-
-def _words(error: Exception) -> str:
-    """The first sentence of the engine's words."""
-    return " ".join(str(error).split()).split(" max =")[0].rstrip(",. ")
 
 
 def _acting(data: mujoco.MjData) -> set[str]:
@@ -172,5 +154,5 @@ def tried(skipped: list[str], what: str, work: Callable[[], Found]) -> Found | N
     try:
         return work()
     except (mujoco.FatalError, np.linalg.LinAlgError, ValueError) as error:
-        skipped.append(f"{what}: {' '.join(str(error).split()).split(' max =')[0].rstrip('.,')}")
+        skipped.append(f"{what}: {words_of(error)}")
         return None

@@ -9,13 +9,12 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import listed, name_of
+from mechlab.engines.mujoco.model_file.rows import name_of
+from mechlab.engines.mujoco.model_file.start import SINGLE, outside_ranges, start_data
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
+from mechlab.tables import listed
 
-_SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-SLACK = 1e-3
-"""Share of the range of a joint by which a start may lie beyond it."""
 BEYOND = 0.1
 """A servo that may command positions beyond the range of its joint by this share of the range, or more, is reported."""
 IN_DEGREES = 10.0
@@ -24,18 +23,16 @@ IN_DEGREES = 10.0
 
 def limits(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
     """Finding "beyond_range": a joint that starts outside its range is pushed by its stop; the number is the acceleration."""
-    out = []
-    for j in range(model.njnt):
-        if model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
-            value, (low, high) = float(qpos[model.jnt_qposadr[j]]), model.jnt_range[j]
-            slack = SLACK * (high - low)
-            if not low - slack <= value <= high + slack:
-                out.append((j, f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})"))
-    if not out:
+    outside = list(outside_ranges(model, qpos))
+    if not outside:
         return
-    push = _push_of_limits(model, qpos, [j for j, _ in out])
+    texts = []
+    for j in outside:
+        value, (low, high) = qpos[model.jnt_qposadr[j]], model.jnt_range[j]
+        texts.append(f"{name_of(model, 'JOINT', j)} ({value:.4g}, range {low:.4g} to {high:.4g})")
+    push = _push_of_limits(model, qpos, outside)
     where = "the first keyframe" if model.nkey else "the reference pose (the file has no keyframe)"
-    text = f"{where} is outside the range of {listed([t for _, t in out])}: the stop pushes from the first step on"
+    text = f"{where} is outside the range of {listed(texts)}: the stop pushes from the first step on"
     text += f", with up to {push:.3g} rad/s^2 or m/s^2. Start somewhere else, or write a keyframe inside the ranges."
     yield Symptom("beyond_range", "warning", text, _keyframe(model, qpos), push)
 
@@ -46,10 +43,7 @@ def _push_of_limits(model: mujoco.MjModel, qpos: Array, joints: list[int]) -> fl
     for off in (0, int(mujoco.mjtDisableBit.mjDSBL_LIMIT)):
         probe = copy.copy(model)
         probe.opt.disableflags |= off
-        data = mujoco.MjData(probe)
-        if model.nkey:
-            mujoco.mj_resetDataKeyframe(probe, data, 0)
-        data.qpos[:] = qpos
+        data = start_data(probe, qpos)
         with engine():
             mujoco.mj_forward(probe, data)
         found.append(np.array(data.qacc[model.jnt_dofadr[joints]]))
@@ -62,7 +56,7 @@ def _keyframe(model: mujoco.MjModel, qpos: Array) -> str:
         return ""
     inside = np.array(qpos)
     for j in range(model.njnt):
-        if model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
+        if model.jnt_limited[j] and int(model.jnt_type[j]) in SINGLE:
             k = model.jnt_qposadr[j]
             inside[k] = np.clip(inside[k], *model.jnt_range[j])
     return f'<keyframe><key name="inside" qpos="{" ".join(f"{x:.6g}" for x in inside)}"/></keyframe>'
@@ -76,7 +70,7 @@ def commands(model: mujoco.MjModel) -> Iterator[Symptom]:
         beyond = max(low - asked[0], asked[1] - high) / (high - low)
         if beyond < BEYOND:
             continue
-        unit = "rad" if int(model.jnt_type[j]) == _SINGLE[0] else "m"
+        unit = "rad" if int(model.jnt_type[j]) == SINGLE[0] else "m"
         wide.append(f"{name_of(model, 'ACTUATOR', k)} ({asked[0]:.4g} to {asked[1]:.4g} {unit}, joint {low:.4g} to {high:.4g})")
         degrees |= bool(np.ptp(asked) > IN_DEGREES * (high - low))
         if beyond > worst:
@@ -110,7 +104,7 @@ def _servos(model: mujoco.MjModel) -> Iterator[tuple[int, int, Array, Array]]:
         if not affine or int(model.actuator_trntype[k]) not in joint_kinds:
             continue
         gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0]) / kp
-        if gear and gain and model.jnt_limited[j] and int(model.jnt_type[j]) in _SINGLE:
+        if gear and gain and model.jnt_limited[j] and int(model.jnt_type[j]) in SINGLE:
             # at rest: gain ctrl = gear q, where forces are kp (gain ctrl - gear q)
             yield k, j, np.sort(model.actuator_ctrlrange[k] * gain / gear), np.sort(model.jnt_range[j] * gear / gain)
 
@@ -138,7 +132,7 @@ def angles(model: mujoco.MjModel, radian: bool, unit_given: bool) -> Iterator[Sy
     known: dict[str, tuple[float, ...]] = {}
     for j in range(model.njnt):
         kind = int(model.jnt_type[j])
-        if model.jnt_limited[j] and kind in (_SINGLE[0], int(mujoco.mjtJoint.mjJNT_BALL)):
+        if model.jnt_limited[j] and kind in (SINGLE[0], int(mujoco.mjtJoint.mjJNT_BALL)):
             known[name_of(model, "JOINT", j)] = tuple(float(x) for x in model.jnt_range[j])
     biggest = max((abs(x) for v in known.values() for x in v), default=0.0)
     if radian:

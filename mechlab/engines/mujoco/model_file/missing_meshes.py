@@ -13,8 +13,8 @@ import mujoco
 
 from mechlab.engines.mujoco.model_file.guarded import ModelCrashed, ModelRefused, load_file, load_text
 from mechlab.errors import MechlabError
-from mechlab.experiment.model_file import SHOWN
 from mechlab.formats.xml_text import parse
+from mechlab.tables import listed
 
 
 def load_model(path: Path, content: str) -> tuple[mujoco.MjModel, str]:
@@ -64,9 +64,8 @@ def _frames(body: ET.Element) -> list[ET.Element]:
 
 
 def _note(names: tuple[str, ...], words: str) -> str:
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     reason = words if len(words) <= 120 else f"{words[:117]}..."
     return (
-        f"the meshes {', '.join(names[:SHOWN])}{more} cannot be loaded; their bodies have inertias of their own and are read "
+        f"the meshes {listed(names)} cannot be loaded; their bodies have inertias of their own and are read "
         f"without them. MuJoCo says: {reason}"
     )

@@ -17,7 +17,6 @@ from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.rows import (
     EqualityRows,
     joint_of_dof,
-    listed,
     loops,
     name_of,
     tendon_moments,
@@ -28,6 +27,7 @@ from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space
+from mechlab.tables import listed
 
 IN_URDF = (
     '<mujoco><compiler discardvisual="false"/><option integrator="RK4" timestep="0.001" jacobian="dense"/></mujoco>'

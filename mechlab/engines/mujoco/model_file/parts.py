@@ -10,10 +10,12 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import active, joint_of_dof, listed, name_of, tendon_moments
+from mechlab.engines.mujoco.model_file.rows import active, joint_of_dof, name_of, tendon_moments, tied_bodies
+from mechlab.engines.mujoco.model_file.start import start_data, start_pose
 from mechlab.engines.mujoco.model_file.trace import integrator_name
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
+from mechlab.tables import listed
 
 IMPLICIT = ("implicitfast", "implicit")
 
@@ -171,27 +173,27 @@ def _deep(model: mujoco.MjModel, pair: tuple[int, int], distance: float) -> bool
 
 def overlapping(model: mujoco.MjModel) -> list[tuple[str, str]]:
     """Names of the pairs of moving bodies that overlap at the start; those without a name are left out."""
-    qpos = np.array(model.key_qpos[0] if model.nkey else model.qpos0)
+    qpos = start_pose(model)
     pairs = [p for p, x in _touching(model, qpos).items() if _deep(model, p, x[0])]
-    names = [tuple(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, b) for b in p) for p in pairs]
+    return _named(model, pairs)
+
+
+def _named(model: mujoco.MjModel, pairs: list[tuple[int, int]]) -> list[tuple[str, str]]:
+    names = [[mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, b) for b in p] for p in pairs]
     return [(str(a), str(b)) for a, b in names if a and b]
 
 
 def _touching(model: mujoco.MjModel, qpos: Array) -> dict[tuple[int, int], tuple[float, float]]:
     """Pairs of bodies in contact -> (largest depth as a negative distance [m], sum of the normal forces [N])."""
-    probe = copy.copy(model)
-    data = mujoco.MjData(probe)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(probe, data, 0)
-    data.qpos[:] = qpos
+    data = start_data(model, qpos)
     with engine():
-        mujoco.mj_forward(probe, data)
+        mujoco.mj_forward(model, data)
     force = np.zeros(6)
     between: dict[tuple[int, int], tuple[float, float]] = {}
     for k in range(data.ncon):
         pair = sorted(int(model.geom_bodyid[g]) for g in data.contact[k].geom if g >= 0)
         if len(pair) == 2:
-            mujoco.mj_contactForce(probe, data, k, force)
+            mujoco.mj_contactForce(model, data, k, force)
             depth, total = between.get((pair[0], pair[1]), (0.0, 0.0))
             between[pair[0], pair[1]] = min(depth, float(data.contact[k].dist)), total + abs(float(force[0]))
     return between
@@ -199,19 +201,11 @@ def _touching(model: mujoco.MjModel, qpos: Array) -> dict[tuple[int, int], tuple
 
 def exclude(model: mujoco.MjModel, pairs: list[tuple[int, int]]) -> str:
     """The element that switches off contact between pairs of bodies; those without a name cannot be written."""
-    names = [tuple(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, b) for b in p) for p in pairs]
-    lines = [f'  <exclude body1="{a}" body2="{b}"/>' for a, b in names if a and b]
+    lines = [f'  <exclude body1="{a}" body2="{b}"/>' for a, b in _named(model, pairs)]
     return "\n".join(["<contact>", *lines, "</contact>"]) if lines else ""
 
 
 def _joined(model: mujoco.MjModel) -> set[tuple[int, int]]:
     """Pairs of bodies that a connect or weld joins."""
-    out = set()
-    for k in active(model):
-        if int(model.eq_type[k]) in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
-            ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
-            if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE:
-                ends = [int(model.site_bodyid[e]) for e in ends]
-            a, b = np.sort(ends)
-            out.add((int(a), int(b)))
-    return out
+    pairs = (sorted(tied_bodies(model, k)) for k in active(model))
+    return {(pair[0], pair[1]) for pair in pairs if len(pair) == 2}

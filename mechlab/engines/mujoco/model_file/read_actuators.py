@@ -10,10 +10,10 @@ import numpy as np
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, given_name, key
 from mechlab.engines.mujoco.model_file.read_tendons import Tendons
 from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, actuators_on, switched_off
-from mechlab.experiment.model_file import SHOWN
 from mechlab.formats.mjcf.control import LinearActuator, drive_of
 from mechlab.formats.mjcf.source import Names
 from mechlab.mechanism.parts import Drive, Winding
+from mechlab.tables import listed
 
 TRANSMISSION, DISABLE = mujoco.mjtTrn, mujoco.mjtDisableBit
 VOLTAGE = 8
@@ -71,8 +71,7 @@ def read_actuators(tree: CompiledTree, tendons: Tendons) -> tuple[list[Drive], d
 
 def _note(remarks: Remarks, names: list[str], text: str) -> None:
     if names:
-        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-        remarks.notes.append(f"actuators that {text}: {', '.join(names[:SHOWN])}{more}.")
+        remarks.notes.append(f"actuators that {text}: {listed(names)}.")
 
 
 def _target(tree: CompiledTree, tendons: Tendons, k: int) -> tuple[str, float] | None:

@@ -43,27 +43,28 @@ def _fluid(model: mujoco.MjModel, remarks: Remarks) -> None:
 
 
 def _contacts(model: mujoco.MjModel, remarks: Remarks) -> None:
-    """Geoms that may touch: those whose bits meet the bits of another body's geom, and explicit pairs."""
-    off = switched_off(model, DISABLE.mjDSBL_CONTACT, DISABLE.mjDSBL_CONSTRAINT)
-    if not off:
-        for k in _touching(model):
-            remarks.keep("contact", _geom_name(model, k), "here parts pass through each other")
-        for k in range(model.npair):
-            remarks.keep("contact pair", key(model, OBJECT.mjOBJ_PAIR, k), "here parts pass through each other")
+    geoms, pairs = may_touch(model)
+    for k in geoms:
+        remarks.keep("contact", _geom_name(model, k), "here parts pass through each other")
+    for k in pairs:
+        remarks.keep("contact pair", key(model, OBJECT.mjOBJ_PAIR, k), "here parts pass through each other")
     for k in range(model.nexclude):
         remarks.keep("exclude", key(model, OBJECT.mjOBJ_EXCLUDE, k), "of contacts")
 
 
-def _touching(model: mujoco.MjModel) -> list[int]:
-    """Geoms whose bits meet those of a geom of another body: decided once for geoms of the same bits and body."""
-    columns = (model.geom_contype, model.geom_conaffinity, model.geom_bodyid)
+def may_touch(model: mujoco.MjModel) -> tuple[list[int], list[int]]:
+    """Geoms whose bits meet those of a geom that is not welded to theirs, and explicit pairs; none where the file switches contacts
+    off. It is decided once for geoms of the same bits and body."""
+    if switched_off(model, DISABLE.mjDSBL_CONTACT, DISABLE.mjDSBL_CONSTRAINT):
+        return [], []
+    columns = (model.geom_contype, model.geom_conaffinity, model.body_weldid[model.geom_bodyid])
     kinds, kind_of = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
     types, affinities, bodies = kinds.T
     touches = [
         bool(np.any((((types & affinity) | (affinities & bits)) != 0) & (bodies != body)))
         for bits, affinity, body in kinds.tolist()
     ]
-    return [k for k, kind in enumerate(kind_of.ravel().tolist()) if touches[kind]]
+    return [k for k, kind in enumerate(kind_of.ravel().tolist()) if touches[kind]], list(range(model.npair))
 
 
 def _geom_name(model: mujoco.MjModel, k: int) -> str:

@@ -10,12 +10,12 @@ import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, Remarks, given_name, key
 from mechlab.engines.mujoco.model_file.surfaces import geom_color, is_shown, surface_shape
-from mechlab.experiment.model_file import SHOWN
 from mechlab.formats.mjcf.read_tree import BodyTree, PlacedJoint, anchored
 from mechlab.formats.mjcf.source import clean
 from mechlab.mechanism.geometry import Array, Placement, Vector, quaternion_to_matrix, unit
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.parts import GROUND, Body, Joint, Shape, shape
+from mechlab.tables import listed
 
 JOINT, DISABLE = mujoco.mjtJoint, mujoco.mjtDisableBit
 KINDS = {JOINT.mjJNT_HINGE: "revolute", JOINT.mjJNT_SLIDE: "prismatic", JOINT.mjJNT_BALL: "spherical"}
@@ -71,8 +71,7 @@ def _note_names(tree: CompiledTree) -> None:
     given = tree.body_names.given | tree.joint_names.given
     changed = [f"{old!r} is {new!r}" for old, new in given.items() if clean(old) != old]
     if changed:
-        more = f" and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
-        tree.remarks.notes.append(f"names that changed: {', '.join(changed[:SHOWN])}{more}.")
+        tree.remarks.notes.append(f"names that changed: {listed(changed)}.")
 
 
 def site_place(tree: CompiledTree, k: int) -> tuple[str, Placement]:

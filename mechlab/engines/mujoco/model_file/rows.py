@@ -38,11 +38,6 @@ def joint_of_dof(model: mujoco.MjModel, i: int) -> str:
     return name_of(model, "JOINT", int(model.dof_jntid[i]))
 
 
-def listed(names: list[str], most: int = 4) -> str:
-    """Names with commas, shortened."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
-
-
 def active(model: mujoco.MjModel) -> list[int]:
     """The equalities that act from the start."""
     if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
@@ -64,12 +59,12 @@ def loops(model: mujoco.MjModel) -> list[int]:
 
 def _of_flex(model: mujoco.MjModel, k: int) -> bool:
     """Whether an equality ties a point of a deformable body."""
-    return bool(model.nflex) and bool(set(_bodies(model, k)) & {int(b) for b in model.flex_vertbodyid})
+    return bool(model.nflex) and bool(set(tied_bodies(model, k)) & {int(b) for b in model.flex_vertbodyid})
 
 
 def drags(model: mujoco.MjModel, k: int) -> bool:
     """Whether an equality ties a body to a mocap body, which a program moves."""
-    return any(model.body_mocapid[model.body_rootid[b]] >= 0 for b in _bodies(model, k))
+    return any(model.body_mocapid[model.body_rootid[b]] >= 0 for b in tied_bodies(model, k))
 
 
 def mocap_bodies(model: mujoco.MjModel) -> set[str]:
@@ -77,7 +72,7 @@ def mocap_bodies(model: mujoco.MjModel) -> set[str]:
     return {name_of(model, "BODY", b) for b in range(1, model.nbody) if model.body_mocapid[b] >= 0}
 
 
-def _bodies(model: mujoco.MjModel, k: int) -> list[int]:
+def tied_bodies(model: mujoco.MjModel, k: int) -> list[int]:
     """The bodies that a connect or weld ties; none for other equalities."""
     if int(model.eq_type[k]) not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
         return []

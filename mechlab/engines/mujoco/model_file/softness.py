@@ -14,9 +14,11 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import active, drags, equality_name, listed, loops
+from mechlab.engines.mujoco.model_file.rows import active, drags, equality_name, loops
+from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.experiment.recording import Symptom
 from mechlab.mechanism.geometry import Array
+from mechlab.tables import listed
 
 SOFT_TIMECONST, HARD_TIMECONST = 0.01, 4.0
 """A time constant [s] from which on rows are soft at any timestep; and that, in timesteps, up to which they are hard."""
@@ -86,10 +88,8 @@ def sag(model: mujoco.MjModel, qpos: Array, gaps: Mapping[int, float] | None = N
     probe = copy.copy(model)
     probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     probe.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
-    data = mujoco.MjData(probe)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(probe, data, 0)
-    data.qpos[:], data.qvel[:] = qpos, 0.0
+    data = start_data(probe, qpos)
+    data.qvel[:] = 0.0
     with engine():
         mujoco.mj_forward(probe, data)
     held = np.isin(data.efc_id, loops(model)) & (data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY)

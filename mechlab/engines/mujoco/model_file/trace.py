@@ -14,6 +14,7 @@ import numpy as np
 from mechlab.engines.mujoco.closure import constraint_jacobian
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.guarded import ModelRefused, load_file, load_text
+from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import observed_order, order_finding
@@ -115,9 +116,7 @@ def trace_file(source: FileModel, integrator: str, hard: bool, duration: float, 
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
     if hard:
         harden(model)
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
+    data = start_data(model)
     with engine():
         if source.push:
             data.qvel[:] = _forward(model, data, source.push)

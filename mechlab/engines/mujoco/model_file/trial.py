@@ -15,8 +15,9 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.file_run import OUTPUTS, moving_size, prepared, price, run_file, start_pose
+from mechlab.engines.mujoco.model_file.file_run import OUTPUTS, moving_size, prepared, price, run_file
 from mechlab.engines.mujoco.model_file.rows import free_push, loops
+from mechlab.engines.mujoco.model_file.start import start_pose
 from mechlab.engines.mujoco.model_file.trace import FILE_STEPS, FileTrace, file_order
 from mechlab.experiment.recording import Finding, Symptom
 from mechlab.mechanism.geometry import Array

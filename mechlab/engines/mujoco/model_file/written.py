@@ -17,6 +17,7 @@ import numpy as np
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.engines.mujoco.model_file.options import growing_step
 from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push, started
+from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.model_file.trace import at_timestep
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.experiment.recording import Symptom
@@ -117,8 +118,7 @@ def run_trouble(model: mujoco.MjModel) -> Symptom | None:
     if not model.nv:
         return None
     with engine():
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, 0)
+        data = start_data(model)
         home, ctrl = np.array(data.qpos), np.array(data.ctrl)
         mujoco.mj_forward(model, data)
         push = free_push(model, home, max(float(model.stat.extent), 1e-9))

@@ -1,0 +1,57 @@
+"""The page's solver in Node: one process that answers many questions."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from mechlab.formats.mechanism_json import to_json
+from mechlab.mechanism import Mechanism
+from mechlab.viewer.html_page import SOLVER, asset
+
+
+def in_node(mechanism: Mechanism, questions: Sequence[dict[str, Any]]) -> list[Any]:
+    """Answers of the page's solver on one mechanism: each question names a function of ANSWERS and its arguments.
+
+    Skips the test where there is no Node."""
+    node = shutil.which("node") or shutil.which("nodejs")
+    if node is None:
+        pytest.skip("no node was found on the path: the page's solver runs in the browser's tests alone")
+    script = "\n".join(asset(name) for name in SOLVER) + ANSWERS
+    asked = json.dumps({"model": json.loads(to_json(mechanism)), "questions": list(questions)})
+    done = subprocess.run(
+        [node, "-e", script], input=asked, capture_output=True, text=True, encoding="utf-8", timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    found = json.loads(done.stdout)
+    assert isinstance(found, list)
+    return found
+
+
+ANSWERS = """
+const asked = JSON.parse(require("fs").readFileSync(0, "utf8"));
+const model = new PageModel(asked.model), solver = new PoseSolver(model), list = (x) => Array.from(x);
+const lists = (found) => Object.fromEntries(Object.entries(found).map(([name, x]) => [name, list(x)]));
+const answers = {
+  facts: () => ({ size: model.size, bodies: model.bodies, names: model.names, drives: model.drives, nq: model.nq, nv: model.nv,
+    rank: model.structure.rank, home: list(model.home) }),
+  poses: ({ q }) => lists(model.poses(q)),
+  velocities: ({ q, v }) => lists(model.velocities(q, v)),
+  constraints: ({ q }) => lists(model.constraints(q)),
+  value: ({ name, q }) => model.value(name, q),
+  row: ({ name }) => list(model.row(name)),
+  set: ({ q }) => { solver.set(Float64Array.from(q)); return list(solver.q); },
+  solve: (wish) => {
+    const began = performance.now(), report = solver.solve(wish);
+    return { ...report, q: list(solver.q), milliseconds: performance.now() - began };
+  },
+};
+const out = asked.questions.map(({ ask, ...rest }) => answers[ask](rest));
+process.stdout.write(JSON.stringify(out));
+"""
+"""What `in_node` can be asked: {"ask": name, ...arguments}."""
