@@ -145,7 +145,9 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
         },
         "model": None if story.model is None else _pack_model(story.model, block),
         "coordinates": None if story.coordinates is None or len(story.t) < 2 else block.add(story.coordinates, "f4"),
-        "explore": None if story.explore is None else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
+        "explore": None
+        if story.explore is None
+        else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
         "variants": [
             {
                 "key": v.key,

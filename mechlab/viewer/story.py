@@ -191,8 +191,9 @@ class Story:
     `ghost_name`; visible at the start if `ghost_shown`; ghost_parts: its parts (default: parts); ghost_traces:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
     [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: the page opens
-    to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
-    page's own floor; model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time.
+    floors: drawn instead of the page's own floor;
+    model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
     coordinates: of it, (n, nq), from which a recorded pose is moved by hand;
     channels: all that were recorded, for plots that are asked for in the page. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
