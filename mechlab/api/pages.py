@@ -11,6 +11,7 @@ import numpy as np
 
 from mechlab import catalog
 from mechlab.errors import MechlabError
+from mechlab.experiment.entry import PlotRecipe
 from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
@@ -70,6 +71,7 @@ def _reach(d: Design) -> BorderSurface | None:
 def run_story(recording: Recording) -> Story:
     """A run, drawn in the richest fidelity where its entry can expand it."""
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
+    plots: tuple[PlotRecipe, ...] = ()
     s = recording.settings
     facts |= {"engine": f"{s.engine}, {s.integrator}, step {s.timestep:g} s"}
     if recording.acts:
@@ -77,12 +79,12 @@ def run_story(recording: Recording) -> Story:
     if recording.name in catalog.NAMES:
         entry = catalog.entry(recording.name)
         d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
-        title = entry.title
+        title, plots = entry.title, entry.plots
         facts |= _facts(d)
         if entry.expand is not None:
             drawn = entry.expand(d.parameters, recording)
     channels = tuple(n for n in recording.channels if n.startswith("error_"))
-    return recording_story(recording, drawn, title=title, facts=facts, channels=channels)
+    return recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
 
 
 def write_run_page(d: Design, recording: Recording, path: Path) -> Path:

@@ -13,7 +13,8 @@ from mechlab.errors import EngineMissing, install_extra
 from mechlab.values import Value, one_number
 
 if TYPE_CHECKING:
-    from mechlab.engines.mujoco.session import Session, Start
+    from mechlab.engines.mujoco.session import Session
+    from mechlab.engines.mujoco.step_loop import Start
     from mechlab.experiment.scene import Settings
     from mechlab.lab.environment import Environment, Environments, Reward, Terminated
     from mechlab.studies.modes.controlled import LinearModel
@@ -144,6 +145,10 @@ def environments(
 
     Seeded with n, copy k moves as `environment` seeded with n + k. `reward` and `terminated` are called for each copy; their
     third argument has time, state, mechanism and names of a session. The scene may have constant loads only. Raises as `environment`.
+
+    It is for free cores and for short actions. The engine shares the copies evenly among its threads, so the physics of an action (of a
+    four-bar 0.4 ms in 10 ms) takes as many times less as cores are free, and no less where none is. One call of Python steps all copies:
+    at one timestep an action 64 four-bars cost 12 us each and single environments 17, four of them 19.
     """
     made = _with_gymnasium()
     from mechlab.engines.mujoco.fleet import Fleet

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.planar_build import Style
 from mechlab.kit.planar_entry import Planar
@@ -54,6 +54,10 @@ ENTRY = Entry(
     scenes=PLANAR.scenes(),
     default_scene="driven-crank",
     sliders=("base", "rod_left"),
+    plots=(
+        PlotRecipe("point P", ("P_x", "P_z")),
+        PlotRecipe("cranks", ("left_angle", "right_angle")),
+    ),
     questions=(PLANAR.question(),),
     checks=PLANAR.checks("V"),
     reference=PLANAR.reference,

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.benchmarks import Governor
+from mechlab.experiment.entry import PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -232,6 +233,10 @@ ENTRY = PROBLEM.entry(
     name="flyball",
     title="Flyball governor (A05)",
     summary="Benchmark A05: a governor with stiff spring-dampers; explicit methods need tiny steps.",
+    plots=(
+        PlotRecipe("height of the sleeve", ("slider_height",)),
+        PlotRecipe("speed of the shaft", ("shaft_angle_rate",)),
+    ),
     checks=(moving_check("B3", build, "full", lambda p: (moving(p, *state) for state in STATES)),),
     chain="R(P, 2 R)",
     formulas="I(alpha) phi' = const; arms and slider by Lagrange, spring force k (l - l0) + c l'.",

@@ -16,7 +16,7 @@ from typing import Any
 
 from mechlab.analytic import fourbar as closed_form
 from mechlab.analytic.benchmarks import FourbarCrank
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.crank_entry import Crank, CrankPose
 from mechlab.kit.crank_limits import gap_check, limits_check, remark, start_angle
@@ -124,6 +124,11 @@ ENTRY = Entry(
     scenes=SCENES,
     default_scene="driven-crank",
     sliders=("crank", "coupler"),
+    plots=(
+        PlotRecipe("crank and rocker", ("crank_angle", "rocker_angle")),
+        PlotRecipe("speed of the rocker", ("rocker_angle_rate",)),
+        PlotRecipe("speed ratio, rocker to crank", ("rocker_angle_rate",), over="crank_angle_rate"),
+    ),
     questions=(QUESTION,),
     checks=(
         CRANK.pose_check("F1", QUESTION, "closed form of the RRR dyad"),

@@ -13,7 +13,7 @@ import numpy as np
 
 from mechlab.analytic import planetary_stage as closed_form
 from mechlab.errors import unknown
-from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.entry import Check, CheckResult, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.kit import epicyclic_build as parts
@@ -239,6 +239,11 @@ ENTRY = MOTION.entry(
     name="planetary_stage",
     title="Planetary stage",
     summary="Sun, planets on a moving carrier and ring: gears as exact linear relations.",
+    plots=(
+        PlotRecipe("input and output speed", ("sun_rate", "carrier_rate")),
+        PlotRecipe("transmission ratio", ("sun_rate",), over="carrier_rate"),
+        PlotRecipe("input and output angle", ("sun", "carrier")),
+    ),
     parameters=Parameters,
     questions=QUESTIONS,
     checks=CHECKS,

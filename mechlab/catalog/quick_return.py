@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.planar_build import Style
 from mechlab.kit.planar_entry import Planar
@@ -58,6 +58,11 @@ ENTRY = Entry(
     scenes=PLANAR.scenes(),
     default_scene="driven-crank",
     sliders=("crank", "lever"),
+    plots=(
+        PlotRecipe("stroke of the ram", ("D_slide",)),
+        PlotRecipe("speed of the ram", ("D_slide_rate",)),
+        PlotRecipe("angle of the lever", ("lever_angle",)),
+    ),
     questions=(PLANAR.question(),),
     checks=PLANAR.checks("Q"),
     reference=PLANAR.reference,

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechlab.analytic.benchmarks import SliderCrank
 from mechlab.analytic.benchmarks.planar import Jet
+from mechlab.experiment.entry import PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -132,6 +133,11 @@ ENTRY = PROBLEM.entry(
     title="Slider-crank",
     summary="A slider-crank that runs freely from 10 rad/s: first-order methods lose its phase.",
     sliders=("crank", "rod"),
+    plots=(
+        PlotRecipe("stroke of the slider", ("slider_position",)),
+        PlotRecipe("speed of the slider", ("slider_position_rate",)),
+        PlotRecipe("speed of the crank", ("crank_angle_rate",)),
+    ),
     checks=(moving_check("B3", build, "full", _states, from_reference=True),),
     warnings=_warnings,
     chain="RRRP",

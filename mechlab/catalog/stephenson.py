@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.planar_build import Style
 from mechlab.kit.planar_entry import Planar
@@ -61,6 +61,10 @@ ENTRY = Entry(
     scenes=PLANAR.scenes(),
     default_scene="driven-crank",
     sliders=("crank", "link"),
+    plots=(
+        PlotRecipe("output angle", ("output_angle",)),
+        PlotRecipe("output speed", ("output_angle_rate",)),
+    ),
     questions=(PLANAR.question(),),
     checks=PLANAR.checks("S"),
     reference=PLANAR.reference,

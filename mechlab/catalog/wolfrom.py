@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.analytic import wolfrom as closed_form
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.entry import Check, CheckResult, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.kit import epicyclic_build as parts
@@ -252,6 +252,11 @@ ENTRY = MOTION.entry(
     name="wolfrom",
     title="Wolfrom train",
     summary="A sun, stepped planets, a held and a turning ring: 116:1 in one stage, and what that costs in efficiency.",
+    plots=(
+        PlotRecipe("input and output speed", ("sun_rate", "ring_rate")),
+        PlotRecipe("transmission ratio", ("sun_rate",), over="ring_rate"),
+        PlotRecipe("input and output angle", ("sun", "ring")),
+    ),
     parameters=Parameters,
     checks=CHECKS,
     expand=expand,

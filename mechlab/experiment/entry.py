@@ -150,6 +150,16 @@ class SceneRecipe:
 
 
 @dataclass(frozen=True)
+class PlotRecipe:
+    """A plot of every run, named by what it shows: `channels` that share a unit; with `over`, the ratio of each to that
+    channel, which is left out where it stands still. Channels that a run does not have are left out."""
+
+    title: str
+    channels: tuple[str, ...]
+    over: str = ""
+
+
+@dataclass(frozen=True)
 class Entry:
     """An entry of the catalog, which a catalog file exports.
 
@@ -161,6 +171,7 @@ class Entry:
     warnings(p) -> sentences on doubtful parameters; remarks(p) -> sentences that `show` prints on this design.
     figure(path) draws the verdicts on the claims, in the format of the suffix.
     portraits: kind -> function(parameters, given) -> `mechlab.kit.portrait.Portrait`; given: numbers or arrays by name.
+    plots: what the mechanism is for, as plots of its runs: the motion of its output, its ratio; the page shows them first.
     sliders: up to two parameters (lengths) that the page of explore mode can change.
     file: the model file of somebody's own that the mechanism was read from.
     workspace: the region of reachable poses; without it, a workspace is found by asking a question at every node.
@@ -187,6 +198,7 @@ class Entry:
     portraits: Mapping[str, Callable[[Any, Mapping[str, Any]], Any]] = field(default_factory=dict)
     workspace: WorkspaceRecipe | None = None
     sliders: tuple[str, ...] = ()
+    plots: tuple[PlotRecipe, ...] = ()
     chain: str = ""
     formulas: str = ""
     sources: tuple[str, ...] = ()

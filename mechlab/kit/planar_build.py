@@ -7,27 +7,19 @@ joint `L_joint`; a slide S gives the joint `S_slide`. Points become frames.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mechlab.analytic.linkage import Linkage, Motion, Step
-from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
+from mechlab.kit.planar_looks import Looks, bracket, strokes
+from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute
 from mechlab.mechanism.geometry import Array, axis_rotation
-from mechlab.mechanism.parts import GROUND, Color, Shape
+from mechlab.mechanism.parts import GROUND
 
 AXIS = "-y"
 """Axis of every revolute joint: positive angles are counter-clockwise seen from the front."""
-
-COLORS: tuple[Color, ...] = (
-    (0.16, 0.42, 0.75, 1.0), (0.90, 0.55, 0.13, 1.0), (0.20, 0.58, 0.56, 1.0), (0.62, 0.33, 0.64, 1.0),
-    (0.80, 0.26, 0.28, 1.0), (0.45, 0.55, 0.20, 1.0),
-)  # fmt: skip
-DARK: Color = (0.30, 0.33, 0.38, 1.0)
-UPRIGHT = axis_rotation((1.0, 0.0, 0.0), math.pi / 2)
-"""Turns the xy plane of a shape into the plane of the linkage."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +55,9 @@ def angle_name(link: str, style: Style) -> str:
 class _Planar:
     """Collects the parts of the Mechanism, step by step of the linkage."""
 
-    def __init__(self, linkage: Linkage, motion: Motion, style: Style, summary: str) -> None:
+    def __init__(
+        self, linkage: Linkage, inputs: Mapping[str, float], motion: Motion, style: Style, summary: str
+    ) -> None:
         self.linkage, self.motion, self.style = linkage, motion, style
         self.builder = Builder(linkage.name, gravity=(0.0, 0.0, -style.gravity), summary=summary)
         self.where: dict[str, tuple[str, complex]] = {}
@@ -72,26 +66,23 @@ class _Planar:
         self.turn: dict[str, float] = {GROUND: 0.0}
         self.guess: dict[str, float] = {}
         self.guides: dict[str, tuple[str, complex, float]] = {}
-        self.layer: dict[str, float] = {}
+        own = {name: float(slide.x) for name, slide in motion.slides.items()}
+        self.looks = Looks(style.width, strokes(linkage, inputs, own))
 
     def bodies_of(self, link: str, pin: str, tips: list[complex]) -> None:
         """A link on a pin, with rods to its tips."""
         parent, at = self.where[pin]
-        style, number = self.style, len(self.layer)
+        style = self.style
         absolute = angle_name(link, style)
         joint = absolute if parent == GROUND else f"{link}_joint"
         value = float(self.motion.turns[link].x)
         tips = tips + self.tips.get(link, [])
-        inertia, shapes = Inertia(), list[Shape]()
-        lift = 1.2 * style.width * (number % 3)
+        inertia = Inertia()
         for tip in tips:
             end = (tip.real, 0.0, tip.imag)
             inertia = inertia + Inertia.rod(style.mass_per_length * abs(tip), (0.0, 0.0, 0.0), end, style.radius)
-            shapes += _bar(tip, style.width, lift, COLORS[number % len(COLORS)])
-        self.builder.body(
-            link, revolute(joint, AXIS), parent=parent, at=(at.real, 0.0, at.imag), inertia=inertia, shapes=shapes
-        )
-        self.layer[link] = lift
+        self.builder.body(link, revolute(joint, AXIS), parent=parent, at=(at.real, 0.0, at.imag), inertia=inertia)
+        self.looks.link(link, parent, at, tips)
         self.path[link] = (*self.path[parent], joint)
         self.turn[link] = value
         self.guess[joint] = value - self.turn[parent]
@@ -102,12 +93,10 @@ class _Planar:
 
     def slider(self, name: str, body: str, parent: str, foot: complex, angle: float, value: float) -> None:
         """A block that slides on its parent through `foot` in the direction of `angle`, both in the parent's axes."""
-        x, y, z = self.style.block
         turned = Placement.of(axis_rotation((0.0, -1.0, 0.0), angle), (0.0, 0.0, 0.0))
-        block = shape("box", color=DARK, x=x, y=y, z=z)
         self.builder.body(
             body, prismatic(f"{name}_slide", "x"), parent=parent, at=(foot.real, 0.0, foot.imag), turned=turned,
-            inertia=Inertia.box(self.style.slider_mass, x, y, z), shapes=[block],
+            inertia=Inertia.box(self.style.slider_mass, *self.style.block),
         )  # fmt: skip
         self.path[body] = (*self.path[parent], f"{name}_slide")
         self.turn[body] = self.turn[parent] + angle
@@ -117,6 +106,20 @@ class _Planar:
         """Close a loop by a pin between two points of bodies."""
         at_a, at_b = ((z.real, 0.0, z.imag) for _, z in (a, b))
         self.builder.loop(f"pin_{name}", a[0], b[0], at_a, at_b)
+        self.looks.join(a, b)
+
+    def on_rail(
+        self, name: str, body: str, parent: str, foot: complex, angle: float, value: float, lift: float
+    ) -> None:
+        """A slider as a carriage on a rail of its parent; `lift` [m] of its pin."""
+        self.slider(name, body, parent, foot, angle, value)
+        self.looks.carriage(name, body, parent, foot, angle, lift)
+
+    def drawn(self) -> None:
+        """Gives every body what is drawn of it."""
+        shapes = self.looks.shapes()
+        self.builder.bodies = [replace(b, shapes=shapes.get(b.name, ())) for b in self.builder.bodies]
+        self.builder.ground(*shapes.get(GROUND, ()))
 
 
 def mechanism_of(
@@ -132,7 +135,7 @@ def mechanism_of(
     """
     style = style or Style()
     motion = motion or linkage.solve(**inputs).require()
-    plan = _Planar(linkage, motion, style, summary)
+    plan = _Planar(linkage, inputs, motion, style, summary)
     for step in linkage.steps:
         if step.kind == "point":
             distance, angle = step.sizes
@@ -144,7 +147,8 @@ def mechanism_of(
         if body != GROUND:
             plan.builder.frame(name, body, (at.real, 0.0, at.imag))
         else:
-            plan.builder.ground(_bracket(at, style.width))
+            plan.builder.ground(bracket(at, style.width))
+    plan.drawn()
     held = [angle_name(n, style) for n in linkage.inputs]
     for name in held:
         plan.builder.drive(name, stiffness=style.drive_stiffness, damping=style.drive_damping)
@@ -175,7 +179,8 @@ def _add(plan: _Planar, s: Step) -> None:
     elif s.kind == "RRP":
         parent, foot, angle = plan.guides[s.uses[1]]
         plan.bodies_of(s.makes[0], s.uses[0], [complex(s.sizes[0])])
-        plan.slider(s.name, f"{s.name}_slider", parent, foot, angle, float(m.slides[s.name].x))
+        behind = plan.looks.lift[s.makes[0]] - plan.looks.gap
+        plan.on_rail(s.name, f"{s.name}_slider", parent, foot, angle, float(m.slides[s.name].x), behind)
         plan.join(s.name, (s.makes[0], complex(s.sizes[0])), (f"{s.name}_slider", 0j))
         plan.where[s.name] = (f"{s.name}_slider", 0j)
     elif s.kind == "RPR":
@@ -184,14 +189,17 @@ def _add(plan: _Planar, s: Step) -> None:
         for k, guide in enumerate(s.uses):
             parent, foot, angle = plan.guides[guide]
             name = f"{s.name}_{k + 1}"
-            plan.slider(name, f"{name}_slider", parent, foot, angle, float(m.slides[name].x))
+            lift = plan.looks.lift[parent] + (k + 1) * plan.looks.gap
+            plan.on_rail(name, f"{name}_slider", parent, foot, angle, float(m.slides[name].x), lift)
         plan.join(s.name, (f"{s.name}_1_slider", 0j), (f"{s.name}_2_slider", 0j))
         plan.where[s.name] = (f"{s.name}_1_slider", 0j)
     elif s.kind == "RPP":
         parent, foot, angle = plan.guides[s.uses[1]]
         first, second = f"{s.name}_1", f"{s.name}_2"
-        plan.slider(first, f"{first}_slider", parent, foot, angle, float(m.slides[first].x))
-        plan.slider(second, f"{second}_slider", f"{first}_slider", 0j, s.sizes[0], float(m.slides[second].x))
+        lift = plan.looks.lift[parent] + plan.looks.gap
+        plan.on_rail(first, f"{first}_slider", parent, foot, angle, float(m.slides[first].x), lift)
+        lift += plan.looks.gap
+        plan.on_rail(second, f"{second}_slider", f"{first}_slider", 0j, s.sizes[0], float(m.slides[second].x), lift)
         plan.join(s.name, (f"{second}_slider", 0j), plan.where[s.uses[0]])
     elif s.kind == "III":
         _platform(plan, s)
@@ -207,6 +215,7 @@ def _slotted(plan: _Planar, s: Step) -> None:
     own = plan.tips.get(s.name, [])
     plan.bodies_of(s.name, s.uses[0], [] if own else [complex(slide, offset)])
     plan.slider(s.name, f"{s.name}_block", s.name, complex(0.0, offset), 0.0, slide)
+    plan.looks.slotted(s.name, f"{s.name}_block", offset)
     plan.join(s.name, (f"{s.name}_block", 0j), plan.where[s.uses[1]])
 
 
@@ -233,20 +242,6 @@ def _four(plan: _Planar, s: Step) -> None:
     for k in (0, 1):
         plan.bodies_of(s.makes[2 + k], s.makes[4 + k], [complex(lengths[k])])
         plan.join(s.makes[6 + k], (s.makes[2 + k], complex(lengths[k])), (s.makes[1], complex(second[k])))
-
-
-def _bar(tip: complex, width: float, lift: float, color: Color) -> list[Shape]:
-    turned = axis_rotation((0.0, -1.0, 0.0), float(np.angle(tip))) @ UPRIGHT
-    ends = [(0.0, -lift, 0.0), (tip.real, -lift, tip.imag)]
-    pins = [shape("cylinder", Placement.of(UPRIGHT, e), DARK, radius=0.18 * width, length=1.1 * width) for e in ends]
-    place = Placement.of(turned, ends[0])
-    bar = shape("link", place, color, length=abs(tip), width=width, thickness=0.5 * width, bore=0.18 * width)
-    return [bar, *pins]
-
-
-def _bracket(at: complex, width: float) -> Shape:
-    place = Placement.of(UPRIGHT, (at.real, width, at.imag))
-    return shape("bracket", place, DARK, height=3.0 * width, width=1.6 * width, thickness=0.8 * width)
 
 
 def coordinates(m: Mechanism, linkage: Linkage, motion: Motion, style: Style) -> tuple[Array, Array]:

@@ -19,13 +19,14 @@ class SplitMesh:
     """A mesh whose vertices carry one normal each.
 
     vertices: (n, 3) [m]; normals: (n, 3), unit; faces: (m, 3) indices; edges: (k, 2) indices of sharp edges and
-    open borders.
+    open borders; closed: whether the faces bound a solid, all of them seen from outside counterclockwise.
     """
 
     vertices: Array
     normals: Array
     faces: Indices
     edges: Indices
+    closed: bool = False
 
 
 def split_at_edges(vertices: ArrayLike, faces: ArrayLike, angle: float = FEATURE_ANGLE) -> SplitMesh:
@@ -74,7 +75,8 @@ def split_faces(triangles: Indices, corners: Array, normals: Array, angle: float
     lines = np.unique(np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1), axis=0)
     representative = np.zeros(triangles.max(initial=-1) + 1, dtype=np.int64)
     representative[triangles.reshape(-1)] = label
-    return SplitMesh(out_vertices, out_normals, label.reshape(-1, 3).astype(np.int64), representative[lines])
+    faces = label.reshape(-1, 3).astype(np.int64)
+    return SplitMesh(out_vertices, out_normals, faces, representative[lines], _is_closed(triangles, corners))
 
 
 def _edges(
@@ -94,6 +96,17 @@ def _edges(
     cosine = np.einsum("ij,ij->i", normals[first // 3], normals[second // 3])
     smooth = (count == 2) & (cosine > math.cos(angle))
     return first, second, smooth, unique[:, 0], unique[:, 1]
+
+
+def _is_closed(triangles: Indices, corners: Array) -> bool:
+    """Whether every half-edge meets exactly one that runs the other way, and the volume inside is positive."""
+    if not len(triangles):
+        return False
+    halves = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    ways = np.unique(halves, axis=0)
+    back = np.unique(halves[:, ::-1], axis=0)
+    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+    return bool(len(ways) == len(halves) and np.array_equal(ways, back) and volume > 0.0)
 
 
 def _corner_of(triangles: Indices, face: Indices, point: Indices) -> Indices:

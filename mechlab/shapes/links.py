@@ -67,6 +67,19 @@ def bracket(height: float, width: float, thickness: float, bore: float, foot: fl
     return extrude(outline, [circle(bore, SMALL)], -0.5 * thickness, 0.5 * thickness)
 
 
+def slotted_link(
+    length: float, width: float, thickness: float, bore: float, slot_low: float, slot_high: float, slot_width: float
+) -> Mesh:
+    """A flat bar in xy with its eye at the origin, to (length, 0, 0), and a slot for a pin or block from slot_low to slot_high."""
+    require(slot_high > slot_low, "slotted_link: slot_high must be greater than slot_low.")
+    require(slot_width < width and 2.0 * bore < width, "slotted_link: slot and bore must be narrower than the bar.")
+    half, tip = 0.5 * width, 0.5 * slot_width
+    outline = around_circles([(min(0.0, slot_low - tip), 0.0), (max(length, slot_high + tip), 0.0)], [half, half], 40)
+    slot = around_circles([(slot_low, 0.0), (slot_high, 0.0)], [tip, tip], 40)
+    eyes = [circle(bore, SMALL, (x, 0.0)) for x in (0.0, length) if bore and not slot_low - tip - bore < x < slot_high + tip + bore]
+    return extrude(outline, [slot, *eyes], -0.5 * thickness, 0.5 * thickness)
+
+
 def pointer(length: float, width: float, thickness: float, bore: float) -> Mesh:
     """A flat needle: hub about z at the origin, point at (length, 0, 0), centred in z."""
     require(0.0 <= bore < 0.5 * width, "pointer: bore must be smaller than half of the width.")
@@ -160,6 +173,20 @@ KINDS = (
             length("thickness", "thickness along z"),
             gap("bore", "radius of the hole at the origin", Times(0.25, "width")),
             gap("tip_bore", "radius of the hole at the tip", Times(0.25, "tip_width")),
+        ),
+    ),
+    Kind(
+        "slotted_link",
+        "flat bar in xy from its eye at the origin to (length, 0, 0), with a slot along x",
+        slotted_link,
+        (
+            length("length", "distance of the eyes"),
+            length("width", "width"),
+            length("thickness", "thickness along z"),
+            gap("bore", "radius of the pin holes", Times(0.15, "width")),
+            Parameter("slot_low", "m", "where the pin in the slot begins along x", None),
+            Parameter("slot_high", "m", "where the pin in the slot ends along x", None),
+            length("slot_width", "width of the slot", Times(0.5, "width")),
         ),
     ),
     Kind(

@@ -17,7 +17,7 @@ from mechlab.viewer.story import Story
 
 Array = NDArray[np.float64]
 
-_DIRECTIONS = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
+_DIRECTIONS = np.array([d for d in itertools.product(range(-2, 3), repeat=3) if math.gcd(*d) == 1], dtype=np.float64)
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1)[:, None]
 _MOST_FRAMES = 250
 
@@ -49,7 +49,8 @@ def nice_step(length: float, count: int = 12) -> float:
 
 
 def outermost(points: Array) -> Array:
-    """The points of (n, 3) farthest out in each of 26 directions, (k, 3)."""
+    """The points of (n, 3) farthest out in each of 98 directions, (k, 3): no point lies farther outside of their hull than
+    3 % of the radius, which MARGIN covers."""
     return points[np.unique((points @ _DIRECTIONS.T).argmax(axis=0))]
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mechlab.experiment.entry import PlotRecipe
 from mechlab.experiment.recording import Health, Recording, frame_positions
 from mechlab.files import write
 from mechlab.mechanism import GROUND, Mechanism, Shape
@@ -23,6 +24,7 @@ from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
 from mechlab.viewer.channels import recorded_channels
+from mechlab.viewer.chosen_plots import chosen_plots
 from mechlab.viewer.explore import explore
 from mechlab.viewer.framing import frame_story
 from mechlab.viewer.lines import lines
@@ -55,7 +57,6 @@ def write_csv(recording: Recording, path: str | os.PathLike[str]) -> Path:
 
 MAX_FRAMES = 501
 MAX_TURN = 1.0  # [rad]
-MAX_SERIES = 6  # curves of a plot
 WORDS: dict[str, Severity] = {"ok": "ok", "warning": "warning", "error": "error"}
 
 
@@ -71,16 +72,18 @@ def recording_story(
     title: str = "",
     summary: str = "",
     facts: Mapping[str, str] | None = None,
-    channels: Sequence[str] | None = None,
+    channels: Sequence[str] = (),
+    plots: Sequence[PlotRecipe] = (),
 ) -> Story:
-    """A moving Story of a run. `drawn`: a richer Mechanism and its coordinates (n, nq) along the run, drawn instead."""
+    """A moving Story of a run. `drawn`: a richer Mechanism and its coordinates (n, nq) along the run, drawn instead.
+    channels, plots: shown first, see `chosen_plots`."""
     mechanism, q = drawn if drawn is not None else (recording.mechanism, recording.q)
     keep = _frames(recording.t, mechanism, q)
     known = {b.name for b in recording.mechanism.bodies} | {s.body for s in recording.mechanism.shafts}
     rebuilt = tuple(b.name for b in mechanism.bodies if b.name not in known)
     story = motion_story(
         mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
-        facts=facts, health=recording.health, plots=_plots(recording, keep, channels), reconstructed=rebuilt,
+        facts=facts, health=recording.health, plots=chosen_plots(recording, keep, plots, channels), reconstructed=rebuilt,
         arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
     )  # fmt: skip
     return replace(story, channels=recorded_channels(recording))
@@ -205,42 +208,3 @@ def scene_of(mechanism: Mechanism, q: Array) -> tuple[tuple[str, ...], Array, tu
             faces = solid.faces.astype(np.int64)
             parts.append(Part(owner, name, solid.vertices, faces, item.color, item.placement.matrix()))
     return names, poses, tuple(parts), owners
-
-
-def _plots(recording: Recording, keep: Array, wanted: Sequence[str] | None) -> tuple[Plot, ...]:
-    """One plot for each unit, drives and wanted channels first."""
-    m = recording.mechanism
-    first = list(wanted or ())
-    drives = [d.on for d in m.drives] or [j.name for j in m.joints if j.nv == 1]
-    first += [n for d in drives for n in (d, f"{d}_force")]
-    first += [f"{f.name}_{a}" for f in m.frames for a in "xyz"]
-    groups: dict[tuple[str, str], dict[str, Array]] = {}
-    for name in dict.fromkeys(first):
-        if name not in recording.channels:
-            continue
-        unit = recording.units.get(name, "")
-        kind = (
-            "forces"
-            if name.endswith("_force")
-            else "points"
-            if unit == "m" and name[-2:] in ("_x", "_y", "_z")
-            else "drives"
-        )
-        if wanted and name in wanted:
-            kind = "asked"
-        series = groups.setdefault((kind, unit), {})
-        if len(series) < MAX_SERIES:
-            series[name] = recording.channels[name][keep]
-    titles = {"forces": "drive forces", "points": "points", "drives": "drives", "asked": "channels"}
-    plots = []
-    for (kind, unit), series in groups.items():
-        title = titles[kind]
-        if kind in ("drives", "forces"):
-            title = {
-                "m": "linear drives" if m.drives else "slides",
-                "rad": "rotary drives" if m.drives else "joint angles",
-                "N": "forces of linear drives",
-                "N m": "torques of rotary drives",
-            }.get(unit, title)
-        plots.append(Plot(title, unit, series))
-    return tuple(plots[:6])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import struct
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from mechlab.files import write
 from mechlab.shapes.feature_edges import SplitMesh, split_at_edges
 from mechlab.viewer.pack import geometry_key, quaternions
-from mechlab.viewer.story import TRACE, Color, Part, Story
+from mechlab.viewer.story import TRACES, Color, Part, Story
 
 Array = NDArray[np.float64]
 
@@ -70,9 +71,9 @@ class _Writer:
         for part in story.parts:
             node = self.gltf["nodes"][body_nodes[story.bodies.index(part.body)]]
             node.setdefault("children", []).append(self._part(part))
-        for name, points in story.traces.items():
+        for (name, points), color in zip(story.traces.items(), itertools.cycle(TRACES), strict=False):
             if np.ptp(points, axis=0).max() > 0.0:
-                self._child(0, {"name": f"trace {name}", "mesh": self._trace(name, points)})
+                self._child(0, {"name": f"trace {name}", "mesh": self._trace(name, points, color)})
         self._animate(body_nodes)
 
     def finish(self) -> bytes:
@@ -168,9 +169,9 @@ class _Writer:
             self.meshes[key] = self._add("meshes", {"name": part.name, "primitives": primitives})
         return self._add("nodes", {"name": part.name, "mesh": self.meshes[key]} | _transform(part.placement))
 
-    def _trace(self, name: str, points: Array) -> int:
+    def _trace(self, name: str, points: Array, color: Color) -> int:
         attributes = {"POSITION": self._accessor(points, FLOAT, VERTICES, limits=True)}
-        line = {"attributes": attributes, "mode": LINE_STRIP, "material": self._material(TRACE, False)}
+        line = {"attributes": attributes, "mode": LINE_STRIP, "material": self._material(color, False)}
         return self._add("meshes", {"name": f"trace {name}", "primitives": [line]})
 
     def _body(self, k: int) -> int:

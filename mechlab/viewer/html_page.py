@@ -94,11 +94,15 @@ SOLVER = (
     "solver/manifold.js", "solver/pose_solver.js", "solver/pull.js",
 )  # fmt: skip
 """Scripts of the solver, which need no page: together they also run in Node."""
-SCRIPTS = (
-    *SOLVER,
-    "util.js", "words.js", "motion.js", "stage.js", "traces.js", "arrows.js", "labels.js", "before.js", "show.js",
+BY_HAND = (
     "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
     "free_body.js", "coupler_curves.js", "explore.js",
+)  # fmt: skip
+"""Scripts for moving the mechanism by hand."""
+SCRIPTS = (
+    *SOLVER,
+    "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "before.js", "show.js",
+    *BY_HAND,
     "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
     "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip

@@ -276,6 +276,7 @@ def _pack_parts(
                     "normals": block.add(np.rint(mesh.normals * 32767.0), "i2"),
                     "faces": block.add(mesh.faces, width),
                     "edges": block.add(mesh.edges, width),
+                    "closed": mesh.closed,
                 }
             )
         packed[k].append(

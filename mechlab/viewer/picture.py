@@ -19,10 +19,10 @@ from mechlab.viewer.framing import THREE_QUARTER, Framing, frame_story
 from mechlab.viewer.picture_scene import SUN, Lines, compile_scene, draw_lines, place_camera
 from mechlab.viewer.story import Story
 
-SAMPLES = 8
+SAMPLES = 16
 _SUN_X = np.cross(SUN, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(SUN, [0.0, 0.0, 1.0]))
 _SUN_Y = np.cross(SUN, _SUN_X)
-_SUN_RADIUS = 0.05
+_SUN_RADIUS = 0.025
 
 
 def write_png(

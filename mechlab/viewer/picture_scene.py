@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mechlab.shapes.feature_edges import split_at_edges
 from mechlab.viewer.framing import FIELD_OF_VIEW, Framing, fit_camera
 from mechlab.viewer.pack import geometry_key, quaternions
-from mechlab.viewer.story import TRACE, Color, Story
+from mechlab.viewer.story import TRACES, Color, Story
 
 SUN = np.array([0.55, 0.6, -1.25]) / math.sqrt(0.55**2 + 0.6**2 + 1.25**2)  # direction in which the light travels
 _SHADOW_PIXELS = 4096
@@ -170,9 +170,9 @@ class Lines:
             pose = self.story.poses[frame, body]
             ends = edges @ pose[:3, :3].T + pose[:3, 3]
             found += [(a, b, 0.0, color) for a, b in ends]
-        for points in self.story.traces.values():
+        for points, color in zip(self.story.traces.values(), itertools.cycle(TRACES), strict=False):
             seen = points if upto is None else points[: upto + 1]
-            found += [(a, b, 0.003 * self.framing.radius, TRACE) for a, b in itertools.pairwise(seen) if np.any(a != b)]
+            found += [(a, b, 0.003 * self.framing.radius, color) for a, b in itertools.pairwise(seen) if np.any(a != b)]
         return found
 
 

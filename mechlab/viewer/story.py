@@ -62,8 +62,10 @@ Color = tuple[float, float, float, float]
 Severity = Literal["ok", "warning", "error"]
 
 GREY: Color = (0.62, 0.66, 0.72, 1.0)
-TRACE: Color = (0.76, 0.09, 0.36, 1.0)
-"""Color of the paths that points draw, in pictures, films and GLB files."""
+TRACES: tuple[Color, ...] = (
+    (0.76, 0.09, 0.36, 1.0), (0.0, 0.47, 0.42, 1.0), (0.37, 0.21, 0.69, 1.0), (0.70, 0.33, 0.0, 1.0), (0.08, 0.40, 0.75, 1.0),
+)  # fmt: skip
+"""Colors of the paths that points draw, in turn, in pictures, films and GLB files; the page has the same."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,9 @@ SAMPLES: dict[str, dict[str, float]] = {
     "crank": {"radius": 0.05, "width": 0.035, "thickness": 0.012},
     "bracket": {"height": 0.06, "width": 0.04, "thickness": 0.02},
     "pointer": {"length": 0.1, "width": 0.02, "thickness": 0.004},
+    "slotted_link": {
+        "length": 0.12, "width": 0.03, "thickness": 0.01, "bore": 0.005, "slot_low": 0.03, "slot_high": 0.09, "slot_width": 0.015,
+    },
     "plate_link": {
         "points": 4, "width": 0.03, "thickness": 0.01,
         "x_1": 0.0, "y_1": 0.0, "x_2": 0.12, "y_2": 0.0, "x_3": 0.03, "y_3": 0.09, "x_4": 0.05, "y_4": 0.035,
@@ -120,6 +123,7 @@ def test_closed_and_outward(kind: str, size: dict[str, float]) -> None:
         ("cone", math.pi * 0.03**2 * 0.08 / 3.0, 0.01),
         ("rod", math.pi * 0.01**2 * (0.12 + 4.0 / 3.0 * 0.01), 0.03),
         ("link", (0.12 * 0.03 + math.pi * (0.015**2 - 2 * 0.0075**2)) * 0.01, 0.005),
+        ("slotted_link", (0.12 * 0.03 - 0.06 * 0.015 + math.pi * (0.015**2 - 0.0075**2 - 2 * 0.005**2)) * 0.01, 0.005),
         ("nut", (math.sqrt(0.75) * 0.04**2 - math.pi * 0.012**2) * 0.02, 0.01),
         ("spring", math.pi * 0.003**2 * 2 * math.pi * 0.02 * 6, 0.07),
         ("rack", RACK * 8 * 0.02 * 0.004**2, 1e-12),

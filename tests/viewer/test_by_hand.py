@@ -9,18 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
-from mechlab import api
-from mechlab.analytic.fourbar import solve
-from mechlab.engines.pinocchio.inverse import solve_targets
-from mechlab.mechanism import Mechanism
-from mechlab.mechanism.geometry import Array
-from mechlab.studies.cycle.quantities import reactions
 from mechlab.viewer import Story, write_page
-from mechlab.viewer.from_recording import placed
 
 pytestmark = pytest.mark.browser
 

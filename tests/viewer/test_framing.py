@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from mechlab import api
 from mechlab.viewer import Part, Story, from_poses
 from mechlab.viewer.framing import THREE_QUARTER, fit_camera, frame_story, nice_step
 
@@ -21,7 +22,7 @@ def test_the_box_contains_everything_that_moves(story: Story) -> None:
     for part in story.parts:
         poses = story.poses[:, story.bodies.index(part.body)] @ part.placement
         points = np.einsum("nij,kj->nki", poses[:, :3, :3], part.vertices) + poses[:, None, :3, 3]
-        # 26 directions stand for all, so a turning corner may stick out by a little.
+        # 98 directions stand for all, so a turning corner may stick out by a little.
         assert np.all(points.min(axis=(0, 1)) >= framing.low - 0.02 * framing.radius)
         assert np.all(points.max(axis=(0, 1)) <= framing.high + 0.02 * framing.radius)
     assert framing.floor < framing.low[2]
@@ -38,6 +39,22 @@ def test_the_camera_sees_everything_and_wastes_nothing(story: Story, toward: lis
     seen = (points - target - distance * back) @ np.stack([right, np.cross(back, right), -back]).T
     fraction = np.abs(seen[:, :2] / seen[:, 2:]).max(axis=0) / (math.tan(angle / 2.0) * np.array([aspect, 1.0]))
     assert 0.85 < fraction.max() <= 1.0
+
+
+@pytest.mark.parametrize("name", ["quick_return", "class4_linkage", "platform_3rrr", "wolfrom"])
+@pytest.mark.parametrize("toward", [THREE_QUARTER, [0.0, -1.0, 0.0], [1.0, 0.2, 0.3]])
+def test_no_vertex_of_a_mechanism_is_cropped(name: str, toward: list[float]) -> None:
+    """Every vertex, projected as a camera does, lies inside a picture of 4:3."""
+    story, half = api.story(name), math.tan(math.radians(15.0))
+    target, distance = fit_camera(frame_story(story).points, np.array(toward), 4 / 3, math.radians(30.0))
+    back = np.array(toward) / np.linalg.norm(toward)
+    right = np.cross([0.0, 0.0, 1.0], back) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], back))
+    for part in story.parts:
+        pose = story.poses[0, story.bodies.index(part.body)] @ part.placement
+        seen = part.vertices @ pose[:3, :3].T + pose[:3, 3] - target
+        depth = distance - seen @ back
+        assert np.all(np.abs(seen @ np.cross(back, right)) <= half * depth), part.name
+        assert np.all(np.abs(seen @ right) <= 4 / 3 * half * depth), part.name
 
 
 def test_a_story_without_parts_still_has_a_size() -> None:

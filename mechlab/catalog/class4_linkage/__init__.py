@@ -8,7 +8,7 @@ from mechlab.catalog.class4_linkage.build import QUESTION, SCENES, build, refere
 from mechlab.catalog.class4_linkage.checks import CHECKS
 from mechlab.catalog.class4_linkage.claims import CLAIMS
 from mechlab.catalog.class4_linkage.geometry import Class4Parameters
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 
 ENTRY = Entry(
     name="class4_linkage",
@@ -21,6 +21,11 @@ ENTRY = Entry(
     scenes=SCENES,
     default_scene="driven-crank",
     sliders=("AC",),
+    plots=(
+        PlotRecipe("output angle", ("theta5",)),
+        PlotRecipe("output speed", ("theta5_rate",)),
+        PlotRecipe("directions of the links between", ("theta2", "theta3", "theta4")),
+    ),
     questions=(QUESTION,),
     checks=CHECKS,
     claims=CLAIMS,

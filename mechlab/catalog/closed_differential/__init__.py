@@ -8,7 +8,7 @@ from mechlab.catalog.closed_differential.claims import CLAIMS
 from mechlab.catalog.closed_differential.law import draw
 from mechlab.catalog.closed_differential.questions import CHANNELS, QUESTIONS, expand, reference
 from mechlab.catalog.closed_differential.scenes import SCENES
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 
 FORMULAS = """\
 - Speeds: w_H1 = a w1 + (1-a) w3, w_H2 = b w1 + (1-b) w3, a = z1/(z1+z3), b = z4/(z4+z6): two degrees of freedom.
@@ -30,6 +30,12 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="constant-moments",
+    plots=(
+        PlotRecipe("speeds of the outer shafts", ("H1_rate", "H2_rate")),
+        PlotRecipe("transmission ratio", ("H1_rate",), over="H2_rate"),
+        PlotRecipe("speeds of the blocks", ("block_14_rate", "block_36_rate")),
+        PlotRecipe("angular momentum", ("angular_momentum",)),
+    ),
     questions=QUESTIONS,
     checks=CHECKS,
     claims=CLAIMS,

@@ -23,7 +23,7 @@ from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import expand
 from mechlab.catalog.delta6.scenes import CHANNELS, SCENES, reference
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 
 CHECKS = (
     *velocity_example.CHECKS, *elements.CHECKS, *checks_pose.CHECKS, *checks_motion.CHECKS, workspace.A6, particles.A15,
@@ -69,6 +69,10 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="pose-sweep",
+    plots=(
+        PlotRecipe("position of the head", ("O_x", "O_y", "O_z")),
+        PlotRecipe("angles of the head", ("alpha", "beta", "gamma")),
+    ),
     questions=(*questions.QUESTIONS, *head.QUESTIONS, workspace.MARGIN),
     checks=tuple(sorted(CHECKS, key=lambda check: int(check.id[1:]))),
     claims=tuple(sorted((claim for ledger in LEDGERS for claim in ledger.claims), key=lambda claim: claim.id)),

@@ -20,7 +20,7 @@ from mechlab.catalog.gear_linkage.build import (
 from mechlab.catalog.gear_linkage.checks import CHECKS
 from mechlab.catalog.gear_linkage.claims import CLAIMS
 from mechlab.catalog.gear_linkage.questions import QUESTIONS
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 
 __all__ = ["ENTRY", "NEAR_CHANGE_POINT", "PRESETS", "Parameters", "build"]
 
@@ -35,6 +35,10 @@ ENTRY = Entry(
     scenes=SCENES,
     default_scene="constant-crank",
     sliders=("crank",),
+    plots=(
+        PlotRecipe("output angle", ("output_angle",)),
+        PlotRecipe("output speed", ("output_angle_rate",)),
+    ),
     questions=QUESTIONS,
     checks=CHECKS,
     claims=CLAIMS,

@@ -8,7 +8,7 @@ from mechlab.catalog.impulse_transmission.claims import CLAIMS
 from mechlab.catalog.impulse_transmission.portraits import PORTRAITS
 from mechlab.catalog.impulse_transmission.questions import QUESTIONS
 from mechlab.catalog.impulse_transmission.scenes import SCENES, reference
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 
 FORMULAS = """\
 - theta = (a alpha + b beta) / (a + b), psi = q (alpha - beta).
@@ -31,6 +31,11 @@ ENTRY = Entry(
     default_fidelity="minimal",
     scenes=SCENES,
     default_scene="fig4",
+    plots=(
+        PlotRecipe("input and output speed", ("alpha_rate", "beta_rate")),
+        PlotRecipe("speed ratio, output to input", ("beta_rate",), over="alpha_rate"),
+        PlotRecipe("input and output angle", ("alpha", "beta")),
+    ),
     questions=QUESTIONS,
     checks=CHECKS,
     claims=CLAIMS,

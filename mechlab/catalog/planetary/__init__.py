@@ -18,7 +18,7 @@ import numpy as np
 from mechlab.analytic import planetary_synthesis as closed_form
 from mechlab.catalog.planetary.claims import CLAIMS, SOURCE
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.entry import Check, CheckResult, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.kit import epicyclic_build as parts
@@ -253,6 +253,11 @@ ENTRY = MOTION.entry(
     name="planetary",
     title="Planetary gear with series planets",
     summary="Sun, two planets in series on each ray, fixed central gear, all meshes external; ratio 1 + z4 / z1.",
+    plots=(
+        PlotRecipe("input and output speed", ("sun_rate", "carrier_rate")),
+        PlotRecipe("transmission ratio", ("sun_rate",), over="carrier_rate"),
+        PlotRecipe("input and output angle", ("sun", "carrier")),
+    ),
     parameters=Parameters,
     questions=QUESTIONS,
     checks=CHECKS,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from mechlab.catalog.platform_3rrr.build import SCENES, PlatformParameters, build, reference
 from mechlab.catalog.platform_3rrr.checks import CHECKS
 from mechlab.catalog.platform_3rrr.questions import QUESTIONS
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 
 ENTRY = Entry(
     name="platform_3rrr",
@@ -22,6 +22,10 @@ ENTRY = Entry(
     scenes=SCENES,
     default_scene="driven-cranks",
     sliders=("leg",),
+    plots=(
+        PlotRecipe("centre of the platform", ("centre_x", "centre_z")),
+        PlotRecipe("angle of the platform", ("alpha",)),
+    ),
     questions=QUESTIONS,
     checks=CHECKS,
     reference=reference,

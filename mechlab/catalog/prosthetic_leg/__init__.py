@@ -4,7 +4,7 @@ from mechlab.catalog.prosthetic_leg.build import SCENES, Parameters, build
 from mechlab.catalog.prosthetic_leg.checks import CHECKS
 from mechlab.catalog.prosthetic_leg.claims import CLAIMS
 from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION, SLIDES, expand, reference
-from mechlab.experiment.entry import Entry
+from mechlab.experiment.entry import Entry, PlotRecipe
 
 ENTRY = Entry(
     name="prosthetic_leg",
@@ -20,6 +20,10 @@ ENTRY = Entry(
     default_fidelity="parts",
     scenes=SCENES,
     default_scene="swing",
+    plots=(
+        PlotRecipe("hip, knee and ankle", ("hip", "knee", "ankle")),
+        PlotRecipe("slides in the joints", ("hitch", "thigh", "shin")),
+    ),
     questions=(FREE_MOTION, SLIDES),
     checks=CHECKS,
     claims=CLAIMS,

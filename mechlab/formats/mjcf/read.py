@@ -18,7 +18,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf.read_drives import Tendons, Terms, read_drives, read_tendons
 from mechlab.formats.mjcf.read_tree import BodyTree, read_tree
-from mechlab.formats.mjcf.source import MjcfText, Names, fail, refuse
+from mechlab.formats.mjcf.source import MjcfText, Names, clean, fail, refuse
 from mechlab.formats.xml_text import floats, label
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
@@ -49,7 +49,7 @@ def from_mjcf(content: str) -> Mechanism:
         if not (source.ours and ":" in n)
     }
     return Mechanism(
-        name=_mechanism_name(source),
+        name=clean(source.root.get("model", "")) or "model",
         bodies=tuple(tree.bodies),
         loops=tuple(loops),
         relations=tuple(relations),
@@ -60,11 +60,6 @@ def from_mjcf(content: str) -> Mechanism:
         gravity=_gravity(source),
         ground_shapes=tuple(tree.ground_shapes),
     )
-
-
-def _mechanism_name(source: MjcfText) -> str:
-    name = source.root.get("model", "model")
-    return "".join(c if c.isalnum() or c in "_-." else "_" for c in name) or "model"
 
 
 def _gravity(source: MjcfText) -> tuple[float, float, float]:

@@ -73,11 +73,11 @@ function addViewButtons(rig, holder) {
   button("Front", "View from the front (along +y)", () => rig.view("front"));
   button("Right", "View from the right (along \u2212x)", () => rig.view("right"));
   button("Fit", "Show everything, from the present direction", () => rig.fitHere());
-  button("PNG", "Save the picture as it is now", () => savePicture(rig.stage.viewer));
+  button("PNG", "Save the picture as it is now", () => savePicture(rig.stage));
 }
 
-function savePicture(viewer) {
-  viewer.render();
+function savePicture({ quality, viewer }) {
+  quality.full();
   viewer.renderer.domElement.toBlob((blob) => {
     const link = make("a", { href: URL.createObjectURL(blob), download: `${document.title.replace(/[^\w-]+/g, "-") || "mechanism"}.png` });
     link.click();

@@ -9,9 +9,6 @@ class Labels {
     this.holder = holder;
     this.obstacles = obstacles;
     this.items = [];
-    this.lines = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    this.lines.setAttribute("aria-hidden", "true");
-    holder.append(this.lines);
     stage.viewer.controls.addEventListener("change", () => this.place());
     stage.onRedraw = () => this.place();
   }
@@ -19,8 +16,8 @@ class Labels {
   /** `point()` gives the place in the mechanism's frame, or null; `text()` the words; `shown()` whether they are wanted. */
   add(kind, point, text, shown) {
     const element = make("span", { class: `label ${kind}` });
-    this.holder.append(element);
-    const line = this.lines.appendChild(document.createElementNS(this.lines.namespaceURI, "line"));
+    const line = make("i", {});
+    this.holder.append(line, element);
     this.items.push({ kind, element, line, point, text, shown, last: 0, width: 0, words: null });
   }
 
@@ -74,7 +71,9 @@ class Labels {
       taken.push([l - 2, t - 1, r + 2, b + 1]);
       item.element.style.transform = `translate(${l.toFixed(1)}px, ${t.toFixed(1)}px)`;
       const near = [Math.min(r, Math.max(l, x)), Math.min(b, Math.max(t, y))];
-      for (const [name, value] of Object.entries({ x1: x, y1: y, x2: near[0], y2: near[1] })) item.line.setAttribute(name, value.toFixed(1));
+      // A line that is moved, turned and stretched costs the browser no painting.
+      const [dx, dy] = [near[0] - x, near[1] - y];
+      item.line.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) rotate(${Math.atan2(dy, dx).toFixed(4)}rad) scaleX(${Math.hypot(dx, dy).toFixed(1)})`;
     }
   }
 }

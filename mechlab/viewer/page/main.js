@@ -63,6 +63,7 @@ async function start() {
     get time() { return player.time; },
     get playing() { return player.playing; },
     viewer: stage.viewer,
+    quality: stage.quality,
   };
   followAddress(player);
   requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));

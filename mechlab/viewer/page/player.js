@@ -78,6 +78,7 @@ class Player {
     if (!this.playing) return;
     cancelAnimationFrame(this.request);
     this.setPlaying(false);
+    this.seek(this.time);
   }
 
   setPlaying(playing) {

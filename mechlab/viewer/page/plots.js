@@ -2,6 +2,7 @@
 
 // Wong's palette without its yellow (colour-blind-safe, dark enough on white); the dashes tell the curves apart without colour.
 const CURVES = [["#0072b2", []], ["#d55e00", [7, 3]], ["#009e73", [2, 3]], ["#a64d79", [9, 3, 2, 3]], ["#3b3b3b", [1, 2]], ["#b58900", [12, 4]]];
+const READING = 200; // ms between two readings while it plays
 const EDGE = { left: 56, right: 14, top: 8, bottom: 34 };
 const GRIP = 7;  // [px] around the cursor in which it is dragged
 
@@ -245,6 +246,10 @@ class PlotView {
       this.cursor.style.transform = `translateX(${this.x(time)}px)`;
       this.cursor.hidden = time < this.window.start || time > this.window.end;
     }
+    // Nobody reads numbers that change with every picture.
+    const now = performance.now();
+    if (this.player.playing && now - this.told < READING) return;
+    this.told = now;
     for (const series of this.series) series.readout.textContent = this.valueText(series, time);
   }
 

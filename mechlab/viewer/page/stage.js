@@ -19,6 +19,7 @@ class Stage {
       return group;
     });
     this.addParts(story, read);
+    this.quality = new Quality(this);
   }
 
   prepareViewer(viewport) {
@@ -61,7 +62,7 @@ class Stage {
       return light;
     };
     shine(0.9, 0.7, 0.35, 0.22);
-    const key = shine(-0.55, -0.6, 1.25, 0.62);
+    const key = this.key = shine(-0.55, -0.6, 1.25, 0.62);
     key.castShadow = true;
     key.shadow.mapSize.set(2048, 2048);
     key.shadow.bias = -0.0004;
@@ -74,7 +75,7 @@ class Stage {
   /** A floor that shows nothing but shadows, and a grid that fades out into the white around it. */
   addFloor() {
     const { radius, step, floor } = this.framing;
-    const plane = new THREE.Mesh(new THREE.PlaneGeometry(60 * radius, 60 * radius), new THREE.ShadowMaterial({ opacity: 0.2 }));
+    const plane = this.shade = new THREE.Mesh(new THREE.PlaneGeometry(60 * radius, 60 * radius), new THREE.ShadowMaterial({ opacity: 0.2 }));
     plane.position.set(this.centre[0], this.centre[1], floor - 0.002 * radius);
     plane.receiveShadow = true;
     this.root.add(plane);
@@ -139,7 +140,7 @@ class Stage {
       const lines = new THREE.BufferGeometry();
       lines.setAttribute("position", solid.getAttribute("position"));
       lines.setIndex(new THREE.BufferAttribute(read(g.edges), 1));
-      const shape = { solid, lines, hasLines: g.edges.count > 0 };
+      const shape = { solid, lines, hasLines: g.edges.count > 0, closed: g.closed };
       this.shapes.set(key, shape);
       return shape;
     });
@@ -150,17 +151,21 @@ class Stage {
     this.materials = this.materials || new Map();
     const materials = this.materials;
     for (const part of story.parts) {
-      const key = part.color.join();
-      if (!materials.has(key)) materials.set(key, partMaterials(part.color));
+      const { solid, lines, hasLines, closed } = shapes[part.geometry];
+      const key = `${part.color} ${closed}`;
+      if (!materials.has(key)) materials.set(key, partMaterials(part.color, closed));
       const { surface, edge } = materials.get(key);
-      const { solid, lines, hasLines } = shapes[part.geometry];
       const mesh = new THREE.Mesh(solid, surface);
       mesh.name = part.name;
       mesh.matrixAutoUpdate = false;
       mesh.matrix.fromArray(part.placement);
       mesh.castShadow = part.color[3] > 0.5;
       mesh.receiveShadow = true;
-      if (hasLines) mesh.add(new THREE.LineSegments(lines, edge));
+      if (hasLines) {
+        const edges = new THREE.LineSegments(lines, edge);
+        edges.layers.set(EDGE_LAYER);
+        mesh.add(edges);
+      }
       this.groups[part.body].add(mesh);
     }
   }
@@ -208,11 +213,13 @@ function checks(half, at, step, size, [red, green, blue]) {
   return texture;
 }
 
-function partMaterials([red, green, blue, opacity]) {
+/** `closed`: nobody sees the inside of such a surface, unless it is see-through. */
+function partMaterials([red, green, blue, opacity], closed) {
   const color = new THREE.Color(red, green, blue).convertSRGBToLinear();
   const seeThrough = opacity < 0.999;
   return {
-    surface: new THREE.MeshStandardMaterial({ color, roughness: 0.55, metalness: 0.05, side: THREE.DoubleSide, opacity,
+    surface: new THREE.MeshStandardMaterial({ color, roughness: 0.55, metalness: 0.05, opacity,
+      side: closed && !seeThrough ? THREE.FrontSide : THREE.DoubleSide, shadowSide: THREE.DoubleSide,
       transparent: seeThrough, depthWrite: !seeThrough, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }),
     edge: new THREE.LineBasicMaterial({ color: color.clone().multiplyScalar(0.12), transparent: true, opacity: 0.75 * opacity }),
   };

@@ -12,8 +12,29 @@ class RecordedPath extends THREE.Curve {
   getTangentAt(u, target) { return this.getTangent(u, target); }
 }
 
+/** Points of a polyline from which it departs by at most `tolerance` (Douglas and Peucker 1973). */
+function thinned(points, tolerance) {
+  const kept = new Uint8Array(points.length);
+  const pieces = [[0, points.length - 1]];
+  const line = new THREE.Line3(), foot = new THREE.Vector3();
+  kept[0] = kept[points.length - 1] = 1;
+  while (pieces.length) {
+    const [first, last] = pieces.pop();
+    line.set(points[first], points[last]);
+    let worst = tolerance, at = -1;
+    for (let i = first + 1; i < last; i++) {
+      const off = line.closestPointToPoint(points[i], true, foot).distanceTo(points[i]);
+      if (off > worst) [worst, at] = [off, i];
+    }
+    if (at < 0) continue;
+    kept[at] = 1;
+    pieces.push([first, at], [at, last]);
+  }
+  return points.filter((_, i) => kept[i]);
+}
+
 const TRACE_COLORS = [0xc2185b, 0x00796b, 0x5e35b1, 0xb35900, 0x1565c0];
-const SIDES = 8;
+const SIDES = 5;
 
 class Traces {
   /** opacity: of the way done and of the way ahead. */
@@ -35,17 +56,16 @@ class Traces {
       upTo.push(points.length - 1);
     }
     if (points.length < 2) return;
-    const path = new RecordedPath(points);
-    const tube = (thickness, opacity) => {
-      const geometry = new THREE.TubeGeometry(path, points.length - 1, thickness * radius, SIDES, false);
+    const tube = (along, thickness, opacity) => {
+      const geometry = new THREE.TubeGeometry(new RecordedPath(along), along.length - 1, thickness * radius, SIDES, false);
       const material = new THREE.MeshBasicMaterial({ color: new THREE.Color(color).convertSRGBToLinear(), opacity, transparent: opacity < 1 });
       const mesh = new THREE.Mesh(geometry, material);
       mesh.name = `trace ${name}`;
       this.group.add(mesh);
       return mesh;
     };
-    tube(0.0022, this.opacity.ahead);
-    this.tubes.push({ mesh: tube(0.004, this.opacity.done), upTo });
+    tube(thinned(points, 3e-4 * radius), 0.0022, this.opacity.ahead);
+    this.tubes.push({ mesh: tube(points, 0.004, this.opacity.done), upTo });
   }
 
   show(on) { this.group.visible = on; }
