@@ -1,6 +1,6 @@
 // Grabbing a part with mouse, finger or keys. The grabbed point follows as far as the mechanism lets it.
 
-const STILL = 4;        // pixels a pointer may shake before it drags
+const SHAKING = 4;        // pixels a pointer may shake before it drags
 const FINGER = 14;      // pixels around a finger in which a part is found
 const PUSH = 0.01;      // of the size, for an arrow key
 const EDGE_ON = 0.2;    // cosine below which a plane is seen too flat to be dragged in
@@ -64,7 +64,7 @@ class Grabber {
     if (event.pointerId !== held.pointer) {
       if (held.moving) this.deepen(rise);
     } else {
-      if (!held.moving && Math.hypot(event.clientX - held.x, event.clientY - held.y) < STILL) return;
+      if (!held.moving && Math.hypot(event.clientX - held.x, event.clientY - held.y) < SHAKING) return;
       const [x, y] = held.last;
       held.last = [event.clientX, event.clientY];
       if (!held.moving) { held.moving = true; this.explorer.begin(); }

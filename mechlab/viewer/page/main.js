@@ -11,7 +11,7 @@ async function start() {
   const traces = new Traces(stage, story, read);
   let explorer = null, curves = null;
   const rig = new CameraRig(stage);
-  rig.view("iso");
+  rig.open();
   addViewButtons(rig, byId("views"));
   addTriad(rig, byId("triad"));
   const player = new Player(motion, story.tempo, byId("player"));
@@ -53,7 +53,11 @@ async function start() {
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
+<<<<<<< HEAD
     onScreen: (point) => onScreen(stage, new THREE.Vector3(...point)),
+=======
+    rig,
+>>>>>>> main
     explorer,
     inspector,
     curves,

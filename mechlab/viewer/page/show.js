@@ -77,7 +77,7 @@ class Show {
 
 function addShow(story, read, stage, traces, holder, redraw) {
   const show = new Show(holder, redraw);
-  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), document.getElementById("menus"), document.getElementById("card"), document.getElementById("triad"), document.getElementById("scale")]);
+  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), document.getElementById("menus"), document.getElementById("triad"), document.getElementById("scale")]);
   const arrows = new Arrows(stage, story, read);
   const axes = addAxes(stage, story.marks);
   const wanted = {};
@@ -88,7 +88,7 @@ function addShow(story, read, stage, traces, holder, redraw) {
   for (const [kind, marks] of Object.entries(kinds)) for (const mark of marks) name(mark, kind);
   const nameArrows = () => {
     labels.remove(Object.keys(ARROW_COLORS));
-    for (const item of arrows.items) labels.add(item.kind, () => item.tip, () => `${item.name} ${significant(item.size, 3)} ${item.unit}`, () => item.visible && wanted.values);
+    for (const item of arrows.items) labels.add(item.kind, () => item.tip, () => `${item.label} ${significant(item.size, 3)} ${unitText(item.unit)}`, () => item.visible && wanted.values);
   };
   arrows.onReplace = nameArrows;
   nameArrows();

@@ -35,7 +35,7 @@ class Stage {
     // The viewer sizes itself from the window; here it is one part of a page.
     viewer.set_3d_pane_size = function () {
       const width = Math.max(1, viewport.clientWidth), height = Math.max(1, viewport.clientHeight);
-      this.camera.aspect = width / height;
+      fitAspect(this.camera, width / height);
       // The buttons take the upper edge; the picture moves down by half of that.
       this.camera.setViewOffset(width, height, 0, -BUTTON_ROOM / 2, width, height);
       this.camera.updateProjectionMatrix();
