@@ -101,14 +101,9 @@ BY_HAND = (
 """Scripts for moving the mechanism by hand."""
 SCRIPTS = (
     *SOLVER,
-<<<<<<< HEAD
     "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "before.js", "show.js",
     *BY_HAND,
-    "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
-=======
-    "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js",
-    "explore.js", "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js", "projection.js",
->>>>>>> main
+    "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js", "projection.js",
     "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""

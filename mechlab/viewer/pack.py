@@ -243,19 +243,10 @@ def _pack_reach(reach: BorderSurface | None, block: ByteBlock) -> dict[str, Any]
 def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
     """Unit -> amount of it that an arrow one grid step long or a ring one grid step wide stands for: 1, 2 or 5 times a power of ten."""
     largest: dict[str, float] = {}
-<<<<<<< HEAD
     for arrow in story.arrows:
         largest[arrow.unit] = max(largest.get(arrow.unit, 0.0), float(np.nanmax(np.linalg.norm(arrow.vectors, axis=1))))
-    return {unit: nice_step(size * step / (ARROW_LENGTH * radius), 1) for unit, size in largest.items() if size > 0}
-=======
-    found = [(a.unit, a.vectors) for a in story.arrows]
-    if story.explore is not None:
-        found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
-    for unit, vectors in found:
-        largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
     length = {unit: ARROW_LENGTH * radius * (RING_SHARE if unit == "N m" else 1.0) for unit in largest}
     return {unit: nice_step(size * step / length[unit], 1) for unit, size in largest.items() if size > 0}
->>>>>>> main
 
 
 def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[float]]:

@@ -53,11 +53,8 @@ async function start() {
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
-<<<<<<< HEAD
     onScreen: (point) => onScreen(stage, new THREE.Vector3(...point)),
-=======
     rig,
->>>>>>> main
     explorer,
     inspector,
     curves,
