@@ -30,17 +30,17 @@ class SteadyForces {
     levers.forEach(({ linear, angular }, c) => {
       for (let k = 0; k < n; k++) {
         const { centre, force, moment } = bodies[k];
-        const turn = at3(angular, k), arm = minus(centre, bodies[k].origin);
-        needed[c] += dot(force, plus(at3(linear, k), cross(turn, arm))) + dot(moment, turn);
+        const turn = at3(angular, k), arm = minus3(centre, bodies[k].origin);
+        needed[c] += inner3(force, plus3(at3(linear, k), cross3(turn, arm))) + inner3(moment, turn);
       }
       for (const { a: one, b: other, force, ends } of springs)
         for (const [k, sign, point] of [[one, 1, ends[0]], [other, -1, ends[1]]])
-          if (k >= 0) needed[c] += sign * dot(force, plus(at3(linear, k), cross(at3(angular, k), minus(point, bodies[k].origin))));
+          if (k >= 0) needed[c] += sign * inner3(force, plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
     });
     this.addRotors(q, v, a, needed);
     const { jacobian, names } = model.constraints(q);
     const found = leastReactions(jacobian, names.length, model.row(name), needed);
-    return found && this.loads(q, name, bodies, springs, found).filter((load) => norm(load.vector) > NOTHING);
+    return found && this.loads(q, name, bodies, springs, found).filter((load) => length3(load.vector) > NOTHING);
   }
 
   /** Coordinates at five values of the drive; null at a fold. */
@@ -81,14 +81,14 @@ class SteadyForces {
     const rotations = placed.map(({ quaternion }) => rotationOf(quaternion, 4 * k));
     const origins = placed.map(({ position }) => at3(position, k));
     const { mass = 0, com = [0, 0, 0], tensor = [0, 0, 0, 0, 0, 0] } = body.inertia || {};
-    const centres = origins.map((p, i) => plus(p, times(rotations[i], com)));
+    const centres = origins.map((p, i) => plus3(p, times33(rotations[i], com)));
     const sum = (weights, factor, items) => items[0].map((_, j) => factor * items.reduce((s, item, i) => s + weights[i] * item[j], 0));
     const rotation = rotations[2];
-    const spin = skewPart(timesTransposed(sum(FIRST, one, rotations), rotation));
-    const turning = skewPart(timesTransposed(sum(SECOND, two, rotations), rotation));
-    const force = minus(sum(SECOND, two, centres), this.gravity).map((x) => mass * x);
-    const inertia = (w) => times(rotation, timesTensor(tensor, timesBack(rotation, w)));
-    return { mass, rotation, origin: origins[2], centre: centres[2], force, moment: plus(inertia(turning), cross(spin, inertia(spin))) };
+    const spin = skewPart(timesTransposed33(sum(FIRST, one, rotations), rotation));
+    const turning = skewPart(timesTransposed33(sum(SECOND, two, rotations), rotation));
+    const force = minus3(sum(SECOND, two, centres), this.gravity).map((x) => mass * x);
+    const inertia = (w) => times33(rotation, timesTensor(tensor, timesBack33(rotation, w)));
+    return { mass, rotation, origin: origins[2], centre: centres[2], force, moment: plus3(inertia(turning), cross3(spin, inertia(spin))) };
   }
 
   /** Ends of the springs between points, and the force on their first body. */
@@ -98,13 +98,13 @@ class SteadyForces {
     const { linear, angular } = model.velocities(q, v);
     return model.document.springs.map((spring) => {
       const [a, b] = [spring.body_a, spring.body_b].map((body) => model.partIndex(body, `spring ${spring.name}`));
-      const end = (k, point) => (k < 0 ? [...point] : plus(bodies[k].origin, times(bodies[k].rotation, point)));
-      const speed = (k, point) => (k < 0 ? [0, 0, 0] : plus(at3(linear, k), cross(at3(angular, k), minus(point, bodies[k].origin))));
+      const end = (k, point) => (k < 0 ? [...point] : plus3(bodies[k].origin, times33(bodies[k].rotation, point)));
+      const speed = (k, point) => (k < 0 ? [0, 0, 0] : plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
       const ends = [end(a, spring.point_a), end(b, spring.point_b)];
-      const line = minus(ends[1], ends[0]), length = norm(line);
+      const line = minus3(ends[1], ends[0]), length = length3(line);
       if (length < 1e-12) return { a, b, ends, force: [0, 0, 0] };
       const along = line.map((x) => x / length);
-      const rate = dot(along, minus(speed(b, ends[1]), speed(a, ends[0])));
+      const rate = inner3(along, minus3(speed(b, ends[1]), speed(a, ends[0])));
       const tension = (spring.stiffness || 0) * (length - (spring.rest_length || 0)) + (spring.damping || 0) * rate;
       // `needed` counts what the drive must give: the pull on a is against it.
       return { a, b, ends, force: along.map((x) => -tension * x) };
@@ -137,7 +137,7 @@ class SteadyForces {
       const { rotation } = tree.placed(loop.a, loop.placementA), first = tree.placed(loop.a, loop.placementA).origin;
       const point = [...tree.placed(loop.b, loop.placementB).origin];
       let force = [0, 0, 0];
-      if (loop.length) force = minus(point, [...first]).map((x) => (x * reactions[row++]) / loop.length);
+      if (loop.length) force = minus3(point, [...first]).map((x) => (x * reactions[row++]) / loop.length);
       for (const u of loop.offsets) { force = force.map((x, k) => x + reactions[row] * rotation[u + 3 * k]); row++; }
       row += loop.angles.length;
       add(loop.b, force, 1);
@@ -185,19 +185,19 @@ function leastReactions(jacobian, count, driveRow, needed) {
 
 /** 2 vec(conj(q) p): rates in the body of a unit quaternion (w, x, y, z) at q[i] with derivative p. */
 function bodyRates(q, i, p) {
-  const w = q[i], u = [q[i + 1], q[i + 2], q[i + 3]], d = p.slice(1), turned = cross(u, d);
+  const w = q[i], u = [q[i + 1], q[i + 2], q[i + 3]], d = p.slice(1), turned = cross3(u, d);
   return [0, 1, 2].map((k) => 2 * (w * d[k] - p[0] * u[k] - turned[k]));
 }
 
 function at3(values, k) { return [values[3 * k], values[3 * k + 1], values[3 * k + 2]]; }
-function plus(a, b) { return a.map((x, i) => x + b[i]); }
-function minus(a, b) { return a.map((x, i) => x - b[i]); }
-function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-function norm(a) { return Math.hypot(...a); }
-function cross(a, b) { return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]; }
-function times(m, v) { return [0, 3, 6].map((r) => m[r] * v[0] + m[r + 1] * v[1] + m[r + 2] * v[2]); }
-function timesBack(m, v) { return [0, 1, 2].map((c) => m[c] * v[0] + m[c + 3] * v[1] + m[c + 6] * v[2]); }
-function timesTransposed(a, b) { return [0, 1, 2].flatMap((i) => [0, 1, 2].map((j) => a[3 * i] * b[3 * j] + a[3 * i + 1] * b[3 * j + 1] + a[3 * i + 2] * b[3 * j + 2])); }
+function plus3(a, b) { return a.map((x, i) => x + b[i]); }
+function minus3(a, b) { return a.map((x, i) => x - b[i]); }
+function inner3(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+function length3(a) { return Math.hypot(...a); }
+function cross3(a, b) { return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]; }
+function times33(m, v) { return [0, 3, 6].map((r) => m[r] * v[0] + m[r + 1] * v[1] + m[r + 2] * v[2]); }
+function timesBack33(m, v) { return [0, 1, 2].map((c) => m[c] * v[0] + m[c + 3] * v[1] + m[c + 6] * v[2]); }
+function timesTransposed33(a, b) { return [0, 1, 2].flatMap((i) => [0, 1, 2].map((j) => a[3 * i] * b[3 * j] + a[3 * i + 1] * b[3 * j + 1] + a[3 * i + 2] * b[3 * j + 2])); }
 function skewPart(m) { return [(m[7] - m[5]) / 2, (m[2] - m[6]) / 2, (m[3] - m[1]) / 2]; }
 /** The tensor xx, yy, zz, xy, xz, yz times a vector. */
 function timesTensor([xx, yy, zz, xy, xz, yz], [x, y, z]) { return [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]; }

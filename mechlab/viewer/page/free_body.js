@@ -39,7 +39,7 @@ class FreeBody {
   draw(loads) {
     const { arrows } = this.explorer.layers, { radius, step } = this.explorer.stage.framing;
     for (const { unit, vector } of loads) {
-      const scale = niceStep((norm(vector) * step) / (ARROW_SHARE * radius), 1);
+      const scale = niceStep((length3(vector) * step) / (ARROW_SHARE * radius), 1);
       if (!(arrows.scales[unit] >= scale)) arrows.scales[unit] = scale;
     }
     const key = loads.map((x) => `${x.name} ${x.sign}`).join("|");
