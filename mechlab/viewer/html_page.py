@@ -103,8 +103,9 @@ SCRIPTS = (
     *SOLVER,
     "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "before.js", "show.js",
     *BY_HAND,
-    "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js", "projection.js",
-    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
+    "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
+    "inspect.js", "springs.js", "projection.js", "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js",
+    "channels.js", "panel.js", "live.js", "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 

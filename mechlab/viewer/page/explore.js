@@ -152,6 +152,18 @@ class Explorer {
     return this.report;
   }
 
+  /** The drives that are not at home, for a link to this pose; none while a recording is shown. */
+  given() {
+    const away = ([name, value]) => Math.abs(value - this.drives.find((d) => d.name === name).home) > SAME;
+    return this.byHand ? Object.fromEntries(Object.entries(this.values).filter(away)) : {};
+  }
+
+  /** Takes values {drive: number}, one after another, as a link gives them. */
+  give(values) {
+    for (const [name, value] of Object.entries(values)) if (name in this.values) this.move(name, value);
+    this.end();
+  }
+
   accept(report) {
     this.report = report;
     this.said = "";
@@ -283,5 +295,18 @@ class Explorer {
     this.reach.name = "reach";
     this.stage.root.add(this.reach);
     this.layers.show.add("reach", `reach: ${reach.name}`, true, (on) => { this.reach.visible = on; });
+  }
+}
+
+/** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
+function moveByHand(story, inspector, page) {
+  if (!story.model || !(story.explore || story.coordinates)) return null;
+  try {
+    const explorer = new Explorer(story, page);
+    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y));
+    return explorer;
+  } catch (error) {
+    page.panel.append(section("Moving by hand", make("p", {}, `This mechanism cannot be moved in the page: ${error.message}`)));
+    return null;
   }
 }

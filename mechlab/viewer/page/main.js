@@ -14,13 +14,14 @@ async function start() {
   rig.open();
   addViewButtons(rig, byId("views"));
   addTriad(rig, byId("triad"));
+  const springs = new Springs(stage, story.model);
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const sources = {
     value: (name) => (explorer && explorer.byHand ? explorer.value(name) : curves && curves.picker ? curves.picker.value(name, player.time) : null),
     velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
   };
-  const inspector = new Inspector(story, stage, sources, () => stage.redraw());
+  const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
     if (!explorer || !explorer.byHand) layers.arrows.apply(frame, share);
@@ -42,6 +43,9 @@ async function start() {
   explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
+  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer });
+  addLinkButton(address, byId("views"));
+
   window.lab = {
     ready: false,
     bodies: [...story.bodies],
@@ -57,6 +61,8 @@ async function start() {
     rig,
     explorer,
     inspector,
+    springs,
+    address,
     curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
@@ -66,29 +72,9 @@ async function start() {
     viewer: stage.viewer,
     quality: stage.quality,
   };
-  followAddress(player);
+  address.apply(location.hash.slice(1));
+  window.addEventListener("hashchange", () => address.apply(location.hash.slice(1)));
   requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
-}
-
-/** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
-function moveByHand(story, inspector, page) {
-  if (!story.model || !(story.explore || story.coordinates)) return null;
-  try {
-    const explorer = new Explorer(story, page);
-    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y));
-    return explorer;
-  } catch (error) {
-    page.panel.append(section("Moving by hand", make("p", {}, `This mechanism cannot be moved in the page: ${error.message}`)));
-    return null;
-  }
-}
-
-/** A page opened with #t=1.2 starts at that time, one with #play starts playing. */
-function followAddress(player) {
-  const wishes = new URLSearchParams(location.hash.slice(1));
-  const time = Number(wishes.get("t"));
-  if (wishes.has("t") && Number.isFinite(time)) player.seek(time);
-  if (wishes.has("play")) player.play();
 }
 
 start().catch((error) => {
