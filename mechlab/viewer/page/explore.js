@@ -154,7 +154,7 @@ class Explorer {
 
   /** The drives that are not at home, for a link to this pose; none while a recording is shown. */
   given() {
-    const away = ([name, value]) => Math.abs(value - this.drives.find((d) => d.name === name).home) > SAME;
+    const away = ([name, value]) => this.recorded || Math.abs(value - this.drives.find((d) => d.name === name).home) > SAME;
     return this.byHand ? Object.fromEntries(Object.entries(this.values).filter(away)) : {};
   }
 
