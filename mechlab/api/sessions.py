@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import EngineMissing, install_extra
 from mechlab.values import Value, one_number
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from mechlab.studies.modes.controlled import LinearModel
 
 
+@suggesting
 def session(
     source: Source,
     values: Values | None = None,
@@ -89,6 +91,7 @@ def _opened(
     )
 
 
+@suggesting
 def environment(
     source: Source,
     values: Values | None = None,
@@ -123,6 +126,7 @@ def environment(
     return made.Environment(one, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def environments(
     source: Source,
     values: Values | None = None,
@@ -158,6 +162,7 @@ def environments(
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def linearize(
     source: Source,
     values: Values | None = None,

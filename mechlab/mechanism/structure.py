@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -166,13 +167,13 @@ def _orthonormal(matrix: Array) -> Array:
 
 def _chosen(matrix: Array) -> tuple[list[int], Array]:
     keep: list[int] = []
-    basis = np.zeros((0, matrix.shape[1]))
+    basis = np.zeros((min(matrix.shape), matrix.shape[1]))
     for i, row in enumerate(matrix):
-        rest, size = _new_part(basis, row)
+        rest, size = _new_part(basis[: len(keep)], row)
         if size > INDEPENDENT:
-            basis = np.vstack([basis, rest])
+            basis[len(keep)] = rest
             keep.append(i)
-    return keep, basis
+    return keep, basis[: len(keep)]
 
 
 def _new_part(basis: Array, row: Array) -> tuple[Array, float]:
@@ -197,15 +198,19 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
 
 
 def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str]) -> tuple[Redundancy, ...]:
-    """The rows of a Jacobian that are not independent, each as the combination of earlier independent ones."""
+    """The rows of a Jacobian that are not independent, each as the combination of earlier independent ones.
+
+    With J_i^T = Q R of the independent rows, row = c J_i gives R c^T = Q^T row^T.
+    """
+    others = np.setdiff1d(np.arange(len(jacobian)), independent)
+    if not len(independent):
+        return tuple(Redundancy(names[i], ()) for i in others)
+    q, r = np.linalg.qr(jacobian[list(independent)].T)
+    earlier = np.array(independent) < others[:, None]
+    shares = solve_triangular(r, (jacobian[others] @ q * earlier).T).T
     out = []
-    for i, name in enumerate(names):
-        if i in independent:
-            continue
-        earlier = [k for k in independent if k < i]
-        c = np.linalg.lstsq(jacobian[earlier].T, jacobian[i], rcond=None)[0] if earlier else np.zeros(0)
-        terms = tuple((names[k], float(x)) for k, x in zip(earlier, c, strict=True) if abs(x) > 1e-9)
-        out.append(Redundancy(name, terms))
+    for i, row in zip(others, np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
+        out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row).tolist())))
     return tuple(out)
 
 
