@@ -174,7 +174,7 @@ def test_measuring_in_the_page(look: Callable[..., Any], until: Callable[..., No
     for name in ("B", "C", "middle"):
         spot = page.evaluate(
             """name => { const m = lab.inspector.measuring, f = m.named.find(x => x.name === `point ${name}`);
-            return m.onScreen(m.world(f).point); }""",
+            return lab.onScreen(m.world(f).point); }""",
             name,
         )
         page.mouse.click(*spot)

@@ -70,7 +70,7 @@ class Measuring {
 
   /** The feature under a place of the window: {kind, body, name, point, direction} in the axes of its body; null beside all parts. */
   featureAt(hit, x, y) {
-    const near = (point) => { const [px, py] = this.onScreen(point); return Math.hypot(px - x, py - y); };
+    const near = (point) => { const [px, py] = onScreen(this.stage, new THREE.Vector3(...point)); return Math.hypot(px - x, py - y); };
     const points = this.named.filter((f) => f.kind === "point" && f.name.startsWith("point ") && this.stage.groups[f.body].visible);
     const nearest = points.map((f) => [near(this.world(f).point), f]).sort((a, b) => a[0] - b[0])[0];
     if (nearest && nearest[0] < SNAP_POINT) return nearest[1];
@@ -105,12 +105,6 @@ class Measuring {
     const { position, quaternion } = this.stage.groups[body];
     return { kind, point: new THREE.Vector3(...point).applyQuaternion(quaternion).add(position).toArray(),
       direction: direction && new THREE.Vector3(...direction).applyQuaternion(quaternion).toArray() };
-  }
-
-  onScreen(point) {
-    const box = this.stage.viewer.renderer.domElement.getBoundingClientRect();
-    const seen = toWorld(new THREE.Vector3(...point)).project(this.stage.viewer.camera);
-    return [box.left + ((1 + seen.x) / 2) * box.width, box.top + ((1 - seen.y) / 2) * box.height];
   }
 
   update() {
