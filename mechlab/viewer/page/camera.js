@@ -33,6 +33,18 @@ class CameraRig {
     this.fit();
   }
 
+  /** Looks from a place toward another [m]. */
+  look(from, at) {
+    const { controls } = this.stage.viewer;
+    const { camera } = this.projection;
+    controls.target.copy(toWorld(new THREE.Vector3(...at)));
+    camera.position.copy(toWorld(new THREE.Vector3(...from)));
+    this.projection.show(camera.position.distanceTo(controls.target));
+    controls.update();
+    this.touched = true;
+    this.stage.redraw();
+  }
+
   /** Fits all points into the picture, seen from where the camera stands now. */
   fitHere() {
     const { camera, controls } = this.stage.viewer;
