@@ -97,7 +97,7 @@ SOLVER = (
 """Scripts of the solver, which need no page: together they also run in Node."""
 SCRIPTS = (
     *SOLVER,
-    "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js",
+    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js",
     "explore.js", "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
     "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
 )  # fmt: skip

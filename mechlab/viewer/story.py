@@ -18,6 +18,7 @@ from mechlab.viewer.channels import Channels
 
 if TYPE_CHECKING:
     from mechlab.viewer.explore import Exploration
+    from mechlab.viewer.knots import Knots
 
 Array = NDArray[np.float64]
 
@@ -195,6 +196,7 @@ class Story:
     [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
     drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
     page's own floor; model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    knots: coordinates of `model`, from which the page takes its poses instead of `poses`, see `mechlab.viewer.knots`;
     channels: all that were recorded, for plots that are asked for in the page. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
@@ -224,6 +226,7 @@ class Story:
     variants: tuple[Variation, ...] = ()
     floors: tuple[Floor, ...] = ()
     model: Mechanism | None = None
+    knots: Knots | None = None
     channels: Channels = field(default_factory=Channels)
 
     def __post_init__(self) -> None:
