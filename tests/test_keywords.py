@@ -281,3 +281,12 @@ def test_a_list_and_a_tuple_of_ends_mean_the_same_by_keyword_and_mapping() -> No
     for ends in ((0.5, 1.0), [0.5, 1.0], Range(0.5, 1.0)):
         found = ml.optimize("pendulum", {"length": ends}, maximize="length", evaluations=40)
         assert found.parameters["length"] == pytest.approx(1.0)
+
+
+def test_an_option_that_is_spelled_wrong_is_suggested():
+    for call, wrong, right in ((ml.simulate, {"timstep": 1e-3}, "timestep"), (ml.session, {"hodl": 0.01}, "hold")):
+        with pytest.raises(MechlabError, match=f"{next(iter(wrong))}' does not exist. Did you mean the option '{right}'"):
+            call("fourbar", **wrong)
+    with pytest.raises(MechlabError, match="Did you mean 'coupler'") as found:
+        ml.simulate("fourbar", couplr=1.0)
+    assert "the option" not in str(found.value)

@@ -90,11 +90,20 @@ class PlanetaryStage:
 def conditions(sun_teeth: int, planet_teeth: int, ring_teeth: int, planets: int) -> AssemblyConditions:
     """Whether standard gears (addendum one module) can be put together as one stage."""
     _teeth(sun_teeth=sun_teeth, planet_teeth=planet_teeth, ring_teeth=ring_teeth, planets=planets)
-    margin = math.inf if planets == 1 else (sun_teeth + planet_teeth) * math.sin(math.pi / planets) - planet_teeth - 2
-    # sin(pi / 6) is not exactly 1/2: an exact touch must not depend on its last bit.
+    margin = float(neighbour_margin(sun_teeth, planet_teeth, planets))
     return AssemblyConditions(
-        ring_teeth == sun_teeth + 2 * planet_teeth, (sun_teeth + ring_teeth) % planets == 0, margin >= -1e-9, margin
+        ring_teeth == sun_teeth + 2 * planet_teeth, (sun_teeth + ring_teeth) % planets == 0, margin >= TOUCHING, margin
     )
+
+
+TOUCHING = -1e-9
+"""Margin of neighbours that touch: sin(pi / 6) is not exactly 1/2, and an exact touch must not depend on its last bit."""
+
+
+def neighbour_margin(sun_teeth: ArrayLike, planet_teeth: ArrayLike, planets: int) -> FloatArray:
+    """Clearance between the tips of neighbouring planets [modules], (sun + planet) sin(pi / planets) - planet - 2; inf for one."""
+    sun, planet = np.asarray(sun_teeth, dtype=float), np.asarray(planet_teeth, dtype=float)
+    return np.asarray((sun + planet) * math.sin(math.pi / planets) - planet - 2.0 if planets > 1 else np.full(sun.shape, math.inf))
 
 
 def speeds(

@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING, Literal
 
 from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import EngineMissing, install_extra
 from mechlab.values import Value, one_number
 
 if TYPE_CHECKING:
-    from mechlab.engines.mujoco.session import Session, Start
+    from mechlab.engines.mujoco.session import Session
+    from mechlab.engines.mujoco.step_loop import Start
     from mechlab.experiment.scene import Settings
     from mechlab.lab.environment import Environment, Environments, Reward, Terminated
     from mechlab.studies.modes.controlled import LinearModel
 
 
+@suggesting
 def session(
     source: Source,
     values: Values | None = None,
@@ -88,6 +91,7 @@ def _opened(
     )
 
 
+@suggesting
 def environment(
     source: Source,
     values: Values | None = None,
@@ -122,6 +126,7 @@ def environment(
     return made.Environment(one, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def environments(
     source: Source,
     values: Values | None = None,
@@ -144,6 +149,10 @@ def environments(
 
     Seeded with n, copy k moves as `environment` seeded with n + k. `reward` and `terminated` are called for each copy; their
     third argument has time, state, mechanism and names of a session. The scene may have constant loads only. Raises as `environment`.
+
+    It is for free cores and for short actions. The engine shares the copies evenly among its threads, so the physics of an action (of a
+    four-bar 0.4 ms in 10 ms) takes as many times less as cores are free, and no less where none is. One call of Python steps all copies:
+    at one timestep an action 64 four-bars cost 12 us each and single environments 17, four of them 19.
     """
     made = _with_gymnasium()
     from mechlab.engines.mujoco.fleet import Fleet
@@ -153,6 +162,7 @@ def environments(
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def linearize(
     source: Source,
     values: Values | None = None,

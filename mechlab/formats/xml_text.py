@@ -98,9 +98,7 @@ def parse(content: str, root: str, what: str) -> ET.Element:
         raise MechlabError(f"this {what} has {len(content)} characters, the limit is {MOST_CHARACTERS}.")
     try:
         found = ET.fromstring(content, ET.XMLParser(target=_BoundedTree()))
-    except ET.ParseError as error:
-        raise MechlabError(f"this {what} is not XML: {error}.") from None
-    except ValueError as error:  # an encoding that the text declares and Python does not know
+    except (ET.ParseError, ValueError) as error:  # ValueError: an encoding that the text declares and Python does not know
         raise MechlabError(f"this {what} is not XML: {error}.") from None
     except MechlabError as error:
         raise MechlabError(f"this {what} is refused: {error}") from None
@@ -121,11 +119,12 @@ WORDS = ("name", "class", "childclass", "model", "file", "filename", "joint", "s
 
 def _refuse_not_finite(element: ET.Element) -> None:
     """Raise MechlabError for an attribute with a NaN, an infinity or a number beyond LARGEST_NUMBER. Limits of URDF may be infinite."""
+    if element.tag in ("text", "config"):  # words, whatever they look like
+        return
     for key, value in element.attrib.items():
         if not _SUSPECT.search(value) or (key.rstrip("0123456789") in WORDS):
             continue
-        named = element.tag in ("text", "config")  # words, whatever they look like
-        for token in () if named else value.split():
+        for token in value.split():
             if _NOT_FINITE.fullmatch(token):
                 fault = "" if element.tag == "limit" and "nan" not in token.lower() else "is not finite"
             elif _NUMBER.fullmatch(token) and abs(float(token)) > LARGEST_NUMBER:

@@ -150,7 +150,7 @@ class Environments(VectorEnv[Array, Array, Any]):
 
     def step(self, actions: Array) -> tuple[Array, Any, Any, Any, dict[str, Any]]:
         """As gymnasium.vector.VectorEnv.step. Raises MechlabError for an action that is not finite."""
-        actions = np.asarray(actions, dtype=float).reshape(self.num_envs, -1)
+        actions = self.fleet.actions(actions)
         anew = np.flatnonzero(self._ended)
         self.fleet.step(np.where(self._ended[:, None], self.fleet.session.rest_action, actions))
         self.fleet.reset(anew.tolist(), [self._rngs[k] for k in anew])

@@ -18,7 +18,8 @@ from mechlab.lab.fastest_rate import drive_step
 from mechlab.lab.single_run import chosen_settings, complete
 
 if TYPE_CHECKING:
-    from mechlab.engines.mujoco.session import Session, Start
+    from mechlab.engines.mujoco.session import Session
+    from mechlab.engines.mujoco.step_loop import Start
 
 HOLD = 0.01
 """Time of an action [s] where none is given."""

@@ -46,6 +46,30 @@ def rates_of(mechanism: Mechanism, rates: Named) -> Array:
     return v
 
 
+def state_of(
+    mechanism: Mechanism, values: Named | ArrayLike, rates: Named | ArrayLike | None = None
+) -> tuple[Array, Array]:
+    """Coordinates (nq,) and rates (nv,), each by name as above or already as an array, which is copied; rates default to 0.
+    Raises as above, and for arrays of another length."""
+    m = mechanism
+    q = coordinates_of(m, values) if isinstance(values, Mapping) else numbers_of(m, values, m.nq, "coordinates q")
+    if rates is None:
+        return q, np.zeros(m.nv)
+    return q, rates_of(m, rates) if isinstance(rates, Mapping) else numbers_of(m, rates, m.nv, "rates v")
+
+
+def numbers_of(mechanism: Mechanism, given: ArrayLike, size: int, what: str) -> Array:
+    """(size,) a copy of the numbers of a state. what: their name in the message of the MechlabError that any other shape raises."""
+    try:
+        out = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise MechlabError(f"{mechanism.name}: {what}: expected {size} numbers, got {given!r}.") from None
+    if out.shape != (size,):
+        of = ", ".join(j.name for j in mechanism.joints)
+        raise MechlabError(f"{mechanism.name}: {what}: expected {size} numbers (joints {of}), got the shape {out.shape}.")
+    return out
+
+
 def named_values(mechanism: Mechanism, q: Array) -> dict[str, float | Array]:
     """Physical value of every joint and shaft; of a spherical joint its quaternion (w, x, y, z)."""
     m = mechanism

@@ -6,6 +6,7 @@ not mislead. Rows are scaled to unit length first, so that metres and radians co
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -192,14 +193,18 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     if len(constraints) == 0:
         return ()
     _, jacobian = generic(mechanism)
-    keep = _independent(jacobian)
+    return repetitions(jacobian, _independent(jacobian), constraints.rows)
+
+
+def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str]) -> tuple[Redundancy, ...]:
+    """The rows of a Jacobian that are not independent, each as the combination of earlier independent ones."""
     out = []
-    for i, name in enumerate(constraints.rows):
-        if i in keep:
+    for i, name in enumerate(names):
+        if i in independent:
             continue
-        earlier = [k for k in keep if k < i]
+        earlier = [k for k in independent if k < i]
         c = np.linalg.lstsq(jacobian[earlier].T, jacobian[i], rcond=None)[0] if earlier else np.zeros(0)
-        terms = tuple((constraints.rows[k], float(x)) for k, x in zip(earlier, c, strict=True) if abs(x) > 1e-9)
+        terms = tuple((names[k], float(x)) for k, x in zip(earlier, c, strict=True) if abs(x) > 1e-9)
         out.append(Redundancy(name, terms))
     return tuple(out)
 

@@ -92,14 +92,15 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
 STYLES = ("page.css", "inspect.css")
 SOLVER = (
     "solver/tree.js", "solver/model.js", "solver/closure.js", "solver/factors.js", "solver/structure.js", "solver/holds.js",
-    "solver/manifold.js", "solver/pose_solver.js", "solver/pull.js",
+    "solver/manifold.js", "solver/walk.js", "solver/follow.js", "solver/pull.js", "solver/pose_solver.js",
 )  # fmt: skip
 """Scripts of the solver, which need no page: together they also run in Node."""
 SCRIPTS = (
     *SOLVER,
-    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js",
-    "explore.js", "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
-    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
+    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js",
+    "sweep.js", "explore.js", "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
+    "inspect.js", "springs.js", "projection.js", "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js",
+    "channels.js", "panel.js", "live.js", "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 

@@ -13,6 +13,7 @@ from mechlab.formats.mechanism_json import to_json
 from mechlab.mechanism import Mechanism
 from mechlab.shapes.feature_edges import split_at_edges
 from mechlab.viewer.channels import Channels
+from mechlab.viewer.facing import faced_from
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,
@@ -30,6 +31,8 @@ Array = NDArray[np.float64]
 
 ARROW_LENGTH = 0.7
 """Largest length of an arrow, in radii of the mechanism."""
+RING_SHARE = 0.6
+"""Largest width of the ring of a torque, relative to ARROW_LENGTH."""
 FEW_ARROWS = 3
 """A story with at most this many arrows shows all of them; the page has the same constant."""
 
@@ -125,6 +128,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
                 "unit": a.unit,
                 "points": block.add(a.points, "f8"),
                 "vectors": block.add(a.vectors, "f8"),
+                "on": a.on,
+                "by": a.by,
             }
             for a in story.arrows
         ],
@@ -169,6 +174,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "fieldOfView": FIELD_OF_VIEW,
             "margin": MARGIN,
             "threeQuarter": THREE_QUARTER.tolist(),
+            "face": None if (face := faced_from(story, framing)) is None else face.tolist(),
         },
     }
     return document, block.bytes()
@@ -234,14 +240,15 @@ def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
 
 
 def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
-    """Unit -> amount of it that an arrow one grid step long stands for: 1, 2 or 5 times a power of ten."""
+    """Unit -> amount of it that an arrow one grid step long or a ring one grid step wide stands for: 1, 2 or 5 times a power of ten."""
     largest: dict[str, float] = {}
     found = [(a.unit, a.vectors) for a in story.arrows]
     if story.explore is not None:
         found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
     for unit, vectors in found:
         largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
-    return {unit: nice_step(size * step / (ARROW_LENGTH * radius), 1) for unit, size in largest.items() if size > 0}
+    length = {unit: ARROW_LENGTH * radius * (RING_SHARE if unit == "N m" else 1.0) for unit in largest}
+    return {unit: nice_step(size * step / length[unit], 1) for unit, size in largest.items() if size > 0}
 
 
 def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[float]]:

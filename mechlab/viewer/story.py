@@ -149,13 +149,15 @@ class Plot:
 @dataclass(frozen=True, eq=False)
 class Arrow:
     """A force or a torque over the story's time: kind "force" or "torque"; points: (n, 3) where it acts [m];
-    vectors: (n, 3) in `unit`, world axes."""
+    vectors: (n, 3) in `unit`, world axes; on: the body it acts on, by: the one that feels the opposite ("": not known)."""
 
     name: str
     kind: Literal["force", "torque"]
     unit: str
     points: Array
     vectors: Array
+    on: str = ""
+    by: str = ""
 
 
 @dataclass(frozen=True)
@@ -269,7 +271,7 @@ class Story:
             Arrow(
                 a.name, a.kind, a.unit,
                 frozen(a.points, f"arrow {a.name!r}: points", (len(t), 3)),
-                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)),
+                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)), a.on, a.by,
             )
             for a in self.arrows
         )  # fmt: skip

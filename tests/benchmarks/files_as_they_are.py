@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 
 import mechlab as ml
-from mechlab.engines.mujoco.as_is.states import FileStates
 from mechlab.engines.mujoco.control import compiling, engine
+from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.lab.run import run_scene
@@ -57,7 +57,7 @@ def bare(model: mujoco.MjModel, duration: float) -> tuple[np.ndarray, np.ndarray
     return qpos, qvel, time.process_time() - began
 
 
-def difference(run: Recording, states: FileStates, qpos: np.ndarray, qvel: np.ndarray, h: float) -> float:
+def difference(run: Recording, states: FileCoordinates, qpos: np.ndarray, qvel: np.ndarray, h: float) -> float:
     """Largest difference of coordinates and rates at the sample times that are whole steps."""
     k = np.rint(run.t / h).astype(int)
     whole = (np.abs(run.t - k * h) < 1e-9) & (k < len(qpos))
@@ -86,7 +86,7 @@ def row(path: Path, model: mujoco.MjModel, duration: float, page: Path | None) -
         qpos, qvel, out["bare_s"] = bare(model, duration)
     file = design.entry.file
     if run.settings.engine == "file" and file is not None:
-        out["difference"] = difference(alone, FileStates(file, model), qpos, qvel, float(model.opt.timestep))
+        out["difference"] = difference(alone, FileCoordinates(file, model), qpos, qvel, float(model.opt.timestep))
     wrong = [f.name for f in run.health.findings if f.severity == "error"]
     if page is not None:
         ml.view(run, html=page / f"{path.parent.name}_{path.stem}.html", open=False)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
-from mechlab.engines.mujoco.session import BLOCK
+from mechlab.engines.mujoco.step_watch import BLOCK
 from mechlab.errors import EngineMissing, MechlabError
 
 gymnasium = pytest.importorskip("gymnasium")
@@ -138,6 +138,9 @@ def test_bad_actions_and_scenes_are_named():
     many.reset()
     with pytest.raises(MechlabError, match="crank_angle.*simulation 1"):
         many.step(np.array([[1.0], [np.inf]]))
+    for wrong in (np.ones((2, 2)), np.ones(2), np.ones((3, 1))):
+        with pytest.raises(MechlabError, match=r"expected the shape \(2, 1\).*crank_angle; got the shape"):
+            many.step(wrong)
     with pytest.raises(MechlabError, match="count"):
         ml.environments("fourbar", count=0, reward=near)
     with pytest.raises(MechlabError, match="drives"):

@@ -78,7 +78,36 @@ def test_arrows_are_the_channels(look: Callable[..., Any], tmp_path: Path) -> No
         along = np.array(tip) - np.array(start)
         np.testing.assert_allclose(along / np.linalg.norm(along), force / np.linalg.norm(force), atol=1e-9)
         np.testing.assert_allclose(start, [recording.at(f"C_{a}", float(story.t[k])) for a in "xyz"], atol=2e-2)
-    assert "arrow of one grid step: 1 N or 0.1 N m" in page.locator("#scale").inner_text()
+    words = page.locator("#scale").inner_text()
+    assert "arrow one grid step long: 1 N" in words and "ring one grid step wide: 0.2 N\u00b7m" in words
+    assert page.evaluate("lab.arrows.map(a => a.label)") == ["pin, on rocker", "drive, on crank"]
+
+
+RING = """() => {
+    const { shaft, group, size, vectors } = lab.arrows.find(a => a.kind === 'torque'), p = shaft.geometry.getAttribute('position');
+    const at = k => { const x = group.position.clone(); x.fromBufferAttribute(p, k);
+        return x.applyQuaternion(group.quaternion).toArray(); };
+    const ring = [];
+    for (let i = 0; i < p.count / 8; i++) ring.push([0, 1, 2].map(c => [...Array(8).keys()].reduce((s, j) => s + at(8 * i + j)[c], 0) / 8));
+    return ring;
+}"""
+
+
+def test_a_torque_is_a_ring_about_its_axis(look: Callable[..., Any], tmp_path: Path) -> None:
+    """The ring turns about +M by the right-hand rule, and its width is |M| by the scale that the page states, for both signs."""
+    recording = api.simulate("fourbar")
+    story = api.story(recording)
+    page = look(write_page(story, tmp_path / "page.html").as_uri())
+    torque = recording.channels["crank_angle_force"]
+    for time in (story.t[np.argmax(torque)], story.t[np.argmin(torque)]):
+        page.evaluate("t => lab.seek(t)", float(time))
+        ring = np.array(page.evaluate(RING))
+        k = int(np.abs(recording.t - time).argmin())
+        # The axis of the crank is -y.
+        moment = np.array([0.0, -torque[k], 0.0])
+        np.testing.assert_allclose(np.linalg.norm(ring, axis=1), 0.5 * np.linalg.norm(moment) / 0.2 * 0.05, rtol=1e-3)
+        turns = np.cross(ring[:-1], ring[1:])
+        assert np.all(turns @ moment > 0.999 * np.linalg.norm(turns, axis=1) * np.linalg.norm(moment))
 
 
 def test_the_ghost_of_a_second_run(look: Callable[..., Any], tmp_path: Path) -> None:

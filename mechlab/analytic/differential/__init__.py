@@ -24,7 +24,6 @@ from mechlab.analytic.differential.statics import (
 )
 from mechlab.analytic.differential.train import (
     Speeds,
-    StageConditions,
     Train,
     braked_ratios,
     conditions,
@@ -33,7 +32,7 @@ from mechlab.analytic.differential.train import (
 )
 
 __all__ = [
-    "Contact", "Inertias", "MeshMoments", "DifferentialMotion", "Speeds", "StageConditions", "SteadyState", "Train",
+    "Contact", "Inertias", "MeshMoments", "DifferentialMotion", "Speeds", "SteadyState", "Train",
     "backstop", "block_torques", "braked_ratios", "carrier_mass_matrix", "conditions", "drag_ratio", "drag_stall",
     "held_output_moment", "housing_drag", "internal_moment", "mass_matrix", "mesh_moments", "mobility", "momentum_row",
     "motion", "power_rate", "predicted_lag", "printed_speeds", "printed_z4", "reactions", "speeds",

@@ -16,11 +16,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mechlab.analytic.planetary_stage import TOUCHING, AssemblyConditions, neighbour_margin
+from mechlab.analytic.planetary_stage import conditions as stage_conditions
 from mechlab.errors import MechlabError
 
 FloatArray = NDArray[np.float64]
@@ -140,29 +141,10 @@ def braked_ratios(train: Train) -> tuple[float, float]:
     return train.a / train.b, (1.0 - train.a) / (1.0 - train.b)
 
 
-@dataclass(frozen=True)
-class StageConditions:
-    """Whether planets can stand at equal angles (`even`: (sun + ring)/planets is whole) and clear each other
-    (`neighbours`: (sun + planet) sin(pi/planets) >= planet + 2)."""
-
-    even: bool
-    neighbours: bool
-
-
-def conditions(train: Train, planets: int) -> tuple[StageConditions, StageConditions]:
+def conditions(train: Train, planets: int) -> tuple[AssemblyConditions, AssemblyConditions]:
     """Assembly conditions of both stages for standard gears."""
-    out = []
-    for sun, planet, ring in ((train.z1, train.z2, train.z3), (train.z4, train.z5, train.z6)):
-        out.append(StageConditions((sun + ring) % planets == 0, bool(_neighbours_clear(sun, planet, planets))))
-    return out[0], out[1]
-
-
-def _neighbours_clear(sun: Any, planet: Any, planets: int) -> Any:
-    """Whether neighbouring planets with standard addenda do not overlap: (z1 + z2) sin(pi / n) >= z2 + 2."""
-    if planets == 1:
-        return True
-    # sin(pi / 6) is not exactly 1/2: an exact touch must not depend on its last bit
-    return (sun + planet) * np.sin(np.pi / planets) - planet - 2 >= -1e-9
+    first, second = (train.z1, train.z2, train.z3), (train.z4, train.z5, train.z6)
+    return stage_conditions(*first, planets), stage_conditions(*second, planets)
 
 
 @dataclass(frozen=True)
@@ -244,4 +226,4 @@ def _suns_and_planets(teeth: Sequence[int]) -> tuple[IntArray, IntArray]:
 
 def _assembles(sun: IntArray, planet: IntArray, planets: int, teeth: Sequence[int]) -> NDArray[np.bool_]:
     ok = np.isin(sun + 2 * planet, np.asarray(teeth)) & (2 * (sun + planet) % planets == 0)
-    return np.asarray(ok & _neighbours_clear(sun, planet, planets))
+    return np.asarray(ok & (neighbour_margin(sun, planet, planets) >= TOUCHING))

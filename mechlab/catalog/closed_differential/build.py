@@ -10,7 +10,7 @@ from functools import lru_cache
 from mechlab.analytic import differential as closed
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import parameter
-from mechlab.kit.epicyclic_build import on_circle
+from mechlab.kit.epicyclic_build import flat, on_circle
 from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
@@ -24,11 +24,6 @@ USED_TEETH = (80, 20, 120, 20, 80, 180)
 """Teeth of the source's example: as stated in its data, and as used in its computation (radii over the module)."""
 WIDTH, GAP = 8.0, 9.0
 """Face width and clear distance of the two gear planes, in modules."""
-
-
-def _disc(inertia: float, mass: float) -> Inertia:
-    """A flat part with the given moment about z."""
-    return Inertia.axial(mass, inertia, 0.5 * inertia)
 
 
 @dataclass(frozen=True)
@@ -72,7 +67,7 @@ class Stage:
     def inertia(self, carried: int) -> Inertia:
         """Inertia of the carrier. `carried` of its planets are bodies; the others count as point masses on it."""
         bare, riding = self.carrier_inertia, (self.planets - carried) * self.planet_mass
-        return _disc(bare + riding * self.radius**2, bare / self.radius**2 + riding)
+        return flat(bare / self.radius**2 + riding, bare + riding * self.radius**2)
 
 
 @dataclass(frozen=True)
@@ -257,11 +252,11 @@ def _minimal(b: Builder, p: Parameters) -> None:
 
 def _gears(b: Builder, p: Parameters, planets: int) -> None:
     r1 = p.radii[0]
-    b.body("block_14", revolute("block_14"), inertia=_disc(p.J14, p.J14 / r1**2), shapes=block_14(p))
-    b.body("block_36", revolute("block_36"), inertia=_disc(p.J36, p.J36 / r1**2), shapes=block_36(p))
+    b.body("block_14", revolute("block_14"), inertia=flat(p.J14 / r1**2, p.J14), shapes=block_14(p))
+    b.body("block_36", revolute("block_36"), inertia=flat(p.J36 / r1**2, p.J36), shapes=block_36(p))
     for s in p.stages:
         (sun, pinion, ring), (inner, outer), arm = s.teeth, s.meshes, s.carrier
-        inertia = _disc(s.planet_inertia * (p.planets if planets == 1 else 1), s.planet_mass)
+        inertia = flat(s.planet_mass, s.planet_inertia * (p.planets if planets == 1 else 1))
         b.body(arm, revolute(arm), inertia=s.inertia(planets), shapes=carrier(p, s))
         for k in range(planets):
             name = f"{s.planet}_{k + 1}"

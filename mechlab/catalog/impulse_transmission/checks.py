@@ -139,7 +139,7 @@ def consistent_harmonics(p: Parameters) -> CheckResult:
 
 
 def printed_harmonics(p: Parameters) -> CheckResult:
-    """The printed formula: its error is known to two digits."""
+    """The error of the printed formula is the 1.18 % that the specification states, to half of its last digit."""
     return CheckResult(
         {"printed harmonics": error_of_harmonics("printed")}, 5e-5, 0.0118, "relative error of beta, figure 7"
     )

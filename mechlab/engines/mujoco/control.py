@@ -29,7 +29,8 @@ _controllers: dict[int, Callable[[], None]] = {}
 _compiling = 0
 _mine = threading.local()
 _users = 0
-_steppers = 0
+_stepping: list[None] = []
+_uninstalling = False
 _installed = False
 _previous_control: Any = None
 _previous_warning: Any = None
@@ -96,17 +97,17 @@ def controlled(data: mujoco.MjData, function: Callable[[], None]) -> Iterator[No
 def begin_step() -> None:
     """From now until `end_step` this thread may step the engine: as `engine`, for callers that step one by one and have
     silenced the warnings of their MjData (`silence`). It takes a quarter of the time."""
-    global _steppers
-    with _bare_lock:
-        _steppers += 1
+    _stepping.append(None)
+    if _uninstalling:  # it has read `_stepping` before this thread stood there, or will read it: wait for its end
+        with _bare_lock:
+            pass
 
 
 def end_step() -> None:
     """See `begin_step`."""
-    global _steppers
-    with _bare_lock:
-        _steppers -= 1
-        if _installed:
+    _stepping.pop()
+    if _installed:
+        with _bare_lock:
             _uninstall()
 
 
@@ -161,10 +162,14 @@ def _leave() -> None:
 
 def _uninstall() -> None:
     """Take the control callback out when nobody is inside the engine any more; the lock is held."""
-    global _installed, _previous_control
-    if _users or _steppers:
-        return
-    if _installed:
-        mujoco.set_mjcb_control(_previous_control)
-    _installed, _previous_control = False, None
-    _lock.notify_all()
+    global _installed, _previous_control, _uninstalling
+    _uninstalling = True
+    try:
+        if _users or _stepping:
+            return
+        if _installed:
+            mujoco.set_mjcb_control(_previous_control)
+        _installed, _previous_control = False, None
+        _lock.notify_all()
+    finally:
+        _uninstalling = False

@@ -68,6 +68,11 @@ class Driver:
             self._refuse(self.forces)
 
     @property
+    def called(self) -> bool:
+        """Whether the engine must call it while it steps."""
+        return bool(self.laws) and not self.at_once
+
+    @property
     def work(self) -> float:
         """Work of the laws since the start [J]."""
         if self.at_once:

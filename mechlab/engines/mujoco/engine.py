@@ -9,8 +9,9 @@ from mechlab.engines.mujoco.model import file_size
 from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.reactions import motion_forces
 from mechlab.engines.mujoco.runner import run, versions
-from mechlab.engines.mujoco.session import Session, Start
+from mechlab.engines.mujoco.session import Session
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
+from mechlab.engines.mujoco.step_loop import Start
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree

@@ -249,15 +249,19 @@ class LoopWatch:
         self.limit = OPEN_LOOP * smallest_link(map_.mechanism)
         self.names = [x.name for x in map_.mechanism.loops if x.kind != "distance"]
         self.worst: tuple[float, float, str] | None = None
+        self._rows = -1
 
     def opened(self, t: float, data: mujoco.MjData) -> bool:
         """True when the distance between the two sides of any loop is beyond the limit; remembers which and how far."""
         if not self.names or not np.isfinite(self.limit):
             return False
-        gaps = {name: float(np.linalg.norm(data.efc_pos[self.map.rows(data, name)[:3]])) for name in self.names}
-        name = max(gaps, key=lambda n: gaps[n])
-        if not gaps[name] <= self.limit:
-            self.worst = (t, gaps[name], name)
+        if data.ne != self._rows:  # the rows of equalities keep their places while their number is the same
+            self._points = np.array([self.map.rows(data, name)[:3] for name in self.names])
+            self._rows = data.ne
+        gaps = np.linalg.norm(data.efc_pos[self._points], axis=1)
+        k = int(np.argmax(gaps))
+        if not gaps[k] <= self.limit:
+            self.worst = (t, float(gaps[k]), self.names[k])
         return self.worst is not None
 
     def finding(self, duration: float) -> Finding | None:

@@ -12,11 +12,12 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.findings import LoopWatch
-from mechlab.engines.mujoco.session import BLOCK, Session
+from mechlab.engines.mujoco.session import Session
+from mechlab.engines.mujoco.step_watch import BLOCK
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
@@ -67,13 +68,28 @@ class Fleet:
         with engine():
             self._batch.reset(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_NONE))
         for k, rng in zip(which, rngs, strict=True):
-            _, self._qpos[k], self._qvel[k] = s.beginning(rng, initial)
+            self._qpos[k], self._qvel[k] = s.at_start(s.beginning_scene(rng, initial))
         if len(self._where):
             with engine():
                 self._batch.forward(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_POS))
         self._ctrl[which] = s.drives.control(s.drives.rest)
         self._load[which] = s.data.qfrc_applied
         self.broken[which] = False
+
+    def actions(self, given: ArrayLike) -> Array:
+        """(count, drives) commands as numbers. Raises MechlabError that says what was expected for anything else."""
+        s = self.session
+        shape = (self.count, len(s.action_names))
+        try:
+            actions = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            raise MechlabError(f"{s.mechanism.name}: actions: expected numbers of the shape {shape}, got {given!r}.") from None
+        if actions.shape != shape:
+            raise MechlabError(
+                f"{s.mechanism.name}: actions: expected the shape {shape}, for each of {shape[0]} simulations a row of "
+                f"{', '.join(s.action_names)}; got the shape {actions.shape}."
+            )
+        return actions
 
     def step(self, actions: Array) -> None:
         """Hold the commands (count, drives) for the time of an action. Raises MechlabError for one that is not finite."""
@@ -82,7 +98,8 @@ class Fleet:
         if len(bad):
             i, k = bad[0]
             raise MechlabError(
-                f"{s.mechanism.name}: action of {s.action_names[k]!r} in simulation {i}: expected a finite number, got {actions[i, k]!r}."
+                f"{s.mechanism.name}: action of {s.action_names[k]!r} in simulation {i}: "
+                f"expected a finite number, got {float(actions[i, k])!r}."
             )
         self._ctrl[:] = s.drives.control(actions)
         stage = mujoco.mjtStage.mjSTAGE_POS if len(self._where) else mujoco.mjtStage.mjSTAGE_NONE

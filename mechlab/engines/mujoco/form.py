@@ -7,7 +7,7 @@ values, rates = form.named_state(data.qpos, data.qvel)             # and back
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
@@ -18,7 +18,7 @@ from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.named_state import Named, coordinates_of, named_rates, named_values, rates_of
+from mechlab.mechanism.named_state import Named, named_rates, named_values, numbers_of, state_of
 
 
 class MujocoForm:
@@ -48,12 +48,7 @@ class MujocoForm:
     def engine_state(self, values: Named | ArrayLike, rates: Named | ArrayLike | None = None) -> tuple[Array, Array]:
         """MuJoCo's qpos (nq,) and qvel (nv,) for physical values and rates of all joints by name, or for the coordinates and rates of the
         Mechanism as arrays; rates default to 0. Connectors follow. Raises MechlabError that names what is missing."""
-        m = self.mechanism
-        q = coordinates_of(m, values) if isinstance(values, Mapping) else np.asarray(values, dtype=float)
-        if rates is None:
-            v = np.zeros(m.nv)
-        else:
-            v = rates_of(m, rates) if isinstance(rates, Mapping) else np.asarray(rates, dtype=float)
+        q, v = state_of(self.mechanism, values, rates)
         qpos = self.map.engine_coordinates(q)
         return qpos, self.map.engine_rates(qpos, v)
 
@@ -61,6 +56,7 @@ class MujocoForm:
         self, qpos: ArrayLike, qvel: ArrayLike | None = None
     ) -> tuple[dict[str, float | Array], dict[str, float | Array]]:
         """Physical values and rates of all joints and shafts by name for MuJoCo's qpos and qvel: the inverse of `engine_state`."""
-        m = self.mechanism
-        v = np.zeros(m.nv) if qvel is None else self.map.rates(np.asarray(qvel, dtype=float))
-        return named_values(m, self.map.coordinates(np.asarray(qpos, dtype=float))), named_rates(m, v)
+        m, model = self.mechanism, self.model
+        q = self.map.coordinates(numbers_of(m, qpos, model.nq, "MuJoCo's qpos"))
+        v = np.zeros(m.nv) if qvel is None else self.map.rates(numbers_of(m, qvel, model.nv, "MuJoCo's qvel"))
+        return named_values(m, q), named_rates(m, v)

@@ -115,7 +115,7 @@ def advance(
         memory = data.qacc_warmstart.copy()
         stop = sample(data.time)
         if _fault(data) is not None:
-            return SteppingEnd(data.time, _reason(data, map_, data.qvel)), cpu, done
+            return SteppingEnd(data.time, end_reason(data, map_, data.qvel)), cpu, done
         data.qacc_warmstart[:] = memory
         if stop:
             break
@@ -163,11 +163,11 @@ def _locate(
         before[:] = data.qvel
         step(model, data, steps, k, k + 1)
         if _fault(data) is not None:
-            return SteppingEnd(steps.t(k + 1), _reason(data, map_, before))
-    return SteppingEnd(steps.t(end), _reason(data, map_, before))
+            return SteppingEnd(steps.t(k + 1), end_reason(data, map_, before))
+    return SteppingEnd(steps.t(end), end_reason(data, map_, before))
 
 
-def _reason(data: mujoco.MjData, map_: Coordinates, before: Array) -> str:
+def end_reason(data: mujoco.MjData, map_: Coordinates, before: Array) -> str:
     """Which rate ran away, from the state after (or, where that is not finite, before) the failing step."""
     names = map_.mechanism.rate_names
     after = map_.rates(data.qvel)

@@ -17,7 +17,7 @@ too, so a ProximalSettings with mu > 0 is needed: pin.ProximalSettings(1e-12, 1e
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -31,7 +31,7 @@ from mechlab.errors import unknown
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.named_state import Named, coordinates_of, named_rates, named_values, rates_of
+from mechlab.mechanism.named_state import Named, named_rates, named_values, numbers_of, state_of
 from mechlab.mechanism.parts import Joint, Loop, Shaft
 
 
@@ -154,12 +154,7 @@ class PinocchioForm:
     def engine_state(self, values: Named | ArrayLike, rates: Named | ArrayLike | None = None) -> tuple[Array, Array]:
         """Pinocchio's q (nq,) and v (nv,) for physical values and rates of all joints by name, or for the coordinates and rates of the
         Mechanism as arrays; rates default to 0. Raises MechlabError that names what is missing."""
-        m = self.mechanism
-        q = coordinates_of(m, values) if isinstance(values, Mapping) else np.asarray(values, dtype=float)
-        if rates is None:
-            v = np.zeros(m.nv)
-        else:
-            v = rates_of(m, rates) if isinstance(rates, Mapping) else np.array(rates, dtype=float)
+        q, v = state_of(self.mechanism, values, rates)
         return self._made.to_pin(q), v
 
     def named_state(
@@ -167,8 +162,8 @@ class PinocchioForm:
     ) -> tuple[dict[str, float | Array], dict[str, float | Array]]:
         """Physical values and rates of all joints and shafts by name for Pinocchio's q and v: the inverse of `engine_state`."""
         m = self.mechanism
-        own = self._made.from_pin(np.asarray(q, dtype=float))
-        return named_values(m, own), named_rates(m, np.zeros(m.nv) if v is None else np.asarray(v, dtype=float))
+        own = self._made.from_pin(numbers_of(m, q, self.model.nq, "Pinocchio's q"))
+        return named_values(m, own), named_rates(m, np.zeros(m.nv) if v is None else numbers_of(m, v, m.nv, "Pinocchio's v"))
 
 
 def rigid_constraints(made: PinModel, loop: Loop) -> list[pin.RigidConstraintModel]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mechlab.engines.mujoco.model import Model, to_mujoco
-from mechlab.engines.mujoco.model_file.trace import compile_file, compile_text
+from mechlab.engines.mujoco.model_file.trace import compile_file
 from mechlab.engines.mujoco.model_file.trial import TrialRun
 from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import LeftOut, ModelFile
@@ -153,12 +153,12 @@ def read_case(path: Path, read: Callable[[Path], ModelFile]) -> ExaminedFile:
     except (ValueError, KeyError, IndexError) as error:
         unread = f"{type(error).__name__}: {error}"
     if kind == "URDF":
-        model, refused = compile_text(ET.tostring(bare(root), encoding="unicode"))
+        model, refused = compile_file(ET.tostring(bare(root), encoding="unicode"))
     else:
         root = with_includes(root, path.parent)
         model, refused = compile_file(path)
         if model is None and any(mark in refused for mark in UNSEEN):
-            model, _ = compile_text(ET.tostring(bare_mjcf(root), encoding="unicode"))
+            model, _ = compile_file(ET.tostring(bare_mjcf(root), encoding="unicode"))
             stripped = refused if model is not None else ""
     if model is not None:
         _refuse_many(model.nv, f"{path}: ")

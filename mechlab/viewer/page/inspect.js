@@ -1,18 +1,23 @@
 // Inspecting: hover, pin, hide and isolate parts, with the mouse, by touch and from a list of the parts.
 
 class Inspector {
-  constructor(story, stage, sources, redraw) {
+  constructor(story, stage, labels, sources, redraw) {
     const byId = (id) => document.getElementById(id);
     this.stage = stage;
+    this.labels = labels;
     this.readings = new Readings(story, stage, sources);
     this.visibility = new Visibility(stage, redraw);
     this.hover = byId("hover");
+    this.follow = new Follow(stage, byId("following"));
     this.pickers = [];
     this.card = new Card(byId("card"), this.readings, [
       ["Hide", "Hide this part (show it again in the list of parts)", (body) => { this.visibility.hide(body); this.pin(null); }],
       ["Isolate", "Hide all other parts; again: show all", (body) => this.isolate(body)],
+      ["Follow", "The camera moves along with this part; again: it stays", (body) => this.follow.set(this.follow.body === body ? null : body)],
     ], () => this.pin(null));
     this.picker = new Picker(stage, byId("viewport"), (hit, event) => this.name(hit, event), (hit, event) => this.pick(hit, event));
+    this.section = new Section(stage, this.picker, byId("section"));
+    this.visibility.onMark(() => this.section.cut());
     this.list = new PartList(byId("parts"), stage, this);
     document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
   }
@@ -23,6 +28,7 @@ class Inspector {
   name(hit, event) {
     this.hover.hidden = !hit;
     this.visibility.mark("hover", hit && hit.body !== this.card.body ? hit.body : null);
+    this.labels.focus(hit ? hit.body : this.card.body);
     document.getElementById("viewport").classList.toggle("over", Boolean(hit));
     if (!hit) return;
     const body = this.stage.bodies[hit.body];

@@ -11,16 +11,17 @@ async function start() {
   const traces = new Traces(stage, story, read);
   let explorer = null, curves = null;
   const rig = new CameraRig(stage);
-  rig.view("iso");
+  rig.open();
   addViewButtons(rig, byId("views"));
   addTriad(rig, byId("triad"));
+  const springs = new Springs(stage, story.model);
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const sources = {
     value: (name) => (curves && curves.picker && !explorer ? curves.picker.value(name, player.time) : null),
     velocity: (body) => (explorer || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
   };
-  const inspector = new Inspector(story, stage, sources, () => stage.redraw());
+  const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
     if (!explorer) layers.arrows.apply(frame, share);
@@ -41,6 +42,9 @@ async function start() {
   if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
+  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer });
+  addLinkButton(address, byId("views"));
+
   window.lab = {
     ready: false,
     bodies: [...story.bodies],
@@ -52,8 +56,11 @@ async function start() {
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
+    rig,
     explorer,
     inspector,
+    springs,
+    address,
     curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
@@ -63,16 +70,9 @@ async function start() {
     viewer: stage.viewer,
     quality: stage.quality,
   };
-  followAddress(player);
+  address.apply(location.hash.slice(1));
+  window.addEventListener("hashchange", () => address.apply(location.hash.slice(1)));
   requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
-}
-
-/** A page opened with #t=1.2 starts at that time, one with #play starts playing. */
-function followAddress(player) {
-  const wishes = new URLSearchParams(location.hash.slice(1));
-  const time = Number(wishes.get("t"));
-  if (wishes.has("t") && Number.isFinite(time)) player.seek(time);
-  if (wishes.has("play")) player.play();
 }
 
 start().catch((error) => {

@@ -35,7 +35,7 @@ class Stage {
     // The viewer sizes itself from the window; here it is one part of a page.
     viewer.set_3d_pane_size = function () {
       const width = Math.max(1, viewport.clientWidth), height = Math.max(1, viewport.clientHeight);
-      this.camera.aspect = width / height;
+      fitAspect(this.camera, width / height);
       // The buttons take the upper edge; the picture moves down by half of that.
       this.camera.setViewOffset(width, height, 0, -BUTTON_ROOM / 2, width, height);
       this.camera.updateProjectionMatrix();
@@ -168,6 +168,7 @@ class Stage {
       }
       this.groups[part.body].add(mesh);
     }
+    if (this.onParts) this.onParts();
   }
 
   /** The pose (4 rows of 4) of a body in the mechanism's frame, as the scene shows it now. */
@@ -179,7 +180,11 @@ class Stage {
     return [0, 1, 2, 3].map((row) => [0, 1, 2, 3].map((column) => e[4 * column + row]));
   }
 
+  /** `update()` is called whenever bodies may have moved, before the picture is drawn. */
+  attach(update) { (this.attached = this.attached || []).push(update); }
+
   redraw() {
+    for (const update of this.attached || []) update();
     this.viewer.set_dirty();
     if (this.onRedraw) this.onRedraw();
   }

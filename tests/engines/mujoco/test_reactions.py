@@ -20,7 +20,7 @@ def wrench_on_b(lab, m, q, v, tau):
     _, multipliers = lab.dense(m, q, v, tau)
     tree, c = TreeKinematics(m, q, v), ConstraintSet(m)
     item = c.items[0]
-    ra, _, rb, _ = item._frames(tree)
+    ra, _, rb, _ = item.ends(tree)
     force, moment = np.zeros(3), np.zeros(3)
     for row, r in zip(item.rows, multipliers, strict=False):
         code = row.rsplit(".", 1)[1]

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mechlab as ml
-from mechlab.engines.mujoco.session import BLOCK, KEPT, UntrustedSession
+from mechlab.engines.mujoco.step_watch import BLOCK, KEPT, UntrustedSession
 from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.mechanism.parts import Control, Winding
 

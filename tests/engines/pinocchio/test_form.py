@@ -164,6 +164,18 @@ def test_a_state_that_is_not_whole_is_refused():
         form.engine_state(answer | {"crank_angle": np.nan})
 
 
+@pytest.mark.parametrize("engine", ["to_mujoco", "to_pinocchio"])
+def test_arrays_of_another_length_are_refused_with_what_was_expected(engine):
+    form = getattr(ml.load("fourbar"), engine)()
+    for call in (form.engine_state, form.named_state):
+        with pytest.raises(MechlabError, match=r"q(pos)?: expected 3 numbers \(.*crank_angle.*got the shape \(2,\)"):
+            call([1.0, 2.0])
+        with pytest.raises(MechlabError, match=r"(v|qvel): expected 3 numbers .*got the shape \(4,\)"):
+            call(np.zeros(3), np.zeros(4))
+        with pytest.raises(MechlabError, match="expected 3 numbers, got 'abc'"):
+            call("abc")
+
+
 def test_an_answer_of_solve_goes_into_the_engine_and_is_closed():
     """solve -> names -> qpos: the equality rows of MuJoCo are at rounding level there."""
     m = ml.load("fourbar").mechanism()

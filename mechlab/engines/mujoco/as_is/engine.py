@@ -18,10 +18,10 @@ from mechlab.engines.mujoco.as_is.controls import FileControls
 from mechlab.engines.mujoco.as_is.findings import gave_up, health, start_finding
 from mechlab.engines.mujoco.as_is.forces import ActuatorForces
 from mechlab.engines.mujoco.as_is.model import Start, file_settings, run_model, start
-from mechlab.engines.mujoco.as_is.states import FileStates
 from mechlab.engines.mujoco.as_is.work import WorkMeter, energy
 from mechlab.engines.mujoco.control import controlled
 from mechlab.engines.mujoco.control import engine as quiet
+from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
 from mechlab.engines.mujoco.model_file.read_rest import may_touch
 from mechlab.engines.mujoco.runner import versions
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, Grid, advance, grid
@@ -79,7 +79,7 @@ class FileEngine(Engine):
 
 def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered: bool) -> Recording:
     model = run_model(file, settings)
-    states = FileStates(file, model)
+    states = FileCoordinates(file, model)
     controls = FileControls(file, model, scene.controls)
     step = controls.step if controls else None
     with quiet():
@@ -156,7 +156,7 @@ class _Samples:
         file: ModelFile,
         model: mujoco.MjModel,
         data: mujoco.MjData,
-        states: FileStates,
+        states: FileCoordinates,
         meter: WorkMeter,
         scene: Scene,
         controls: FileControls,
@@ -208,7 +208,7 @@ class _Samples:
         return out
 
 
-def _laws(scene: Scene, states: FileStates, data: mujoco.MjData) -> AbstractContextManager[None]:
+def _laws(scene: Scene, states: FileCoordinates, data: mujoco.MjData) -> AbstractContextManager[None]:
     """The context in which the engine steps under the laws of the scene, evaluated at every stage of a step."""
     if not scene.laws:
         return quiet()
@@ -225,8 +225,8 @@ def _laws(scene: Scene, states: FileStates, data: mujoco.MjData) -> AbstractCont
     return controlled(data, act)
 
 
-def _apply(scene: Scene, states: FileStates, plant: TreePlant, data: mujoco.MjData) -> dict[str, float]:
-    plant.set(*states.of(data), data.time)
+def _apply(scene: Scene, states: FileCoordinates, plant: TreePlant, data: mujoco.MjData) -> dict[str, float]:
+    plant.set(*states.to_mechanism(data.qpos, data.qvel), data.time)
     force, by_name = applied_force(states.mechanism, scene.laws, data.time, plant)
     data.qfrc_applied[states.dof] = force
     return by_name

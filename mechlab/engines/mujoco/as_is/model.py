@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.as_is.states import FileStates
 from mechlab.engines.mujoco.model_file.compiled import given_name
+from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
 from mechlab.engines.mujoco.model_file.missing_meshes import load_model
 from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.model_file.trace import INTEGRATORS, at_timestep, integrator_name
@@ -60,7 +60,7 @@ class Start:
     data: mujoco.MjData
 
 
-def start(model: mujoco.MjModel, states: FileStates, scene: Scene) -> Start:
+def start(model: mujoco.MjModel, states: FileCoordinates, scene: Scene) -> Start:
     """The first keyframe of the file if it has one, or else qpos0, with the initial values of the scene.
 
     Loops are closed again where a value moves them. Raises NoSolution where they do not close.
@@ -70,14 +70,14 @@ def start(model: mujoco.MjModel, states: FileStates, scene: Scene) -> Start:
     if model.nkey:
         text = f"starts at the keyframe {given_name(model, mujoco.mjtObj.mjOBJ_KEY, 0) or '0'}"
     if scene.initial or scene.initial_rates:
-        q, v = states.of(data)
+        q, v = states.to_mechanism(data.qpos, data.qvel)
         q, v = _moved(states, scene, q), _faster(states, scene, v)
-        states.put(data, q, v)
+        data.qpos[:], data.qvel[:] = states.to_file(q, v)
         text += f", with {', '.join((*scene.initial, *(f'{n}_rate' for n in scene.initial_rates)))} as given"
     return Start(text, data)
 
 
-def _moved(states: FileStates, scene: Scene, q: Array) -> Array:
+def _moved(states: FileCoordinates, scene: Scene, q: Array) -> Array:
     m = states.mechanism
     if not scene.initial:
         return q
@@ -99,7 +99,7 @@ def _moved(states: FileStates, scene: Scene, q: Array) -> Array:
     return found.q
 
 
-def _faster(states: FileStates, scene: Scene, v: Array) -> Array:
+def _faster(states: FileCoordinates, scene: Scene, v: Array) -> Array:
     """Rates with those that are given: of joints alone, as the soft loops of a file take any rate."""
     m = states.mechanism
     v = np.array(v)

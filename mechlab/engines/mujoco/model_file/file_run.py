@@ -5,7 +5,6 @@ The cost of a step is counted by its numbers of coordinates and rows, not by a c
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
@@ -16,7 +15,7 @@ import numpy as np
 from mechlab.engines.mujoco.engine_warnings import words_of
 from mechlab.engines.mujoco.model_file.rows import loops
 from mechlab.engines.mujoco.model_file.start import start_data
-from mechlab.engines.mujoco.model_file.trace import HARD, INTEGRATORS
+from mechlab.engines.mujoco.model_file.trace import HARD, INTEGRATORS, at_timestep
 from mechlab.engines.mujoco.stepping import RATE_LIMIT
 from mechlab.experiment.prices import MUJOCO
 from mechlab.mechanism.geometry import Array
@@ -84,9 +83,7 @@ def price(model: mujoco.MjModel, rows: int) -> float:
 
 def prepared(model: mujoco.MjModel, h: float, better: str = "") -> mujoco.MjModel:
     """A copy with the timestep h and without the automatic reset. better: this integrator, with hard loops; else as the file says."""
-    model = copy.copy(model)
-    model.opt.timestep = h
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model = at_timestep(model, h)
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     if better:
         model.opt.integrator = INTEGRATORS[better]

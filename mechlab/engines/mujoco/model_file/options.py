@@ -14,13 +14,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.model_file.rows import (
-    EqualityRows,
-    joint_of_dof,
-    loops,
-    name_of,
-    tendon_moments,
-)
+from mechlab.engines.mujoco.model_file.rows import EqualityRows, joint_of_dof, loops, name_of, tendon_moments
 from mechlab.engines.mujoco.model_file.softness import equality_default
 from mechlab.engines.mujoco.model_file.trace import integrator_name
 from mechlab.engines.mujoco.model_file.trial import TrialRun
@@ -56,10 +50,9 @@ def settings_to_paste(model: mujoco.MjModel, trial: TrialRun | None, findings: I
         f'<option timestep="{h:g}" integrator="{"discrete" if unstable else better}" jacobian="dense">',
         '  <flag autoreset="disable"/>',
         "</option>",
+        equality_default(h),
+        "<!-- an equality with a solref or solimp of its own keeps it: delete those attributes -->",
     ]
-    if loops(model):
-        lines.append(equality_default(h))
-        lines.append("<!-- an equality with a solref or solimp of its own keeps it: delete those attributes -->")
     return "\n".join(lines)
 
 

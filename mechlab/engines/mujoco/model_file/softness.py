@@ -50,7 +50,7 @@ def softness(model: mujoco.MjModel, harmless: bool = False) -> Iterator[Symptom]
             soft.append(k)
         elif tc > HARD_TIMECONST * h or d < HARD_IMPEDANCE:
             middling.append(k)
-    paste = f"{equality_default(h)}"
+    paste = equality_default(h)
     if soft:
         k = soft[0]
         text = (
@@ -79,8 +79,7 @@ def softness(model: mujoco.MjModel, harmless: bool = False) -> Iterator[Symptom]
 
 def sag(model: mujoco.MjModel, qpos: Array, gaps: Mapping[int, float] | None = None) -> Iterator[Symptom]:
     """Finding "sag": how far a row gives way under the weight and controls of the start, r = R f / (K d^2), the r of
-    the
-    module: f, the force before the row gives way, is d times the standing load. Light parts under load sag most.
+    the module: f, the force before the row gives way, is d times the standing load. Light parts under load sag most.
 
     gaps: largest residual by equality that a short run showed; where stops or contacts hold the parts before the row does, it is
     far below r, and is reported instead.

@@ -13,6 +13,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.closure import constraint_jacobian
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.model_file.compiled import compiled
 from mechlab.engines.mujoco.model_file.guarded import ModelRefused, load_file, load_text
 from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.trace import step_through
@@ -100,10 +101,7 @@ def read_model(path: Path) -> FileModel:
     """The model of an MJCF file; raises MechlabError with MuJoCo's words when it refuses the file."""
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
-    try:
-        return FileModel(load_file(path))
-    except ModelRefused as error:
-        raise MechlabError(f"{path}: MuJoCo refuses the model: {error}") from None
+    return FileModel(compiled(path))
 
 
 def trace_file(source: FileModel, integrator: str, hard: bool, duration: float, outputs: int, each: int) -> FileTrace:
@@ -169,18 +167,10 @@ def file_order(run: Callable[[str, bool, int], Any], model: Any, hard: bool, bet
     )
 
 
-def compile_file(path: Path) -> tuple[mujoco.MjModel | None, str]:
-    """The model of an MJCF or URDF file, or None and MuJoCo's words when it refuses the file, or what happened when it crashes."""
-    return _compiled(lambda: load_file(path))
-
-
-def compile_text(text: str) -> tuple[mujoco.MjModel | None, str]:
-    """As `compile_file`, of the text of a file."""
-    return _compiled(lambda: load_text(text))
-
-
-def _compiled(make: Callable[[], mujoco.MjModel]) -> tuple[mujoco.MjModel | None, str]:
+def compile_file(source: Path | str) -> tuple[mujoco.MjModel | None, str]:
+    """The model of an MJCF or URDF file (a Path), or of a text; or None and MuJoCo's words when it refuses it, or what happened when
+    it crashes."""
     try:
-        return make(), ""
+        return load_file(source) if isinstance(source, Path) else load_text(source), ""
     except ModelRefused as error:
         return None, str(error)
