@@ -204,8 +204,9 @@ class PlotView {
     frame.addEventListener("pointerleave", () => this.point(null));
     frame.addEventListener("dblclick", () => this.window.reset());
     frame.addEventListener("keydown", (event) => {
-      const action = { "+": () => this.window.scale(0.5, this.player.time), "=": () => this.window.scale(0.5, this.player.time),
-        "-": () => this.window.scale(2, this.player.time), 0: () => this.window.reset() }[event.key];
+      const actions = { "+": () => this.window.scale(0.5, this.player.time), "=": () => this.window.scale(0.5, this.player.time),
+        "-": () => this.window.scale(2, this.player.time), 0: () => this.window.reset() };
+      const action = actions[event.key];
       if (!action || event.ctrlKey || event.metaKey) return;
       event.preventDefault();
       event.stopPropagation();
