@@ -149,7 +149,8 @@ def parse_number(key: str, text: str, *units: str) -> float:
     """One number in the first of the SI `units`, or in another of them. Raises MechlabError, naming `key`, for anything else."""
     value = _scalar(key, text)
     if isinstance(value, str) or getattr(value, "unit", units[0]) not in units:
-        raise MechlabError(f"{key}: expected a number [{' or '.join(units)}], got {text!r}.")
+        wanted = " or ".join(u for u in units if u)
+        raise MechlabError(f"{key}: expected a number{f' [{wanted}]' if wanted else ''}, got {text!r}.")
     return float(value)
 
 

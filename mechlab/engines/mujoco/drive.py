@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
-from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
 from mechlab.experiment.laws import AppliedForce, DcMotor, Law, LawStates, Servo
