@@ -92,8 +92,8 @@ def recording_story(
     if len(recording.t) < 3:
         return story
     knots = choose_knots(
-        mechanism, recording.t, q, drawn_rates(recording, drawn), story.parts, frame_story(story).radius,
-        lambda x: placed(mechanism, x)[1], story.bodies,
+        mechanism, recording.t, q, drawn_rates(recording, drawn), annotate.body_corners(story.parts, story.bodies),
+        frame_story(story).radius, lambda x: placed(mechanism, x)[1],
     )  # fmt: skip
     return replace(story, knots=knots, playback=_said(knots))
 

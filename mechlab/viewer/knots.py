@@ -7,7 +7,7 @@ is left out while no body is off there by more than a tolerance, by the bound su
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.viewer.story import Part
 
 TIGHTEST = 5e-7
 """Tolerance of a recording that is small enough, relative to the radius of the mechanism."""
@@ -115,11 +114,11 @@ def continuous(m: Mechanism, q: Array, rates: Array) -> tuple[Array, Array]:
 
 
 def choose_knots(
-    m: Mechanism, t: Array, q: Array, rates: Array, parts: Sequence[Part], radius: float, poses: Callable[[Array], Array],
-    names: Sequence[str],
+    m: Mechanism, t: Array, q: Array, rates: Array, corners: Mapping[int, Array], radius: float, poses: Callable[[Array], Array],
 ) -> Knots:  # fmt: skip
     """Knots of the coordinates q (n, nq) with time derivatives `rates` at t (n,): the tightest tolerance whose knots fit into
-    MOST_BYTES. radius [m] of all that is drawn; poses(q) -> (n, nb, 4, 4) of the bodies `names`."""
+    MOST_BYTES. radius [m] of all that is drawn; poses(q) -> (n, nb, 4, 4) of the bodies; corners: index of a body -> (c, 3) points
+    of it [m]."""
     q, rates = continuous(m, q, rates)
     most = max(2, MOST_BYTES // (16 * max(1, m.nq)))
     tolerance = TIGHTEST * radius
@@ -130,7 +129,6 @@ def choose_knots(
             break
         tolerance *= LOOSER
     coarse = np.unique(np.append(keep[::2], keep[-1]))
-    corners = _corners(parts, names)
     error, halved = (
         _distance(corners, poses, q, hermite(t[k], q[k], rates[k], t)) if len(k) < len(t) else 0.0 for k in (keep, coarse)
     )  # half of the knots: 16 times the error of a method of the fourth order
@@ -199,19 +197,7 @@ def _worst(t: Array, q: Array, rates: Array, levers: Array, ends: Indices, owner
     return worst
 
 
-def _corners(parts: Sequence[Part], names: Sequence[str]) -> dict[int, Array]:
-    """Body -> (8, 3) corners of the box round its parts, in the body."""
-    out = {}
-    for k, name in enumerate(names):
-        own = [p.vertices @ p.placement[:3, :3].T + p.placement[:3, 3] for p in parts if p.body == name]
-        if own:
-            points = np.concatenate(own)
-            box = zip(points.min(axis=0), points.max(axis=0), strict=True)
-            out[k] = np.array(list(itertools.product(*box)))
-    return out
-
-
-def _distance(corners: dict[int, Array], poses: Callable[[Array], Array], true: Array, shown: Array) -> float:
+def _distance(corners: Mapping[int, Array], poses: Callable[[Array], Array], true: Array, shown: Array) -> float:
     """Largest distance [m] of a corner at two sets of coordinates (n, nq)."""
     worst = 0.0
     for first in range(0, len(true), CHUNK):

@@ -206,11 +206,11 @@ class PlotView {
     frame.addEventListener("keydown", (event) => {
       const actions = { "+": () => this.window.scale(0.5, this.player.time), "=": () => this.window.scale(0.5, this.player.time),
         "-": () => this.window.scale(2, this.player.time), 0: () => this.window.reset() };
-      const action = actions[event.key];
-      if (!action || event.ctrlKey || event.metaKey) return;
+      const answer = actions[event.key];
+      if (!answer || event.ctrlKey || event.metaKey) return;
       event.preventDefault();
       event.stopPropagation();
-      action();
+      answer();
     });
   }
 
