@@ -174,8 +174,8 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design with its
-    sweeps, or a sentence why there is none. home: index of the value of the story itself."""
+    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design, or a
+    sentence why there is none. home: index of the value of the story itself."""
 
     key: str
     unit: str
@@ -195,10 +195,11 @@ class Story:
     from its result. arrows, marks: see `Arrow`, `Mark`. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, named
     `ghost_name`; visible at the start if `ghost_shown`; ghost_parts: its parts (default: parts); ghost_traces:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
-    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
-    drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
-    page's own floor; model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
-    knots: coordinates of `model`, from which the page takes its poses instead of `poses`, see `mechlab.viewer.knots`;
+    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: the page opens
+    to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time.
+    floors: drawn instead of the page's own floor;
+    model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    knots: coordinates of it, from which the page has its poses instead of `poses`, see `mechlab.viewer.knots`;
     channels: all that were recorded, for plots that are asked for in the page. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """

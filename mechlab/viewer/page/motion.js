@@ -31,6 +31,9 @@ class Motion {
     return { frame, share: last ? 0 : Math.max(0, (time - this.times[frame]) / (this.times[frame + 1] - this.times[frame])) };
   }
 
+  /** Coordinates of the model at `time`, a new array; null for poses without a model. */
+  coordinates(time) { return this.knots ? this.knots.at(time).slice() : null; }
+
   /** Moves every group to its pose at `time`; poses without a model: positions linearly, rotations along the shortest arc between
    * two frames. */
   apply(groups, time) {
