@@ -198,6 +198,8 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("session", "observe"): (lambda p: _session(seed=1), lambda p: _session(seed=1, observe=["angle"])),
     ("session", "start"): (lambda p: _session(seed=1), lambda p: _session(seed=1, start=lambda rng: {"angle_0": 0.5})),
     ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
+    ("session", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: ml.session("pendulum", engine="file"))),
+    ("environment", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: _episode(engine="file"))),
     ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
     ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
     ("track", "times"): (

@@ -81,7 +81,7 @@ def _refuse_keys(given: Values) -> None:
 def explore(
     source: Source, values: Values | None = None, /, *, vary: Mapping[str, Axis] | None = None, **parameters: Value
 ) -> Story:
-    """A Story whose drives can be moved by sliders in the page: the richest fidelity, closed poses solved beforehand.
+    """A Story whose drives can be moved by sliders and parts grabbed in the page, which solves the loops: the richest fidelity.
 
     vary: up to two parameters that can be changed in the page too, key -> range or values; by default those that the entry
     names, by 20 % either way.

@@ -25,7 +25,7 @@ from mechlab.mechanism.model import Mechanism
 
 if TYPE_CHECKING:
     from mechlab.engines.mujoco.fleet import Fleet
-    from mechlab.engines.mujoco.session import Session
+    from mechlab.engines.mujoco.step_loop import StepLoop
 
 BEYOND = 0.1
 """Share of its range by which a joint may push into its soft stops: bounds of the observation space."""
@@ -34,7 +34,7 @@ Reward = Callable[[Array, Array, Any], float]
 Terminated = Callable[[Array, Any], bool]
 
 
-def observation_space(session: Session) -> gymnasium.spaces.Box:
+def observation_space(session: StepLoop) -> gymnasium.spaces.Box:
     """Ranges of joints, widened by BEYOND; RATE_LIMIT for rates; no bounds for what has none."""
     seen = session.seen
     wide = np.where(np.isfinite(seen.high - seen.low), BEYOND * (seen.high - seen.low), 0.0)
@@ -43,7 +43,7 @@ def observation_space(session: Session) -> gymnasium.spaces.Box:
     return gymnasium.spaces.Box(np.where(rates, -RATE_LIMIT, low), np.where(rates, RATE_LIMIT, high), dtype=np.float64)
 
 
-def action_space(session: Session) -> gymnasium.spaces.Box:
+def action_space(session: StepLoop) -> gymnasium.spaces.Box:
     """Useful commands of the drives. Raises MechlabError where there are no drives."""
     if not session.action_names:
         raise MechlabError(
@@ -57,7 +57,7 @@ class Environment(gymnasium.Env[Array, Array]):
 
     metadata: dict[str, Any] = {"render_modes": []}
 
-    def __init__(self, session: Session, reward: Reward, terminated: Terminated | None, seconds: float) -> None:
+    def __init__(self, session: StepLoop, reward: Reward, terminated: Terminated | None, seconds: float) -> None:
         self.session = session
         self._reward, self._terminated, self.seconds = reward, terminated, seconds
         self.observation_space: Any = observation_space(session)

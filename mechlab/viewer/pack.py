@@ -24,6 +24,7 @@ from mechlab.viewer.framing import (
     outermost,
     tempo,
 )
+from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Part, Story
 
 Array = NDArray[np.float64]
@@ -148,7 +149,10 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "speeds": list(SPEEDS),
         },
         "model": None if story.model is None else _pack_model(story.model, block),
-        "explore": None if story.explore is None else story.explore.packed(block, pack_motion),
+        "coordinates": None if story.coordinates is None or len(story.t) < 2 else block.add(story.coordinates, "f4"),
+        "explore": None
+        if story.explore is None
+        else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
         "variants": [
             {
                 "key": v.key,
@@ -226,18 +230,21 @@ def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:
 def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
     """The parts of a story in which the variants of a mechanism differ."""
     geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
-    explore = None if story.explore is None else story.explore.packed(block, pack_motion)
-    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "explore": explore}
+    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story),
+            "model": None if story.model is None else _pack_model(story.model, block)}  # fmt: skip
+
+
+def _pack_reach(reach: BorderSurface | None, block: ByteBlock) -> dict[str, Any] | None:
+    if reach is None:
+        return None
+    return {"name": reach.name, "positions": block.add(reach.vertices, "f4"), "faces": block.add(reach.faces, "u2")}
 
 
 def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
     """Unit -> amount of it that an arrow one grid step long or a ring one grid step wide stands for: 1, 2 or 5 times a power of ten."""
     largest: dict[str, float] = {}
-    found = [(a.unit, a.vectors) for a in story.arrows]
-    if story.explore is not None:
-        found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
-    for unit, vectors in found:
-        largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
+    for arrow in story.arrows:
+        largest[arrow.unit] = max(largest.get(arrow.unit, 0.0), float(np.nanmax(np.linalg.norm(arrow.vectors, axis=1))))
     length = {unit: ARROW_LENGTH * radius * (RING_SHARE if unit == "N m" else 1.0) for unit in largest}
     return {unit: nice_step(size * step / length[unit], 1) for unit, size in largest.items() if size > 0}
 

@@ -22,7 +22,7 @@ class Address {
       for (const name of curves.picker ? curves.picker.chosen : []) wishes.append("plot", name);
       if (curves.window.zoomed) wishes.set("zoom", [curves.window.start, curves.window.end].map(number).join());
     }
-    if (explorer && explorer.given) for (const [name, value] of Object.entries(explorer.given())) wishes.append("drive", `${value},${name}`);
+    if (explorer) for (const [name, value] of Object.entries(explorer.given())) wishes.append("drive", `${value},${name}`);
     return wishes.toString();
   }
 
@@ -41,11 +41,11 @@ class Address {
     if (wishes.has("hide")) inspector.visibility.set(wishes.getAll("hide").map(body).filter((k) => k !== null));
     const [axis, at, side] = (wishes.get("section") || "").split(",");
     if (axis in AXES && Number.isFinite(Number(at))) section.set(axis, Number(at), side === "after");
-    if (explorer && explorer.give && wishes.has("drive")) {
+    if (wishes.has("t") && Number.isFinite(Number(wishes.get("t")))) player.seek(Number(wishes.get("t")));
+    if (explorer && wishes.has("drive")) {
       const pairs = wishes.getAll("drive").map((item) => [item.slice(item.indexOf(",") + 1), Number(item.slice(0, item.indexOf(",")))]);
       explorer.give(Object.fromEntries(pairs.filter(([, value]) => Number.isFinite(value))));
     }
-    if (wishes.has("t") && Number.isFinite(Number(wishes.get("t")))) player.seek(Number(wishes.get("t")));
     if (wishes.has("flat")) rig.projection.set(wishes.get("flat") === "1");
     if (wishes.has("camera") && finite(numbers("camera"), 6)) rig.look(numbers("camera").slice(0, 3), numbers("camera").slice(3));
     if (wishes.has("pin")) inspector.pin(body(wishes.get("pin")));

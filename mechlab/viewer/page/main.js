@@ -4,7 +4,7 @@ async function start() {
   const byId = (id) => document.getElementById(id);
   const story = JSON.parse(byId("story").textContent);
   const read = await blockReader(byId("block").textContent);
-  if (story.model) story.model = JSON.parse(new TextDecoder().decode(read(story.model)));
+  for (const source of [story, ...story.variants.flatMap((v) => v.choices)]) if (source.model) source.model = JSON.parse(new TextDecoder().decode(read(source.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
   const stage = new Stage(byId("viewport"), story, read);
@@ -18,20 +18,21 @@ async function start() {
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const sources = {
-    value: (name) => (curves && curves.picker && !explorer ? curves.picker.value(name, player.time) : null),
-    velocity: (body) => (explorer || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
+    value: (name) => (explorer && explorer.byHand ? explorer.value(name) : curves && curves.picker ? curves.picker.value(name, player.time) : null),
+    velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
   };
   const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
-    if (!explorer) layers.arrows.apply(frame, share);
+    if (!explorer || !explorer.byHand) layers.arrows.apply(frame, share);
     if (layers.ghost) layers.ghost.apply(time);
     byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
     inspector.update();
     stage.redraw();
   };
   player.onTime((time) => {
-    if (!explorer) {
+    if (explorer) explorer.comeBack();
+    if (!explorer || !explorer.byHand) {
       motion.apply(stage.groups, time);
       traces.apply(motion.frame(time));
     }
@@ -39,7 +40,7 @@ async function start() {
   });
   curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
-  if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
+  explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
   const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer });
@@ -56,6 +57,7 @@ async function start() {
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
+    onScreen: (point) => onScreen(stage, new THREE.Vector3(...point)),
     rig,
     explorer,
     inspector,

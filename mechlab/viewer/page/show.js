@@ -24,7 +24,7 @@ class Ghost {
     this.motion = new Motion({ ...story, motion: story.ghost.motion }, read);
     this.holder = new THREE.Group();
     this.holder.name = "ghost";
-    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(0x5a6b82).convertSRGBToLinear(), transparent: true, opacity: 0.28, depthWrite: false, roughness: 1 });
+    const material = faintMaterial();
     const draw = (group, geometry, matrix) => {
       const mesh = new THREE.Mesh(geometry, material);
       mesh.matrixAutoUpdate = false;
