@@ -39,7 +39,7 @@ class Labels {
 
   ordered() {
     const rank = (item) => (item.kind === "measure" ? 0 : item.body !== null && item.body === this.focused ? 1 : item.kind === "force" || item.kind === "torque" ? 2 : 3);
-    return this.items.length <= MOST_LABELS ? this.items : [...this.items].sort((a, b) => rank(a) - rank(b));
+    return [...this.items].sort((a, b) => rank(a) - rank(b));
   }
 
   place() {
