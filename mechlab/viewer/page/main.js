@@ -45,10 +45,11 @@ async function start() {
   });
   curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
+  const clips = addClips(story.clips, player, curves, byId("panel"));
   explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
   if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
-  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer });
+  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer, clips });
   addLinkButton(address, byId("views"));
 
   window.lab = {
@@ -68,6 +69,7 @@ async function start() {
     inspector,
     springs,
     address,
+    clips,
     curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
