@@ -13,10 +13,12 @@ class CameraRig {
     camera.near = 0.02 * this.framing.radius;
     camera.far = 100 * this.framing.radius;
     controls.addEventListener("start", () => { this.touched = true; });
-    new ResizeObserver(() => {
+    const resized = new ResizeObserver(() => {
       stage.viewer.set_3d_pane_size();
       if (!this.touched) this.fit();
-    }).observe(stage.viewer.dom_element);
+    });
+    resized.observe(stage.viewer.dom_element);
+    atEnd(() => resized.disconnect());
   }
 
   view(name) {

@@ -14,7 +14,7 @@ class Inspector {
     ], () => this.pin(null));
     this.picker = new Picker(stage, byId("viewport"), (hit, event) => this.name(hit, event), (hit, event) => this.pick(hit, event));
     this.list = new PartList(byId("parts"), stage, this);
-    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
+    listenTo(document, "keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
   }
 
   /** Takes over the clicks for a while: `picker(hit, event)` returns true when it has used one. */
@@ -89,7 +89,7 @@ class PartList {
 
 /** A menu (a details element) closes by a press elsewhere and by Escape. */
 function closeOutside(holder) {
-  document.addEventListener("pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
+  listenTo(document, "pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
   holder.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !holder.open) return;
     holder.open = false;

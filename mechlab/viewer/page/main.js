@@ -1,13 +1,21 @@
 // Puts the page together and offers it to scripts as window.lab.
 
 async function start() {
+  const blank = document.getElementById("lab").cloneNode(true);
+  const story = JSON.parse(document.getElementById("story").textContent);
+  const read = await blockReader(document.getElementById("block").textContent);
+  let parts = build(story, read);
+  followAddress(parts.player);
+  if (story.live) new Live(story, parts, (next, block, adopt) => { parts = replaceStory(parts, next, block, blank, adopt); });
+}
+
+/** Builds the page of a story, and returns its parts. `renderer`: that of the story shown before. */
+function build(story, read, renderer) {
   const byId = (id) => document.getElementById(id);
-  const story = JSON.parse(byId("story").textContent);
-  const read = await blockReader(byId("block").textContent);
   if (story.model) story.model = JSON.parse(new TextDecoder().decode(read(story.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
-  const stage = new Stage(byId("viewport"), story, read);
+  const stage = new Stage(byId("viewport"), story, read, renderer);
   const traces = new Traces(stage, story, read);
   let explorer = null, curves = null;
   const rig = new CameraRig(stage);
@@ -39,7 +47,6 @@ async function start() {
   curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
   if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
-  if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
   window.lab = {
     ready: false,
@@ -63,8 +70,9 @@ async function start() {
     viewer: stage.viewer,
     quality: stage.quality,
   };
-  followAddress(player);
-  requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
+  const handle = window.lab;
+  requestAnimationFrame(() => requestAnimationFrame(() => { handle.ready = true; }));
+  return { stage, rig, player, panel: byId("panel"), notice: byId("notice") };
 }
 
 /** A page opened with #t=1.2 starts at that time, one with #play starts playing. */
