@@ -48,7 +48,7 @@ def read_urdf(path: Path, content: str) -> ModelFile:
     whole = whole_from_sidecar(path, content)
     if whole is not None:
         mechanism, note = whole
-        return ModelFile(path, "URDF", mechanism, left_out(text), (note,) if note else ())
+        return ModelFile(path, "URDF", mechanism, (), (note,) if note else ())
     text.surfaces, text.unread = read_surfaces(text.root, path.parent)
     found, notes = _companions(path, text)
     try:

@@ -39,7 +39,7 @@ from mechlab.lab.order_check import fixed_steps, suspects
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.structure import nearest_to_singular
+from mechlab.mechanism.singularity import nearest_to_singular
 
 Again = Callable[[Scene, Settings, Array], Recording]
 """A scene once more, with other settings, at given times at least."""

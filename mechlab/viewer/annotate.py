@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -57,12 +58,24 @@ def arrows(recording: Recording, keep: Array) -> tuple[Arrow, ...]:
                 rotation, origin = tree.pose(shaft.body)
                 points[k][i] = origin + rotation @ shaft.placement.translation
                 vectors[k][i] = rotation @ shaft.placement.rotation[:, 2] * values[k][i, 0]
-    out = []
+    out, driven = [], {d.on for d in m.drives}
     for k in order:
         unit = recording.units.get(readers[k][2][0], "")
-        label = readers[k][1] if readers[k][0] == "loop" else f"{readers[k][1]} (drive)"
-        out.append(Arrow(label, "force" if unit == "N" else "torque", unit, points[k], vectors[k]))
+        label = readers[k][1] if readers[k][0] == "loop" else f"{readers[k][1]} ({'drive' if readers[k][1] in driven else 'load'})"
+        shown: Literal["force", "torque"] = "force" if unit == "N" else "torque"
+        out.append(Arrow(label, shown, unit, points[k], vectors[k], *_between(m, *readers[k][:2])))
     return tuple(out)
+
+
+def _between(m: Mechanism, kind: str, name: str) -> tuple[str, str]:
+    """The body that the force of a loop or a drive acts on, and the one that feels the opposite."""
+    if kind == "loop":
+        loop = next(x for x in m.loops if x.name == name)
+        return loop.body_b, loop.body_a
+    body = next((b for b in m.bodies if any(j.name == name for j in b.joints)), None)
+    if body is not None:
+        return body.name, body.parent
+    return name, next(s.body for s in m.shafts if s.name == name)
 
 
 def marks(mechanism: Mechanism, parts: Sequence[Part]) -> tuple[Mark, ...]:

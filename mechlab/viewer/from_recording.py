@@ -25,9 +25,10 @@ from mechlab.shapes import mesh
 from mechlab.viewer import annotate
 from mechlab.viewer.channels import recorded_channels
 from mechlab.viewer.chosen_plots import chosen_plots
-from mechlab.viewer.explore.sweep import BorderSurface
+from mechlab.viewer.explore import explore
 from mechlab.viewer.framing import frame_story
 from mechlab.viewer.lines import lines
+from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Arrow, Floor, Part, Plot, Severity, Story
 
 
@@ -117,7 +118,7 @@ def motion_story(
         arrows=arrows, marks=annotate.marks(mechanism, parts),
         ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
         tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
-        floors=floors_of(names, poses, owners), model=mechanism,
+        floors=floors_of(names, poses, owners), model=mechanism, coordinates=q,
         playback=_playback(annotate.playback_error(poses, names, parts), len(t), recorded or len(t)),
     )  # fmt: skip
 
@@ -129,13 +130,10 @@ def exploration_story(
     rates: Mapping[str, float] | None = None,
     reach: BorderSurface | None = None,
 ) -> Story:
-    """A Story whose drives can be moved in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
-    from mechlab.viewer.explore import explore
-
+    """A Story that opens to be moved by hand in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
     still = mechanism_story(mechanism, title, facts)
     size = 2.0 * frame_story(still).radius
-    found = explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size, rates)
-    return replace(still, explore=replace(found, reach=reach))
+    return replace(still, explore=explore(mechanism, lambda q: placed(mechanism, q)[1], size, rates, reach))
 
 
 def _playback(error: float, shown: int, recorded: int) -> str:

@@ -84,24 +84,28 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
         return str(error)
     if other.bodies != story.bodies or other.explore is None or story.explore is None:
         return f"with {key} = {value:g} the mechanism has other parts"
-    names = [s.name for s in story.explore.sweeps]
-    if [s.name for s in other.explore.sweeps] != names:
+    if other.explore.drives != story.explore.drives:
         return f"with {key} = {value:g} the mechanism is driven otherwise"
     return replace(other, explore=replace(other.explore, reach=None))
 
 
-STYLES = ("page.css", "inspect.css")
+STYLES = ("page.css", "inspect.css", "hand.css")
 SOLVER = (
     "solver/tree.js", "solver/model.js", "solver/closure.js", "solver/factors.js", "solver/structure.js", "solver/holds.js",
-    "solver/manifold.js", "solver/pose_solver.js", "solver/pull.js",
+    "solver/manifold.js", "solver/walk.js", "solver/follow.js", "solver/pull.js", "solver/pose_solver.js",
 )  # fmt: skip
 """Scripts of the solver, which need no page: together they also run in Node."""
+BY_HAND = (
+    "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
+    "free_body.js", "coupler_curves.js", "explore.js",
+)  # fmt: skip
+"""Scripts for moving the mechanism by hand."""
 SCRIPTS = (
     *SOLVER,
-    "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js",
-    "explore.js", "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js",
-    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "replace.js",
-    "main.js",
+    "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
+    "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
+    "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js", "camera.js", "player.js",
+    "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "replace.js", "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 

@@ -13,6 +13,7 @@ from mechlab.formats.mechanism_json import to_json
 from mechlab.mechanism import Mechanism
 from mechlab.shapes.feature_edges import split_at_edges
 from mechlab.viewer.channels import Channels
+from mechlab.viewer.facing import faced_from
 from mechlab.viewer.framing import (
     FIELD_OF_VIEW,
     MARGIN,
@@ -23,12 +24,15 @@ from mechlab.viewer.framing import (
     outermost,
     tempo,
 )
+from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Part, Story
 
 Array = NDArray[np.float64]
 
 ARROW_LENGTH = 0.7
 """Largest length of an arrow, in radii of the mechanism."""
+RING_SHARE = 0.6
+"""Largest width of the ring of a torque, relative to ARROW_LENGTH."""
 FEW_ARROWS = 3
 """A story with at most this many arrows shows all of them; the page has the same constant."""
 
@@ -120,6 +124,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
                 "unit": a.unit,
                 "points": block.add(a.points, "f8"),
                 "vectors": block.add(a.vectors, "f8"),
+                "on": a.on,
+                "by": a.by,
             }
             for a in story.arrows
         ],
@@ -143,7 +149,10 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "speeds": list(SPEEDS),
         },
         "model": None if story.model is None else _pack_model(story.model, block),
-        "explore": None if story.explore is None else story.explore.packed(block, pack_motion),
+        "coordinates": None if story.coordinates is None or len(story.t) < 2 else block.add(story.coordinates, "f4"),
+        "explore": None
+        if story.explore is None
+        else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
         "variants": [
             {
                 "key": v.key,
@@ -164,6 +173,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "fieldOfView": FIELD_OF_VIEW,
             "margin": MARGIN,
             "threeQuarter": THREE_QUARTER.tolist(),
+            "face": None if (face := faced_from(story, framing)) is None else face.tolist(),
         },
     }
     return document, block.bytes()
@@ -220,19 +230,23 @@ def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:
 def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
     """The parts of a story in which the variants of a mechanism differ."""
     geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
-    explore = None if story.explore is None else story.explore.packed(block, pack_motion)
-    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "explore": explore}
+    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story),
+            "model": None if story.model is None else _pack_model(story.model, block)}  # fmt: skip
+
+
+def _pack_reach(reach: BorderSurface | None, block: ByteBlock) -> dict[str, Any] | None:
+    if reach is None:
+        return None
+    return {"name": reach.name, "positions": block.add(reach.vertices, "f4"), "faces": block.add(reach.faces, "u2")}
 
 
 def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
-    """Unit -> amount of it that an arrow one grid step long stands for: 1, 2 or 5 times a power of ten."""
+    """Unit -> amount of it that an arrow one grid step long or a ring one grid step wide stands for: 1, 2 or 5 times a power of ten."""
     largest: dict[str, float] = {}
-    found = [(a.unit, a.vectors) for a in story.arrows]
-    if story.explore is not None:
-        found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
-    for unit, vectors in found:
-        largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
-    return {unit: nice_step(size * step / (ARROW_LENGTH * radius), 1) for unit, size in largest.items() if size > 0}
+    for arrow in story.arrows:
+        largest[arrow.unit] = max(largest.get(arrow.unit, 0.0), float(np.nanmax(np.linalg.norm(arrow.vectors, axis=1))))
+    length = {unit: ARROW_LENGTH * radius * (RING_SHARE if unit == "N m" else 1.0) for unit in largest}
+    return {unit: nice_step(size * step / length[unit], 1) for unit, size in largest.items() if size > 0}
 
 
 def _tips(story: Story, scales: dict[str, float], step: float) -> list[list[float]]:

@@ -148,13 +148,15 @@ class Plot:
 @dataclass(frozen=True, eq=False)
 class Arrow:
     """A force or a torque over the story's time: kind "force" or "torque"; points: (n, 3) where it acts [m];
-    vectors: (n, 3) in `unit`, world axes."""
+    vectors: (n, 3) in `unit`, world axes; on: the body it acts on, by: the one that feels the opposite ("": not known)."""
 
     name: str
     kind: Literal["force", "torque"]
     unit: str
     points: Array
     vectors: Array
+    on: str = ""
+    by: str = ""
 
 
 @dataclass(frozen=True)
@@ -171,8 +173,8 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design with its
-    sweeps, or a sentence why there is none. home: index of the value of the story itself."""
+    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design, or a
+    sentence why there is none. home: index of the value of the story itself."""
 
     key: str
     unit: str
@@ -192,9 +194,11 @@ class Story:
     from its result. arrows, marks: see `Arrow`, `Mark`. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, named
     `ghost_name`; visible at the start if `ghost_shown`; ghost_parts: its parts (default: parts); ghost_traces:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
-    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
-    drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
-    page's own floor; model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: the page opens
+    to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time.
+    floors: drawn instead of the page's own floor;
+    model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    coordinates: of it, (n, nq), from which a recorded pose is moved by hand;
     channels: all that were recorded, for plots that are asked for in the page. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
@@ -224,6 +228,7 @@ class Story:
     variants: tuple[Variation, ...] = ()
     floors: tuple[Floor, ...] = ()
     model: Mechanism | None = None
+    coordinates: Array | None = None
     channels: Channels = field(default_factory=Channels)
 
     def __post_init__(self) -> None:
@@ -266,7 +271,7 @@ class Story:
             Arrow(
                 a.name, a.kind, a.unit,
                 frozen(a.points, f"arrow {a.name!r}: points", (len(t), 3)),
-                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)),
+                frozen(a.vectors, f"arrow {a.name!r}: vectors", (len(t), 3)), a.on, a.by,
             )
             for a in self.arrows
         )  # fmt: skip
@@ -275,6 +280,9 @@ class Story:
             ghost = frozen(self.ghost, "ghost", (frames, len(bodies), 4, 4))
             check_rigid(ghost, "ghost")
             object.__setattr__(self, "ghost", ghost)
+        if self.coordinates is not None:
+            width = self.model.nq if self.model is not None else None
+            object.__setattr__(self, "coordinates", frozen(self.coordinates, "coordinates", (len(t), width)))
         for name, value in (
             ("t", t),
             ("arrows", arrows),

@@ -187,6 +187,13 @@ class Rebuilder:
         self._thread = threading.Thread(target=self._work, name="mechlab-rebuild", daemon=True)
         self._thread.start()
 
+    def end(self) -> None:
+        """Closes the server, and waits until nothing is built or simulated any more."""
+        self.server.close()
+        self._stop.set()
+        self._thread.join(PATIENCE)
+        self._run.join(PATIENCE)
+
     def _take(self, values: Mapping[str, str], reply: Reply) -> None:
         with self._changed:
             self._wishes[reply] = self._wishes.pop(reply, {}) | dict(values)

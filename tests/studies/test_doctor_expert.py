@@ -246,3 +246,31 @@ def test_overlapping_shapes_are_cured_by_an_exclude(tmp_path: Path) -> None:
     cured = fourbar(defaults="").replace("</mujoco>", f"{finding.paste}</mujoco>")
     assert severities(look(tmp_path, cured)).get("contacts") in (None, "note")
     assert np.isfinite(finding.number or np.nan)
+
+
+# -- memory -----------------------------------------------------------------------------------------------------------------------
+
+
+def crowd(memory: str) -> str:
+    boxes = "".join(
+        f'<body pos="0 0 {0.1 + 0.19 * k}"><freejoint/><geom type="box" size=".1 .1 .1"/></body>' for k in range(12)
+    )
+    floor = '<geom type="plane" size="2 2 .1"/>'
+    return f'<mujoco><size memory="{memory}"/><worldbody>{floor}{boxes}</worldbody></mujoco>'
+
+
+@pytest.mark.parametrize(("memory", "words"), [("30K", "for contacts"), ("60K", "for rows")])
+def test_contacts_that_do_not_fit_the_memory_are_found(tmp_path: Path, memory: str, words: str) -> None:
+    """MuJoCo leaves them out and goes on; its counters are read here from a run of our own."""
+    path = tmp_path / "crowd.xml"
+    finding = look(tmp_path, crowd(memory), path.name).finding("memory")
+    assert finding.severity == "error" and words in finding.sentence and f"{memory[:-1]} KiB" in finding.sentence
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    for _ in range(50):
+        mujoco.mj_step(model, data)
+    full = [data.warning[w].number for w in (mujoco.mjtWarning.mjWARN_CONTACTFULL, mujoco.mjtWarning.mjWARN_CNSTRFULL)]
+    assert max(full) >= 50 and (full[0] > 0) == ("for contacts" in finding.sentence)
+    cured = ml.cure(path, tmp_path / "cured.xml")
+    assert "memory" in cured.cured and finding.paste == '<size memory="1M"/>' and 'memory="1M"' in cured.path.read_text()
+    assert "memory" not in severities(look(tmp_path, crowd("4M")))

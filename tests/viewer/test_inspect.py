@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,35 @@ def test_pose_and_velocity_of_the_card_are_those_of_the_recording(page: Any, rec
         np.testing.assert_allclose(reading["velocity"]["angular"], tree.velocity("coupler", origin)[3:], atol=0.02)
 
 
+def test_the_card_says_what_the_model_says(page: Any, recording: Recording) -> None:
+    m = recording.mechanism
+    k = int(np.abs(recording.t - 0.7).argmin())
+    page.evaluate("t => lab.seek(t)", float(recording.t[k]))
+    for name in ("crank", "coupler", "rocker"):
+        reading = page.evaluate("name => lab.inspector.readings.of(lab.bodies.indexOf(name))", name)
+        body = m.body(name)
+        assert reading["inertia"]["mass"] == body.inertia.mass and reading["inertia"]["com"] == list(body.inertia.com)
+        (joint,) = reading["joints"]
+        assert (joint["name"], joint["kind"], joint["parent"]) == (body.joints[0].name, "revolute", body.parent)
+        value = float(m.value(joint["name"], recording.q[k : k + 1])[0])
+        assert joint["value"] == pytest.approx(value, rel=1e-6)  # channels of 32 bits
+        poses = page.evaluate(
+            "name => { const r = lab.inspector.readings, b = r.byName.get(name); return r.fromPoses(b, b.joints[0]); }",
+            name,
+        )
+        assert (poses - value) % (2 * np.pi) == pytest.approx(0, abs=1e-6) or (value - poses) % (
+            2 * np.pi
+        ) == pytest.approx(0, abs=1e-6)
+    page.evaluate("lab.inspector.pin(lab.bodies.indexOf('rocker'))")
+    text = page.locator("#card").inner_text()
+    assert (
+        "pin: spherical, with coupler" in text
+        and f"{m.body('rocker').inertia.mass:g} kg" in text
+        and "no limits" in text
+    )
+    page.keyboard.press("Escape")
+
+
 def test_hide_isolate_and_show_all(page: Any) -> None:
     shown = "lab.viewer.scene && lab.bodies.filter((_, k) => lab.inspector.stage.groups[k].visible)"
     page.evaluate("lab.inspector.pin(lab.bodies.indexOf('coupler'))")
@@ -106,3 +136,32 @@ def test_hide_isolate_and_show_all(page: Any) -> None:
     assert page.locator("#card h2").inner_text() == "crank"
     page.keyboard.press("Escape")
     assert page.locator("#parts").evaluate("d => d.open") is False
+
+
+def seen(page: Any, point: list[float]) -> np.ndarray:
+    """Where a point of the mechanism is in the picture, -1 to 1."""
+    project = "p => { const v = lab.viewer.camera.position.clone().set(p[0], p[2], -p[1]).project(lab.viewer.camera); return [v.x, v.y]; }"
+    page.evaluate("lab.viewer.render()")
+    return np.array(page.evaluate(project, point))
+
+
+def test_a_planar_mechanism_opens_face_on_without_perspective(page: Any, look: Look, tmp_path: Path) -> None:
+    """The four-bar moves in x, z: depth y changes nothing in its picture, and lengths keep one scale; in perspective they do not."""
+    page.evaluate("lab.rig.open()")
+    near, far, right = (seen(page, p) for p in ([0.1, -0.2, 0.1], [0.1, 0.3, 0.1], [0.2, 0.0, 0.1]))
+    np.testing.assert_allclose(near, far, atol=1e-9)
+    width, height = page.evaluate(
+        "[lab.viewer.renderer.domElement.clientWidth, lab.viewer.renderer.domElement.clientHeight]"
+    )
+    up = seen(page, [0.1, 0.0, 0.2])
+    assert (right - near)[0] * width == pytest.approx((up - near)[1] * height, rel=1e-9)
+    page.get_by_role("button", name="Flat").click()
+    assert np.linalg.norm(seen(page, [0.1, -0.2, 0.1]) - seen(page, [0.1, 0.3, 0.1])) > 0.01
+    # The picture keeps its size where the view turns about.
+    target = page.evaluate("(() => { const t = lab.viewer.controls.target; return [t.x, -t.z, t.y]; })()")
+    before = seen(page, [target[0] + 0.05, target[1], target[2]])
+    page.get_by_role("button", name="Flat").click()
+    np.testing.assert_allclose(seen(page, [target[0] + 0.05, target[1], target[2]]), before, atol=1e-6)
+    spatial = look(write_page(api.story("bricard"), tmp_path / "spatial.html").as_uri())
+    assert spatial.evaluate("lab.rig.projection.flat") is False
+    assert spatial.get_by_role("button", name="Face").count() == 0

@@ -44,6 +44,17 @@ def test_a_text_cannot_stand_in_for_a_part_of_the_page() -> None:
     assert text.count("@@block@@ @@script@@") == 3
 
 
+def test_no_two_scripts_declare_the_same_name() -> None:
+    """All scripts share one scope: a second function of the same name would silently take the place of the first."""
+    declared = [
+        name
+        for script in html_page.SCRIPTS
+        for name in re.findall(r"^(?:async )?(?:function|class|const|let)\s+(\w+)", html_page.asset(script), re.M)
+    ]
+    assert sorted({name for name in declared if declared.count(name) > 1}) == []
+    assert len(declared) > 200
+
+
 def test_every_script_is_in_the_page_once(text: str) -> None:
     folder = Path(html_page.__file__).parent / "page"
     names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.js"))

@@ -24,6 +24,7 @@ TITLES = {
     "softer_than_it_could_be": "loops softer than they could be",
     "trial": "the run is off",
     "pushed": "off as soon as it is pushed",
+    "memory": "the memory for contacts is full",
     "degrees": "angles in the wrong unit",
     "contacts": "parts overlap at the start",
     "refsafe": "softness below two timesteps",

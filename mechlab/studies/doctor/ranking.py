@@ -18,6 +18,7 @@ CONSEQUENCES = {
     "millimetres": "the motion is that of a model a thousand times as large: slower by a factor of 30.",
     "inertia_unit": "bodies hardly turn, whatever drives them.",
     "gravity_unit": "times, forces and torques are in other units than their readers expect.",
+    "memory": "parts go through each other, or loops and stops do not hold, while the run goes on.",
     "trial": "positions after this time are wrong by that much; longer runs are worse.",
     "pushed": "it will show as soon as something moves the mechanism.",
     "unstable_step": "the run blows up, or a limit hides that it does.",

@@ -1,4 +1,4 @@
-// The camera: standard views, and a fit that shows everything the mechanism ever reaches.
+// The camera: standard views, and a fit that shows everything the mechanism ever reaches. A planar mechanism opens face on.
 
 const VIEWS = { iso: null, top: [0, 0, 1], front: [0, -1, 0], right: [1, 0, 0] };
 
@@ -12,6 +12,8 @@ class CameraRig {
     camera.fov = (this.framing.fieldOfView * 180) / Math.PI;
     camera.near = 0.02 * this.framing.radius;
     camera.far = 100 * this.framing.radius;
+    this.projection = new Projection(stage.viewer);
+    this.views = { ...VIEWS, face: this.framing.face };
     controls.addEventListener("start", () => { this.touched = true; });
     const resized = new ResizeObserver(() => {
       stage.viewer.set_3d_pane_size();
@@ -21,9 +23,28 @@ class CameraRig {
     atEnd(() => resized.disconnect());
   }
 
-  view(name) {
-    this.toward.set(...(VIEWS[name] || this.framing.threeQuarter)).normalize();
+  /** The view that the page opens with. */
+  open() {
+    this.view(this.framing.face ? "face" : "iso");
+    this.projection.set(Boolean(this.framing.face));
     this.fit();
+  }
+
+  view(name) {
+    this.toward.set(...(this.views[name] || this.framing.threeQuarter)).normalize();
+    this.fit();
+  }
+
+  /** Looks from a place toward another [m]. */
+  look(from, at) {
+    const { controls } = this.stage.viewer;
+    const { camera } = this.projection;
+    controls.target.copy(toWorld(new THREE.Vector3(...at)));
+    camera.position.copy(toWorld(new THREE.Vector3(...from)));
+    this.projection.show(camera.position.distanceTo(controls.target));
+    controls.update();
+    this.touched = true;
+    this.stage.redraw();
   }
 
   /** Fits all points into the picture, seen from where the camera stands now. */
@@ -34,21 +55,23 @@ class CameraRig {
   }
 
   fit() {
-    const { camera, controls } = this.stage.viewer;
+    const { controls } = this.stage.viewer;
+    const { camera, flat } = this.projection;
     const back = this.toward;
     const right = new THREE.Vector3(0, 0, 1).cross(back);
     if (right.length() < 1e-6) right.set(1, 0, 0);
     right.normalize();
     const up = back.clone().cross(right);
-    const wide = Math.tan((camera.fov * Math.PI) / 360) / this.framing.margin;
+    const wide = Math.tan(this.framing.fieldOfView / 2) / this.framing.margin;
     const height = Math.max(1, this.stage.viewer.renderer.domElement.clientHeight);
     const half = wide * Math.max(0.5, 1 - BUTTON_ROOM / height);
     const points = this.framing.points.map((p) => new THREE.Vector3(...p));
     const target = new THREE.Vector3(...this.stage.centre);
     let distance = this.framing.radius;
     for (let pass = 0; pass < 5; pass++) {
-      const seen = points.map((p) => p.clone().sub(target)).map((p) => [p.dot(right), p.dot(up), p.dot(back)]);
-      distance = Math.max(...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / (wide * camera.aspect), Math.abs(y) / half)));
+      // Without perspective the depth of a point does not matter.
+      const seen = points.map((p) => p.clone().sub(target)).map((p) => [p.dot(right), p.dot(up), flat ? 0 : p.dot(back)]);
+      distance = Math.max(...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / (wide * this.projection.aspect), Math.abs(y) / half)));
       if (pass === 4) break;
       const middle = [0, 1].map((i) => {
         const angles = seen.map((p) => p[i] / (distance - p[2]));
@@ -58,6 +81,7 @@ class CameraRig {
     }
     controls.target.copy(toWorld(target));
     camera.position.copy(toWorld(target.clone().addScaledVector(back, distance)));
+    this.projection.show(distance);
     controls.update();
     this.touched = false;
     this.stage.redraw();
@@ -70,11 +94,15 @@ function fromWorld(p) { return new THREE.Vector3(p.x, -p.z, p.y); }
 
 function addViewButtons(rig, holder) {
   const button = (text, title, action) => holder.append(make("button", { type: "button", title, onclick: action }, text));
+  if (rig.framing.face) button("Face", "Face on: along the axes of a planar mechanism", () => rig.view("face"));
   button("Iso", "Three-quarter view", () => rig.view("iso"));
   button("Top", "View from above (along \u2212z)", () => rig.view("top"));
   button("Front", "View from the front (along +y)", () => rig.view("front"));
   button("Right", "View from the right (along \u2212x)", () => rig.view("right"));
   button("Fit", "Show everything, from the present direction", () => rig.fitHere());
+  const flat = make("button", { type: "button", id: "flat", title: "Flat (no perspective) or in perspective", onclick: () => rig.projection.set(!rig.projection.flat) }, "Flat");
+  rig.projection.onChange((on) => { flat.setAttribute("aria-pressed", String(on)); rig.stage.redraw(); });
+  holder.append(flat);
   button("PNG", "Save the picture as it is now", () => savePicture(rig.stage));
 }
 

@@ -10,7 +10,7 @@ class Card {
     this.rows = make("tbody", {});
     this.buttons = make("div", { class: "card-actions" }, ...actions.map(([words, title, action]) =>
       make("button", { type: "button", title, onclick: () => action(this.body) }, words)));
-    holder.append(make("header", {}, this.title, make("button", { type: "button", class: "close", "aria-label": "Close", title: "Close (Esc)", onclick: onClose }, "\u00d7")),
+    holder.append(make("div", { class: "card-head" }, this.title, make("button", { type: "button", class: "close", "aria-label": "Close", title: "Close (Esc)", onclick: onClose }, "\u00d7")),
       this.buttons, make("table", {}, this.rows));
     holder.hidden = true;
   }

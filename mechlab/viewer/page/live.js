@@ -67,8 +67,9 @@ class Live {
 
   /** Shows the newest poses, where they are those of the story that is shown. */
   show() {
-    const message = this.pose, { stage, player } = this.parts;
+    const message = this.pose, { stage, player, explorer } = this.parts;
     if (!message || message.number !== this.shown.number) return;
+    if (explorer && explorer.byHand) { this.leave(); return; }
     player.pause();
     message.position.forEach((position, k) => {
       stage.groups[k].position.fromArray(position);
@@ -78,7 +79,7 @@ class Live {
     this.say("live", "live");
   }
 
-  /** Whoever moves the time looks at the recording again. */
+  /** Whoever moves the time looks at the recording again, whoever moves a part at what it does. */
   leave() { if (this.parts.notice.className === "live") this.say("", ""); }
 
   say(words, kind) {

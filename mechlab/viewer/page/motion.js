@@ -4,6 +4,7 @@ class Motion {
   constructor(story, read) {
     this.times = read(story.t);
     this.tracks = story.motion.map((m) => ({ position: read(m.position), quaternion: read(m.quaternion) }));
+    this.recorded = story.coordinates ? read(story.coordinates) : null;
     this.from = new THREE.Quaternion();
     this.to = new THREE.Quaternion();
   }
@@ -33,6 +34,14 @@ class Motion {
     const frame = this.frame(time);
     const last = frame === this.times.length - 1;
     return { frame, share: last ? 0 : Math.max(0, (time - this.times[frame]) / (this.times[frame + 1] - this.times[frame])) };
+  }
+
+  /** Coordinates of the model at `time`, as good as between two frames; null where none were recorded. */
+  coordinates(time) {
+    if (!this.recorded) return null;
+    const { frame, share } = this.place(time), size = this.recorded.length / this.times.length;
+    const next = share > 0 ? frame + 1 : frame;
+    return Float64Array.from({ length: size }, (_, k) => (1 - share) * this.recorded[size * frame + k] + share * this.recorded[size * next + k]);
   }
 
   /** Moves every group to its pose at `time`: positions linearly, rotations along the shortest arc between two frames. */

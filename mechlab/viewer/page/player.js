@@ -107,7 +107,8 @@ class Player {
   }
 }
 
-const ICONS = { play: "M5 3v14l12-7z", pause: "M5 3h4v14H5zM11 3h4v14h-4z", back: "M14 4v12l-8-6zM4 4h2v12H4z", forward: "M6 4v12l8-6zM14 4h2v12h-2z" };
+const ICONS = { play: "M5 3v14l12-7z", pause: "M5 3h4v14H5zM11 3h4v14h-4z",
+  locked: "M5 9V6.5a5 5 0 0 1 10 0V9h1v9H4V9zM7 9h6V6.5a3 3 0 0 0-6 0z", open: "M5 9V6a4.6 4.6 0 0 1 9-1.4l-1.9.6A2.6 2.6 0 0 0 7 6v3h9v9H4V9z", back: "M14 4v12l-8-6zM4 4h2v12H4z", forward: "M6 4v12l8-6zM14 4h2v12h-2z" };
 
 function icon(name) {
   const namespace = "http://www.w3.org/2000/svg";

@@ -2,14 +2,15 @@
 // renderer goes on with the new stage, so that the picture changes from one frame to the next.
 
 /** What the reader has set in the page that shows `parts`. */
-function readerState({ stage, rig, player }) {
+function readerState({ stage, rig, player, address }) {
   const { camera, controls } = stage.viewer;
   const focus = document.activeElement;
   return {
-    camera: { position: camera.position.clone(), target: controls.target.clone(), zoom: camera.zoom, touched: rig.touched, radius: stage.framing.radius },
+    view: address.text(),
+    camera: { position: camera.position.clone(), target: controls.target.clone(), zoom: camera.zoom, top: camera.top, touched: rig.touched, radius: stage.framing.radius },
     scroll: [["#panel", document.getElementById("panel").scrollTop], ["html", document.documentElement.scrollTop]],
-    switches: [...document.querySelectorAll("#lab input[type=checkbox][id]")].filter((x) => x.checked !== x.defaultChecked).map((x) => [x.id, x.checked]),
-    choices: [...document.querySelectorAll("#lab select[id]")].filter((x) => ![...x.options].every((o) => o.selected === o.defaultSelected)).map((x) => [x.id, x.value]),
+    choices: [...document.querySelectorAll("#lab select[id]")].map((x) => [x.id, x.value]),
+    boxes: [...document.querySelectorAll("#player input[type=checkbox][id]")].map((x) => [x.id, x.checked]),
     open: [...document.querySelectorAll("#lab details[id]")].map((x) => [x.id, x.open]),
     focus: focus && focus.id ? { id: focus.id, from: focus.selectionStart, to: focus.selectionEnd } : null,
     time: player.time,
@@ -19,36 +20,43 @@ function readerState({ stage, rig, player }) {
 }
 
 /** Sets in the page that shows `parts` what the reader had set, as far as the new story has it. */
-function restoreState({ stage, rig, player }, state) {
+function restoreState({ stage, rig, player, address }, state) {
   const find = (id) => document.getElementById(id);
-  const set = (id, apply) => {
-    const element = find(id);
-    if (!element) return;
-    apply(element);
-    element.dispatchEvent(new Event("change"));
-  };
-  for (const [id, checked] of state.switches) set(id, (x) => { x.checked = checked; });
-  for (const [id, value] of state.choices) if (find(id) && [...find(id).options].some((o) => o.value === value)) set(id, (x) => { x.value = value; });
-  for (const [id, open] of state.open) if (find(id)) find(id).open = open;
-  for (const [selector, top] of state.scroll) document.querySelector(selector).scrollTop = top;
-  const { position, target, zoom, touched, radius } = state.camera;
-  const alike = Math.abs(Math.log(stage.framing.radius / radius)) < 0.3;
-  if (touched || alike) {
-    const { camera, controls } = stage.viewer;
-    camera.position.copy(position);
-    camera.zoom = zoom;
-    controls.target.copy(target);
-    controls.update();
-    rig.touched = touched;
+  for (const [id, value] of state.choices) {
+    const select = find(id);
+    if (!select || select.value === value || ![...select.options].some((o) => o.value === value)) continue;
+    select.value = value;
+    select.dispatchEvent(new Event("change"));
   }
+  for (const [id, checked] of state.boxes) if (find(id) && find(id).checked !== checked) find(id).click();
+  for (const [id, open] of state.open) if (find(id)) find(id).open = open;
+  const alike = Math.abs(Math.log(stage.framing.radius / state.camera.radius)) < 0.3;
+  const view = new URLSearchParams(state.view);
+  for (const key of ["t", "camera"]) view.delete(key);
+  address.apply(view.toString());
+  if (state.camera.touched || alike) setCamera(stage, rig, state.camera);
   // Live poses end where the run ends.
   if (player.duration > 0) player.seek(state.live ? player.motion.end : state.time);
   if (state.playing) player.play();
+  for (const [selector, top] of state.scroll) document.querySelector(selector).scrollTop = top;
   const focus = state.focus && find(state.focus.id);
-  if (focus) {
-    focus.focus({ preventScroll: true });
-    if (state.focus.from !== undefined && state.focus.from !== null) focus.setSelectionRange(state.focus.from, state.focus.to);
+  if (!focus) return;
+  focus.focus({ preventScroll: true });
+  if (state.focus.from !== undefined && state.focus.from !== null) focus.setSelectionRange(state.focus.from, state.focus.to);
+}
+
+function setCamera({ viewer }, rig, { position, target, zoom, top, touched }) {
+  const { camera, controls } = viewer;
+  camera.position.copy(position);
+  camera.zoom = zoom;
+  if (camera.isOrthographicCamera) {
+    Object.assign(camera, { top, bottom: -top });
+    viewer.set_3d_pane_size();
   }
+  controls.target.copy(target);
+  controls.update();
+  camera.updateProjectionMatrix();
+  rig.touched = touched;
 }
 
 /** Puts a story in the place of the one that `parts` show; `blank`: the page before anything was built into it; `adopt` adds what

@@ -24,7 +24,7 @@ class Ghost {
     this.motion = new Motion({ ...story, motion: story.ghost.motion }, read);
     this.holder = new THREE.Group();
     this.holder.name = "ghost";
-    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(0x5a6b82).convertSRGBToLinear(), transparent: true, opacity: 0.28, depthWrite: false, roughness: 1 });
+    const material = faintMaterial();
     const draw = (group, geometry, matrix) => {
       const mesh = new THREE.Mesh(geometry, material);
       mesh.matrixAutoUpdate = false;
@@ -63,6 +63,7 @@ class Show {
     this.holder = holder;
     this.list = make("div", { class: "choices" });
     this.redraw = redraw;
+    this.switches = new Map();
     holder.append(make("summary", {}, "Show"), this.list);
     closeOutside(holder);
   }
@@ -70,25 +71,27 @@ class Show {
   /** A switch; `action(on)` is called at once and at every change. */
   add(id, words, on, action) {
     const change = (event) => { action(event.target.checked); this.redraw(); };
-    this.list.append(make("label", { class: "check" }, make("input", { type: "checkbox", id: `show-${id}`, checked: on, onchange: change }), words));
+    const box = make("input", { type: "checkbox", id: `show-${id}`, checked: on, onchange: change });
+    this.switches.set(id, { box, first: on });
+    this.list.append(make("label", { class: "check" }, box, words));
     action(on);
   }
 }
 
 function addShow(story, read, stage, traces, holder, redraw) {
   const show = new Show(holder, redraw);
-  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), document.getElementById("menus"), document.getElementById("card"), document.getElementById("triad"), document.getElementById("scale")]);
+  const labels = new Labels(stage, document.getElementById("labels"), [document.getElementById("views"), document.getElementById("menus"), document.getElementById("triad"), document.getElementById("scale")]);
   const arrows = new Arrows(stage, story, read);
   const axes = addAxes(stage, story.marks);
   const wanted = {};
   if (story.explore) wanted.values = true;
   const layer = { show, arrows, ghost: story.ghost ? new Ghost(stage, story, read) : null, labels, wanted };
-  const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind]);
+  const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind], mark.body);
   const kinds = { points: story.marks.filter((m) => m.kind === "frame"), bodies: story.marks.filter((m) => m.kind === "body"), axes: story.marks.filter((m) => m.direction) };
   for (const [kind, marks] of Object.entries(kinds)) for (const mark of marks) name(mark, kind);
   const nameArrows = () => {
     labels.remove(Object.keys(ARROW_COLORS));
-    for (const item of arrows.items) labels.add(item.kind, () => item.tip, () => `${item.name} ${significant(item.size, 3)} ${item.unit}`, () => item.visible && wanted.values);
+    for (const item of arrows.items) labels.add(item.kind, () => item.tip, () => `${item.label} ${significant(item.size, 3)} ${unitText(item.unit)}`, () => item.visible && wanted.values);
   };
   arrows.onReplace = nameArrows;
   nameArrows();

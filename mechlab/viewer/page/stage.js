@@ -37,7 +37,7 @@ class Stage {
     // The viewer sizes itself from the window; here it is one part of a page.
     viewer.set_3d_pane_size = function () {
       const width = Math.max(1, viewport.clientWidth), height = Math.max(1, viewport.clientHeight);
-      this.camera.aspect = width / height;
+      fitAspect(this.camera, width / height);
       // The buttons take the upper edge; the picture moves down by half of that.
       this.camera.setViewOffset(width, height, 0, -BUTTON_ROOM / 2, width, height);
       this.camera.updateProjectionMatrix();
@@ -170,6 +170,7 @@ class Stage {
       }
       this.groups[part.body].add(mesh);
     }
+    if (this.onParts) this.onParts();
   }
 
   /** The pose (4 rows of 4) of a body in the mechanism's frame, as the scene shows it now. */
@@ -193,7 +194,11 @@ class Stage {
     });
   }
 
+  /** `update()` is called whenever bodies may have moved, before the picture is drawn. */
+  attach(update) { (this.attached = this.attached || []).push(update); }
+
   redraw() {
+    for (const update of this.attached || []) update();
     this.viewer.set_dirty();
     if (this.onRedraw) this.onRedraw();
   }

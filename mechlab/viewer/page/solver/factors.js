@@ -1,17 +1,18 @@
-// Rows A of a linear system A y = b as A = L Q^T by Householder reflections with row pivoting: rank, least-norm
-// solutions, projections on the null space, multipliers, the smallest singular value. Allocates only when it is made.
+// Rows A of a linear system A y = b as A = L Q^T, by Householder reflections with row pivoting: rank, least-norm solutions,
+// projections on the null space, multipliers, the smallest singular value. Allocates only when it is made.
 
 class RowFactors {
-  /** Room for `capacity` rows of length n; rows are written to `matrix` before they are taken in by `stage`. */
+  /** Room for `capacity` rows of length n; rows are written to `matrix` before `stage` takes them in. */
   constructor(capacity, n) {
     this.n = n;
     this.matrix = new Float64Array(capacity * n);
     this.order = new Int32Array(capacity); // rows of L in the order of their pivots
-    this.rank = 0;
     this.taken = new Uint8Array(capacity);
+    this.rank = 0;
     this._diagonal = new Float64Array(n + 1);
     this._beta = new Float64Array(n + 1);
-    this._norms = new Float64Array(capacity);
+    this._squares = new Float64Array(capacity); // of what is left of each row
+    this._known = new Float64Array(capacity); // the same when it was last summed afresh
     this._z = new Float64Array(n + 1);
     this._w = new Float64Array(n + 1);
   }
@@ -22,135 +23,152 @@ class RowFactors {
   }
 
   /** Takes in the rows from..to-1, the best first, while a row adds more than `tolerance`; returns the smallest pivot. */
-  stage(from, to, tolerance = 1e-9, most = Infinity) {
-    const { n, matrix, _norms: norms } = this;
+  stage(from, to, tolerance, most = Infinity) {
+    const { n, matrix, taken, _squares: squares } = this;
     for (let i = from; i < to; i++) {
-      for (let k = 0; k < this.rank; k++) this._reflectRow(k, i);
-      norms[i] = this._tail(i);
+      for (let k = 0; k < this.rank; k++) this._reflect(k, matrix, i * n);
+      squares[i] = this._known[i] = this._square(i);
     }
     let smallest = Infinity;
     const last = Math.min(n, this.rank + Math.min(most, to - from));
     while (this.rank < last) {
       let best = -1;
-      for (let i = from; i < to; i++) if (!this.taken[i] && (best < 0 || norms[i] > norms[best])) best = i;
-      if (best < 0 || !(norms[best] > tolerance)) break;
-      const k = this.rank, at = best * n, alpha = matrix[at + k] > 0 ? -norms[best] : norms[best];
-      smallest = Math.min(smallest, norms[best]);
-      this._diagonal[k] = alpha;
-      this._beta[k] = -1 / (alpha * (matrix[at + k] - alpha));
-      matrix[at + k] -= alpha;
-      this.order[k] = best;
-      this.taken[best] = 1;
-      this.rank++;
-      for (let i = from; i < to; i++) {
-        if (this.taken[i]) continue;
-        this._reflectRow(k, i);
-        norms[i] = this._tail(i);
-      }
+      for (let i = from; i < to; i++) if (!taken[i] && (best < 0 || squares[i] > squares[best])) best = i;
+      const size = best < 0 ? 0 : Math.sqrt(this._square(best));
+      if (!(size > tolerance)) break;
+      smallest = Math.min(smallest, size);
+      this._take(best, size);
+      for (let i = from; i < to; i++) if (!taken[i]) this._reduce(i);
     }
     return smallest;
   }
 
-  _tail(i) {
+  _take(row, size) {
+    const k = this.rank++, at = row * this.n + k, x = this.matrix[at], alpha = x > 0 ? -size : size;
+    this._diagonal[k] = alpha;
+    this._beta[k] = -1 / (alpha * (x - alpha));
+    this.matrix[at] = x - alpha;
+    this.order[k] = row;
+    this.taken[row] = 1;
+  }
+
+  _reduce(i) {
+    const k = this.rank - 1, { _squares: squares } = this;
+    this._reflect(k, this.matrix, i * this.n);
+    const entry = this.matrix[i * this.n + k];
+    squares[i] -= entry * entry;
+    if (!(squares[i] > 1e-6 * this._known[i])) squares[i] = this._known[i] = this._square(i); // before rounding counts
+  }
+
+  _square(i) {
     let sum = 0;
     const { matrix, n } = this;
     for (let j = i * n + this.rank, end = (i + 1) * n; j < end; j++) sum += matrix[j] * matrix[j];
-    return Math.sqrt(sum);
+    return sum;
   }
 
-  _reflectRow(k, i) {
-    const { n, matrix } = this, v = this.order[k] * n, x = i * n;
-    let sum = 0;
-    for (let j = k; j < n; j++) sum += matrix[v + j] * matrix[x + j];
-    sum *= this._beta[k];
-    if (sum !== 0) for (let j = k; j < n; j++) matrix[x + j] -= sum * matrix[v + j];
-  }
-
-  _reflect(k, x) {
+  /** Reflection k of the n numbers at x[at]. */
+  _reflect(k, x, at) {
     const { n, matrix } = this, v = this.order[k] * n;
     let sum = 0;
-    for (let j = k; j < n; j++) sum += matrix[v + j] * x[j];
+    for (let j = k; j < n; j++) sum += matrix[v + j] * x[at + j];
     sum *= this._beta[k];
-    if (sum !== 0) for (let j = k; j < n; j++) x[j] -= sum * matrix[v + j];
+    if (sum !== 0) for (let j = k; j < n; j++) x[at + j] -= sum * matrix[v + j];
+  }
+
+  /** z with L z = b, b by row. */
+  _forward(b, z) {
+    const { n, matrix, order } = this;
+    for (let k = 0; k < this.rank; k++) {
+      let sum = b[order[k]];
+      for (let j = 0, at = order[k] * n; j < k; j++) sum -= matrix[at + j] * z[j];
+      z[k] = sum / this._diagonal[k];
+    }
+  }
+
+  /** x with L^T x = z. */
+  _backward(z, x) {
+    const { n, matrix, order } = this;
+    for (let k = this.rank - 1; k >= 0; k--) {
+      let sum = z[k];
+      for (let i = k + 1; i < this.rank; i++) sum -= matrix[order[i] * n + k] * x[i];
+      x[k] = sum / this._diagonal[k];
+    }
   }
 
   /** Least-norm y (n) with A y = b, b by row, over the rows taken in. */
   solve(b, y) {
-    const { n, matrix, order, rank } = this;
-    for (let k = 0; k < rank; k++) {
-      let sum = b[order[k]];
-      for (let j = 0, at = order[k] * n; j < k; j++) sum -= matrix[at + j] * y[j];
-      y[k] = sum / this._diagonal[k];
-    }
-    y.fill(0, rank, n);
-    for (let k = 0; k < rank; k++) this._z[k] = y[k];
-    for (let k = rank - 1; k >= 0; k--) this._reflect(k, y);
-    return y;
-  }
-
-  /** Multipliers (by row) of the latest solution: y = sum of multiplier x row. */
-  multipliers(out) {
-    const { n, matrix, order, rank, _z: z } = this;
-    out.fill(0);
-    for (let k = rank - 1; k >= 0; k--) {
-      let sum = z[k];
-      for (let i = k + 1; i < rank; i++) sum -= matrix[order[i] * n + k] * out[order[i]];
-      out[order[k]] = sum / this._diagonal[k];
-    }
-    return out;
+    this._forward(b, y);
+    y.fill(0, this.rank);
+    return this.rotateBack(y);
   }
 
   /** x becomes Q^T x: its entries from `rank` on are what the rows leave of it. */
   rotate(x) {
-    for (let k = 0; k < this.rank; k++) this._reflect(k, x);
+    for (let k = 0; k < this.rank; k++) this._reflect(k, x, 0);
     return x;
   }
 
   /** x becomes Q x. */
   rotateBack(x) {
-    for (let k = this.rank - 1; k >= 0; k--) this._reflect(k, x);
+    for (let k = this.rank - 1; k >= 0; k--) this._reflect(k, x, 0);
     return x;
+  }
+
+  /** x becomes its part that the rows leave free; returns the length of that. */
+  project(x) {
+    this.rotate(x).fill(0, 0, this.rank);
+    return norm(this.rotateBack(x));
   }
 
   /** Coefficients (by row) c with which sum c x row is the part of x that the rows hold; x is Q^T x from `rotate`. */
   shares(x, out) {
-    for (let k = 0; k < this.rank; k++) this._z[k] = x[k];
-    return this.multipliers(out);
+    this._backward(x, this._w);
+    out.fill(0);
+    for (let k = 0; k < this.rank; k++) out[this.order[k]] = this._w[k];
+    return out;
   }
 
-  /** Sign of the determinant of the rows taken in first..: those of the first `rank` pivots, bordered by their null space. */
-  sign(rank = this.rank) {
+  /** Sign of the determinant of the rows taken in, bordered by the rows of Q^T that are left. */
+  sign() {
+    const { rank, order } = this;
     let sign = rank % 2 ? -1 : 1;
     for (let k = 0; k < rank; k++) {
       if (this._diagonal[k] < 0) sign = -sign;
-      for (let j = 0; j < k; j++) if (this.order[j] > this.order[k]) sign = -sign;
+      for (let j = 0; j < k; j++) if (order[j] > order[k]) sign = -sign;
     }
     return sign;
   }
 
   /** Smallest singular value of the rows taken in, by inverse iteration. */
   smallest() {
-    const { n, matrix, order, rank, _z: z, _w: w } = this;
+    const { rank, order, _z: z, _w: w, _squares: b } = this;
     if (!rank) return 1;
     for (let k = 0; k < rank; k++) w[k] = 1 + 0.37 * ((k * 7) % 5);
-    let norm = 1;
+    let size = 1;
     for (let pass = 0; pass < 4; pass++) {
-      for (let k = 0; k < rank; k++) {
-        let sum = w[k];
-        for (let j = 0, at = order[k] * n; j < k; j++) sum -= matrix[at + j] * z[j];
-        z[k] = sum / this._diagonal[k];
-      }
-      for (let k = rank - 1; k >= 0; k--) {
-        let sum = z[k];
-        for (let i = k + 1; i < rank; i++) sum -= matrix[order[i] * n + k] * w[i];
-        w[k] = sum / this._diagonal[k];
-      }
-      norm = 0;
-      for (let k = 0; k < rank; k++) norm += w[k] * w[k];
-      norm = Math.sqrt(norm);
-      if (!(norm < 1e300)) return 0;
-      for (let k = 0; k < rank; k++) w[k] /= norm;
+      for (let k = 0; k < rank; k++) b[order[k]] = w[k];
+      this._forward(b, z);
+      this._backward(z, w);
+      size = 0;
+      for (let k = 0; k < rank; k++) size += w[k] * w[k];
+      size = Math.sqrt(size);
+      if (!(size < 1e300)) return 0;
+      for (let k = 0; k < rank; k++) w[k] /= size;
     }
-    return 1 / Math.sqrt(norm);
+    return 1 / Math.sqrt(size);
   }
+}
+
+function dot(a, b) {
+  let sum = 0;
+  for (let k = 0; k < a.length; k++) sum += a[k] * b[k];
+  return sum;
+}
+
+/** Length of the entries of x from `from` on. */
+function norm(x, from = 0) {
+  let sum = 0;
+  for (let k = from; k < x.length; k++) sum += x[k] * x[k];
+  return Math.sqrt(sum);
 }

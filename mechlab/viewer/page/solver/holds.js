@@ -1,16 +1,17 @@
-// Values that a solve holds or drives: a joint or shaft, a locked spherical joint, the tilt of a spherical joint with a range.
-// `row`: its rate per scaled rate, of unit length; error(q): how far it is from `target`, in the same unit.
+// Values that a solve holds or drives. `row`: the rate of the value per scaled rate, of unit length; error(q): how far the
+// value is from `target`, in the same unit; update(q): of a row that depends on the pose.
 
+/** A joint or shaft with one value. */
 class Hold {
-  constructor(solver, name) {
+  constructor(manifold, name) {
+    const { model, scale } = manifold;
     this.name = name;
-    this.quantity = solver.model.quantity(name);
-    this.row = new Float64Array(solver.model.nv);
-    this.quantity.columns.forEach((joint, k) => { this.row[joint.v] += this.quantity.coefficients[k] * solver.scale[joint.v]; });
-    this.norm = Math.hypot(...this.row) || 1;
+    this.quantity = model.quantity(name);
+    this.range = this.quantity.range;
+    this.row = model.row(name).map((x, k) => x * scale[k]);
+    this.norm = norm(this.row) || 1;
     for (let k = 0; k < this.row.length; k++) this.row[k] /= this.norm;
     this.target = 0;
-    this.range = this.quantity.range;
   }
 
   value(q) { return quantityValue(this.quantity, q); }
@@ -18,70 +19,64 @@ class Hold {
   update() {}
 }
 
-/** One of the three rotations of a locked spherical joint. */
+/** One of the three rotations of a spherical joint, held where it is in q. */
 class TurnHold {
-  constructor(solver, joint, axis) {
+  constructor(manifold, joint, axis, q) {
     this.name = joint.name;
     this.at = joint.q;
     this.axis = axis;
-    this.row = new Float64Array(solver.model.nv);
+    this.row = new Float64Array(manifold.model.nv);
     this.row[joint.v + axis] = 1;
-    this.norm = 1;
-    this.locked = Float64Array.from([1, 0, 0, 0]);
+    this.kept = q.slice(joint.q, joint.q + 4);
   }
 
-  keep(q) { for (let k = 0; k < 4; k++) this.locked[k] = q[this.at + k]; }
-
   error(q) {
-    const [w, ...xyz] = this.locked, i = this.at, a = this.axis, b = (a + 1) % 3, c = (a + 2) % 3;
-    const even = w * q[i] + xyz[0] * q[i + 1] + xyz[1] * q[i + 2] + xyz[2] * q[i + 3];
-    const part = w * q[i + 1 + a] - xyz[a] * q[i] - xyz[b] * q[i + 1 + c] + xyz[c] * q[i + 1 + b];
-    return even < 0 ? -2 * part : 2 * part;
+    const { kept, at, axis } = this, b = 1 + (axis + 1) % 3, c = 1 + (axis + 2) % 3, a = 1 + axis;
+    const even = kept[0] * q[at] + kept[1] * q[at + 1] + kept[2] * q[at + 2] + kept[3] * q[at + 3];
+    const odd = kept[0] * q[at + a] - kept[a] * q[at] - kept[b] * q[at + c] + kept[c] * q[at + b];
+    return even < 0 ? -2 * odd : 2 * odd;
   }
 
   update() {}
 }
 
-/** The angle of a spherical joint from the identity. */
+/** The angle of a spherical joint from the identity, which its range limits. */
 class TiltHold {
-  constructor(solver, joint) {
-    this.name = joint.name;
-    this.at = joint.q;
-    this.v = joint.v;
-    this.row = new Float64Array(solver.model.nv);
-    this.norm = 1;
-    this.target = 0;
-    this.range = joint.range;
+  constructor(manifold, joint) {
+    Object.assign(this, { name: joint.name, at: joint.q, v: joint.v, range: joint.range, norm: 1, target: 0 });
+    this.row = new Float64Array(manifold.model.nv);
   }
 
-  value(q) { return 2 * Math.atan2(Math.hypot(q[this.at + 1], q[this.at + 2], q[this.at + 3]), Math.abs(q[this.at])); }
+  value(q) { return 2 * Math.atan2(this._sine(q), Math.abs(q[this.at])); }
   error(q) { return this.value(q) - this.target; }
+  _sine(q) { return Math.hypot(q[this.at + 1], q[this.at + 2], q[this.at + 3]); }
 
   update(q) {
-    const length = Math.hypot(q[this.at + 1], q[this.at + 2], q[this.at + 3]) * (q[this.at] < 0 ? -1 : 1);
+    const length = this._sine(q) * (q[this.at] < 0 ? -1 : 1);
     for (let k = 0; k < 3; k++) this.row[this.v + k] = Math.abs(length) > 1e-12 ? q[this.at + 1 + k] / length : 0;
   }
 }
 
-/** Several drives on a straight line towards their targets: along = false: one of the directions at right angles to it. */
+/** A weighted sum of holds. */
 class BlendHold {
   constructor(holds, weights) {
-    this.name = holds.map((hold) => hold.name).join(", ");
     this.holds = holds;
     this.weights = weights;
     this.row = new Float64Array(holds[0].row.length);
     holds.forEach((hold, i) => { for (let k = 0; k < this.row.length; k++) this.row[k] += weights[i] * hold.row[k]; });
   }
 
-  error(q) { return this.holds.reduce((sum, hold, i) => sum + this.weights[i] * hold.error(q), 0); }
+  error(q) {
+    let sum = 0;
+    for (let i = 0; i < this.holds.length; i++) sum += this.weights[i] * this.holds[i].error(q);
+    return sum;
+  }
+
   update() {}
 
-  /** The directions at right angles to `line` (unit, one number per hold): the other rows of a reflection onto it. */
+  /** The sums at right angles to `line` (unit, one weight for each hold): the other rows of a reflection onto it. */
   static across(holds, line) {
-    const count = holds.length, mirror = line.slice();
-    mirror[0] += line[0] < 0 ? -1 : 1;
-    const size = mirror.reduce((sum, x) => sum + x * x, 0);
-    return Array.from({ length: count - 1 }, (_, i) =>
-      new BlendHold(holds, line.map((_, j) => (i + 1 === j ? 1 : 0) - 2 * mirror[i + 1] * mirror[j] / size)));
+    const mirror = [line[0] + (line[0] < 0 ? -1 : 1), ...line.slice(1)], size = dot(mirror, mirror);
+    return line.slice(1).map((_, i) => new BlendHold(holds, line.map((_x, j) => (i + 1 === j ? 1 : 0) - 2 * mirror[i + 1] * mirror[j] / size)));
   }
 }

@@ -1,13 +1,15 @@
 // A grabbed point follows its target as far as the closed poses allow: damped least squares on them, until stationary.
 
-const MOST_PULLS = 40, STATIONARY = 1e-10, LONGEST_PULL = 0.4;
+const MOST_TRIES = 30, LONGEST_PULL = 0.4;
+const STATIONARY = 1e-9; // length of a step that is none
 
 class Pull {
   /** grab: {body, point (3) in the body, target (3) in the world}; body by name or by its number in model.bodies. */
-  constructor(solver, grab) {
-    const { model } = solver, name = typeof grab.body === "number" ? model.bodies[grab.body] : grab.body;
-    const shaft = model.drawnShafts.find((item, i) => model.bodies[model.parts.length + i] === name);
-    this.solver = solver;
+  constructor(model, grab) {
+    const name = typeof grab.body === "number" ? model.bodies[grab.body] : grab.body;
+    const shaft = model.drawnShafts.find((_, i) => model.bodies[model.parts.length + i] === name);
+    this.model = model;
+    this.name = name;
     this.shaft = shaft || null;
     this.part = shaft ? shaft.part : model.partIndex(name, "The grab");
     this.point = Float64Array.from(grab.point);
@@ -16,13 +18,13 @@ class Pull {
     this.offset = new Float64Array(3);
     this.rows = [0, 1, 2].map(() => new Float64Array(model.nv));
     this.free = [0, 1, 2].map(() => new Float64Array(model.nv));
-    this.gradient = new Float64Array(model.nv);
+    [this.gradient, this.way, this.before, this.after] = [0, 1, 2, 3].map(() => new Float64Array(model.nv));
     this.lever = new Float64Array(3);
   }
 
   /** Scaled distance of the point from its target at the pose of the tree; `offset` is the vector. */
   miss(tree, q) {
-    const { shaft, part, point, here, target } = this, { size } = this.solver.model;
+    const { shaft, part, point, here, target } = this, { size } = this.model;
     if (shaft) {
       const { rotation, origin } = tree.placed(part, shaft.placement);
       turnedAbout(rotation, 0, 0, 1, quantityValue(shaft.quantity, q) - shaft.quantity.zero, rotation);
@@ -32,12 +34,12 @@ class Pull {
     } else if (part < 0) here.set(point);
     else for (let a = 0; a < 3; a++) here[a] = tree.origin[3 * part + a] + dot3(tree.rotation, 9 * part + 3 * a, point);
     for (let a = 0; a < 3; a++) this.offset[a] = (target[a] - here[a]) / size;
-    return Math.hypot(...this.offset);
+    return norm(this.offset);
   }
 
   /** Rows of the point's scaled velocity, and the gradient rows^T offset. */
   linearize(tree, scale) {
-    const { rows, lever, gradient, offset } = this, { size } = this.solver.model;
+    const { rows, lever, gradient, offset } = this, { size } = this.model;
     for (const row of rows) row.fill(0);
     if (this.part >= 0) for (const c of tree.columns[this.part]) {
       tree.lever(c, this.here, 0, lever, 0);
@@ -61,13 +63,84 @@ class Pull {
       free[a].fill(0, 0, factors.rank);
     }
     let trace = 0;
-    for (let a = 0; a < 3; a++) for (let b = 0; b < 3; b++) K[3 * a + b] = dotRows(free[a], free[b]);
+    for (let a = 0; a < 3; a++) for (let b = 0; b < 3; b++) K[3 * a + b] = dot(free[a], free[b]);
     for (let a = 0; a < 3; a++) trace += K[4 * a];
     for (let a = 0; a < 3; a++) K[4 * a] += damping + 1e-12 * trace + 1e-300;
     const z = solveSymmetric3(K, offset);
     for (let k = 0; k < y.length; k++) y[k] = z[0] * free[0][k] + z[1] * free[1][k] + z[2] * free[2][k];
     factors.rotateBack(y);
-    return Math.hypot(...y);
+    return norm(y);
+  }
+
+  /** Walks until the point is at its target or can come no nearer, while `held` hold; returns why it stopped: "" or "singular". */
+  follow(walk, held) {
+    const { manifold, tangent } = walk, { way, before, model } = this;
+    this.longest = LONGEST_PULL;
+    this.tries = MOST_TRIES;
+    walk.ready = false;
+    let damping = 0, made = 0;
+    while (this.tries > 0) {
+      walk.place();
+      const miss = this.miss(manifold.tree, walk.q);
+      this.linearize(manifold.tree, manifold.scale);
+      if (made) { // the curvature of the closed poses, from the change of the gradient: what least squares leaves out
+        walk.factor(held);
+        tangent.set(this.gradient);
+        manifold.factors.project(tangent);
+        let change = 0, square = 0;
+        for (let k = 0; k < model.nv; k++) change += (before[k] - tangent[k]) * way[k];
+        for (const row of this.rows) square += dot(row, way) ** 2;
+        damping = Math.max(0, change / made - square);
+      }
+      if (miss < 1e-12) return "";
+      made = this._nearer(walk, held, miss, damping);
+      if (!made) return this.flipped ? "singular" : "";
+    }
+    return "";
+  }
+
+  /** A step that brings the point nearer; returns its length, 0 where there is none or too short a one. */
+  _nearer(walk, held, miss, least) {
+    const { manifold, tangent } = walk, { factors } = manifold, { way, before } = this;
+    let damping = least;
+    this.flipped = false;
+    while (this.tries-- > 0) {
+      walk.factor(held);
+      const length = this.step(factors, damping, tangent);
+      if (walk.active.length && this._inward(walk, damping)) continue;
+      if (!(length > STATIONARY)) return 0;
+      for (let k = 0; k < tangent.length; k++) tangent[k] /= length;
+      if (walk.block()) continue;
+      way.set(tangent);
+      before.set(this.gradient);
+      const slope = factors.project(before);
+      walk.turning.fill(0);
+      const made = walk.step(Math.min(length, this.longest), held, held, way);
+      if (made.good && made.rate > BEND && this.miss(manifold.tree, walk.next) < miss) {
+        walk.take(made, false);
+        this.longest = Math.min(LONGEST_PULL, 2 * Math.max(made.length, 0.01));
+        return made.length;
+      }
+      this.flipped = made.flipped;
+      this.longest = 0.5 * made.length;
+      if (this.longest < SHORTEST_STEP) return 0;
+      if (made.good) damping = Math.max(damping, slope / this.longest); // least squares is misled: turn to the steepest descent
+      walk.place();
+      this.miss(manifold.tree, walk.q);
+    }
+    return 0;
+  }
+
+  /** Lets go of a joint at the end of its range which would turn back at the end of the step in the walk's tangent. */
+  _inward(walk, damping) {
+    const { rows, offset, after } = this, { tangent } = walk;
+    after.fill(0);
+    for (let a = 0; a < 3; a++) {
+      const rest = offset[a] - dot(rows[a], tangent);
+      for (let k = 0; k < after.length; k++) after[k] += rest * rows[a][k];
+    }
+    for (let k = 0; k < after.length; k++) after[k] -= damping * tangent[k];
+    return walk.letGo(walk.manifold.factors.rotate(after));
   }
 }
 
@@ -79,71 +152,3 @@ function solveSymmetric3(K, b) {
   const r = z / i, s = (y - h * r) / e;
   return [(x - d * s - g * r) / a, s, r];
 }
-
-PoseSolver.prototype._pull = function pullTowards(grab, held) {
-  const { manifold, q, _tangent: t } = this, pull = new Pull(this, grab);
-  const before = new Float64Array(t.length), along = new Float64Array(t.length);
-  let damping = 0, made = 0, reach = LONGEST_PULL;
-  this._active = this._active.slice();
-  for (let count = 0; count < MOST_PULLS; count++) {
-    manifold.at(q);
-    const miss = pull.miss(manifold.tree, q);
-    pull.linearize(manifold.tree, this.scale);
-    const rate = this._heading(held, pull.gradient); // chooses the joints at the end of their ranges
-    if (rate < STATIONARY || miss < 1e-12) return;
-    if (made) { // what the curvature of the closed poses adds to least squares, by the change of the gradient
-      let change = 0, square = 0;
-      for (let k = 0; k < t.length; k++) change += (before[k] - rate * t[k]) * along[k];
-      for (let a = 0; a < 3; a++) square += dotRows(pull.rows[a], along) ** 2;
-      damping = Math.max(0, change / made - square);
-    }
-    for (let k = 0; k < t.length; k++) before[k] = rate * t[k];
-    made = this._pullStep(pull, held, miss, damping, reach, along);
-    reach = this._reach;
-    if (!made) return;
-  }
-};
-
-/** One accepted step, made smaller and more damped until the point comes nearer; returns its length, 0 where none does. */
-PoseSolver.prototype._pullStep = function pullStep(pull, held, miss, damping, reach, along) {
-  const { manifold, q, _tangent: t } = this;
-  for (let attempt = 0; attempt < 30; attempt++) {
-    manifold.at(q);
-    pull.miss(manifold.tree, q);
-    pull.linearize(manifold.tree, this.scale);
-    manifold.factor([held, this._active]);
-    manifold.remember();
-    const length = pull.step(manifold.factors, damping, t);
-    if (!(length > 1e-13)) break;
-    for (let k = 0; k < t.length; k++) t[k] /= length;
-    const outward = this._limits.find((hold) => !this._active.includes(hold) && this._outward(hold, t));
-    if (outward) {
-      outward.target = outward.value(q);
-      this._active.push(outward);
-      continue;
-    }
-    const wanted = Math.min(length, reach), stopped = this._limited(wanted), way = stopped ? stopped.length : wanted;
-    along.set(t);
-    const group = [held, stopped ? this._active.concat(stopped.hold) : this._active];
-    const made = this._advance(way, group, held, along, false);
-    if (made.ok && made.rate > BEND && pull.miss(manifold.tree, this._next) < miss) {
-      q.set(this._next);
-      if (stopped) this._active.push(stopped.hold);
-      this._reach = Math.min(LONGEST_PULL, 1.5 * Math.max(way, 0.02));
-      return way;
-    }
-    reach = 0.5 * way;
-    this._reach = reach;
-    if (reach < SHORTEST_STEP) {
-      if (made.flipped && miss > 1e-9) this._stop(this.model.bodies[pull.part] || "", "singular");
-      break;
-    }
-  }
-  return 0;
-};
-
-PoseSolver.prototype._miss = function missOf(grab) {
-  const { manifold, q } = this;
-  manifold.at(q);
-  return new Pull(this, grab).miss(manifold.tree, q) * this.model.size;
-};
