@@ -179,7 +179,10 @@ class _Call:
             return self.finish(result.exit_code, result.to_dict() if result.exit_code else {})
         with output.stdout_kept_clean(), output.files_read(self.files):
             result = call()
-            document = output.envelope(self.verb, self.names, self.values) | result.to_dict()
+            document = output.envelope(self.verb, self.names, self.values)
+            if result.exit_code:
+                document["status"] = STATUS[result.exit_code]
+            document |= result.to_dict()
         output.write(output.encode(document | output.reading(self.files) | {"exit_code": result.exit_code}))
         return self.finish(result.exit_code, document)
 

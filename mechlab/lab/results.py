@@ -23,7 +23,6 @@ class FilesResult(Shown):
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         return {
-            **({"status": "finished, do not trust it"} if self.exit_code == 3 else {}),
             "folder": str(self.folder),
             "files": {k: str(v) for k, v in self.files.items()},
             "message": self.sentence,

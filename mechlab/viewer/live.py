@@ -235,7 +235,7 @@ class Server:
         asyncio.set_event_loop(self._loop)
         arguments = {"server": self}
         application = web.Application(
-            [("/", _Page, arguments), ("/story", _Document, arguments), ("/live", _Live, arguments)],
+            [("/", _Page, arguments), ("/live", _Live, arguments)],
             websocket_max_message_size=_LARGEST_MESSAGE,
         )
         server = httpserver.HTTPServer(application)
@@ -288,16 +288,11 @@ class _Page(_Ours):
         self.finish(page_of(**self.server.document(), connect=connect))
 
 
-class _Document(_Ours):
-    def get(self) -> None:
-        self.finish(json.dumps(self.server.document(), allow_nan=False))
-        self.set_header("Content-Type", "application/json")
-
-
 class _Live(websocket.WebSocketHandler):
     def initialize(self, server: Server) -> None:
         self.server = server
         self._sending: asyncio.Future[None] | None = None
+        self._telling: asyncio.Future[None] | None = None
         self._next_pose: str | None = None
 
     def prepare(self) -> None:
@@ -335,8 +330,12 @@ class _Live(websocket.WebSocketHandler):
             self.push_pose(self._next_pose)
 
     def on_message(self, message: str | bytes) -> None:
-        """Parameters {"type": "values", "values": {key: text}} are passed to `on_values`; anything else is ignored."""
-        values = wanted_values(message)
+        """Parameters {"type": "values", "values": {key: text}} are passed to `on_values`, {"type": "show"} is answered with
+        the story; anything else is ignored."""
+        sent = read_message(message)
+        if sent.get("type") == "show" and (self._telling is None or self._telling.done()):
+            self._telling = self.push(json.dumps({"type": "document", **self.server.document()}, allow_nan=False))
+        values = wanted_values(sent)
         if values is not None and self.server.on_values is not None:
             self.server.on_values(values, self.answer)
 
@@ -361,16 +360,20 @@ def _discard(_: object) -> None:
     return None
 
 
-def wanted_values(message: str | bytes) -> dict[str, str] | None:
-    """The parameters in a message of a browser; None for everything else, which is refused before it is parsed where it
-    is too large or too deep."""
+def read_message(message: str | bytes) -> dict[str, Any]:
+    """The object in a message of a browser; {} for everything else, and for what is too large or too deep to be parsed."""
     if not isinstance(message, str) or len(message) > _LARGEST_MESSAGE or _depth(message) > _DEEPEST_MESSAGE:
-        return None
+        return {}
     try:
         sent = json.loads(message)
     except ValueError:
-        return None
-    values = sent.get("values") if isinstance(sent, dict) and sent.get("type") == "values" else None
+        return {}
+    return sent if isinstance(sent, dict) else {}
+
+
+def wanted_values(sent: Mapping[str, Any]) -> dict[str, str] | None:
+    """The parameters in a message of a browser; None where it has none, or others than texts of a sensible length."""
+    values = sent.get("values") if sent.get("type") == "values" else None
     if not isinstance(values, dict) or not values:
         return None
     return values if all(isinstance(x, str) and len(x) <= _MOST_TEXT for x in values.values()) else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import mechlab as ml
+from mechlab.cli import main
 from mechlab.engines.mujoco.model_file import rows
 from mechlab.mechanism.structure import Redundancy
 from mechlab.studies.doctor.case import Diagnosis
@@ -264,7 +266,7 @@ def test_contacts_that_do_not_fit_the_memory_are_found(tmp_path: Path, memory: s
     """MuJoCo leaves them out and goes on; its counters are read here from a run of our own."""
     path = tmp_path / "crowd.xml"
     finding = look(tmp_path, crowd(memory), path.name).finding("memory")
-    assert finding.severity == "error" and words in finding.sentence and f"{memory[:-1]} KiB" in finding.sentence
+    assert finding.severity == "error" and words in finding.sentence and f"{int(memory[:-1]) / 1024:.3g} MiB" in finding.sentence
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     for _ in range(50):
@@ -274,3 +276,11 @@ def test_contacts_that_do_not_fit_the_memory_are_found(tmp_path: Path, memory: s
     cured = ml.cure(path, tmp_path / "cured.xml")
     assert "memory" in cured.cured and finding.paste == '<size memory="1M"/>' and 'memory="1M"' in cured.path.read_text()
     assert "memory" not in severities(look(tmp_path, crowd("4M")))
+
+
+def test_a_document_of_a_sick_file_does_not_say_answered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "crowd.xml"
+    path.write_text(crowd("60K"))
+    assert main(["doctor", str(path), "--json"]) == 3
+    document = json.loads(capsys.readouterr().out)
+    assert document["status"] == "not to be trusted" and "memory of 0.0586 MiB was full" in document["message"]

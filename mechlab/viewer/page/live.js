@@ -6,7 +6,7 @@ const RETRY = [500, 5000]; // ms between two attempts to reach a server that has
 class Live {
   /** `replace(story, read, adopt)` puts another story into the page and hands its parts to `adopt`; `parts` are the present ones. */
   constructor(story, parts, replace) {
-    Object.assign(this, { replace, shown: story.live, controls: story.controls, typed: {}, sent: null, refused: "", pose: null, busy: false, wait: RETRY[0] });
+    Object.assign(this, { replace, shown: story.live, controls: story.controls, typed: {}, sent: null, refused: "", pose: null, asked: false, wait: RETRY[0] });
     this.adopt(parts);
     this.connect();
   }
@@ -16,6 +16,7 @@ class Live {
     socket.onopen = () => { this.wait = RETRY[0]; this.say("", ""); };
     socket.onmessage = (event) => this.take(JSON.parse(event.data));
     socket.onclose = () => {
+      this.asked = false;
       this.say("the server has stopped; the page goes on when it is back", "stopped");
       setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(RETRY[1], 2 * this.wait);
@@ -25,6 +26,7 @@ class Live {
   take(message) {
     if (message.type === "poses") { this.pose = message; this.show(); }
     if (message.type === "story") this.follow(message);
+    if (message.type === "document") this.receive(message);
     if (message.type === "built") { this.sent = null; this.refresh(); }
     if (message.type === "refused") {
       this.typed = { ...this.sent, ...this.typed };
@@ -34,29 +36,23 @@ class Live {
     }
   }
 
-  /** Fetches the story that the server shows now, unless it is the one shown here. */
-  async follow({ session, number }) {
+  /** Asks for the story that the server shows now, unless it is the one shown here, or on its way. */
+  follow({ session, number }) {
     this.wanted = { session, number };
-    if (this.busy) return;
-    this.busy = true;
-    try {
-      while (this.wanted.session !== this.shown.session || this.wanted.number !== this.shown.number) {
-        if (this.wanted.session !== this.shown.session) this.sent = null;
-        const wanted = this.wanted;
-        const { document: story, block } = await (await fetch("/story", { cache: "no-store" })).json();
-        const read = await blockReader(block);
-        this.shown = story.live;
-        this.controls = story.controls;
-        this.replace(story, read, (parts) => this.adopt(parts));
-        this.show();
-        if (this.wanted === wanted) break; // what was fetched is at least as new
-      }
-    } catch (error) {
-      // A server that stops meanwhile tells its story again when it is back.
-      if (this.socket.readyState === WebSocket.OPEN) throw error;
-    } finally {
-      this.busy = false;
-    }
+    if (session === this.shown.session && number === this.shown.number) return;
+    if (session !== this.shown.session) this.sent = null;
+    if (!this.asked) this.socket.send('{"type": "show"}');
+    this.asked = true;
+  }
+
+  async receive({ document: story, block }) {
+    const read = await blockReader(block);
+    this.asked = false;
+    this.shown = story.live;
+    this.controls = story.controls;
+    this.replace(story, read, (parts) => this.adopt(parts));
+    this.show();
+    if (this.wanted.number > this.shown.number) this.follow(this.wanted);
   }
 
   adopt(parts) {

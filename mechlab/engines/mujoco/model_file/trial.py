@@ -132,7 +132,7 @@ class TrialRun:
         words = [f"{n} times for {what}" for n, what in zip(self.full, ("contacts", "rows"), strict=True) if n]
         if words:
             text = (
-                f"in a run of {self.duration:.3g} s as the file says, MuJoCo's memory of {self.memory / 1024:.4g} KiB was full "
+                f"in a run of {self.duration:.3g} s as the file says, MuJoCo's memory of {self.memory / 2**20:.3g} MiB was full "
                 f"{' and '.join(words)}: those that did not fit were left out, with a line on stderr alone."
             )
             cure = f'<size memory="{-(-MORE_MEMORY * self.memory // 2**20)}M"/>'
