@@ -201,6 +201,8 @@ def test_commands_beyond_the_range_of_a_joint(tmp_path: Path) -> None:
 def test_redundancy_in_words() -> None:
     terms = tuple((f"row{k}", float(k)) for k in range(1, 9))
     assert Redundancy("r", terms).sentence == "r repeats what row8, row7, row6 and 5 more rows say together"
+    alike = tuple((f"row{k}", 1.0 + 1e-15 * k) for k in range(4))  # rounding does not choose the names
+    assert Redundancy("r", alike).sentence == "r repeats what row0, row1, row2 and 1 more row say together"
     assert Redundancy("r", terms[:2]).sentence == "r = +1 row1 +2 row2"
 
 
