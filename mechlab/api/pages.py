@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +83,7 @@ def run_story(recording: Recording) -> Story:
         title, plots = entry.title, entry.plots
         facts |= _facts(d)
         if entry.expand is not None:
-            drawn = entry.expand(d.parameters, recording)
+            drawn = partial(entry.expand, d.parameters)
     channels = tuple(n for n in recording.channels if n.startswith("error_"))
     return recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
 
@@ -94,7 +95,7 @@ def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
 
 def modes_story(d: Design, result: ModesResult, motion: Recording) -> Story:
     """The swinging modes, drawn in the richest fidelity where the entry can expand."""
-    drawn = d.entry.expand(d.parameters, motion) if d.entry.expand is not None else None
+    drawn = partial(d.entry.expand, d.parameters) if d.entry.expand is not None else None
     facts = {"about": result.scene, "fidelity": result.fidelity}
     for k, m in enumerate(result.modes, 1):
         ratio = "" if m.damping is None else f", damping {m.damping:.4g}"

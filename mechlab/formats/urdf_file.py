@@ -25,7 +25,7 @@ from mechlab.formats.urdf_loops import Closure, closing_frames, declared, in_par
 from mechlab.formats.urdf_meshes import read_surfaces
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
 from mechlab.formats.urdf_sidecar import whole_from_sidecar
-from mechlab.formats.urdf_source import UrdfText, number_of
+from mechlab.formats.urdf_source import KINDS, UrdfText, number_of
 from mechlab.mechanism.geometry import Placement, frame_along, unit
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Loop
@@ -248,7 +248,7 @@ def _drives(text: UrdfText, asked: _Asked) -> tuple[Drive, ...]:
     out = []
     for name in dict.fromkeys(asked.motors):
         joint = text.joints[name]
-        if name in asked.swaps or joint.get("type") not in ("revolute", "continuous", "prismatic"):
+        if name in asked.swaps or joint.get("type") not in KINDS:
             asked.notes.append(f"the motor {name!r} has no joint with one coordinate and was not made")
             continue
         limit = joint.find("limit")

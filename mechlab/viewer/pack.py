@@ -24,6 +24,7 @@ from mechlab.viewer.framing import (
     outermost,
     tempo,
 )
+from mechlab.viewer.knots import Knots
 from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Part, Story
 
@@ -84,7 +85,9 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     still takes one frame.
     """
     block = ByteBlock()
-    motion = pack_motion(story.poses, block)
+    # With knots the page has the poses from the model; the first of each body stays, for what needs one.
+    poses = story.poses if story.knots is None or story.model is None else story.poses[:1]
+    motion = pack_motion(poses, block)
     pace = tempo(story)
     geometries, (parts, ghost_parts) = _pack_parts(story.bodies, (story.parts, story.ghost_parts), block)
     framing = frame_story(story)
@@ -95,6 +98,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
         "t": block.add(story.t, "f8"),
         "bodies": list(story.bodies),
         "motion": motion,
+        "moving": np.any(story.poses != story.poses[:1], axis=(0, 2, 3)).tolist(),
+        "knots": None if story.knots is None or story.model is None else _pack_knots(story.knots, block),
         "geometries": geometries,
         "parts": parts,
         "floors": [
@@ -149,7 +154,6 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "speeds": list(SPEEDS),
         },
         "model": None if story.model is None else _pack_model(story.model, block),
-        "coordinates": None if story.coordinates is None or len(story.t) < 2 else block.add(story.coordinates, "f4"),
         "explore": None
         if story.explore is None
         else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
@@ -195,6 +199,10 @@ def pack_motion(poses: Array, block: ByteBlock, kind: str = "f8") -> list[dict[s
 def _pack_model(mechanism: Mechanism, block: ByteBlock) -> dict[str, Any]:
     """Reference of the model document, the JSON text that `generate` writes; the page solves it."""
     return block.add(np.frombuffer(to_json(mechanism).encode(), dtype=np.uint8), "u1")
+
+
+def _pack_knots(knots: Knots, block: ByteBlock) -> dict[str, Any]:
+    return {"t": block.add(knots.t, "f8"), "q": block.add(knots.q, "f8"), "rates": block.add(knots.rates, "f8")}
 
 
 def _pack_marks(story: Story) -> list[dict[str, Any]]:

@@ -18,6 +18,7 @@ from mechlab.viewer.channels import Channels
 
 if TYPE_CHECKING:
     from mechlab.viewer.explore import Exploration
+    from mechlab.viewer.knots import Knots
 
 Array = NDArray[np.float64]
 
@@ -198,7 +199,7 @@ class Story:
     to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time.
     floors: drawn instead of the page's own floor;
     model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
-    coordinates: of it, (n, nq), from which a recorded pose is moved by hand;
+    knots: coordinates of it, from which the page has its poses instead of `poses`, see `mechlab.viewer.knots`;
     channels: all that were recorded, for plots that are asked for in the page. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
@@ -228,7 +229,7 @@ class Story:
     variants: tuple[Variation, ...] = ()
     floors: tuple[Floor, ...] = ()
     model: Mechanism | None = None
-    coordinates: Array | None = None
+    knots: Knots | None = None
     channels: Channels = field(default_factory=Channels)
 
     def __post_init__(self) -> None:
@@ -280,9 +281,6 @@ class Story:
             ghost = frozen(self.ghost, "ghost", (frames, len(bodies), 4, 4))
             check_rigid(ghost, "ghost")
             object.__setattr__(self, "ghost", ghost)
-        if self.coordinates is not None:
-            width = self.model.nq if self.model is not None else None
-            object.__setattr__(self, "coordinates", frozen(self.coordinates, "coordinates", (len(t), width)))
         for name, value in (
             ("t", t),
             ("arrows", arrows),

@@ -300,7 +300,7 @@ class Explorer {
 
 /** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
 function moveByHand(story, inspector, page) {
-  if (!story.model || !(story.explore || story.coordinates)) return null;
+  if (!story.model || !(story.explore || story.knots)) return null;
   try {
     const explorer = new Explorer(story, page);
     explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y));

@@ -21,7 +21,7 @@ function addAxes(stage, marks) {
 /** A second, faint set of the moving parts; of another run with its own parts and paths. */
 class Ghost {
   constructor(stage, story, read) {
-    this.motion = new Motion({ ...story, motion: story.ghost.motion }, read);
+    this.motion = new Motion({ ...story, motion: story.ghost.motion, knots: null }, read);
     this.holder = new THREE.Group();
     this.holder.name = "ghost";
     const material = faintMaterial();
@@ -34,7 +34,7 @@ class Ghost {
     this.groups = stage.groups.map((group, k) => {
       const copy = new THREE.Group();
       // What never moves apart from the original would only double it.
-      const moves = story.motion[k].quaternion.count > 4 || story.ghost.motion[k].quaternion.count > 4;
+      const moves = story.moving[k] || story.ghost.motion[k].quaternion.count > 4;
       if (moves && !story.ghost.parts.length) for (const part of group.children) if (part.isMesh) draw(copy, part.geometry, part.matrix);
       this.holder.add(copy);
       return copy;
