@@ -16,6 +16,8 @@ class MechlabError(Exception):
     """Bad input: the base class of every error that mechlab raises on purpose (exit code 1)."""
 
     exit_code = 1
+    unknown = ""
+    """The name that does not exist, of an error made by `unknown`."""
 
 
 class UsageError(MechlabError):
@@ -51,7 +53,9 @@ def unknown(what: str, name: object, existing: Iterable[str], error: type[Mechla
     close = get_close_matches(str(name), names, n=1)
     guess = f" Did you mean {close[0]!r}?" if close else ""
     listing = ", ".join(names) if names else "none"
-    return error(f"{what} {name!r} does not exist.{guess} Existing: {listing}.")
+    made = error(f"{what} {name!r} does not exist.{guess} Existing: {listing}.")
+    made.unknown = str(name)
+    return made
 
 
 def user_fault(error: BaseException) -> str | None:

@@ -106,9 +106,9 @@ def one_number(key: str, value: object) -> float:
     try:
         plain = float(number)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
-        raise MechlabError(f"{key}: expected a number, got {_short(value)}.") from None
+        raise MechlabError(f"{key}: expected a number, got {short(value)}.") from None
     if not math.isfinite(plain):
-        raise MechlabError(f"{key}: expected a finite number, got {_short(value)}.")
+        raise MechlabError(f"{key}: expected a finite number, got {short(value)}.")
     if abs(plain) > LARGEST_NUMBER:
         raise MechlabError(
             f"{key}: a number beyond {LARGEST_NUMBER:g}, got {plain:g}: its powers leave the range of doubles."
@@ -139,7 +139,8 @@ def _items(value: Any) -> tuple[Any, ...]:
     return tuple(value) if isinstance(value, tuple | list) else (value,)
 
 
-def _short(value: object) -> str:
+def short(value: object) -> str:
+    """A value for a message, at most 60 characters."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
@@ -148,7 +149,8 @@ def parse_number(key: str, text: str, *units: str) -> float:
     """One number in the first of the SI `units`, or in another of them. Raises MechlabError, naming `key`, for anything else."""
     value = _scalar(key, text)
     if isinstance(value, str) or getattr(value, "unit", units[0]) not in units:
-        raise MechlabError(f"{key}: expected a number [{' or '.join(units)}], got {text!r}.")
+        wanted = " or ".join(u for u in units if u)
+        raise MechlabError(f"{key}: expected a number{f' [{wanted}]' if wanted else ''}, got {text!r}.")
     return float(value)
 
 

@@ -198,6 +198,8 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("session", "observe"): (lambda p: _session(seed=1), lambda p: _session(seed=1, observe=["angle"])),
     ("session", "start"): (lambda p: _session(seed=1), lambda p: _session(seed=1, start=lambda rng: {"angle_0": 0.5})),
     ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
+    ("session", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: ml.session("pendulum", engine="file"))),
+    ("environment", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: _episode(engine="file"))),
     ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
     ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
     ("track", "times"): (
@@ -281,3 +283,12 @@ def test_a_list_and_a_tuple_of_ends_mean_the_same_by_keyword_and_mapping() -> No
     for ends in ((0.5, 1.0), [0.5, 1.0], Range(0.5, 1.0)):
         found = ml.optimize("pendulum", {"length": ends}, maximize="length", evaluations=40)
         assert found.parameters["length"] == pytest.approx(1.0)
+
+
+def test_an_option_that_is_spelled_wrong_is_suggested():
+    for call, wrong, right in ((ml.simulate, {"timstep": 1e-3}, "timestep"), (ml.session, {"hodl": 0.01}, "hold")):
+        with pytest.raises(MechlabError, match=f"{next(iter(wrong))}' does not exist. Did you mean the option '{right}'"):
+            call("fourbar", **wrong)
+    with pytest.raises(MechlabError, match="Did you mean 'coupler'") as found:
+        ml.simulate("fourbar", couplr=1.0)
+    assert "the option" not in str(found.value)

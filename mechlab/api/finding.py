@@ -129,7 +129,7 @@ def read_file(path: Path) -> ModelFile:
 def _from_python(path: Path, name: str) -> Entry:
     """The entry of a user's function. Errors name the file and its own line."""
     from mechlab.experiment.entry import Entry
-    from mechlab.lab.own_mechanism import entry_of_class, entry_of_function
+    from mechlab.lab.own_mechanism import entry_of_class, entry_of_function, is_scene
 
     if not path.is_file():
         raise MechlabError(f"there is no file {path}.")
@@ -142,7 +142,7 @@ def _from_python(path: Path, name: str) -> Entry:
     own = {
         n: f
         for n, f in vars(module).items()
-        if getattr(f, "__module__", "") == spec.name and not hasattr(f, "_mechlab_scene")
+        if getattr(f, "__module__", "") == spec.name and not is_scene(f)
         and (hasattr(f, "build") and is_dataclass(f) if isinstance(f, type) else callable(f))
     }  # fmt: skip
     if not name:

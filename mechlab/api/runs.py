@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import Engine, Error, File, Progress, Seconds, Travel, Values, Whole, key_values, silent
 from mechlab.api.finding import Source, design_and_rest, load_design
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import MechlabError, unknown
 from mechlab.values import Value, in_unit, one_number
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from mechlab.studies.sensitivity.result import Sensitivity
 
 
+@suggesting
 def solve(source: Source, values: Values | None = None, /, **given: Value) -> Answers:
     """Answers of all witnesses; keys are parameters and given quantities, numbers or arrays that broadcast.
 
@@ -41,6 +43,7 @@ def solve(source: Source, values: Values | None = None, /, **given: Value) -> An
     return ask(*design_and_rest(source, asked))
 
 
+@suggesting
 def sensitivity(
     source: Source,
     values: Values | None = None,
@@ -68,6 +71,7 @@ def sensitivity(
     return study(design, asked, Tolerances.of(tolerance), only, progress)
 
 
+@suggesting
 def simulate(
     source: Source,
     values: Values | str | None = None,
@@ -171,6 +175,7 @@ def portrait(
     return write(base.name, made, None if out is None else Path(out), design.warnings)
 
 
+@suggesting
 def cycle(
     source: Source,
     values: Values | None = None,
@@ -216,6 +221,7 @@ def cycle(
     return result
 
 
+@suggesting
 def chart(
     source: Source,
     values: Values | None = None,
@@ -263,6 +269,7 @@ def chart(
     return result
 
 
+@suggesting
 def fidelities(
     source: Source,
     values: Values | None = None,

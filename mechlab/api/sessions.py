@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import EngineMissing, install_extra
 from mechlab.values import Value, one_number
 
 if TYPE_CHECKING:
     from mechlab.engines.mujoco.session import Session
-    from mechlab.engines.mujoco.step_loop import Start
+    from mechlab.engines.mujoco.step_loop import Start, StepLoop
     from mechlab.experiment.scene import Settings
     from mechlab.lab.environment import Environment, Environments, Reward, Terminated
     from mechlab.studies.modes.controlled import LinearModel
 
 
+@suggesting
 def session(
     source: Source,
     values: Values | None = None,
@@ -32,8 +34,9 @@ def session(
     start: Start | None = None,
     fidelity: str | None = None,
     settings: Settings | str | None = None,
+    engine: Literal["mujoco", "file"] | None = None,
     **given: Value,
-) -> Session:
+) -> StepLoop:
     """A step loop on MuJoCo in which you command the drives, with the health record of a run.
 
         with ml.session("fourbar", hold=0.01) as s:
@@ -51,13 +54,14 @@ def session(
     rng -> {"X_0": ..., "X_rate_0": ...} for the initial values of every reset, with the generator of `seed`, also in `s.rng`. Keys
     are those of `simulate`. `s.reset()` begins anew; `s.health` and `s.recording()` tell of the motion since the reset.
 
-    Of somebody's MJCF file a session steps mechlab's model of it: hard loops, no contacts, a timestep of its own, its drives. The file as
-    it is, with contacts and softness, is run by `simulate(file, scene="as-is", drives={actuator: ...})`. `acts` of a recording says which.
+    Somebody's MJCF file is stepped as it is, with its contacts, softness and timestep: an action is its `data.ctrl`, of which some whole
+    timesteps make `hold`, and the Recording is a run of the same motion. engine="mujoco", settings of it or another scene than `as-is`
+    step mechlab's model of the file: hard loops, no contacts, its drives. `acts` of a recording says which.
 
     Raises MechlabError for a command that is not finite, naming the drive; Untrustworthy from `step` when the motion blew up or a
     loop opened. Closing warns (UntrustedSession) when the motion must not be trusted.
     """
-    return _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings, seed)
+    return _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings, seed, engine)
 
 
 def _opened(
@@ -70,7 +74,8 @@ def _opened(
     fidelity: str | None,
     settings: Settings | str | None,
     seed: int | None = None,
-) -> Session:
+    engine: str | None = None,
+) -> StepLoop:
     """See `session`."""
     from mechlab.lab.session import open_session
 
@@ -86,9 +91,11 @@ def _opened(
         start=start,
         seed=seed,
         extra=extra,
+        engine=engine,
     )
 
 
+@suggesting
 def environment(
     source: Source,
     values: Values | None = None,
@@ -103,6 +110,7 @@ def environment(
     start: Start | None = None,
     fidelity: str | None = None,
     settings: Settings | str | None = None,
+    engine: Literal["mujoco", "file"] | None = None,
     **given: Value,
 ) -> Environment:
     """A gymnasium.Env of a mechanism: its drives are the action, physical units in both spaces; see `session` for the options.
@@ -119,10 +127,11 @@ def environment(
     Needs gymnasium: the extra `[rl]`. Raises EngineMissing without it, MechlabError for a mechanism without drives.
     """
     made = _with_gymnasium()
-    one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings)
+    one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings, engine=engine)
     return made.Environment(one, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def environments(
     source: Source,
     values: Values | None = None,
@@ -144,7 +153,8 @@ def environments(
     """A gymnasium.vector.VectorEnv: `count` copies of `environment`, stepped inside MuJoCo on `threads` threads (0: all cores).
 
     Seeded with n, copy k moves as `environment` seeded with n + k. `reward` and `terminated` are called for each copy; their
-    third argument has time, state, mechanism and names of a session. The scene may have constant loads only. Raises as `environment`.
+    third argument has time, state, mechanism and names of a session. The scene may have constant loads only; of a file it is mechlab's
+    model of it (engine="mujoco" of `environment`). Raises as `environment`.
 
     It is for free cores and for short actions. The engine shares the copies evenly among its threads, so the physics of an action (of a
     four-bar 0.4 ms in 10 ms) takes as many times less as cores are free, and no less where none is. One call of Python steps all copies:
@@ -153,11 +163,12 @@ def environments(
     made = _with_gymnasium()
     from mechlab.engines.mujoco.fleet import Fleet
 
-    one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings)
-    fleet = Fleet(one, count, threads)
+    one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings, engine="mujoco")
+    fleet = Fleet(cast("Session", one), count, threads)
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@suggesting
 def linearize(
     source: Source,
     values: Values | None = None,

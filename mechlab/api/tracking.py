@@ -60,7 +60,7 @@ def track(
     from mechlab.engines.protocol import engine
     from mechlab.lab.ask import asked_mechanism, in_si
     from mechlab.studies.track.closed import usual_engine
-    from mechlab.studies.track.read import goals_of, tasks_of_keys, times_of
+    from mechlab.studies.track.read import goals_of, tasks_of_keys, times_of, wanted_of
     from mechlab.studies.track.study import track as study
     from mechlab.studies.track.tasks import Limit, RateLimit, SingularityLimit
 
@@ -76,10 +76,11 @@ def track(
     if clearance is not None:
         limits.append(SingularityLimit(clearance))
     asked: list[Task] = [*of_keys, *(x for x in tasks if not isinstance(x, Limit))]
-    t = times_of(m, asked, times, duration)
+    wanted = wanted_of(m, asked)
+    t = times_of(m, wanted, times, duration)
     name = usual_engine()
     found = study(
-        m, lambda unit: goals_of(m, asked, t, tolerance, unit), t, limits,
+        m, lambda unit: goals_of(m, wanted, t, tolerance, unit), t, limits,
         {k: one_number(k, x) for k, x in start.items()}, engine=name, progress=progress, name=design.name,
         parameters=dict(design.given), versions=engine(name).versions() if name != "numpy" else {}, notes=design.warnings,
     )  # fmt: skip

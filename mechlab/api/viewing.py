@@ -81,7 +81,7 @@ def _refuse_keys(given: Values) -> None:
 def explore(
     source: Source, values: Values | None = None, /, *, vary: Mapping[str, Axis] | None = None, **parameters: Value
 ) -> Story:
-    """A Story whose drives can be moved by sliders in the page: the richest fidelity, closed poses solved beforehand.
+    """A Story whose drives can be moved by sliders and parts grabbed in the page, which solves the loops: the richest fidelity.
 
     vary: up to two parameters that can be changed in the page too, key -> range or values; by default those that the entry
     names, by 20 % either way.
@@ -191,12 +191,17 @@ def _live(source: Source | Recording, shown: Story, given: Values, host: str, po
     from mechlab.viewer.live import serve
 
     with serve(shown, host=host, port=port) as server:
+        rebuilder = None
         if wait and recording_of(source) is None:
             from mechlab.viewer.streaming import Rebuilder
 
-            Rebuilder(server, load_design(source, given), still_story, run_story)  # type: ignore[arg-type]
-        if wait:
-            server.wait()
+            rebuilder = Rebuilder(server, load_design(source, given), still_story, run_story)  # type: ignore[arg-type]
+        try:
+            if wait:
+                server.wait()
+        finally:
+            if rebuilder is not None:
+                rebuilder.end()
         return FilesResult(Path("."), {}, f"served on {server.url}")
 
 

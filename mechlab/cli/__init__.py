@@ -24,6 +24,7 @@ from mechlab.values import Written
 
 if TYPE_CHECKING:
     from mechlab.cli.options import Route
+    from mechlab.experiment.model_file import ModelFile
 
 STATUS = {1: "bad input", 2: "wrong usage", 3: "not to be trusted", 4: "no solution exists"}
 HELP = """usage: mechlab VERB NAME [key=value ...] [options]
@@ -121,6 +122,7 @@ class _Call:
         self.names: list[str] = []
         self.values: dict[str, Written] = {}
         self.flags: dict[str, str] = {}
+        self.files: list[ModelFile] = []
 
     def perform(self, arguments: list[str]) -> int:
         if not arguments:
@@ -169,18 +171,19 @@ class _Call:
                 return route.function(*positional, **keywords, **more, progress=progress)
 
         if not self.as_json:
-            with output.files_read() as files:
+            with output.files_read(self.files):
                 result = call()
             output.write_result(result.text())
-            for file in files:
+            for file in self.files:
                 output.write(f"\n{file.name}, what of it was read:\n" + "\n".join(f"  {remark}" for remark in file.remarks))
             return self.finish(result.exit_code, result.to_dict() if result.exit_code else {})
-        with output.stdout_kept_clean(), output.files_read() as files:
+        with output.stdout_kept_clean(), output.files_read(self.files):
             result = call()
-            document = output.envelope(self.verb, self.names, self.values) | result.to_dict()
-        for file in files:
-            document |= {"left_out": [x.to_dict() for x in file.left_out], "reading": list(file.notes)}
-        output.write(output.encode(document | {"exit_code": result.exit_code}))
+            document = output.envelope(self.verb, self.names, self.values)
+            if result.exit_code:
+                document["status"] = STATUS[result.exit_code]
+            document |= result.to_dict()
+        output.write(output.encode(document | output.reading(self.files) | {"exit_code": result.exit_code}))
         return self.finish(result.exit_code, document)
 
     def _bound(self, route: Route, kind: object) -> tuple[list[object], dict[str, object]]:
@@ -225,5 +228,6 @@ class _Call:
         if self.as_json:
             document = output.envelope(self.verb, self.names, self.values)
             problem = {"kind": type(error).__name__, "message": message}
-            output.write(output.encode(document | {"status": status, "exit_code": code, "error": problem}))
+            failure = {"status": status, "exit_code": code, "error": problem}
+            output.write(output.encode(document | output.reading(self.files) | failure))
         return code

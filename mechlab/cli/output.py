@@ -139,25 +139,30 @@ def stdout_kept_clean() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def files_read() -> Iterator[list[ModelFile]]:
-    """The model files that are loaded in this block and were not read whole, each once; other warnings go their usual way."""
+def files_read(found: list[ModelFile]) -> Iterator[None]:
+    """Adds to `found` the model files that are loaded in this block and were not read whole, each once; other warnings go their
+    usual way."""
     from mechlab.experiment.model_file import LeftOutWarning
 
-    files: dict[Path | None, ModelFile] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("always", LeftOutWarning)
         usual = warnings.showwarning
 
         def show(message: Warning | str, *rest: Any) -> None:
-            if isinstance(message, LeftOutWarning):
-                files.setdefault(message.file.path, message.file)
-                found[:] = files.values()
-            else:
+            if not isinstance(message, LeftOutWarning):
                 usual(message, *rest)
+            elif message.file.path not in [file.path for file in found]:
+                found.append(message.file)
 
-        found: list[ModelFile] = []
         warnings.showwarning = show  # type: ignore[assignment]
-        yield found
+        yield
+
+
+def reading(files: list[ModelFile]) -> dict[str, Any]:
+    """What a JSON document says of files that were not read whole; empty where there are none."""
+    if not files:
+        return {}
+    return {"left_out": [x.to_dict() for f in files for x in f.left_out], "reading": [n for f in files for n in f.notes]}
 
 
 def package_version(package: str) -> str | None:

@@ -15,6 +15,9 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
+RATE_LIMIT = 1e6
+"""A rate [rad/s or m/s] beyond this counts as a blow-up; the motion ends there."""
+
 
 class BlowUp(Exception):
     """A motion that cannot go on: the time t [s], and the reason in words."""

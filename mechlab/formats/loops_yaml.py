@@ -15,6 +15,7 @@ from typing import Any
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.model_text import read_text
+from mechlab.values import short
 
 TYPES = {"3d": "spherical", "6d": "fixed"}
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
@@ -101,7 +102,7 @@ def _pairs(value: Any, name: str) -> list[tuple[str, str]]:
     if not isinstance(value, list) or not all(
         isinstance(p, list) and len(p) == 2 and all(isinstance(x, str) for x in p) for p in value
     ):
-        raise MechlabError(f"{name}: closed_loop must be a list of pairs of names, [[frame, frame], ...], got {_short(value)}.")
+        raise MechlabError(f"{name}: closed_loop must be a list of pairs of names, [[frame, frame], ...], got {short(value)}.")
     return [(p[0], p[1]) for p in value]
 
 
@@ -118,7 +119,7 @@ def _types(data: dict[str, Any], count: int, name: str) -> list[str]:
 def _names(data: dict[str, Any], key: str, name: str) -> tuple[str, ...]:
     value = data.get(key) or []
     if not isinstance(value, list) or not all(isinstance(x, str) for x in value):
-        raise MechlabError(f"{name}: {key} must be a list of names, got {_short(value)}.")
+        raise MechlabError(f"{name}: {key} must be a list of names, got {short(value)}.")
     return tuple(value)
 
 
@@ -126,14 +127,14 @@ def _relay(data: dict[str, Any], name: str) -> LoopsYaml:
     pins = []
     closures = data["closures"] or []
     if not isinstance(closures, list):
-        raise MechlabError(f"{name}: closures must be a list, got {_short(closures)}.")
+        raise MechlabError(f"{name}: closures must be a list, got {short(closures)}.")
     for k, item in enumerate(closures):
         what = f"{name}: closures[{k}]"
         if not isinstance(item, dict):
-            raise MechlabError(f"{what} must have link_a, link_b, point and axis, got {_short(item)}.")
+            raise MechlabError(f"{what} must have link_a, link_b, point and axis, got {short(item)}.")
         for key in ("link_a", "link_b"):
             if not isinstance(item.get(key), str):
-                raise MechlabError(f"{what}: {key} must be the name of a link, got {_short(item.get(key))}.")
+                raise MechlabError(f"{what}: {key} must be the name of a link, got {short(item.get(key))}.")
         pins.append(Pin(item["link_a"], item["link_b"], _vector(item, "point", what), _vector(item, "axis", what)))
     unread = tuple(str(k) for k in data if k not in RELAY_KEYS)
     return LoopsYaml(name, pins=tuple(pins), motors=_names(data, "independent", name), unread=unread)
@@ -142,13 +143,8 @@ def _relay(data: dict[str, Any], name: str) -> LoopsYaml:
 def _vector(item: dict[str, Any], key: str, what: str) -> tuple[float, ...]:
     value = item.get(key)
     if not isinstance(value, list) or len(value) != 3 or not all(isinstance(x, _Number) for x in value):
-        raise MechlabError(f"{what}: {key} must be three numbers, got {_short(value)}.")
+        raise MechlabError(f"{what}: {key} must be three numbers, got {short(value)}.")
     return tuple(float(x) for x in value)
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def extended_yaml(pairs: list[tuple[str, str, str]], motors: list[str], swaps: dict[str, str]) -> str:

@@ -25,7 +25,7 @@ from mechlab.formats.urdf_loops import Closure, closing_frames, declared, in_par
 from mechlab.formats.urdf_meshes import read_surfaces
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
 from mechlab.formats.urdf_sidecar import whole_from_sidecar
-from mechlab.formats.urdf_source import UrdfText, number_of
+from mechlab.formats.urdf_source import KINDS, UrdfText, number_of
 from mechlab.mechanism.geometry import Placement, frame_along, unit
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Loop
@@ -48,7 +48,7 @@ def read_urdf(path: Path, content: str) -> ModelFile:
     whole = whole_from_sidecar(path, content)
     if whole is not None:
         mechanism, note = whole
-        return ModelFile(path, "URDF", mechanism, left_out(text), (note,) if note else ())
+        return ModelFile(path, "URDF", mechanism, (), (note,) if note else ())
     text.surfaces, text.unread = read_surfaces(text.root, path.parent)
     found, notes = _companions(path, text)
     try:
@@ -248,7 +248,7 @@ def _drives(text: UrdfText, asked: _Asked) -> tuple[Drive, ...]:
     out = []
     for name in dict.fromkeys(asked.motors):
         joint = text.joints[name]
-        if name in asked.swaps or joint.get("type") not in ("revolute", "continuous", "prismatic"):
+        if name in asked.swaps or joint.get("type") not in KINDS:
             asked.notes.append(f"the motor {name!r} has no joint with one coordinate and was not made")
             continue
         limit = joint.find("limit")

@@ -57,7 +57,7 @@ def _of_link(text: UrdfText, name: str, link: ET.Element) -> Iterator[tuple[str,
         elif part.tag == "visual" and solid is not None and solid.tag == "mesh":
             if key_of(solid) not in text.surfaces:
                 file = solid.get("filename", name)
-                yield "mesh", file, text.unread.get(file, "a text has no folder to find it in") + "; the part is drawn as lines"
+                yield "mesh", file, text.unread.get(file, "it names no file") + "; the part is drawn as lines"
         elif part.tag == "visual" and solid is not None and solid.tag not in ("box", "cylinder", "sphere"):
             yield f"visual {plain(solid.tag)}", name, "mechlab draws boxes, cylinders and spheres"
         elif part.tag == "visual" and solid is not None and _is_void(solid):

@@ -156,13 +156,6 @@ class UrdfText:
             placement, link = origin_of(joint), self.parent[joint.get("name", "")]
         return self.bodies[link], placement
 
-    def movable_above(self, name: str) -> set[str]:
-        """The links from one link up to the root, itself included."""
-        out = [name]
-        while out[-1] in self.above:
-            out.append(self.parent[self.above[out[-1]].get("name", "")])
-        return set(out)
-
 
 def refuse_xacro(content: str) -> None:
     """Raise MechlabError for xacro text, with the command that makes a URDF of it. A URDF that only names the xacro name space,

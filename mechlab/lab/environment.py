@@ -18,16 +18,15 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
 if TYPE_CHECKING:
     from mechlab.engines.mujoco.fleet import Fleet
-    from mechlab.engines.mujoco.session import Session
+    from mechlab.engines.mujoco.step_loop import StepLoop
 
-FASTEST = 1e6
-"""Rates [rad/s or m/s] beyond this end a motion: bounds of the observation space."""
 BEYOND = 0.1
 """Share of its range by which a joint may push into its soft stops: bounds of the observation space."""
 
@@ -35,16 +34,16 @@ Reward = Callable[[Array, Array, Any], float]
 Terminated = Callable[[Array, Any], bool]
 
 
-def observation_space(session: Session) -> gymnasium.spaces.Box:
-    """Ranges of joints, widened by BEYOND; FASTEST for rates; no bounds for what has none."""
+def observation_space(session: StepLoop) -> gymnasium.spaces.Box:
+    """Ranges of joints, widened by BEYOND; RATE_LIMIT for rates; no bounds for what has none."""
     seen = session.seen
     wide = np.where(np.isfinite(seen.high - seen.low), BEYOND * (seen.high - seen.low), 0.0)
     low, high = seen.low - wide, seen.high + wide
     rates = np.array([u.endswith("/s") for u in seen.units], dtype=bool)
-    return gymnasium.spaces.Box(np.where(rates, -FASTEST, low), np.where(rates, FASTEST, high), dtype=np.float64)
+    return gymnasium.spaces.Box(np.where(rates, -RATE_LIMIT, low), np.where(rates, RATE_LIMIT, high), dtype=np.float64)
 
 
-def action_space(session: Session) -> gymnasium.spaces.Box:
+def action_space(session: StepLoop) -> gymnasium.spaces.Box:
     """Useful commands of the drives. Raises MechlabError where there are no drives."""
     if not session.action_names:
         raise MechlabError(
@@ -58,7 +57,7 @@ class Environment(gymnasium.Env[Array, Array]):
 
     metadata: dict[str, Any] = {"render_modes": []}
 
-    def __init__(self, session: Session, reward: Reward, terminated: Terminated | None, seconds: float) -> None:
+    def __init__(self, session: StepLoop, reward: Reward, terminated: Terminated | None, seconds: float) -> None:
         self.session = session
         self._reward, self._terminated, self.seconds = reward, terminated, seconds
         self.observation_space: Any = observation_space(session)
@@ -77,7 +76,7 @@ class Environment(gymnasium.Env[Array, Array]):
         s = self.session
         try:
             seen = s.step(np.asarray(action, dtype=float))
-            if not np.abs(s.data.qvel).max(initial=0.0) < FASTEST:
+            if not np.abs(s.data.qvel).max(initial=0.0) < RATE_LIMIT:
                 s.look()
         except Untrustworthy as end:
             return self._last.copy(), 0.0, False, True, {"untrusted": str(end)}

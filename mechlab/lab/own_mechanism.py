@@ -102,7 +102,7 @@ def entry_of_class(cls: type[Any], name: str | None = None, guard: Guard = plain
     def build(p: Any, fidelity: str) -> Mechanism:
         return _mechanism(guard(p.build), f"{cls.__name__}.build()", p)
 
-    declared = {f._mechlab_scene.name: f for f in vars(cls).values() if hasattr(f, "_mechlab_scene")}
+    declared = {declared_scene(f).name: f for f in vars(cls).values() if is_scene(f)}
     return _entry(name or cls.__name__.lower(), cls, build, _first_line(cls), declared, guard)
 
 
@@ -133,7 +133,8 @@ def _kind(default: object) -> type:
 
 # -- scenes --------------------------------------------------------------------------------------------------------------
 
-SCENES = "_mechlab_scenes"
+SCENE, SCENES = "_mechlab_scene", "_mechlab_scenes"
+"""Attributes: of a function that declares a scene, its DeclaredScene; of a function that makes a mechanism, its scenes by name."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,17 @@ class DeclaredScene:
     name: str
     default: bool
     parameters: Mapping[str, Any]
+
+
+def is_scene(made: object) -> bool:
+    """Whether `scene` has decorated it."""
+    return hasattr(made, SCENE)
+
+
+def declared_scene(made: object) -> DeclaredScene:
+    """What `scene` noted of a function."""
+    found: DeclaredScene = getattr(made, SCENE)
+    return found
 
 
 M = TypeVar("M", bound=Callable[..., Scene])
@@ -174,7 +186,7 @@ def scene(
         called = name or made.__name__.replace("_", "-")
         if called in (HOLD, FREE):
             raise MechlabError(f"scene {called!r}: every mechanism has a scene of this name; take another.")
-        made._mechlab_scene = DeclaredScene(called, default, parameters)  # type: ignore[attr-defined]
+        setattr(made, SCENE, DeclaredScene(called, default, parameters))
         if of is not None:
             known = vars(of).setdefault(SCENES, {})
             if called in known and known[called].__module__ != made.__module__:
@@ -186,7 +198,7 @@ def scene(
 
 
 def _recipe(made: Any, guard: Guard) -> SceneRecipe:
-    declared: DeclaredScene = made._mechlab_scene
+    declared = declared_scene(made)
 
     def make(p: Any, fidelity: str) -> Scene:
         found = guard(lambda: made(p))
@@ -219,7 +231,7 @@ def _entry(
             drives="free",
         )  # fmt: skip
 
-    chosen = [n for n, f in declared.items() if f._mechlab_scene.default]
+    chosen = [n for n, f in declared.items() if declared_scene(f).default]
     if len(chosen) > 1:
         raise MechlabError(f"{name}: the scenes {' and '.join(chosen)} are both declared with default=True; choose one.")
     return Entry(

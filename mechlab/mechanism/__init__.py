@@ -31,7 +31,8 @@ from mechlab.mechanism.parts import (
     universal,
 )
 from mechlab.mechanism.reduction import Reduction, reduce
-from mechlab.mechanism.structure import Structure, singularity, structure
+from mechlab.mechanism.singularity import singularity
+from mechlab.mechanism.structure import Structure, structure
 from mechlab.mechanism.tree import depth_first
 
 __all__ = [

@@ -1,6 +1,4 @@
-"""Building a Mechanism step by step: bodies, loops, meshes; then `build()`, or `assemble(guess)` when it does not close
-yet.
-"""
+"""Building a Mechanism step by step: bodies, loops, meshes; then `build()`, or `assemble(guess)` when it does not close yet."""
 
 from __future__ import annotations
 
@@ -35,22 +33,15 @@ from mechlab.mechanism.parts import (
     Winding,
     as_fraction,
     axis_vector,
-)
+)  # fmt: skip
 from mechlab.mechanism.tilt import with_balls
 from mechlab.mechanism.tree import depth_first, too_many_bodies
-from mechlab.mechanism.validate import validate
+from mechlab.mechanism.validate import OpenMechanism
 
 
 def _a_joint(joint: object, what: str) -> None:
     if not isinstance(joint, Joint):
         raise MechlabError(f"{what}: expected a joint such as revolute('name'), got {joint!r}.")
-
-
-class _Open(Mechanism):
-    """A mechanism under construction: checked in everything but closure."""
-
-    def __post_init__(self) -> None:
-        validate(self, closed=False)
 
 
 class Builder(Editable):
@@ -271,9 +262,9 @@ class Builder(Editable):
         }
 
     def _open(self, bodies: Sequence[Body]) -> Mechanism:
-        bare = _Open(**{**self._parts(bodies, ()), "loops": ()})  # type: ignore[arg-type]
+        bare = OpenMechanism(**{**self._parts(bodies, ()), "loops": ()})  # type: ignore[arg-type]
         relations = [relation(x, bare) if isinstance(x, GearMesh) else x for x in self.meshes]
-        return _Open(**self._parts(bodies, relations))  # type: ignore[arg-type]
+        return OpenMechanism(**self._parts(bodies, relations))  # type: ignore[arg-type]
 
     def balls_for_tilt(self) -> Builder:
         """Give one binary link of every planar loop with a tilted axis a ball joint (see `mechlab.mechanism.tilt`).
@@ -302,8 +293,7 @@ class Builder(Editable):
         it is added to the `zero` of each joint and shaft. Raises MechlabError that names the loop that stays open.
         """
         m = self._open(self.bodies)
-        units = {j.name: "m" if j.kind == "prismatic" else "rad" for j in m.joints}
-        start = {n: si(x, f"{self.name}: guess of {n!r}", units.get(n, "rad")) for n, x in (guess or {}).items()}
+        start = {n: si(x, f"{self.name}: guess of {n!r}", "m" if n in m.slides else "rad") for n, x in (guess or {}).items()}
         q = assembled_pose(m, start, hold)
         self.bodies = [rebased(b, m, q) for b in depth_first(self.bodies)]
         self.shafts = [replace(s, zero=float(m.value(s.name, q))) for s in self.shafts]

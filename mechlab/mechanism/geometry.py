@@ -126,6 +126,16 @@ def quaternion_product(a: ArrayLike, b: ArrayLike) -> Array:
     )
 
 
+def quaternion_products(a: Array, b: Array) -> Array:
+    """(..., 4) Hamilton products of arrays of quaternions (w, x, y, z)."""
+    aw, ax, ay, az = np.moveaxis(a, -1, 0)
+    bw, bx, by, bz = np.moveaxis(b, -1, 0)
+    return np.stack([
+        aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw,
+    ], axis=-1)  # fmt: skip
+
+
 def quaternion_exp(rotation_vector: ArrayLike) -> Array:
     """Quaternion (w, x, y, z) of a rotation vector [rad]."""
     v = np.asarray(rotation_vector, dtype=float)

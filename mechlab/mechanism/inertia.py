@@ -96,10 +96,8 @@ class Inertia:
         mass: float, radius: float, length: float, axis: Vector = (0.0, 0.0, 1.0), com: Vector = (0.0, 0.0, 0.0)
     ) -> Inertia:
         """A uniform solid cylinder about `com`."""
-        z = np.array(unit(axis, "cylinder axis"))
         across = mass * (3.0 * radius**2 + length**2) / 12.0
-        along = mass * radius**2 / 2.0
-        return _from_matrix(mass, np.array(com), across * (np.eye(3) - np.outer(z, z)) + along * np.outer(z, z))
+        return Inertia.axial(mass, mass * radius**2 / 2.0, across, axis, com)
 
     @staticmethod
     def axial(

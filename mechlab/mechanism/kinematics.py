@@ -49,6 +49,21 @@ class Kinematics(Protocol):
         ...
 
 
+def moving_rates(m: Mechanism) -> list[list[int]]:
+    """For each body the rates that move it: those of its joints and of the bodies that carry it."""
+    out: dict[str, list[int]] = {GROUND: []}
+    for body in m.bodies:
+        out[body.name] = out[body.parent] + [k for j in body.joints for k in range(m.nv)[m.v_slice[j.name]]]
+    return [out[b.name] for b in m.bodies]
+
+
+def turning_rates(m: Mechanism) -> Array:
+    """(nv,) 1 for rates of rotation, 0 for those of slides."""
+    out = np.ones(m.nv)
+    out[[m.v_slice[name].start for name in m.slides]] = 0.0
+    return out
+
+
 class TreeKinematics:
     """Kinematics of a Mechanism's tree with numpy alone, at the state of the last `set(q, v)`.
 
@@ -64,21 +79,13 @@ class TreeKinematics:
             [(j.kind, np.array(j.axis), mechanism.q_slice[j.name], mechanism.v_slice[j.name].start) for j in b.joints]
             for b in mechanism.bodies
         ]
-        self._columns: list[list[int]] = []
-        for i, body in enumerate(mechanism.bodies):
-            own = [
-                k for j in body.joints for k in range(mechanism.v_slice[j.name].start, mechanism.v_slice[j.name].stop)
-            ]
-            self._columns.append((self._columns[self._parents[i]] if self._parents[i] >= 0 else []) + own)
+        self._columns = moving_rates(mechanism)
         n = len(mechanism.bodies)
         self.rotations = np.empty((n, 3, 3))
         self.origins = np.empty((n, 3))
         self.axes = np.zeros((mechanism.nv, 3))
         self.anchors = np.zeros((mechanism.nv, 3))
-        self.turns = np.zeros(mechanism.nv)
-        for joint in mechanism.joints:
-            if joint.kind != "prismatic":
-                self.turns[mechanism.v_slice[joint.name]] = 1.0
+        self.turns = turning_rates(mechanism)
         self.set(mechanism.reference() if q is None else q, v)
 
     def set(self, q: ArrayLike, v: ArrayLike | None = None, only: Sequence[int] | None = None) -> TreeKinematics:

@@ -10,7 +10,8 @@ import numpy as np
 
 from mechlab.mechanism import GROUND, ConstraintSet, Mechanism
 from mechlab.mechanism.constraints import AXES
-from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.geometry import Array, quaternion_products
+from mechlab.mechanism.kinematics import moving_rates, turning_rates
 from mechlab.mechanism.parts import LinearRelation, Loop
 
 
@@ -25,15 +26,7 @@ class ManyPoses:
         self.mechanism = mechanism
         self.index = {GROUND: -1} | {b.name: i for i, b in enumerate(mechanism.bodies)}
         self._parents = [self.index[b.parent] for b in mechanism.bodies]
-        self._columns: list[list[int]] = []
-        for i, body in enumerate(mechanism.bodies):
-            slices = [mechanism.v_slice[j.name] for j in body.joints]
-            own = [k for s in slices for k in range(s.start, s.stop)]
-            self._columns.append((self._columns[self._parents[i]] if self._parents[i] >= 0 else []) + own)
-        self.turns = np.zeros(mechanism.nv)
-        for joint in mechanism.joints:
-            if joint.kind != "prismatic":
-                self.turns[mechanism.v_slice[joint.name]] = 1.0
+        self._columns, self.turns = moving_rates(mechanism), turning_rates(mechanism)
         constraints = ConstraintSet(mechanism)
         self._loops = [
             (x, constraints.slices[x.name], constraints.items[k].rows) for k, x in enumerate(mechanism.loops)
@@ -146,7 +139,7 @@ def moved(mechanism: Mechanism, q: Array, dv: Array) -> Array:
         if joint.kind == "spherical":
             angle = np.linalg.norm(dv[:, vs], axis=1, keepdims=True)
             turn = np.hstack([np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * dv[:, vs]])
-            product = _product(q[:, qs], turn)
+            product = quaternion_products(q[:, qs], turn)
             out[:, qs] = product / np.linalg.norm(product, axis=1, keepdims=True)
         else:
             out[:, qs] = q[:, qs] + dv[:, vs]
@@ -162,7 +155,7 @@ def displacement(mechanism: Mechanism, start: Array, end: Array) -> Array:
         qs, vs = mechanism.q_slice[joint.name], mechanism.v_slice[joint.name]
         if joint.kind == "spherical":
             back = start[:, qs] * np.array([1.0, -1.0, -1.0, -1.0])
-            out[:, vs] = rotation_vectors(_product(back, end[:, qs]))
+            out[:, vs] = rotation_vectors(quaternion_products(back, end[:, qs]))
         else:
             out[:, vs] = end[:, qs] - start[:, qs]
     return out
@@ -201,12 +194,3 @@ def _cross(a: Array, b: Array) -> Array:
     out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
     out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return out
-
-
-def _product(a: Array, b: Array) -> Array:
-    aw, ax, ay, az = a.T
-    bw, bx, by, bz = b.T
-    return np.column_stack([
-        aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw,
-    ])  # fmt: skip

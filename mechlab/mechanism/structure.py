@@ -1,4 +1,4 @@
-"""Structure analysis by rank: freedoms, idle freedoms, redundant rows by name, independent coordinates, singularities.
+"""Structure analysis by rank: freedoms, idle freedoms, redundant rows by name, independent coordinates.
 
 The rank is taken at several assembled poses near the reference and the largest is used: a singular reference pose does
 not mislead. Rows are scaled to unit length first, so that metres and radians compare.
@@ -6,10 +6,12 @@ not mislead. Rows are scaled to unit length first, so that metres and radians co
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -46,7 +48,7 @@ class Redundancy:
             return f"{self.row} is void: no motion can violate it"
         if len(self.combination) <= TERMS:
             return f"{self.row} = {' '.join(f'{c:+.6g} {n}' for n, c in self.combination)}"
-        largest = sorted(self.combination, key=lambda term: -abs(term[1]))[:TERMS]
+        largest = sorted(self.combination, key=lambda term: -float(f"{abs(term[1]):.6g}"))[:TERMS]  # ties in order of the rows
         rest = len(self.combination) - TERMS
         return f"{self.row} repeats what {', '.join(n for n, _ in largest)} and {rest} more row{'s' * (rest > 1)} say together"
 
@@ -165,13 +167,13 @@ def _orthonormal(matrix: Array) -> Array:
 
 def _chosen(matrix: Array) -> tuple[list[int], Array]:
     keep: list[int] = []
-    basis = np.zeros((0, matrix.shape[1]))
+    basis = np.zeros((min(matrix.shape), matrix.shape[1]))
     for i, row in enumerate(matrix):
-        rest, size = _new_part(basis, row)
+        rest, size = _new_part(basis[: len(keep)], row)
         if size > INDEPENDENT:
-            basis = np.vstack([basis, rest])
+            basis[len(keep)] = rest
             keep.append(i)
-    return keep, basis
+    return keep, basis[: len(keep)]
 
 
 def _new_part(basis: Array, row: Array) -> tuple[Array, float]:
@@ -192,15 +194,23 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     if len(constraints) == 0:
         return ()
     _, jacobian = generic(mechanism)
-    keep = _independent(jacobian)
+    return repetitions(jacobian, _independent(jacobian), constraints.rows)
+
+
+def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str]) -> tuple[Redundancy, ...]:
+    """The rows of a Jacobian that are not independent, each as the combination of earlier independent ones.
+
+    With J_i^T = Q R of the independent rows, row = c J_i gives R c^T = Q^T row^T.
+    """
+    others = np.setdiff1d(np.arange(len(jacobian)), independent)
+    if not len(independent):
+        return tuple(Redundancy(names[i], ()) for i in others)
+    q, r = np.linalg.qr(jacobian[list(independent)].T)
+    earlier = np.array(independent) < others[:, None]
+    shares = solve_triangular(r, (jacobian[others] @ q * earlier).T).T
     out = []
-    for i, name in enumerate(constraints.rows):
-        if i in keep:
-            continue
-        earlier = [k for k in keep if k < i]
-        c = np.linalg.lstsq(jacobian[earlier].T, jacobian[i], rcond=None)[0] if earlier else np.zeros(0)
-        terms = tuple((constraints.rows[k], float(x)) for k, x in zip(earlier, c, strict=True) if abs(x) > 1e-9)
-        out.append(Redundancy(name, terms))
+    for i, row in zip(others, np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
+        out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row).tolist())))
     return tuple(out)
 
 
@@ -281,57 +291,3 @@ def structure(mechanism: Mechanism) -> Structure:
         independent=independent_coordinates(mechanism),
         driven=driven,
     )
-
-
-def singularity(
-    mechanism: Mechanism, q: Array, output: Array | None = None, threshold: float = 1e-6
-) -> tuple[str, ...]:
-    """Kinds of singularity at coordinates q: "constraint" (rank of the constraints falls: the mechanism gains a freedom
-    that no drive sees or rows become dependent), "parallel" (with the drives held a motion remains), "serial" (the
-    output (k, nv) rows lose rank on the motions the constraints allow). Gosselin & Angeles 1990; Zlatanov 1994.
-
-    Rows are measured by their size at a generic pose, so that a row which vanishes at q is seen.
-    """
-    constraints = ConstraintSet(mechanism)
-    jacobian = constraints.jacobian(TreeKinematics(mechanism, q))
-    usual = np.linalg.norm(generic(mechanism)[1], axis=1)
-    best = structure(mechanism)
-    kinds: list[str] = []
-    values = _scaled_values(jacobian, usual)
-    if best.rank and (len(values) < best.rank or values[best.rank - 1] < threshold):
-        kinds.append("constraint")
-    basis = null_space(jacobian, threshold)
-    drives = np.array([mechanism.row(d.on) for d in mechanism.drives]).reshape(-1, mechanism.nv)
-    if len(drives):
-        sizes = np.concatenate([usual, np.linalg.norm(drives, axis=1)])
-        held = _scaled_values(np.vstack([jacobian, drives]), sizes)
-        wanted = best.rank + best.driven
-        if len(held) < wanted or held[wanted - 1] < threshold:
-            kinds.append("parallel")
-    if output is not None and basis.shape[1]:
-        values = np.asarray(np.linalg.svd(output @ basis, compute_uv=False), dtype=np.float64)
-        wanted = min(output.shape[0], best.mobility)
-        if len(values) < wanted or values[wanted - 1] < threshold * max(1.0, values[0]):
-            kinds.append("serial")
-    return tuple(kinds)
-
-
-def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]:
-    """Index of the pose in q (n, nq) nearest to a singular position of the constraints, and its distance: the smallest
-    singular value of the Jacobian at the usual rank, over its median of all poses; 1 without rows. Rows are scaled by
-    their size at a generic pose."""
-    best, constraints, tree = structure(mechanism), ConstraintSet(mechanism), TreeKinematics(mechanism)
-    if not best.rank:
-        return 0, 1.0
-    usual = np.linalg.norm(generic(mechanism)[1], axis=1)
-    smallest = np.array([_scaled_values(constraints.jacobian(tree.set(q)), usual)[best.rank - 1] for q in poses])
-    k = int(np.argmin(smallest))
-    return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
-
-
-def _scaled_values(matrix: Array, sizes: Array) -> Array:
-    """Singular values of the matrix with its rows divided by `sizes`, those at a generic pose."""
-    if matrix.size == 0:
-        return np.zeros(0)
-    scaled = matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None]
-    return np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)

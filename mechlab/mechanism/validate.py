@@ -54,14 +54,19 @@ def validate(m: Mechanism, closed: bool = True) -> None:
         _closed(m)
 
 
+class OpenMechanism(Mechanism):
+    """A mechanism that is checked in everything but closure."""
+
+    def __post_init__(self) -> None:
+        validate(self, closed=False)
+
+
 def _names(m: Mechanism) -> None:
     _identifiers("mechanism", [m.name])
     groups = {
         "body": [GROUND] + [b.name for b in m.bodies],
         "joint, shaft": [j.name for j in m.joints] + [s.name for s in m.shafts],
-        "loop, relation, spring": [x.name for x in m.loops]
-        + [x.name for x in m.relations]
-        + [x.name for x in m.springs],
+        "loop, relation, spring": [*(x.name for x in m.loops), *(x.name for x in m.relations), *(x.name for x in m.springs)],
         "drive": [d.name for d in m.drives],
         "frame": [f.name for f in m.frames],
     }
@@ -74,11 +79,7 @@ def _names(m: Mechanism) -> None:
 
 def _identifiers(what: str, names: Iterable[str]) -> None:
     for name in names:
-        if (
-            not isinstance(name, str)
-            or not name
-            or not name.replace("_", "a").replace("-", "a").replace(".", "a").isalnum()
-        ):
+        if not isinstance(name, str) or not name or not all(c.isalnum() or c in "_-." for c in name):
             raise MechlabError(f"{what} name {name!r}: use letters, digits, '_', '-' and '.', at least one.")
 
 
@@ -92,9 +93,7 @@ def _tree(m: Mechanism) -> None:
         seen, at = [body.name], body.parent
         while at != GROUND:
             if at in seen:
-                raise MechlabError(
-                    f"{m.name}: the parents form a cycle: {' -> '.join([*seen, at])}. A loop is closed by a Loop."
-                )
+                raise MechlabError(f"{m.name}: the parents form a cycle: {' -> '.join([*seen, at])}. A loop is closed by a Loop.")
             seen.append(at)
             at = parent[at]
     path: list[str] = []
@@ -128,9 +127,7 @@ def _joints(m: Mechanism, body: Body) -> None:
             _finite(getattr(joint, key), f"{what}: {key}")
         _range(joint.range, what)
         if joint.kind == "spherical" and joint.range is not None and joint.range[0] != 0.0:
-            raise MechlabError(
-                f"{what}: the range of a spherical joint is (0, largest angle), got {joint.range!r}."
-            )
+            raise MechlabError(f"{what}: the range of a spherical joint is (0, largest angle), got {joint.range!r}.")
 
 
 def _range(ends: tuple[float, float] | None, what: str) -> None:
@@ -141,9 +138,7 @@ def _range(ends: tuple[float, float] | None, what: str) -> None:
 def _direction(axis: Vector, what: str) -> None:
     norm = math.sqrt(sum(x * x for x in vector(axis, what)))
     if abs(norm - 1.0) > 1e-12:
-        raise MechlabError(
-            f"{what}: expected a unit vector, got {axis!r} of length {norm:.6g} (use {unit(axis, what)})."
-        )
+        raise MechlabError(f"{what}: expected a unit vector, got {axis!r} of length {norm:.6g} (use {unit(axis, what)}).")
 
 
 def _attachments(m: Mechanism) -> None:

@@ -133,6 +133,17 @@ def tooth_rate(owners: Sequence[tuple[str, Sequence[Shape]]], names: Sequence[st
     return max(found)
 
 
+def body_corners(parts: Sequence[Part], names: Sequence[str]) -> dict[int, Array]:
+    """Index of a body in `names` -> (8, 3) corners of the box round its parts, in the body [m]; bodies without parts are left out."""
+    found = {}
+    for k, name in enumerate(names):
+        own = [p.vertices @ p.placement[:3, :3].T + p.placement[:3, 3] for p in parts if p.body == name]
+        if own:
+            points = np.concatenate(own)
+            found[k] = np.array(list(itertools.product(*zip(points.min(axis=0), points.max(axis=0), strict=True))))
+    return found
+
+
 def playback_error(poses: Array, names: Sequence[str], parts: Sequence[Part]) -> float:
     """Largest error [m] of a point of a part in the middle between two frames of poses (n, nb, 4, 4).
 
@@ -140,13 +151,9 @@ def playback_error(poses: Array, names: Sequence[str], parts: Sequence[Part]) ->
     the frame between them; over one frame it is a quarter of that (second order).
     """
     worst = 0.0
-    for k, name in enumerate(names):
-        own = [p for p in parts if p.body == name]
-        if not own or len(poses) < 3 or np.all(poses[:, k] == poses[0, k]):
+    for k, corners in body_corners(parts, names).items():
+        if len(poses) < 3 or np.all(poses[:, k] == poses[0, k]):
             continue
-        points = np.concatenate([p.vertices @ p.placement[:3, :3].T + p.placement[:3, 3] for p in own])
-        box = itertools.product(*zip(points.min(axis=0), points.max(axis=0), strict=True))
-        corners = np.array(list(box))
         q = quaternions(poses[:, k, :3, :3])
         q[1:] *= np.cumprod(np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0, -1.0, 1.0))[:, None]
         middle = q[:-2] + q[2:]

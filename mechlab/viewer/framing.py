@@ -59,12 +59,7 @@ def frame_story(story: Story) -> Framing:
     nothing."""
     moving = story.poses
     if story.explore is not None:
-        # Samples of a sweep lie evenly along its arc; each sweep gives as many.
-        share = _MOST_FRAMES // len(story.explore.sweeps)
-        thinned = (
-            s.poses[np.unique(np.linspace(0, len(s.poses) - 1, share).astype(int))] for s in story.explore.sweeps
-        )
-        moving = np.concatenate([moving, *thinned])
+        moving = np.concatenate([moving, story.explore.poses])
     poses = moving[:: max(1, math.ceil(len(moving) / _MOST_FRAMES / 2))]
     found = [outermost(trace) for trace in (*story.traces.values(), *story.ghost_traces.values())]
     drawn = [(part, poses) for part in story.parts]

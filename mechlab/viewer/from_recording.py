@@ -25,9 +25,11 @@ from mechlab.shapes import mesh
 from mechlab.viewer import annotate
 from mechlab.viewer.channels import recorded_channels
 from mechlab.viewer.chosen_plots import chosen_plots
-from mechlab.viewer.explore.sweep import BorderSurface
+from mechlab.viewer.explore import explore
 from mechlab.viewer.framing import frame_story
+from mechlab.viewer.knots import Drawn, Knots, choose_knots, drawn_rates
 from mechlab.viewer.lines import lines
+from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Arrow, Floor, Part, Plot, Severity, Story
 
 
@@ -55,7 +57,9 @@ def write_csv(recording: Recording, path: str | os.PathLike[str]) -> Path:
 
 
 MAX_FRAMES = 501
+MOST_FRAMES = 2001
 MAX_TURN = 1.0  # [rad]
+MAX_CUT = 1e-3
 WORDS: dict[str, Severity] = {"ok": "ok", "warning": "warning", "error": "error"}
 
 
@@ -67,16 +71,16 @@ def mechanism_story(mechanism: Mechanism, title: str = "", facts: Mapping[str, s
 
 def recording_story(
     recording: Recording,
-    drawn: tuple[Mechanism, Array] | None = None,
+    drawn: Drawn | None = None,
     title: str = "",
     summary: str = "",
     facts: Mapping[str, str] | None = None,
     channels: Sequence[str] = (),
     plots: Sequence[PlotRecipe] = (),
 ) -> Story:
-    """A moving Story of a run. `drawn`: a richer Mechanism and its coordinates (n, nq) along the run, drawn instead.
+    """A moving Story of a run. drawn(recording) -> a richer Mechanism and its coordinates (n, nq) along the run, drawn instead.
     channels, plots: shown first, see `chosen_plots`."""
-    mechanism, q = drawn if drawn is not None else (recording.mechanism, recording.q)
+    mechanism, q = drawn(recording) if drawn is not None else (recording.mechanism, recording.q)
     keep = _frames(recording.t, mechanism, q)
     known = {b.name for b in recording.mechanism.bodies} | {s.body for s in recording.mechanism.shafts}
     rebuilt = tuple(b.name for b in mechanism.bodies if b.name not in known)
@@ -85,7 +89,14 @@ def recording_story(
         facts=facts, health=recording.health, plots=chosen_plots(recording, keep, plots, channels), reconstructed=rebuilt,
         arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
     )  # fmt: skip
-    return replace(story, channels=recorded_channels(recording))
+    story = replace(story, channels=recorded_channels(recording))
+    if len(recording.t) < 3:
+        return story
+    knots = choose_knots(
+        mechanism, recording.t, q, drawn_rates(recording, drawn), annotate.body_corners(story.parts, story.bodies),
+        frame_story(story).radius, lambda x: placed(mechanism, x)[1],
+    )  # fmt: skip
+    return replace(story, knots=knots, playback=_said(knots))
 
 
 def motion_story(
@@ -129,13 +140,10 @@ def exploration_story(
     rates: Mapping[str, float] | None = None,
     reach: BorderSurface | None = None,
 ) -> Story:
-    """A Story whose drives can be moved in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
-    from mechlab.viewer.explore import explore
-
+    """A Story that opens to be moved by hand in the page; see `mechlab.viewer.explore`. Raises MechlabError like `explore`."""
     still = mechanism_story(mechanism, title, facts)
     size = 2.0 * frame_story(still).radius
-    found = explore(mechanism, still.bodies, lambda q: placed(mechanism, q)[1], size, rates)
-    return replace(still, explore=replace(found, reach=reach))
+    return replace(still, explore=explore(mechanism, lambda q: placed(mechanism, q)[1], size, rates, reach))
 
 
 def _playback(error: float, shown: int, recorded: int) -> str:
@@ -149,14 +157,47 @@ def _playback(error: float, shown: int, recorded: int) -> str:
     )
 
 
+def _said(knots: Knots) -> str:
+    """Sentence on how far the picture is from the recording, and how far between recorded times."""
+    at = "exactly" if knots.error == 0.0 else f"within {length_text(knots.error)}"
+    return (
+        f"Shows the {knots.recorded} recorded times {at}, from the coordinates and rates at {len(knots.t)} of them; between recorded "
+        f"times it follows cubics and is off by about {length_text(knots.between)} at most."
+    )
+
+
+def length_text(metres: float) -> str:
+    """A length of two digits, in the unit that an engineer would write."""
+    for size, unit in ((1.0, "m"), (1e-3, "mm"), (1e-6, "\u00b5m")):
+        if metres >= 0.1 * size:
+            return f"{metres / size:.2g} {unit}"
+    return f"{metres / 1e-9:.2g} nm"
+
+
 def _frames(t: Array, mechanism: Mechanism, q: Array) -> Array:
-    """Indices to show: every k-th and the last, at most MAX_FRAMES + 1; a smaller k where a part would turn more than
-    MAX_TURN [rad] from one to the next, because the page turns along the shortest arc."""
+    """Indices of the frames, at which plots, paths and films have their points: every k-th and the last, at most MAX_FRAMES + 1; a
+    smaller k where a part would turn more than MAX_TURN [rad] from one to the next, because films and GLB files turn along the
+    shortest arc, or where a path would be cut by more than MAX_CUT, up to MOST_FRAMES."""
     stride = -(-(len(t) - 1) // (MAX_FRAMES - 1)) if len(t) > 1 else 1
     turn = annotate.turn_per_step(mechanism, q[::stride])
     if turn > MAX_TURN:
         stride = max(1, int(stride * MAX_TURN / turn))
+    while stride > 1 and len(t) / stride < MOST_FRAMES and _cut(mechanism, q[::stride]) > MAX_CUT:
+        stride = max(1, stride // 2)
     return np.unique(np.append(np.arange(0, len(t), stride), len(t) - 1))
+
+
+def _cut(mechanism: Mechanism, q: Array) -> float:
+    """Largest distance of a path of a named point from the chords between its points at q (n, nq), relative to all paths."""
+    if len(q) < 3 or not mechanism.frames:
+        return 0.0
+    poses = ManyPoses(mechanism).set(q).poses()
+    index = {b.name: k for k, b in enumerate(mechanism.bodies)}
+    moving = [f for f in mechanism.frames if f.body in index]
+    paths = [poses[:, index[f.body], :3, :3] @ f.placement.translation + poses[:, index[f.body], :3, 3] for f in moving]
+    sagitta = [np.linalg.norm(p[:-2] - 2.0 * p[1:-1] + p[2:], axis=1).max() / 8.0 for p in paths]
+    extent = float(np.linalg.norm(np.ptp(np.concatenate(paths), axis=0))) if paths else 0.0
+    return float(max(sagitta)) / extent if extent > 0.0 else 0.0
 
 
 Owners = list[tuple[str, tuple[Shape, ...]]]

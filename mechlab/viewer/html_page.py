@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -83,45 +84,54 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
         return str(error)
     if other.bodies != story.bodies or other.explore is None or story.explore is None:
         return f"with {key} = {value:g} the mechanism has other parts"
-    names = [s.name for s in story.explore.sweeps]
-    if [s.name for s in other.explore.sweeps] != names:
+    if other.explore.drives != story.explore.drives:
         return f"with {key} = {value:g} the mechanism is driven otherwise"
     return replace(other, explore=replace(other.explore, reach=None))
 
 
-STYLES = ("page.css", "inspect.css")
+STYLES = ("page.css", "inspect.css", "hand.css")
 SOLVER = (
     "solver/tree.js", "solver/model.js", "solver/closure.js", "solver/factors.js", "solver/structure.js", "solver/holds.js",
     "solver/manifold.js", "solver/walk.js", "solver/follow.js", "solver/pull.js", "solver/pose_solver.js",
 )  # fmt: skip
 """Scripts of the solver, which need no page: together they also run in Node."""
+BY_HAND = (
+    "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
+    "free_body.js", "coupler_curves.js", "explore.js",
+)  # fmt: skip
+"""Scripts for moving the mechanism by hand."""
 SCRIPTS = (
     *SOLVER,
-    "util.js", "words.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js", "show.js", "sweep.js",
-    "explore.js", "pick.js", "visibility.js", "readings.js", "card.js", "inspect.js", "projection.js",
-    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "main.js",
+    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
+    "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
+    "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js", "camera.js", "player.js",
+    "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "panel.js", "live.js", "replace.js",
+    "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 
 
-def story_to_html(
-    story: Story, *, live: bool = False, connect: str = "data:", controls: Sequence[Mapping[str, str]] = ()
-) -> str:
-    """The page as text. `live` makes it listen to the server that serves it; `connect`: addresses that its
-    security policy allows; `controls` are the parameters that a live page can change.
+def story_to_html(story: Story) -> str:
+    """The page as text. Raises EngineMissing where meshcat, whose viewer the page contains, is not installed."""
+    return page_of(*packed_story(story))
 
-    Raises EngineMissing where meshcat, whose viewer the page contains, is not installed.
-    """
+
+def packed_story(story: Story, effort: int = 9) -> tuple[dict[str, Any], str]:
+    """The document of a story (`pack`) for a page without server, and its block, compressed (`effort`: 1 to 9), in base64."""
     document, block = pack(story)
-    document["live"], document["controls"] = live, list(controls)
+    return document | {"live": None, "controls": []}, base64.b64encode(zlib.compress(block, effort)).decode("ascii")
+
+
+def page_of(document: Mapping[str, Any], block: str, connect: str = "data:") -> str:
+    """The page of a packed story. `connect`: addresses that its security policy allows. Raises like `story_to_html`."""
     parts = {
-        "title": html.escape(story.title),
+        "title": html.escape(document["title"]),
         "connect": html.escape(connect),
         "style": "\n".join(asset(name) for name in STYLES),
         "viewer": viewer_script(),
         "licences": viewer_licences().replace("<", "&lt;"),
         "story": json.dumps(document, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
-        "block": base64.b64encode(zlib.compress(block, 9)).decode("ascii"),
+        "block": block,
         "script": "\n".join(asset(name) for name in SCRIPTS).replace("</script", "<\\/script"),
     }
     # One pass over the template: a text that looks like a placeholder is never replaced itself.

@@ -24,6 +24,8 @@ from mechlab.viewer.framing import (
     outermost,
     tempo,
 )
+from mechlab.viewer.knots import Knots
+from mechlab.viewer.reach import BorderSurface
 from mechlab.viewer.story import Part, Story
 
 Array = NDArray[np.float64]
@@ -83,7 +85,9 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
     still takes one frame.
     """
     block = ByteBlock()
-    motion = pack_motion(story.poses, block)
+    # With knots the page has the poses from the model; the first of each body stays, for what needs one.
+    poses = story.poses if story.knots is None or story.model is None else story.poses[:1]
+    motion = pack_motion(poses, block)
     pace = tempo(story)
     geometries, (parts, ghost_parts) = _pack_parts(story.bodies, (story.parts, story.ghost_parts), block)
     framing = frame_story(story)
@@ -94,6 +98,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
         "t": block.add(story.t, "f8"),
         "bodies": list(story.bodies),
         "motion": motion,
+        "moving": np.any(story.poses != story.poses[:1], axis=(0, 2, 3)).tolist(),
+        "knots": None if story.knots is None or story.model is None else _pack_knots(story.knots, block),
         "geometries": geometries,
         "parts": parts,
         "floors": [
@@ -111,6 +117,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
+        "clips": [{"name": c.name, "value": c.value, "text": c.text, "start": c.start, "end": c.end} for c in story.clips],
         "channels": _pack_channels(story.channels, block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
@@ -148,7 +155,9 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "speeds": list(SPEEDS),
         },
         "model": None if story.model is None else _pack_model(story.model, block),
-        "explore": None if story.explore is None else story.explore.packed(block, pack_motion),
+        "explore": None
+        if story.explore is None
+        else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},
         "variants": [
             {
                 "key": v.key,
@@ -193,6 +202,10 @@ def _pack_model(mechanism: Mechanism, block: ByteBlock) -> dict[str, Any]:
     return block.add(np.frombuffer(to_json(mechanism).encode(), dtype=np.uint8), "u1")
 
 
+def _pack_knots(knots: Knots, block: ByteBlock) -> dict[str, Any]:
+    return {"t": block.add(knots.t, "f8"), "q": block.add(knots.q, "f8"), "rates": block.add(knots.rates, "f8")}
+
+
 def _pack_marks(story: Story) -> list[dict[str, Any]]:
     return [
         {
@@ -226,18 +239,21 @@ def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:
 def _pack_choice(story: Story, block: ByteBlock) -> dict[str, Any]:
     """The parts of a story in which the variants of a mechanism differ."""
     geometries, (parts,) = _pack_parts(story.bodies, (story.parts,), block)
-    explore = None if story.explore is None else story.explore.packed(block, pack_motion)
-    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story), "explore": explore}
+    return {"geometries": geometries, "parts": parts, "marks": _pack_marks(story),
+            "model": None if story.model is None else _pack_model(story.model, block)}  # fmt: skip
+
+
+def _pack_reach(reach: BorderSurface | None, block: ByteBlock) -> dict[str, Any] | None:
+    if reach is None:
+        return None
+    return {"name": reach.name, "positions": block.add(reach.vertices, "f4"), "faces": block.add(reach.faces, "u2")}
 
 
 def _scales(story: Story, step: float, radius: float) -> dict[str, float]:
     """Unit -> amount of it that an arrow one grid step long or a ring one grid step wide stands for: 1, 2 or 5 times a power of ten."""
     largest: dict[str, float] = {}
-    found = [(a.unit, a.vectors) for a in story.arrows]
-    if story.explore is not None:
-        found += [(x.unit, x.vectors) for s in story.explore.sweeps for x in s.loads]
-    for unit, vectors in found:
-        largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.linalg.norm(vectors, axis=1))))
+    for arrow in story.arrows:
+        largest[arrow.unit] = max(largest.get(arrow.unit, 0.0), float(np.nanmax(np.linalg.norm(arrow.vectors, axis=1))))
     length = {unit: ARROW_LENGTH * radius * (RING_SHARE if unit == "N m" else 1.0) for unit in largest}
     return {unit: nice_step(size * step / length[unit], 1) for unit, size in largest.items() if size > 0}
 

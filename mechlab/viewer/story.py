@@ -18,6 +18,7 @@ from mechlab.viewer.channels import Channels
 
 if TYPE_CHECKING:
     from mechlab.viewer.explore import Exploration
+    from mechlab.viewer.knots import Knots
 
 Array = NDArray[np.float64]
 
@@ -171,10 +172,22 @@ class Mark:
     kind: str = ""
 
 
+@dataclass(frozen=True)
+class Clip:
+    """A part of a story that is played by itself: from `start` to `end` [s], with a name, what a button shows beside it, and a
+    sentence."""
+
+    name: str
+    value: str
+    text: str
+    start: float
+    end: float
+
+
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design with its
-    sweeps, or a sentence why there is none. home: index of the value of the story itself."""
+    """A parameter `key` in `unit` that the page can change: `values` and, for each, the Story of that design, or a
+    sentence why there is none. home: index of the value of the story itself."""
 
     key: str
     unit: str
@@ -194,10 +207,13 @@ class Story:
     from its result. arrows, marks: see `Arrow`, `Mark`. ghost: (1 or n, len(bodies), 4, 4) poses to compare with, named
     `ghost_name`; visible at the start if `ghost_shown`; ghost_parts: its parts (default: parts); ghost_traces:
     its paths, (n, 3) each. differences: (what, here, in the compared run). tooth_rate: largest rate at which teeth pass
-    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: sweeps of the
-    drives, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time. floors: drawn instead of the
-    page's own floor; model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
-    channels: all that were recorded, for plots that are asked for in the page. Raises
+    [1/s]; playback: a sentence on how far the picture between two frames may be off. explore: the page opens
+    to be moved by hand, see `mechlab.viewer.explore`; variants: parameters that can be changed there, one at a time.
+    floors: drawn instead of the page's own floor;
+    model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
+    knots: coordinates of it, from which the page has its poses instead of `poses`, see `mechlab.viewer.knots`;
+    channels: all that were recorded, for plots that are asked for in the page; clips: parts
+    of the story that buttons play one at a time. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
 
@@ -226,7 +242,9 @@ class Story:
     variants: tuple[Variation, ...] = ()
     floors: tuple[Floor, ...] = ()
     model: Mechanism | None = None
+    knots: Knots | None = None
     channels: Channels = field(default_factory=Channels)
+    clips: tuple[Clip, ...] = ()
 
     def __post_init__(self) -> None:
         t = frozen(self.t, "t", (None,))

@@ -126,6 +126,8 @@ def test_a_number_option_refuses_another_unit() -> None:
     assert parse_number("--max-error", "1e-6", "m", "rad") == 1e-6
     with pytest.raises(MechlabError, match="m or rad"):
         parse_number("--max-error", "1kg", "m", "rad")
+    with pytest.raises(MechlabError, match="^ratio: expected a number, got 'two'"):
+        parse_number("ratio", "two", "")
     for text in ("5mm", "soon", "inf"):
         with pytest.raises(MechlabError, match="^--duration: "):
             parse_number("--duration", text, "s")

@@ -1,6 +1,7 @@
 """What is left out of a model file: as a warning in Python, in every verb's text and JSON."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import mechlab as ml
 from mechlab.api import finding
 from mechlab.cli import main
 from mechlab.experiment.model_file import LeftOut, LeftOutWarning, ModelFile
+from mechlab.experiment.recording import Finding, Health
 
 LEFT = (LeftOut("sensor", ("gyro", "touch"), "mechlab has its own channels"), LeftOut("contact", ("a", "b", "c", "d", "e"), "", True))
 
@@ -51,3 +53,32 @@ def test_a_file_that_was_read_whole_says_nothing(tmp_path: Path, capsys: pytest.
     path.write_text(ml.to_urdf(ml.load("pendulum").mechanism()))
     assert main(["show", str(path), "--json"]) == 0
     assert "left_out" not in json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(("words", "code"), [(["show", "length=-1"], 1), (["modes", "angle_rate_0=1"], 1), (["solve", "angle_9=1"], 1)])
+def test_a_document_of_a_failure_says_it_too(
+    words: list[str], code: int, partly_read: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The file was read, then the question was refused."""
+    assert main([words[0], str(partly_read), *words[1:], "--json"]) == code
+    document = json.loads(capsys.readouterr().out)
+    assert document["error"]["message"] and document["exit_code"] == code
+    assert [x["what"] for x in document["left_out"]] == ["sensor", "contact"]
+    assert document["reading"] == ["loop l was closed by 2e-8 m"]
+
+
+def test_several_files_are_all_told_of(partly_read: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = tmp_path / "other.urdf"
+    other.write_text(partly_read.read_text())
+    main(["check", str(partly_read), str(other), "--json"])
+    document = json.loads(capsys.readouterr().out)
+    assert [x["what"] for x in document["left_out"]] == ["sensor", "contact"] * 2 and len(document["reading"]) == 2
+
+
+def test_a_page_of_a_doubtful_run_says_what_is_doubtful(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = ml.simulate("pendulum", duration=0.01)
+    torn = Health((Finding("gap", 1.0, 1e-3, "m", "error", "the loop is open"),))
+    path = ml.save_recording(replace(run, health=run.health + torn), tmp_path / "run.npz")
+    assert main(["view", str(path), "--html", str(tmp_path / "page.html"), "--json"]) == 3
+    document = json.loads(capsys.readouterr().out)
+    assert document["status"] == "not to be trusted" and document["message"] == "the loop is open"

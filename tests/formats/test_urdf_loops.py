@@ -341,7 +341,7 @@ def test_our_own_json_beside_it_is_the_whole_mechanism(tmp_path):
     write_files(m, tmp_path)
     path = tmp_path / f"{m.name}.urdf"
     file = read_file(path)
-    assert file.mechanism == m and f"{m.name}.json" in file.notes[0]
+    assert file.mechanism == m and f"{m.name}.json" in file.notes[0] and not file.left_out
     path.write_text(path.read_text().replace('mass value="', 'mass value="1'))
     with pytest.raises(MechlabError, match="says another mechanism than this URDF"):
         read_file(path)

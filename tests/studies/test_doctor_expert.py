@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 import mechlab as ml
+from mechlab.cli import main
+from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file import rows
 from mechlab.mechanism.structure import Redundancy
 from mechlab.studies.doctor.case import Diagnosis
@@ -199,6 +202,8 @@ def test_commands_beyond_the_range_of_a_joint(tmp_path: Path) -> None:
 def test_redundancy_in_words() -> None:
     terms = tuple((f"row{k}", float(k)) for k in range(1, 9))
     assert Redundancy("r", terms).sentence == "r repeats what row8, row7, row6 and 5 more rows say together"
+    alike = tuple((f"row{k}", 1.0 + 1e-15 * k) for k in range(4))  # rounding does not choose the names
+    assert Redundancy("r", alike).sentence == "r repeats what row0, row1, row2 and 1 more row say together"
     assert Redundancy("r", terms[:2]).sentence == "r = +1 row1 +2 row2"
 
 
@@ -246,3 +251,40 @@ def test_overlapping_shapes_are_cured_by_an_exclude(tmp_path: Path) -> None:
     cured = fourbar(defaults="").replace("</mujoco>", f"{finding.paste}</mujoco>")
     assert severities(look(tmp_path, cured)).get("contacts") in (None, "note")
     assert np.isfinite(finding.number or np.nan)
+
+
+# -- memory -----------------------------------------------------------------------------------------------------------------------
+
+
+def crowd(memory: str) -> str:
+    boxes = "".join(
+        f'<body pos="0 0 {0.1 + 0.19 * k}"><freejoint/><geom type="box" size=".1 .1 .1"/></body>' for k in range(12)
+    )
+    floor = '<geom type="plane" size="2 2 .1"/>'
+    return f'<mujoco><size memory="{memory}"/><worldbody>{floor}{boxes}</worldbody></mujoco>'
+
+
+@pytest.mark.parametrize(("memory", "words"), [("30K", "for contacts"), ("60K", "for rows")])
+def test_contacts_that_do_not_fit_the_memory_are_found(tmp_path: Path, memory: str, words: str) -> None:
+    """MuJoCo leaves them out and goes on; its counters are read here from a run of our own."""
+    path = tmp_path / "crowd.xml"
+    finding = look(tmp_path, crowd(memory), path.name).finding("memory")
+    assert finding.severity == "error" and words in finding.sentence and f"{int(memory[:-1]) / 1024:.3g} MiB" in finding.sentence
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    with engine():  # writes no log file
+        for _ in range(50):
+            mujoco.mj_step(model, data)
+    full = [data.warning[w].number for w in (mujoco.mjtWarning.mjWARN_CONTACTFULL, mujoco.mjtWarning.mjWARN_CNSTRFULL)]
+    assert max(full) >= 50 and (full[0] > 0) == ("for contacts" in finding.sentence)
+    cured = ml.cure(path, tmp_path / "cured.xml")
+    assert "memory" in cured.cured and finding.paste == '<size memory="1M"/>' and 'memory="1M"' in cured.path.read_text()
+    assert "memory" not in severities(look(tmp_path, crowd("4M")))
+
+
+def test_a_document_of_a_sick_file_does_not_say_answered(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "crowd.xml"
+    path.write_text(crowd("60K"))
+    assert main(["doctor", str(path), "--json"]) == 3
+    document = json.loads(capsys.readouterr().out)
+    assert document["status"] == "not to be trusted" and "memory of 0.0586 MiB was full" in document["message"]

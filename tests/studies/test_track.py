@@ -392,12 +392,13 @@ def test_the_size_of_the_mechanism_does_not_matter(scale):
 
 
 def test_two_kinematics_give_one_motion():
-    from mechlab.studies.track.read import goals_of, tasks_of_keys
+    from mechlab.studies.track.read import goals_of, tasks_of_keys, wanted_of
     from mechlab.studies.track.study import track
 
     m, t = ml.load("fourbar").mechanism(), np.linspace(0.0, 1.0, 9)
     tasks, _ = tasks_of_keys(m, {"middle": coupler_path(1.0 + t)}, ())
-    a, b = (track(m, lambda unit: goals_of(m, tasks, t, None, unit), t, engine=name) for name in ("numpy", "pinocchio"))
+    wanted = wanted_of(m, tasks)
+    a, b = (track(m, lambda unit: goals_of(m, wanted, t, None, unit), t, engine=name) for name in ("numpy", "pinocchio"))
     np.testing.assert_allclose(a.q, b.q, atol=ROUNDING)
 
 

@@ -22,11 +22,11 @@ class Conversation:
 
     Skips the test where there is no Node."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, scripts: Sequence[str] = SOLVER) -> None:
         node = shutil.which("node") or shutil.which("nodejs")
         if node is None:
             pytest.skip("no node was found on the path: the page's solver runs in the browser's tests alone")
-        script = "\n".join(asset(name) for name in SOLVER) + ANSWERS
+        script = "\n".join(asset(name) for name in scripts) + ANSWERS
         self._folder = tempfile.TemporaryDirectory()
         path = Path(self._folder.name) / "solver.js"
         path.write_text(script, encoding="utf-8")
@@ -63,9 +63,9 @@ class Conversation:
         return self._send({"ask": question} | arguments)
 
 
-def in_node(mechanism: Mechanism, questions: Sequence[dict[str, Any]]) -> list[Any]:
-    """Answers to several questions {"ask": name, ...arguments}."""
-    with Conversation(mechanism) as page:
+def in_node(mechanism: Mechanism, questions: Sequence[dict[str, Any]], scripts: Sequence[str] = SOLVER) -> list[Any]:
+    """Answers of the page's `scripts` to several questions {"ask": name, ...arguments}."""
+    with Conversation(mechanism, scripts) as page:
         return [page.ask(q["ask"], **{k: v for k, v in q.items() if k != "ask"}) for q in questions]
 
 
@@ -81,6 +81,10 @@ const answers = {
   constraints: ({ q }) => lists(model.constraints(q)),
   value: ({ name, q }) => model.value(name, q),
   row: ({ name }) => list(model.row(name)),
+  forces: ({ drives, name, rate }) => {
+    solver.solve({ drives });
+    return { q: list(solver.q), loads: new SteadyForces(model).at(solver, name, rate) };
+  },
   set: ({ q }) => { solver.set(Float64Array.from(q)); return list(solver.q); },
   solve: (wish) => {
     const began = performance.now(), report = solver.solve(wish);

@@ -1,4 +1,4 @@
-"""Explore mode without a browser: closed samples, folds, change points, forces, the reach, variants."""
+"""Explore mode without a browser: drives, reached poses, the reach, variants."""
 
 from __future__ import annotations
 
@@ -6,67 +6,43 @@ import json
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
 
 from mechlab import api
 from mechlab.analytic.delta6 import workspace_counts
 from mechlab.api import pages
 from mechlab.cli import main
 from mechlab.errors import MechlabError
-from mechlab.mechanism import ConstraintSet, TreeKinematics
+from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics
 from mechlab.values import Range
 from mechlab.viewer import Story
-from mechlab.viewer.explore import Load, border
+from mechlab.viewer.explore import explore, reached_poses
 from mechlab.viewer.pack import pack
+from mechlab.viewer.reach import border
 
 
-def test_a_sweep_ends_exactly_in_the_fold() -> None:
-    """A double rocker: coupler and rocker are stretched in one line there (law of cosines), and every sample closes."""
-    a, b, c, d = 0.3, 0.25, 0.28, 0.6
-    found = api.explore("fourbar", {"crank": a, "coupler": b, "rocker": c, "ground": d}, vary={}).explore
-    assert found is not None
-    sweep = found.sweeps[0]
-    limit = np.arccos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d))
-    # The value is stationary along the curve: an error e of the arc is e^2 in the value.
-    np.testing.assert_allclose(sweep.values[[0, -1]], [-limit, limit], atol=1e-12)
-    assert np.all(np.diff(sweep.values) > 0)
-    assert sweep.closeness[-1] < 1e-6 and sweep.error < 1e-7
-    m = api.load("fourbar", crank=a, coupler=b, rocker=c, ground=d).mechanism()
+def test_a_page_to_move_knows_drives_rates_and_reached_poses() -> None:
+    """Every reached pose closes; the crank has gone round, and a double rocker's stays within its limits (law of cosines)."""
+    found = api.explore("fourbar", vary={})
+    assert found.explore is not None and found.model is not None
+    assert found.explore.drives == ("crank_angle",)
+    assert found.explore.rates == {"crank_angle": pytest.approx(2 * np.pi)}
+    m = found.model
+    q = reached_poses(m, ("crank_angle",), 0.5)
     tree, constraints = TreeKinematics(m), ConstraintSet(m)
-    assert max(np.abs(constraints.residual(tree.set(q))).max() for q in sweep.q) < 1e-11
+    assert max(np.abs(constraints.residual(tree.set(x))).max() for x in q) < 1e-11
+    assert np.ptp(m.value("crank_angle", q)) == pytest.approx(2 * np.pi, abs=1e-9)
+    a, b, c, d = 0.3, 0.25, 0.28, 0.6
+    rocker = api.load("fourbar", crank=a, coupler=b, rocker=c, ground=d).mechanism()
+    limit = np.arccos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d))
+    values = rocker.value("crank_angle", reached_poses(rocker, ("crank_angle",), 0.5))
+    assert np.abs(values).max() < limit
 
 
-def test_a_sweep_stops_before_a_change_point() -> None:
-    """Parallelograms can fold over when all their bars are in line, at 0 and at pi: beyond, the mode cannot be told."""
-    found = api.explore("n_fourbar").explore
-    assert found is not None
-    sweep = found.sweeps[0]
-    np.testing.assert_allclose(sweep.values[[0, -1]], [0.0, np.pi], atol=0.02)
-    assert sweep.values[0] > 0 and sweep.values[-1] < np.pi
-    assert "assembly modes meet" in sweep.low_reason and "assembly modes meet" in sweep.high_reason
-    assert sweep.error < 1e-7
-
-
-def test_forces_on_a_part_give_it_its_acceleration() -> None:
-    """Newton's law for the coupler: reactions and weight are m a; a is taken from the samples by a spline."""
-    found = api.explore("fourbar", vary={}).explore
-    assert found is not None
-    sweep, m = found.sweeps[0], api.load("fourbar").mechanism()
-    body = next(b for b in m.bodies if b.name == "coupler")
-    k = found.bodies.index("coupler")
-    centre = (sweep.poses[:, k] @ np.append(body.inertia.com, 1.0))[:, :3]
-    acceleration = CubicSpline(sweep.values, centre).derivative(2)(sweep.values) * sweep.rate**2
-    total = np.sum([_on(x, "coupler") for x in sweep.loads], axis=0)
-    inside = slice(6, -6)  # the spline knows nothing of what lies beyond its ends
-    scale = np.abs(body.inertia.mass * acceleration).max()
-    # A cubic spline's second derivative is off by h^2 f''''/12: with h = 0.07 here about 1e-3.
-    np.testing.assert_allclose(total[inside], (body.inertia.mass * acceleration)[inside], atol=3e-3 * scale)
-    assert sweep.rate == pytest.approx(2 * np.pi)
-
-
-def _on(load: Load, body: str) -> np.ndarray:
-    sign = 1.0 if load.on == body else -1.0 if load.by == body else 0.0
-    return sign * load.vectors if load.kind == "force" else np.zeros_like(load.vectors)
+def test_what_cannot_move_is_refused() -> None:
+    b = Builder("still")
+    b.body("block", inertia=Inertia(mass=1.0, com=(0.0, 0.0, 0.0), tensor=(1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0)))
+    with pytest.raises(MechlabError, match="no drive, joint or shaft that could be moved"):
+        explore(b.build(), lambda q: q, 1.0)
 
 
 def test_the_border_of_a_ball() -> None:
@@ -101,8 +77,8 @@ def test_variants_are_designs_of_their_own() -> None:
     np.testing.assert_allclose(crank.values, (0.08, 0.1, 0.12), atol=1e-15)
     assert isinstance(crank.stories[1], Story) and crank.stories[1].explore is told.explore
     third, alone = crank.stories[2], api.explore("fourbar", {"crank": 0.12}, vary={})
-    assert isinstance(third, Story) and third.explore is not None and alone.explore is not None
-    np.testing.assert_allclose(third.explore.sweeps[0].poses, alone.explore.sweeps[0].poses, atol=1e-12)
+    assert isinstance(third, Story) and third.model is not None
+    assert third.model == alone.model != told.model
     assert isinstance(ground.stories[2], str) and "0.9" in ground.stories[2]
     document = pack(told)[0]
     assert [type(x).__name__ for x in document["variants"][1]["choices"]] == ["dict", "dict", "str"]

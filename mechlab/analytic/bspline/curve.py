@@ -12,6 +12,7 @@ from scipy.interpolate import BSpline as ScipySpline
 from scipy.interpolate import PPoly
 
 from mechlab.errors import MechlabError
+from mechlab.values import short
 
 FloatArray = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ class BSpline:
     def __post_init__(self) -> None:
         p = self.degree
         if isinstance(p, bool) or not isinstance(p, int) or not 1 <= p <= 20:
-            raise MechlabError(f"degree: expected a whole number from 1 to 20, got {_short(p)}.")
+            raise MechlabError(f"degree: expected a whole number from 1 to 20, got {short(p)}.")
         points = _numbers("points", self.points, 2)
         knots = _numbers("knots", self.knots, 1)
         m = len(points)
@@ -108,10 +109,5 @@ def _numbers(name: str, value: Any, dims: int) -> FloatArray:
         array = np.array(np.nan)
     if array.ndim != dims or not np.all(np.isfinite(array)):
         wanted = "a list of finite numbers" if dims == 1 else "a list of points, each a list of as many finite numbers"
-        raise MechlabError(f"{name}: expected {wanted}, got {_short(value)}.")
+        raise MechlabError(f"{name}: expected {wanted}, got {short(value)}.")
     return array
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) < 80 else text[:77] + "..."

@@ -16,7 +16,8 @@ from mujoco import rollout
 
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.engines.mujoco.model import MujocoMap, passive
-from mechlab.engines.mujoco.stepping import RATE_LIMIT, Grid
+from mechlab.engines.mujoco.stepping import Grid
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import STANDSTILL
 from mechlab.experiment.scene import Settings

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
-from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
 from mechlab.experiment.laws import AppliedForce, DcMotor, Law, LawStates, Servo
@@ -66,6 +66,11 @@ class Driver:
             total, self.forces = self.applied(plant.t, plant)
             self._qfrc[self._dof] = total
             self._refuse(self.forces)
+
+    @property
+    def called(self) -> bool:
+        """Whether the engine must call it while it steps."""
+        return bool(self.laws) and not self.at_once
 
     @property
     def work(self) -> float:

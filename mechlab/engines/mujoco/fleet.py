@@ -18,7 +18,7 @@ from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.findings import LoopWatch
 from mechlab.engines.mujoco.session import Session
 from mechlab.engines.mujoco.step_watch import BLOCK
-from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
 

@@ -54,7 +54,7 @@ def run(
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = _Samples(mechanism, model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
-    with controlled(data, driver) if scene.laws and not driver.at_once else engine():
+    with controlled(data, driver) if driver.called else engine():
         blow_up, cpu, done = advance(model, data, map_, steps, samples.take)
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
     channels, units = samples.channels(mechanism, *states)

@@ -82,10 +82,8 @@ class Session(StepLoop):
         self.loops.worst = None
         self.fed, self.called = np.zeros(KEPT + 1), np.zeros(KEPT + 1)
         self._worked, self.allowance = 0, 0.0
-        if not scene.laws:
-            return None
         self._driver = Driver(self.mechanism, scene.laws, MujocoPlant(self.mechanism, self.model, self.data, self.map))
-        return None if self._driver.at_once else self._driver
+        return self._driver if self._driver.called else None
 
     def at_start(self, scene: Scene) -> tuple[Array, Array]:
         """The engine's qpos and qvel at the start of a scene."""

@@ -63,7 +63,7 @@ def _stepped(session: Kept, rows: Array, which: NDArray[np.intp]) -> list[Array]
     driver = Driver(s.mechanism, s.scene.laws, MujocoPlant(s.mechanism, model, data, s.map))
     size, controls = mujoco.mj_stateSize(model, FULL), rows.shape[1] - model.nu
     out = []
-    with controlled(data, driver) if driver.laws and not driver.at_once else engine():
+    with controlled(data, driver) if driver.called else engine():
         for k in which:
             mujoco.mj_setState(model, data, rows[k][:size], FULL)
             data.ctrl[:] = rows[k + 1, controls:]

@@ -67,8 +67,7 @@ def recording_of(session: Kept) -> Recording:
     samples = _Samples(m, s.model, data, s.map, replay, ModeWatch(m, s.scene.keep_mode))  # type: ignore[arg-type]
     work = s.fed + s.called
     spec = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    called = replay.laws.laws and not replay.laws.at_once
-    with controlled(data, replay.laws) if called else engine():
+    with controlled(data, replay.laws) if replay.laws.called else engine():
         for k in some:
             mujoco.mj_setState(s.model, data, rows[k][: mujoco.mj_stateSize(s.model, spec)], spec)
             held = rows[min(k + 1, s.count)][rows.shape[1] - s.model.nu :]

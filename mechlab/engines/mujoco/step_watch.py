@@ -15,7 +15,8 @@ from typing import Self
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.stepping import RATE_LIMIT, Coordinates, SteppingEnd, end_reason
+from mechlab.engines.mujoco.stepping import Coordinates, SteppingEnd, end_reason
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.experiment.recording import Health, Recording
 from mechlab.mechanism.geometry import Array

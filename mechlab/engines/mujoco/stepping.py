@@ -10,13 +10,12 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
 MAX_SAMPLES = 1000
-RATE_LIMIT = 1e6
-"""A rate [rad/s or m/s] beyond this counts as a blow-up."""
 INTEGRATION_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """All that the next step depends on."""
 UNSOLVED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)

@@ -16,7 +16,8 @@ from mechlab.engines.mujoco.control import controlled, engine
 from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import MujocoPlant
-from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, RATE_LIMIT, UNSOLVED
+from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, UNSOLVED
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import MUJOCO
 from mechlab.experiment.recording import Trace

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.reactions import channels
-from mechlab.engines.state import BlowUp, Instant
+from mechlab.engines.state import RATE_LIMIT, BlowUp, Instant
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import AppliedForce, Law, LawStates, applied_force
 from mechlab.experiment.prices import EQUATIONS, price_of_laws
@@ -27,7 +27,6 @@ from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, newton
 
-FASTEST = 1e6
 CLOSED = 1e-13
 LOST = 1e-3
 FRICTION_WIDTH = 0.1
@@ -88,7 +87,7 @@ class Equations:
     def move(self, t: float, y: Array) -> PinPlant:
         """The plant at a state; raises BlowUp when the state is not finite or too fast."""
         q, v = self.split(y)
-        if not y.dot(y) < FASTEST**2:
+        if not y.dot(y) < RATE_LIMIT**2:
             self._refuse_runaway(t, y, v)
         plant = self.plant
         if len(self.memory):
@@ -105,9 +104,9 @@ class Equations:
         if not np.isfinite(y).all():
             raise BlowUp(t, "the state is not finite")
         fastest = int(np.argmax(np.abs(v))) if len(v) else 0
-        if len(v) and abs(v[fastest]) > FASTEST:
+        if len(v) and abs(v[fastest]) > RATE_LIMIT:
             name = self.mechanism.rate_names[fastest]
-            raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {FASTEST:g}")
+            raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {RATE_LIMIT:g}")
 
     def forward(self, force: Array) -> tuple[Array, Array, Array]:
         """Generalised force (nv,) with dry friction, accelerations (nv,) and reactions (rows,) under the force (nv,) of the laws, at

@@ -16,7 +16,7 @@ from mechlab.engines.pinocchio.quantities import check_target
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton
-from mechlab.mechanism.structure import singularity
+from mechlab.mechanism.singularity import singularity
 
 FOLD = 0.05
 """A path has met a fold when the smallest singular value fell below this share of that at its start."""

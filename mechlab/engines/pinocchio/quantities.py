@@ -15,7 +15,8 @@ from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism.geometry import Array, quaternion_exp, quaternion_to_matrix, rotation_log
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
-from mechlab.mechanism.structure import null_space, singularity
+from mechlab.mechanism.singularity import singularity
+from mechlab.mechanism.structure import null_space
 
 LINEAR, ANGULAR, ROTATION = "xyz", ("wx", "wy", "wz"), "rotation"
 

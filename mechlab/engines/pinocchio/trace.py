@@ -18,6 +18,7 @@ import pinocchio as pin
 from mechlab.engines.pinocchio.form import rigid_constraints
 from mechlab.engines.pinocchio.model import PinModel, build
 from mechlab.engines.pinocchio.runner import run
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, price_of_laws
 from mechlab.experiment.recording import Trace
@@ -30,7 +31,6 @@ from mechlab.mechanism.parts import Spring
 SIMPLE_LAWS = ("constant", "harmonic", "table", "servo", "constant_power", "motor", "viscous", "one_sided_stop")
 MU, ITERATIONS, ACCURACY = 1e-6, 5, 1e-12
 """Of pin.ProximalSettings. mu = 1e-10 loses Bricard's redundant loop, 1e-4 the singular positions of n_fourbar."""
-RATE_LIMIT = 1e6
 
 
 @dataclass(frozen=True)

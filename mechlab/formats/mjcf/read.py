@@ -8,15 +8,13 @@ error that names it.
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ET
 from collections import Counter
 
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.formats.json_text import exact
-from mechlab.formats.mjcf.read_drives import Tendons, Terms, read_drives, read_tendons
+from mechlab.formats.mjcf.read_drives import Tendons, Terms, coupled, read_drives, read_tendons
 from mechlab.formats.mjcf.read_tree import BodyTree, read_tree
 from mechlab.formats.mjcf.source import MjcfText, Names, clean, fail, refuse
 from mechlab.formats.xml_text import floats, label
@@ -194,12 +192,7 @@ def _relation(tree: BodyTree, tendons: Tendons, e: ET.Element) -> Coefficients:
     else:
         first = tendons.terms(e.get("tendon1"), e)
         other = () if e.get("tendon2") is None else tendons.terms(e.get("tendon2"), e)
-    total: dict[str, float] = {}
-    for name, c in first:
-        total[name] = total.get(name, 0.0) + c
-    for name, c in other:
-        total[name] = total.get(name, 0.0) - ratio * c
-    terms = tuple((n, exact(c)) for n, c in total.items() if c != 0.0)
-    if not terms or not all(math.isfinite(c) for c in total.values()):
+    terms = coupled(first, other, ratio)
+    if not terms:
         raise MechlabError(f"{label(e)}: it couples nothing.")
     return terms

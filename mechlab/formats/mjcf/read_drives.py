@@ -14,9 +14,17 @@ from mechlab.formats.mjcf.control import LinearActuator, drive_of
 from mechlab.formats.mjcf.read_tree import BodyTree
 from mechlab.formats.mjcf.source import MjcfText, Names, fail, one, refuse
 from mechlab.formats.xml_text import floats, label
-from mechlab.mechanism.parts import Drive, Shaft, Spring, Winding
+from mechlab.mechanism.parts import Coefficients, Drive, Shaft, Spring, Winding
 
 Terms = tuple[tuple[str, float], ...]
+
+
+def coupled(first: Terms, other: Terms, ratio: float) -> Coefficients:
+    """The coefficients of first - ratio x other, without those that are 0."""
+    total: dict[str, float] = {}
+    for name, c in (*first, *((n, -ratio * c) for n, c in other)):
+        total[name] = total.get(name, 0.0) + c
+    return tuple((n, exact(c)) for n, c in total.items() if c != 0.0)
 
 
 @dataclass

@@ -13,8 +13,6 @@ from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 
-BODIES = ("body", "worldbody", "frame", "replicate")
-"""Elements with the children of a body."""
 REPLICATE = frozenset(("count", "sep", "offset", "euler", "prefix"))
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 
 from mechlab.studies.doctor.audit import VERDICTS, Audit, AuditRow
 from mechlab.studies.doctor.ranking import CONSEQUENCES
-from mechlab.tables import number
+from mechlab.tables import counted, number
 
 MEANING = {
     "healthy": "nothing found that changes results",
@@ -24,6 +25,7 @@ TITLES = {
     "softer_than_it_could_be": "loops softer than they could be",
     "trial": "the run is off",
     "pushed": "off as soon as it is pushed",
+    "memory": "the memory for contacts is full",
     "degrees": "angles in the wrong unit",
     "contacts": "parts overlap at the start",
     "refsafe": "softness below two timesteps",
@@ -82,8 +84,8 @@ def _summary(audit: Audit) -> str:
     order = [v for v in reversed(VERDICTS) if v in audit.counts]
     bar = "".join(f'<i class="{MARK[v]}" style="flex-grow:{audit.counts[v] / total:.4f}"></i>' for v in order)
     chips = "".join(
-        f'<button type="button" class="chip {MARK[v]}" data-verdict="{v}" aria-pressed="false"><b>{audit.counts[v]}</b> {SIGN[MARK[v]]} '
-        f"{v}<small>{MEANING[v]}</small></button>"
+        f'<button type="button" class="chip {MARK[v]}" data-verdict="{v}" aria-pressed="false">'
+        f"<span><b>{audit.counts[v]}</b> {SIGN[MARK[v]]} {v}</span><small>{MEANING[v]}</small></button>"
         for v in order
     )
     return f'<div class="bar" aria-hidden="true">{bar}</div><div class="chips">{chips}</div>'
@@ -96,8 +98,7 @@ def _row(r: AuditRow) -> str:
     grave = f"<b>{escape(_words(name))}</b> {escape(said)}" if severity else '<span class="quiet">none</span>'
     reads = r.read + (f'<small>without {escape(", ".join(r.lost[:3]))}{_rest(len(r.lost) - 3)}</small>' if r.lost else "")
     cells = (
-        ("Model", short.lower(), f'<b title="{escape(r.name)}">{escape(_title(short))}</b><small>{escape(short.rpartition("/")[2])}</small>'
-                                 f"<small>{escape(r.collection)} \u00b7 {escape(r.licence or 'licence not found')}</small>"),
+        ("Model", short.lower(), f'<b title="{escape(r.name)}">{escape(_title(short))}</b>{_origin(r, short)}'),
         ("Kind", r.kind, r.kind),
         ("Bodies", r.bodies, _count(r.bodies)),
         ("Freedoms", r.freedoms, _count(r.freedoms)),
@@ -114,6 +115,12 @@ def _row(r: AuditRow) -> str:
     return f'<tr data-verdict="{r.verdict}" data-words="{escape(words)}">{tds}</tr>'
 
 
+def _origin(r: AuditRow, short: str) -> str:
+    """The file, the collection it comes from, its licence."""
+    source = _broken(r.collection.replace("+", "/"))
+    return f"<small>{_broken(short.rpartition('/')[2])}</small><small>{source} \u00b7 {escape(r.licence or 'licence not found')}</small>"
+
+
 def _words(name: str) -> str:
     """The name of a finding in words."""
     return f"{TITLES.get(name, name.replace('_', ' '))}:"
@@ -125,13 +132,14 @@ def _more(r: AuditRow) -> str:
         return ""
     items = "".join(
         f'<li class="{severity}"><b>{severity}</b> {escape(_words(name))} {escape(sentence)}'
-        f"{f' <em>{escape(CONSEQUENCES[name])}</em>' if name in CONSEQUENCES else ''}</li>"
+        f"{f' <em>So: {escape(CONSEQUENCES[name])}</em>' if name in CONSEQUENCES else ''}</li>"
         for severity, name, sentence in r.findings
     )
     items += "".join(f"<li><b>not examined</b> {escape(x)}</li>" for x in r.not_examined)
     items += f'<li class="note">{escape(r.name)}</li>'
-    grave = sum(f[0] != "note" for f in r.findings)
-    return f"<details><summary>{grave} to act on, {len(r.findings) - grave} notes</summary><ul>{items}</ul></details>"
+    notes = sum(f[0] == "note" for f in r.findings)
+    counts = [f"{len(r.findings) - notes} to act on"] * (len(r.findings) > notes) + [counted(notes, "note")] * (notes > 0)
+    return f"<details><summary>{', '.join(counts) or 'more'}</summary><ul>{items}</ul></details>"
 
 
 def _title(short: str) -> str:
@@ -140,6 +148,11 @@ def _title(short: str) -> str:
     plain = {"robot", "scene", "model", "reach", "urdf", "robots", "mjcf", "xml"}
     useful = [p for p in reversed(parts) if p not in plain]
     return (useful[0] if useful else parts[-1]).replace("_", " ")
+
+
+def _broken(name: str) -> str:
+    """A name that may be broken where its words end."""
+    return re.sub(r"([_/+-])", r"\1<wbr>", escape(name))
 
 
 def _first(sentence: str) -> str:
@@ -172,21 +185,25 @@ _STYLE = """
 --know:#e0b04a;--bad:#ff7b7b;--stop:#b794f6;--open:#9aa4b5}}
 *{box-sizing:border-box}body{margin:0;background:var(--back);color:var(--ink);font:15px/1.5 system-ui,sans-serif}
 main{max-width:1320px;margin:0 auto;padding:32px 24px 64px}h1{font-size:30px;line-height:1.2;margin:0 0 8px}
-.lead{max-width:68ch;color:var(--soft);margin:0 0 20px}small{display:block;color:var(--soft);font-size:12px;overflow-wrap:anywhere}
+.lead{max-width:68ch;color:var(--soft);margin:0 0 20px}small{display:block;color:var(--soft);font-size:12px;overflow-wrap:break-word}
 .bar{display:flex;gap:2px;height:10px;margin-bottom:12px}.bar i{border-radius:3px;min-width:4px}
 .bar .ok{background:var(--ok)}.bar .know{background:var(--know)}.bar .bad{background:var(--bad)}.bar .stop{background:var(--stop)}
 .bar .open{background:var(--open)}
 .chips{display:flex;flex-wrap:wrap;gap:8px;margin-bottom:16px}
 .chip{font:inherit;color:inherit;text-align:left;background:var(--paper);border:1px solid var(--line);border-radius:10px;
-padding:8px 14px;cursor:pointer}.chip b{font-size:20px;margin-right:4px}.chip[aria-pressed=true]{outline:2px solid currentColor}
+padding:8px 14px;cursor:pointer;display:flex;flex-direction:column}
+.chip b{font-size:20px;margin-right:4px}.chip[aria-pressed=true]{outline:2px solid currentColor}
 .ok{color:var(--ok)}.know{color:var(--know)}.bad{color:var(--bad)}.stop{color:var(--stop)}.open{color:var(--open)}
 .tools{display:flex;gap:16px;align-items:baseline;margin-bottom:12px}.tools input{font:inherit;color:inherit;background:var(--paper);
 border:1px solid var(--line);border-radius:8px;padding:6px 10px;width:min(320px,60vw)}#shown,.quiet{color:var(--soft)}
-table{width:100%;border-collapse:collapse;background:var(--paper);border:1px solid var(--line);border-radius:10px}
-th{position:sticky;top:0;background:var(--paper);text-align:left;border-bottom:2px solid var(--line);padding:0}
-th button{font:inherit;font-weight:600;color:inherit;background:none;border:0;padding:10px 12px;cursor:pointer;width:100%;text-align:left;
+#shown{white-space:nowrap}
+table{width:100%;border-collapse:separate;border-spacing:0;background:var(--paper);border:1px solid var(--line);border-radius:10px}
+th{position:sticky;top:0;background:var(--paper);text-align:left;border-bottom:2px solid var(--line);padding:0;z-index:1}
+th:first-child{border-top-left-radius:10px}th:last-child{border-top-right-radius:10px}
+th button{font:inherit;font-weight:600;color:inherit;background:none;border:0;padding:10px 9px;cursor:pointer;width:100%;text-align:left;
 white-space:nowrap}th[aria-sort=ascending] button:after{content:" \\2191"}th[aria-sort=descending] button:after{content:" \\2193"}
-td{padding:10px 12px;border-top:1px solid var(--line);vertical-align:top}td:nth-child(1){min-width:190px}td:nth-child(8){width:38%}
+td{padding:10px 9px;border-bottom:1px solid var(--line);vertical-align:top}tbody tr:last-child td{border:0}
+td:nth-child(1){min-width:210px}td:nth-child(6){max-width:160px}td:nth-child(8){width:46%}
 td:nth-child(3),td:nth-child(4),td:nth-child(5),td:nth-child(9){text-align:right;font-variant-numeric:tabular-nums}
 .tag{white-space:nowrap;font-weight:600}details{margin-top:4px}summary{cursor:pointer;color:var(--soft);font-size:13px}
 ul{margin:6px 0 0;padding-left:18px;font-size:13px;overflow-wrap:anywhere}li{margin-bottom:4px}li.error>b{color:var(--bad)}
@@ -201,7 +218,7 @@ tr{background:var(--paper);border:1px solid var(--line);border-radius:10px;paddi
 td{border:0;padding:3px 0;text-align:left!important}td:before{content:attr(data-label) ": ";color:var(--soft)}
 td:nth-child(1):before,td:nth-child(7):before,td:nth-child(8):before{content:none}
 td:nth-child(3),td:nth-child(4),td:nth-child(5),td:nth-child(2){display:inline-block;width:auto!important;margin-right:14px}
-td:nth-child(6) small{display:inline;margin-left:6px}dl{display:block}dd{margin-bottom:10px}}
+td:nth-child(6){max-width:none}td:nth-child(6) small{display:inline;margin-left:6px}dl{display:block}dd{margin-bottom:10px}}
 """
 _SCRIPT = """
 const body=document.querySelector('tbody'),rows=[...body.rows],shown=document.getElementById('shown'),find=document.getElementById('find');

@@ -141,6 +141,8 @@ def _treated(text: MjcfText, case: ExaminedFile, diagnosis: Diagnosis) -> list[s
         done.append(text.actuators(ranges_to_command(model)))
     if "fast_activation" in found:
         done.append(text.exact_filters())
+    if "memory" in found:
+        done.append(text.setting("size", memory=found["memory"].paste.split('"')[1]))
     if "sparse_jacobian" in found:
         done.append(text.setting("option", jacobian="dense"))
     if "unstable_step" in found:

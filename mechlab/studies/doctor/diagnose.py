@@ -118,7 +118,7 @@ def _engine(model: Model, start: Any, trial: TrialRun | None, skipped: list[str]
         "contacts at the start": lambda: parts.contacts(model, start),
     }
     if trial is not None:
-        rules |= {"a run": trial.symptoms, "order of RK4": trial.order}
+        rules |= {"a run": trial.symptoms, "memory of a run": trial.memory_full, "order of RK4": trial.order}
         skipped += [t.skipped for t in (trial, trial.follow) if t is not None and t.skipped]
     if options.too_large(model):
         skipped.append(f"the stability of a step: {model.nv} coordinates, above {options.MOST_COORDINATES}")

@@ -69,9 +69,10 @@ class MjcfText:
         else:
             done = []
         classes = [e for d in self.root.iter("default") for e in d.findall("equality") if e is not place]
-        own_values = [e for e in [*tied, *classes] if e.attrib.pop("solref", None) or e.attrib.pop("solimp", None)]
+        own_values = [e for e in [*tied, *classes] if {"solref", "solimp"} & e.attrib.keys()]
         for e in own_values:
-            e.attrib.pop("solimp", None)
+            for key in ("solref", "solimp"):
+                e.attrib.pop(key, None)
         done += [f"no solref and solimp of their own on {len(own_values)} equalities"] if own_values else []
         return "; ".join(done)
 

@@ -25,15 +25,26 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """One target before it is sampled: what (the kind of the goal and its arguments), shape of one sample, and the target."""
+    """One target before it is sampled: the kind of its goal and the arguments of that, and the target."""
 
     name: str
     kind: type[Goal]
     of: tuple[Any, ...]
-    shape: tuple[int, ...]
     target: Any
     task: Task
     length: bool
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Axes of a position that count; empty for what is none."""
+        return self.of[1] if self.kind is PositionGoal else self.of[0] if self.kind is CenterGoal else ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of one sample as it is given: a number for one coordinate, else (k,) for the axes that count; (3, 3) of a rotation."""
+        if self.kind is RotationGoal:
+            return (3, 3)
+        return (len(self.axes),) if len(self.axes) > 1 else ()
 
 
 def tasks_of_keys(
@@ -67,11 +78,22 @@ def tasks_of_keys(
     return tasks, start
 
 
+def wanted_of(m: Mechanism, tasks: Sequence[Task]) -> list[Wanted]:
+    """The targets of all tasks. Raises MechlabError for a task that asks for what does not exist, or for no targets at all."""
+    out = [w for task in tasks for w in _wanted(m, task)]
+    if not out:
+        raise MechlabError(
+            f"{m.name}: no target is given. Give frames, their coordinates, joints or shafts along a path: "
+            + ", ".join([*(f.name for f in m.frames), *m.scalar_names]) + "."
+        )  # fmt: skip
+    return out
+
+
 def _wanted(m: Mechanism, task: Task) -> list[Wanted]:
     if isinstance(task, PostureTask):
         for name in task.targets:
             m.row(name)
-        return [Wanted(n, ValueGoal, (n,), (), x, task, is_length(m, n)) for n, x in task.targets.items()]
+        return [Wanted(n, ValueGoal, (n,), x, task, is_length(m, n)) for n, x in task.targets.items()]
     if not isinstance(task, FrameTask | CenterOfMassTask):
         raise MechlabError(f"tasks: expected tasks and limits such as FrameTask or RateLimit, got {task!r}.")
     axes = tuple("xyz".find(a) for a in task.axes)
@@ -81,30 +103,23 @@ def _wanted(m: Mechanism, task: Task) -> list[Wanted]:
         masses = tuple((b.name, b.inertia.mass) for b in m.bodies if b.inertia.mass > 0)
         if not masses:
             raise MechlabError(f"{m.name}: no body has a mass; a centre of mass needs one.")
-        return [Wanted("center_of_mass", CenterGoal, (axes, masses), _shape(axes), task.target, task, True)]
+        return [Wanted("center_of_mass", CenterGoal, (axes, masses), task.target, task, True)]
     m.frame(task.frame)
     name = task.frame if len(axes) == 3 or task.part else f"{task.frame}_{task.axes}"
+    turn = Wanted(f"{task.frame}_rotation", RotationGoal, (task.frame,), task.target, task, False)
     if task.part == "rotation":
-        return [Wanted(f"{task.frame}_rotation", RotationGoal, (task.frame,), (3, 3), task.target, task, False)]
-    place = Wanted(name, PositionGoal, (task.frame, axes), _shape(axes), task.target, task, True)
+        return [turn]
+    place = Wanted(name, PositionGoal, (task.frame, axes), task.target, task, True)
     first = task.target(0.0) if callable(task.target) else task.target
-    if _array(name, first).shape[-2:] != (4, 4):
-        return [place]
-    turn = Wanted(f"{task.frame}_rotation", RotationGoal, (task.frame,), (3, 3), task.target, task, False)
-    return [place, turn]
+    return [place, turn] if _array(name, first).shape[-2:] == (4, 4) else [place]
 
 
-def _shape(axes: tuple[int, ...]) -> tuple[int, ...]:
-    """Of one sample of a position: a number where one coordinate counts."""
-    return () if len(axes) == 1 else (3,)
-
-
-def times_of(m: Mechanism, tasks: Sequence[Task], times: object, duration: float) -> Array:
+def times_of(m: Mechanism, wanted: Sequence[Wanted], times: object, duration: float) -> Array:
     """(n,) times [s]: as given; else even over `duration`, as many as the targets have values.
 
     Raises MechlabError for times that do not increase, and for targets with unlike numbers of values.
     """
-    counts = {w.name: len(a) for task in tasks for w in _wanted(m, task) if (a := _along(w)) is not None}
+    counts = {w.name: len(a) for w in wanted if (a := _along(w)) is not None}
     if times is not None:
         t = _array("times", times)
         if t.ndim != 1 or len(t) < 1 or np.any(np.diff(t) <= 0):
@@ -131,28 +146,22 @@ def _along(w: Wanted) -> Array | None:
     return a if a.ndim > one else None
 
 
-def goals_of(m: Mechanism, tasks: Sequence[Task], t: Array, tolerance: float | None, unit: float) -> list[Goal]:
-    """The goals of all tasks at the times t (n,), lengths in `unit` [m]. Raises MechlabError for a target of another shape."""
+def goals_of(m: Mechanism, wanted: Sequence[Wanted], t: Array, tolerance: float | None, unit: float) -> list[Goal]:
+    """The goals of all targets at the times t (n,), lengths in `unit` [m]. Raises MechlabError for a target of another shape."""
     size = m.size if m.size > 0 else 1.0
     out = []
-    for task in tasks:
-        for w in _wanted(m, task):
-            samples = _samples(w, t)
-            given = task.tolerance if task.tolerance is not None else tolerance
-            usual = TOLERANCE * (size if w.length else 1.0)
-            if not (isinstance(task.priority, int) and task.priority >= 0):
-                raise MechlabError(f"{w.name}: priority: expected a whole number from 0, got {task.priority!r}.")
-            if not (task.weight > 0 and math.isfinite(task.weight)):
-                raise MechlabError(f"{w.name}: weight: expected a positive number, got {task.weight!r}.")
-            if given is not None and not given > 0:
-                raise MechlabError(f"{w.name}: tolerance: expected a positive number, got {given!r}.")
-            goal = (w.name, samples / (unit if w.length else 1.0), task.priority, float(task.weight))
-            out.append(w.kind(*goal, usual if given is None else given, "m" if w.length else "rad", *w.of))
-    if not out:
-        raise MechlabError(
-            f"{m.name}: no target is given. Give frames, their coordinates, joints or shafts along a path: "
-            + ", ".join([*(f.name for f in m.frames), *m.scalar_names]) + "."
-        )  # fmt: skip
+    for w in wanted:
+        task, samples = w.task, _samples(w, t)
+        given = task.tolerance if task.tolerance is not None else tolerance
+        usual = TOLERANCE * (size if w.length else 1.0)
+        if not (isinstance(task.priority, int) and task.priority >= 0):
+            raise MechlabError(f"{w.name}: priority: expected a whole number from 0, got {task.priority!r}.")
+        if not (task.weight > 0 and math.isfinite(task.weight)):
+            raise MechlabError(f"{w.name}: weight: expected a positive number, got {task.weight!r}.")
+        if given is not None and not given > 0:
+            raise MechlabError(f"{w.name}: tolerance: expected a positive number, got {given!r}.")
+        goal = (w.name, samples / (unit if w.length else 1.0), task.priority, float(task.weight))
+        out.append(w.kind(*goal, usual if given is None else given, "m" if w.length else "rad", *w.of))
     return out
 
 
@@ -162,12 +171,9 @@ def _samples(w: Wanted, t: Array) -> Array:
     n = len(t)
     if raw.shape[-2:] == (4, 4) and w.shape:
         raw = raw[..., :3, :3] if w.kind is RotationGoal else raw[..., :3, 3]
-    axes = w.of[1] if w.kind is PositionGoal else w.of[0] if w.kind is CenterGoal else ()
-    if len(axes) == 1:
-        raw = raw[..., list(axes)] if raw.shape[-1:] == (3,) and raw.ndim > 1 else raw[..., None]
-    elif axes and raw.shape[-1:] == (3,):
-        raw = raw[..., list(axes)]
-    shape = (len(axes),) if axes else w.shape
+    axes, shape = w.axes, w.shape
+    if axes and raw.shape[-1:] == (3,) and raw.ndim > (not shape):
+        raw = raw[..., list(axes)] if shape else raw[..., axes[0]]
     if raw.shape not in (shape, (n, *shape)):
         words = "(n,)" if not shape else f"{shape} or (n, {', '.join(map(str, shape))})"
         more = " or poses (4, 4), (n, 4, 4)" if w.kind is PositionGoal else ""
@@ -175,7 +181,7 @@ def _samples(w: Wanted, t: Array) -> Array:
     out = np.broadcast_to(raw, (n, *shape)).copy()
     if w.kind is RotationGoal:
         _refuse_no_rotation(w.name, out)
-    return out
+    return out[:, None] if axes and not shape else out
 
 
 def _refuse_no_rotation(name: str, rotations: Array) -> None:

@@ -15,10 +15,12 @@ class CameraRig {
     this.projection = new Projection(stage.viewer);
     this.views = { ...VIEWS, face: this.framing.face };
     controls.addEventListener("start", () => { this.touched = true; });
-    new ResizeObserver(() => {
+    const resized = new ResizeObserver(() => {
       stage.viewer.set_3d_pane_size();
       if (!this.touched) this.fit();
-    }).observe(stage.viewer.dom_element);
+    });
+    resized.observe(stage.viewer.dom_element);
+    atEnd(() => resized.disconnect());
   }
 
   /** The view that the page opens with. */
@@ -31,6 +33,18 @@ class CameraRig {
   view(name) {
     this.toward.set(...(this.views[name] || this.framing.threeQuarter)).normalize();
     this.fit();
+  }
+
+  /** Looks from a place toward another [m]. */
+  look(from, at) {
+    const { controls } = this.stage.viewer;
+    const { camera } = this.projection;
+    controls.target.copy(toWorld(new THREE.Vector3(...at)));
+    camera.position.copy(toWorld(new THREE.Vector3(...from)));
+    this.projection.show(camera.position.distanceTo(controls.target));
+    controls.update();
+    this.touched = true;
+    this.stage.redraw();
   }
 
   /** Fits all points into the picture, seen from where the camera stands now. */

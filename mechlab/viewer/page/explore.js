@@ -1,193 +1,284 @@
-// Moving the drives by hand, and changing a parameter. Every pose is blended from poses that were solved beforehand.
+// Moving the mechanism by hand: all drives by sliders, any part by grabbing it. The solver in the page closes every pose.
 
-const NEAR = 0.05;
-const PIECES = 240;
+const NEAR = 0.05;      // closeness to a singularity below which the page warns
+const SAME = 1e-9;      // rad or m by which two values of a drive are the same
 
 class Explorer {
-  constructor(story, stage, traces, layers, read, holder, redraw) {
-    Object.assign(this, { story, stage, traces, layers, read, redraw });
+  /** page: {stage, traces, layers, read, panel, redraw, player, shown()}; shown() gives the coordinates that a recording shows
+   * now, for a page of a recording. Throws one sentence for a mechanism that the page cannot solve. */
+  constructor(story, page) {
+    Object.assign(this, page, { story });
+    this.recorded = !story.explore;
+    this.byHand = !this.recorded;
+    this.followers = [];
+    this.history = new PoseHistory();
+    this.before = new PoseBefore(this.stage);
     this.picked = story.variants.map((v) => v.home);
-    this.active = 0;
-    this.freeBody = null;
+    this.models = new Map();
+    this.locked = new Set();
     this.take(story);
-    this.values = this.sweeps.map((s) => s.home);
-    this.build(holder);
-    this.addReach();
-    this.show();
+    this.curves = this.recorded ? null : new CouplerCurves(this.stage, this.traces, this.marks);
+    this.freeBody = !this.recorded && FreeBody.fits(this.model, this.report) ? new FreeBody(this) : null;
+    this.controls = new HandControls(this);
+    this.layers.show.add("before", "ghost: the pose before", true, (on) => this.before.want(on));
+    listenTo(document, "keydown", (event) => this.key(event));
+    if (this.byHand) { this.addReach(); this.show(); this.drawCurves(); }
   }
 
-  /** Takes over the sweeps of a variant, or of the story itself. */
+  /** Takes over the mechanism of the story, or of a variant of it. */
   take(source) {
-    this.data = source.explore;
-    this.known = this.known || new Map();
-    if (!this.known.has(source)) this.known.set(source, source.explore.sweeps.map((s) => new Sweep(s, this.read)));
-    this.sweeps = this.known.get(source);
-    this.marks = source.marks.filter((m) => m.kind === "frame");
-    this.drawn = null;
+    if (!this.models.has(source)) this.models.set(source, new PageModel(source.model));
+    this.model = this.models.get(source);
+    this.solver = new PoseSolver(this.model);
+    this.order = this.stage.bodies.map((name) => this.model.bodies.indexOf(name));
+    this.normal = planeNormal(this.model);
+    this.moving = movingBodies(this.model);
+    this.marks = source.marks.filter((m) => m.kind === "frame").map((m) => ({ ...m, inModel: this.order[m.body] }));
+    if (this.curves) this.curves.marks = this.marks;
+    this.drives = this.model.drives.map((name) => this.driveOf(name));
+    this.values = this.valuesNow();
+    this.report = this.solver.solve({ drives: this.values, locked: [], grab: null });
+    this.otherMode = false;
   }
 
-  build(holder) {
-    holder.hidden = false;
-    holder.className = "explore";
-    const drives = make("div", { class: "drives" });
-    this.rows = this.sweeps.map((sweep, k) => {
-      const row = this.row(drives, sweep.name, "drive", { min: sweep.low, max: sweep.high, step: "any", value: sweep.home, "aria-label": `${sweep.name}, ${sweep.unit}` },
-        (value) => this.move(k, value), (event) => this.key(event, k));
-      return { ...row, step: niceStep(sweep.high - sweep.low, 1000) };
-    });
-    this.choices = this.story.variants.map((v, j) => this.row(drives, v.key, "drive parameter",
-      { min: 0, max: v.values.length - 1, step: 1, value: v.home, "aria-label": `parameter ${v.key}, ${v.unit || "a number"}` },
-      (index) => this.pick(j, index), (event) => { if (event.key === "Home") { event.preventDefault(); this.pick(j, v.home); } else event.stopPropagation(); }));
-    this.state = make("p", { class: "state", role: "status", "aria-live": "polite" });
-    const others = [this.sweeps.length > 1 ? " One drive moves at a time; the others stay at home." : "",
-      this.choices.length ? ` Each step of a parameter is a mechanism of its own, solved beforehand${this.choices.length > 1 ? "; one parameter differs at a time" : ""}.` : ""].join("");
-    holder.append(drives, this.bodyChoice(), this.state, make("p", { class: "hint" }, `Arrow keys move by a hundredth of the slider, with shift a tenth; Home goes home.${others}`));
+  /** A drive as a slider shows it: over its range, or a turn, or the size of the mechanism. */
+  driveOf(name) {
+    const home = this.model.value(name, this.model.home);
+    const unit = this.model.quantity(name).slides ? "m" : "rad";
+    const half = unit === "m" ? this.stage.framing.radius : Math.PI;
+    const range = this.model.range(name);
+    const [low, high] = range || [home - half, home + half];
+    return { name, unit, home, low, high, range };
   }
 
-  row(holder, name, kind, attributes, oninput, onkeydown) {
-    const value = make("output", { class: "value" });
-    const slider = make("input", { type: "range", ...attributes, oninput: () => oninput(slider.valueAsNumber), onkeydown });
-    holder.append(make("div", { class: kind }, make("span", { class: "name" }, name), slider, value));
-    return { slider, value };
+  valuesNow() { return Object.fromEntries(this.model.drives.map((name) => [name, this.model.value(name, this.solver.q)])); }
+
+  // What was done, to be undone
+
+  state() { return { q: this.solver.q.slice(), values: { ...this.values }, locked: [...this.locked], picked: [...this.picked], otherMode: this.otherMode }; }
+
+  restore(state) {
+    if (state.picked.some((index, j) => index !== this.picked[j])) this.showVariant(state.picked);
+    this.before.keep();
+    this.solver.set(state.q);
+    this.values = { ...state.values };
+    this.locked = new Set(state.locked);
+    this.report = this.solver.solve({ drives: this.values, locked: [], grab: null });
+    this.otherMode = state.otherMode;
+    this.show();
+    this.before.show();
+    this.drawCurves();
   }
 
-  /** Which forces are drawn: all, or those on one part with its weight. */
-  bodyChoice() {
-    const loads = this.sweeps.flatMap((s) => s.loads);
-    if (!loads.length) return "";
-    const bodies = [...new Set(loads.flatMap((x) => [x.on, x.by]))].filter((k) => k >= 0 && this.stage.bodies[k] !== "ground").sort((a, b) => a - b);
-    const options = [["none", "none"], ["all", "all joints"], ...bodies.map((k) => [String(k), `on ${this.stage.bodies[k]}`])];
-    this.freeBody = "none";
-    this.bodySelect = make("select", { id: "free-body", onchange: (event) => { this.freeBody = event.target.value; this.show(); } },
-      ...options.map(([value, words]) => make("option", { value }, words)));
-    return make("p", { class: "forces" }, make("label", { for: "free-body" }, "Forces "), this.bodySelect, this.bodyNote = make("span", { class: "hint" }));
-  }
+  undo() { const state = this.history.undo(this.state()); if (state) this.restore(state); }
+  redo() { const state = this.history.redo(this.state()); if (state) this.restore(state); }
 
-  key(event, k) {
-    const sweep = this.sweeps[k];
-    const sign = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
-    if (event.key !== "Home" && !sign) return;
+  key(event) {
+    if (!this.byHand || !(event.ctrlKey || event.metaKey) || event.altKey || event.target.matches("input.quantity, textarea")) return;
+    const name = event.key.toLowerCase();
+    if (name !== "z" && name !== "y") return;
     event.preventDefault();
-    const step = ((sweep.high - sweep.low) / 100) * (event.shiftKey ? 10 : 1);
-    this.move(k, event.key === "Home" ? sweep.home : this.values[k] + sign * step);
+    if (name === "y" || event.shiftKey) this.redo(); else this.undo();
   }
 
-  /** Moves drive `k` to a value (clipped to its slider); all other drives go home. */
-  move(k, asked) {
-    if (!Number.isFinite(asked)) throw new Error(`cannot move to ${asked}: expected a number`);
-    const sweep = this.sweeps[k];
-    const value = Math.min(sweep.high, Math.max(sweep.low, asked));
-    this.active = k;
-    this.values = this.sweeps.map((s, i) => (i === k ? value : s.home));
+  /** A change begins: what is shown now can be come back to. */
+  begin() {
+    if (this.begun) return;
+    this.takeOver();
+    this.begun = this.state();
+    this.before.keep();
+  }
+
+  /** A change has ended. */
+  end() {
+    if (!this.begun) return;
+    const { q } = this.begun;
+    if (q.length !== this.solver.q.length || q.some((x, i) => Math.abs(x - this.solver.q[i]) > SAME)) this.history.push(this.begun);
+    this.begun = null;
+    this.grabbing = false;
+    this.before.show();
+    this.show();
+    this.drawCurves();
+  }
+
+  // Grabbing
+
+  /** Whether the mechanism can move a body (an index of the story). */
+  movable(body) { return this.moving.has(this.order[body]); }
+
+  /** Where keys grab a body: at a named point that moves, or else at its end that moves most. */
+  handle(body) {
+    const group = this.stage.groups[body];
+    const named = this.marks.filter((m) => m.body === body).map((m) => new THREE.Vector3(...m.point));
+    const box = new THREE.Box3();
+    for (const part of group.children) if (part.isMesh && !part.userData.overlay) box.union(new THREE.Box3().setFromBufferAttribute(part.geometry.getAttribute("position")).applyMatrix4(part.matrix));
+    const ends = box.isEmpty() ? [new THREE.Vector3()] : [box.getCenter(new THREE.Vector3()), ...boxEnds(box)];
+    const best = (points) => points.map((p) => [mobility(this.model, this.solver.q, this.order[body], p, group), p]).sort((a, b) => b[0] - a[0])[0];
+    const candidates = named.length ? [best(named), best(ends)] : [best(ends)];
+    const [, point] = candidates[0][0] > 0.2 * candidates[candidates.length - 1][0] ? candidates[0] : candidates[1];
+    return point.clone().applyQuaternion(group.quaternion).add(group.position);
+  }
+
+  /** Pulls a point (in the body) to a target (in the mechanism's frame) as far as the mechanism lets it. */
+  drag(body, point, target) {
+    const grab = { body: this.model.bodies[this.order[body]], point: point.toArray(), target: target.toArray() };
+    this.accept(this.solver.solve({ drives: {}, locked: [...this.locked], grab }));
+    this.values = this.valuesNow();
+    this.grabbing = true;
+    this.show();
+    this.before.show();
+    return this.report;
+  }
+
+  // Drives
+
+  /** Moves a drive to a value; all the others stay where they were put. */
+  move(name, value) {
+    if (!Number.isFinite(value)) throw new Error(`cannot move ${name} to ${value}: expected a number`);
+    if (!(name in this.values)) throw new Error(`drive ${name} does not exist; expected one of ${this.model.drives.join(", ")}`);
+    if (this.locked.has(name)) { this.say(`${name} is locked; unlock it first.`); return null; }
+    this.begin();
+    this.accept(this.solver.solve({ drives: { ...this.values, [name]: value }, locked: [], grab: null }));
+    const now = this.valuesNow();
+    // A value that was reached stays as it was asked for: no drift over many moves.
+    for (const [key, found] of Object.entries(now)) {
+      const asked = key === name ? value : this.values[key];
+      this.values[key] = Math.abs(found - asked) < SAME ? asked : found;
+    }
+    this.active = name;
+    this.missed = Math.abs(this.values[name] - value) >= SAME;
+    this.show();
+    this.before.show();
+    return this.report;
+  }
+
+  /** The drives that are not at home, for a link to this pose; none while a recording is shown. */
+  given() {
+    const away = ([name, value]) => this.recorded || Math.abs(value - this.drives.find((d) => d.name === name).home) > SAME;
+    return this.byHand ? Object.fromEntries(Object.entries(this.values).filter(away)) : {};
+  }
+
+  /** Takes values {drive: number}, one after another, as a link gives them. */
+  give(values) {
+    for (const [name, value] of Object.entries(values)) if (name in this.values) this.move(name, value);
+    this.end();
+  }
+
+  accept(report) {
+    this.report = report;
+    this.said = "";
+    this.missed = this.grabbing = false;
+    if (report.modeChanged) this.otherMode = true;
+  }
+
+  lock(name, on) {
+    if (on) this.locked.add(name); else this.locked.delete(name);
     this.show();
   }
 
-  /** Takes choice `index` of parameter `j`; the other parameter goes home, the drive stays where it is. */
+  goHome() {
+    this.begin();
+    this.solver.set(this.model.home);
+    this.values = this.valuesNow();
+    this.accept(this.solver.solve({ drives: this.values, locked: [], grab: null }));
+    this.otherMode = false;
+    this.end();
+  }
+
+  // Variants of the design
+
+  /** Takes choice `index` of parameter `j`; the other parameter goes home, the drives stay where they are as far as they can. */
   pick(j, index) {
     const variant = this.story.variants[j];
-    this.picked = this.story.variants.map((v, i) => (i === j ? Math.min(v.values.length - 1, Math.max(0, Math.round(index))) : v.home));
-    const at = this.picked[j];
-    const choice = at === variant.home ? this.story : variant.choices[at];
+    const picked = this.story.variants.map((v, i) => (i === j ? Math.min(v.values.length - 1, Math.max(0, Math.round(index))) : v.home));
+    const choice = picked[j] === variant.home ? this.story : variant.choices[picked[j]];
     this.refused = typeof choice === "string" ? choice : "";
-    if (!this.refused) {
-      const value = this.values[this.active];
-      this.take(choice);
-      this.stage.replaceParts(choice, this.read);
-      this.sweeps.forEach((s, k) => { Object.assign(this.rows[k].slider, { min: s.low, max: s.high }); });
-      const s = this.sweeps[this.active];
-      this.values = this.sweeps.map((sweep, i) => (i === this.active ? Math.min(s.high, Math.max(s.low, value)) : sweep.home));
-    }
+    if (this.refused) this.picked = picked; else this.showVariant(picked);
     this.show();
+    this.drawCurves();
   }
 
+  showVariant(picked) {
+    const j = picked.findIndex((index, i) => index !== this.story.variants[i].home);
+    const values = this.values;
+    this.picked = picked;
+    this.refused = "";
+    const source = j < 0 ? this.story : this.story.variants[j].choices[picked[j]];
+    this.take(source);
+    this.before.clear();
+    this.stage.replaceParts(source, this.read);
+    this.accept(this.solver.solve({ drives: values, locked: [], grab: null }));
+    this.values = this.valuesNow();
+    this.controls.refresh();
+  }
+
+  // A recording
+
+  /** The first change of a recorded pose: the playback is left. */
+  takeOver() {
+    if (this.byHand) return;
+    this.player.pause();
+    this.byHand = true;
+    this.history = new PoseHistory();
+    this.solver.set(this.shown());
+    this.values = this.valuesNow();
+    this.accept(this.solver.solve({ drives: this.values, locked: [], grab: null }));
+    this.otherMode = false;
+    // The forces of the recording are those of its own pose.
+    for (const item of this.layers.arrows.items) item.visible = item.group.visible = false;
+    this.controls.leavePlayback(this.player.time);
+  }
+
+  /** Back to the recording. */
+  comeBack() {
+    if (!this.recorded || !this.byHand) return;
+    this.byHand = false;
+    this.begun = null;
+    this.before.clear();
+    this.controls.enterPlayback();
+    this.player.seek(this.player.time);
+  }
+
+  // Showing
+
+  /** The value of a joint or shaft at the pose that is shown; null for one that has none. */
+  value(name) { return this.model.names.includes(name) ? this.model.value(name, this.solver.q) : null; }
+
+  /** `follower()` is called after every change of the pose by hand. */
+  onMove(follower) { this.followers.push(follower); }
+
+  /** Whether a part is held at a point that it cannot bring to where it is pulled. */
+  get outOfReach() { return this.grabbing && this.report.miss > OPENED * 2 * this.stage.framing.radius; }
+
+  say(words) { this.said = words; this.controls.tell(); }
+
   show() {
-    const sweep = this.sweeps[this.active];
-    const value = this.values[this.active];
-    const place = sweep.place(value);
-    sweep.apply(this.stage.groups, place);
-    if (this.drawn !== sweep) this.draw(sweep);
-    this.rows.forEach(({ slider, value: words, step }, i) => {
-      slider.value = this.values[i];
-      const text = `${fixed(this.values[i], step)} ${this.sweeps[i].unit}`;
-      const degrees = this.sweeps[i].unit === "rad" ? ` (${((this.values[i] * 180) / Math.PI).toFixed(1)}\u00b0)`.replace("-", "\u2212") : "";
-      words.textContent = text + degrees;
-      slider.setAttribute("aria-valuetext", text);
-      slider.parentElement.classList.toggle("away", i !== this.active);
+    const { position, quaternion } = this.model.poses(this.solver.q);
+    this.stage.groups.forEach((group, k) => {
+      group.position.fromArray(position, 3 * this.order[k]);
+      group.quaternion.fromArray(quaternion, 4 * this.order[k]);
     });
-    this.choices.forEach(({ slider, value: words }, j) => {
-      const { values, unit, home } = this.story.variants[j];
-      slider.value = this.picked[j];
-      words.textContent = unit === "m" ? lengthText(values[this.picked[j]]) : `${significant(values[this.picked[j]])} ${unit}`;
-      slider.setAttribute("aria-valuetext", words.textContent);
-      slider.parentElement.classList.toggle("away", this.picked[j] === home);
-    });
-    this.drawLoads(sweep, place);
-    this.tell(sweep, value, place);
+    if (this.freeBody) this.freeBody.update();
+    this.controls.show();
+    for (const follower of this.followers) follower();
     this.redraw();
   }
 
-  drawLoads(sweep, place) {
-    if (this.freeBody === null) return;
-    const arrows = this.layers.arrows;
-    const choice = this.freeBody;
-    const body = Number(choice);
-    const shown = sweep.loads.filter((x) => (choice === "all" ? x.by >= 0 : choice !== "none" && (x.on === body || x.by === body)));
-    const key = `${choice} ${this.picked} ${this.active}`;
-    if (this.loadKey !== key) {
-      this.loadKey = key;
-      arrows.replace(shown.map((x) => ({ ...x, sign: choice !== "all" && x.by === body ? -1 : 1 })), this.read);
-    }
-    arrows.apply(place.here, place.share);
-    const unbounded = shown.some((x, i) => !Number.isFinite(arrows.items[i].size));
-    this.bodyNote.textContent = choice === "none" ? "" : ` with ${sweep.name} moving steadily at ${significant(sweep.rate)} ${sweep.unit}/s${unbounded ? "; here they have no bound" : ""}`;
-  }
-
-  tell(sweep, value, place) {
-    const closeness = sweep.nearness(place);
-    const exists = sweep.exists(value) && !this.refused;
-    const near = exists && closeness < NEAR;
-    this.state.className = `state ${exists ? (near ? "warning" : "ok") : "error"}`;
-    document.getElementById("stage").classList.toggle("impossible", !exists || near);
-    const mark = make("span", { class: "mark", "aria-hidden": "true" }, exists ? (near ? "!" : "\u2713") : "\u2715");
-    const gap = this.gap();
-    const loops = this.data.loops.length ? `Loops open by ${gap < 1e-9 ? "less than 1 nm" : lengthText(gap)}.` : "No loops.";
-    const words = this.refused
-      ? `No mechanism here: ${this.refused} Shown is the last one that exists.`
-      : !exists
-      ? `${value < sweep.first ? sweep.lowReason : sweep.highReason}; shown is the last pose that closes.`
-      : `${near ? "Near a singularity. " : ""}Assembly mode: ${this.data.mode}. Distance from the nearest singularity: ` +
-        `${Math.round(100 * Math.max(0, closeness))}\u00a0% of the largest. ${loops}`;
-    this.state.replaceChildren(mark, make("span", {}, words));
-    this.exists = exists;
-    this.near = near;
-  }
-
-  /** Largest opening of a loop [m] in the scene as it is shown. */
-  gap() {
-    let worst = 0;
-    for (const loop of this.data.loops) {
-      const [a, b] = [this.stage.groups[loop.a], this.stage.groups[loop.b]];
-      a.updateMatrix(); b.updateMatrix();
-      const frame = a.matrix.clone().multiply(new THREE.Matrix4().fromArray(loop.placement));
-      const end = new THREE.Vector3(...loop.point).applyMatrix4(b.matrix).applyMatrix4(frame.invert());
-      if (loop.axes === 2) end.z = 0;
-      worst = Math.max(worst, Math.abs(end.length() - loop.length));
-    }
-    return worst;
-  }
-
-  /** The paths of all named points over the whole reach of a drive: coupler curves. */
-  draw(sweep) {
-    this.drawn = sweep;
-    this.traces.clear();
-    const paths = sweep.paths(this.marks, PIECES);
-    this.marks.forEach((mark, j) => this.traces.add(this.stage, paths[j], TRACE_COLORS[j % TRACE_COLORS.length], mark.name));
-    this.traces.apply(PIECES);
+  /** The curves of the drive moved last, anew where the other drives or the mode have changed. */
+  drawCurves() {
+    if (!this.curves || !this.marks.length || !this.model.drives.length) return;
+    this.active = this.active || this.model.drives[0];
+    const others = Object.entries(this.values).filter(([name]) => name !== this.active).map(([, value]) => value.toFixed(9));
+    const key = [this.active, this.otherMode, ...this.picked, ...others].join(" ");
+    if (key === this.curveKey) return;
+    this.curveKey = key;
+    const drive = this.drives.find((d) => d.name === this.active);
+    this.curves.draw(this.solver, this.active, [drive.low, drive.high], { ...this.values });
   }
 
   /** A region that a point can be in, see-through. */
   addReach() {
-    const { reach } = this.data;
+    const { reach } = this.story.explore;
     if (!reach) return;
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(this.read(reach.positions), 3));
@@ -204,5 +295,18 @@ class Explorer {
     this.reach.name = "reach";
     this.stage.root.add(this.reach);
     this.layers.show.add("reach", `reach: ${reach.name}`, true, (on) => { this.reach.visible = on; });
+  }
+}
+
+/** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
+function moveByHand(story, inspector, page) {
+  if (!story.model || !(story.explore || story.knots)) return null;
+  try {
+    const explorer = new Explorer(story, page);
+    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y));
+    return explorer;
+  } catch (error) {
+    page.panel.append(section("Moving by hand", make("p", {}, `This mechanism cannot be moved in the page: ${error.message}`)));
+    return null;
   }
 }

@@ -1,35 +1,47 @@
 // Inspecting: hover, pin, hide and isolate parts, with the mouse, by touch and from a list of the parts.
 
 class Inspector {
-  constructor(story, stage, sources, redraw) {
+  constructor(story, stage, labels, sources, redraw) {
     const byId = (id) => document.getElementById(id);
     this.stage = stage;
+    this.labels = labels;
     this.readings = new Readings(story, stage, sources);
     this.visibility = new Visibility(stage, redraw);
     this.hover = byId("hover");
+    this.follow = new Follow(stage, byId("following"));
     this.pickers = [];
     this.card = new Card(byId("card"), this.readings, [
       ["Hide", "Hide this part (show it again in the list of parts)", (body) => { this.visibility.hide(body); this.pin(null); }],
       ["Isolate", "Hide all other parts; again: show all", (body) => this.isolate(body)],
+      ["Follow", "The camera moves along with this part; again: it stays", (body) => this.follow.set(this.follow.body === body ? null : body)],
     ], () => this.pin(null));
     this.picker = new Picker(stage, byId("viewport"), (hit, event) => this.name(hit, event), (hit, event) => this.pick(hit, event));
+    this.section = new Section(stage, this.picker, byId("section"));
+    this.visibility.onMark(() => this.section.cut());
+    this.measuring = new Measuring(story, this, labels, byId("measure-button"), byId("measure"));
     this.list = new PartList(byId("parts"), stage, this);
-    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
+    listenTo(document, "keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
   }
 
   /** Takes over the clicks for a while: `picker(hit, event)` returns true when it has used one. */
   intercept(picker) { this.pickers.push(picker); }
 
   name(hit, event) {
-    this.hover.hidden = !hit;
+    const feature = this.measuring.on && event.pointerType !== "touch" && !event.buttons ? this.measuring.featureAt(hit, event.clientX, event.clientY) : null;
+    this.hover.hidden = !hit && !feature;
     this.visibility.mark("hover", hit && hit.body !== this.card.body ? hit.body : null);
+    this.labels.focus(hit ? hit.body : this.card.body);
     document.getElementById("viewport").classList.toggle("over", Boolean(hit));
-    if (!hit) return;
-    const body = this.stage.bodies[hit.body];
-    this.hover.textContent = !hit.part || hit.part === body ? body : `${body} \u00b7 ${hit.part.replace(/_/g, " ")}`;
+    if (!hit && !feature) return;
+    this.hover.textContent = feature ? feature.name : this.partName(hit);
     const box = this.hover.parentElement.getBoundingClientRect();
     const x = Math.min(event.clientX - box.left + 14, box.width - this.hover.offsetWidth - 4), y = Math.max(4, event.clientY - box.top - 26);
     this.hover.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
+  }
+
+  partName({ body, part }) {
+    const name = this.stage.bodies[body];
+    return !part || part === name ? name : `${name} \u00b7 ${part.replace(/_/g, " ")}`;
   }
 
   pick(hit, event) {
@@ -89,7 +101,7 @@ class PartList {
 
 /** A menu (a details element) closes by a press elsewhere and by Escape. */
 function closeOutside(holder) {
-  document.addEventListener("pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
+  listenTo(document, "pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
   holder.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !holder.open) return;
     holder.open = false;

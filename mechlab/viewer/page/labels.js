@@ -3,6 +3,8 @@
 const PLACES = [];
 for (const distance of [16, 30, 48, 70]) for (const angle of [-45, 45, -135, 135, -90, 90, 0, 180]) PLACES.push([distance, (angle * Math.PI) / 180]);
 
+const MOST_LABELS = 12;  // at once; those of the part under the pointer or of the picked one come first
+
 class Labels {
   constructor(stage, holder, obstacles) {
     this.stage = stage;
@@ -13,18 +15,31 @@ class Labels {
     stage.onRedraw = () => this.place();
   }
 
-  /** `point()` gives the place in the mechanism's frame, or null; `text()` the words; `shown()` whether they are wanted. */
-  add(kind, point, text, shown) {
+  /** `point()` gives the place in the mechanism's frame, or null; `text()` the words; `shown()` whether they are wanted;
+   * body: the index of the one it belongs to. */
+  add(kind, point, text, shown, body = null) {
     const element = make("span", { class: `label ${kind}` });
     const line = make("i", {});
     this.holder.append(line, element);
-    this.items.push({ kind, element, line, point, text, shown, last: 0, width: 0, words: null });
+    this.items.push({ kind, body, element, line, point, text, shown, last: 0, width: 0, words: null });
   }
 
   /** Takes away the labels of some kinds. */
   remove(kinds) {
     for (const item of this.items.filter((x) => kinds.includes(x.kind))) { item.element.remove(); item.line.remove(); }
     this.items = this.items.filter((x) => !kinds.includes(x.kind));
+  }
+
+  /** Names of this body (index, or null) come before all others. */
+  focus(body) {
+    if (this.focused === body) return;
+    this.focused = body;
+    this.place();
+  }
+
+  ordered() {
+    const rank = (item) => (item.kind === "measure" ? 0 : item.body !== null && item.body === this.focused ? 1 : item.kind === "force" || item.kind === "torque" ? 2 : 3);
+    return [...this.items].sort((a, b) => rank(a) - rank(b));
   }
 
   place() {
@@ -39,13 +54,15 @@ class Labels {
     const base = this.holder.getBoundingClientRect();
     const taken = this.obstacles.map((o) => o.getBoundingClientRect()).filter((r) => r.width).map((r) => [r.left - base.left, r.top - base.top, r.right - base.left, r.bottom - base.top]);
     camera.updateMatrixWorld();
-    for (const item of this.items) {
-      const at = item.shown() ? item.point() : null;
+    let room = MOST_LABELS;
+    for (const item of this.ordered()) {
+      const at = room > 0 && item.shown() ? item.point() : null;
       const seen = at && toWorld(at).project(camera);
       const visible = seen && Math.abs(seen.z) < 1 && Math.abs(seen.x) < 1 && Math.abs(seen.y) < 1;
       item.element.hidden = !visible;
       item.line.style.display = visible ? "" : "none";
       if (!visible) continue;
+      room--;
       const words = item.text();
       if (words !== item.words) {
         item.element.textContent = item.words = words;

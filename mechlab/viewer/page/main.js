@@ -1,36 +1,51 @@
 // Puts the page together and offers it to scripts as window.lab.
 
 async function start() {
+  const blank = document.getElementById("lab").cloneNode(true);
+  const story = JSON.parse(document.getElementById("story").textContent);
+  const read = await blockReader(document.getElementById("block").textContent);
+  let parts = build(story, read);
+  parts.address.apply(location.hash.slice(1));
+  if (story.live) new Live(story, parts, (next, block, adopt) => { parts = replaceStory(parts, next, block, blank, adopt); });
+}
+
+/** Builds the page of a story, and returns its parts. `renderer`: that of the story shown before. */
+function build(story, read, renderer) {
   const byId = (id) => document.getElementById(id);
-  const story = JSON.parse(byId("story").textContent);
-  const read = await blockReader(byId("block").textContent);
-  if (story.model) story.model = JSON.parse(new TextDecoder().decode(read(story.model)));
+  for (const source of [story, ...story.variants.flatMap((v) => v.choices)]) if (source.model) source.model = JSON.parse(new TextDecoder().decode(read(source.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
-  const stage = new Stage(byId("viewport"), story, read);
+  const stage = new Stage(byId("viewport"), story, read, renderer);
   const traces = new Traces(stage, story, read);
   let explorer = null, curves = null;
   const rig = new CameraRig(stage);
   rig.open();
   addViewButtons(rig, byId("views"));
   addTriad(rig, byId("triad"));
+  const springs = new Springs(stage, story.model);
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const sources = {
-    value: (name) => (curves && curves.picker && !explorer ? curves.picker.value(name, player.time) : null),
-    velocity: (body) => (explorer || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
+    value: (name) => {
+      if (explorer && explorer.byHand) return explorer.value(name);
+      const recorded = curves && curves.picker ? curves.picker.value(name, player.time) : null;
+      const q = recorded === null && explorer ? motion.coordinates(player.time) : null;
+      return q && explorer.model.names.includes(name) ? explorer.model.value(name, q) : recorded;
+    },
+    velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
   };
-  const inspector = new Inspector(story, stage, sources, () => stage.redraw());
+  const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
-    if (!explorer) layers.arrows.apply(frame, share);
+    if (!explorer || !explorer.byHand) layers.arrows.apply(frame, share);
     if (layers.ghost) layers.ghost.apply(time);
     byId("scale").textContent = [`grid ${lengthText(story.framing.step)}`, layers.arrows.scaleText].filter(Boolean).join(", ");
     inspector.update();
     stage.redraw();
   };
   player.onTime((time) => {
-    if (!explorer) {
+    if (explorer) explorer.comeBack();
+    if (!explorer || !explorer.byHand) {
       motion.apply(stage.groups, time);
       traces.apply(motion.frame(time));
     }
@@ -38,8 +53,11 @@ async function start() {
   });
   curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
-  if (story.explore) explorer = new Explorer(story, stage, traces, layers, read, byId("player"), () => refresh(player.time));
-  if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
+  const clips = addClips(story.clips, player, curves, byId("panel"));
+  explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
+
+  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer, clips });
+  addLinkButton(address, byId("views"));
 
   window.lab = {
     ready: false,
@@ -52,9 +70,13 @@ async function start() {
     pause: () => player.pause(),
     pose: (body) => stage.pose(body),
     view: (name) => rig.view(name),
+    onScreen: (point) => onScreen(stage, new THREE.Vector3(...point)),
     rig,
     explorer,
     inspector,
+    springs,
+    address,
+    clips,
     curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
@@ -64,16 +86,10 @@ async function start() {
     viewer: stage.viewer,
     quality: stage.quality,
   };
-  followAddress(player);
-  requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
-}
-
-/** A page opened with #t=1.2 starts at that time, one with #play starts playing. */
-function followAddress(player) {
-  const wishes = new URLSearchParams(location.hash.slice(1));
-  const time = Number(wishes.get("t"));
-  if (wishes.has("t") && Number.isFinite(time)) player.seek(time);
-  if (wishes.has("play")) player.play();
+  listenTo(window, "hashchange", () => address.apply(location.hash.slice(1)));
+  const handle = window.lab;
+  requestAnimationFrame(() => requestAnimationFrame(() => { handle.ready = true; }));
+  return { stage, rig, player, explorer, address, panel: byId("panel"), notice: byId("notice") };
 }
 
 start().catch((error) => {

@@ -1,8 +1,9 @@
-// Recorded poses, and the poses between them. Seeking to a recorded time gives the recorded pose, not a blend.
+// The motion of a run: from coordinates where the story has a model (see knots.js), else from recorded poses and blends between them.
 
 class Motion {
   constructor(story, read) {
     this.times = read(story.t);
+    this.knots = story.knots && story.model ? new KnotMotion(story.knots, story.model, read) : null;
     this.tracks = story.motion.map((m) => ({ position: read(m.position), quaternion: read(m.quaternion) }));
     this.from = new THREE.Quaternion();
     this.to = new THREE.Quaternion();
@@ -13,12 +14,7 @@ class Motion {
 
   /** Index of the last recorded time that is not after `time`. */
   frame(time) {
-    let low = 0, high = this.times.length - 1;
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (this.times[middle] <= time) low = middle; else high = middle - 1;
-    }
-    return low;
+    return frameBefore(this.times, time);
   }
 
   /** The recorded time `steps` frames away from `time`. */
@@ -35,8 +31,13 @@ class Motion {
     return { frame, share: last ? 0 : Math.max(0, (time - this.times[frame]) / (this.times[frame + 1] - this.times[frame])) };
   }
 
-  /** Moves every group to its pose at `time`: positions linearly, rotations along the shortest arc between two frames. */
+  /** Coordinates of the model at `time`, a new array; null for poses without a model. */
+  coordinates(time) { return this.knots ? this.knots.at(time).slice() : null; }
+
+  /** Moves every group to its pose at `time`; poses without a model: positions linearly, rotations along the shortest arc between
+   * two frames. */
   apply(groups, time) {
+    if (this.knots) { this.knots.apply(groups, time); return; }
     const { frame: i, share } = this.place(time);
     groups.forEach((group, k) => {
       const { position, quaternion } = this.tracks[k];

@@ -204,12 +204,13 @@ class PlotView {
     frame.addEventListener("pointerleave", () => this.point(null));
     frame.addEventListener("dblclick", () => this.window.reset());
     frame.addEventListener("keydown", (event) => {
-      const action = { "+": () => this.window.scale(0.5, this.player.time), "=": () => this.window.scale(0.5, this.player.time),
-        "-": () => this.window.scale(2, this.player.time), 0: () => this.window.reset() }[event.key];
-      if (!action || event.ctrlKey || event.metaKey) return;
+      const actions = { "+": () => this.window.scale(0.5, this.player.time), "=": () => this.window.scale(0.5, this.player.time),
+        "-": () => this.window.scale(2, this.player.time), 0: () => this.window.reset() };
+      const answer = actions[event.key];
+      if (!answer || event.ctrlKey || event.metaKey) return;
       event.preventDefault();
       event.stopPropagation();
-      action();
+      answer();
     });
   }
 

@@ -21,10 +21,10 @@ function addAxes(stage, marks) {
 /** A second, faint set of the moving parts; of another run with its own parts and paths. */
 class Ghost {
   constructor(stage, story, read) {
-    this.motion = new Motion({ ...story, motion: story.ghost.motion }, read);
+    this.motion = new Motion({ ...story, motion: story.ghost.motion, knots: null }, read);
     this.holder = new THREE.Group();
     this.holder.name = "ghost";
-    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(0x5a6b82).convertSRGBToLinear(), transparent: true, opacity: 0.28, depthWrite: false, roughness: 1 });
+    const material = faintMaterial();
     const draw = (group, geometry, matrix) => {
       const mesh = new THREE.Mesh(geometry, material);
       mesh.matrixAutoUpdate = false;
@@ -34,7 +34,7 @@ class Ghost {
     this.groups = stage.groups.map((group, k) => {
       const copy = new THREE.Group();
       // What never moves apart from the original would only double it.
-      const moves = story.motion[k].quaternion.count > 4 || story.ghost.motion[k].quaternion.count > 4;
+      const moves = story.moving[k] || story.ghost.motion[k].quaternion.count > 4;
       if (moves && !story.ghost.parts.length) for (const part of group.children) if (part.isMesh) draw(copy, part.geometry, part.matrix);
       this.holder.add(copy);
       return copy;
@@ -63,6 +63,7 @@ class Show {
     this.holder = holder;
     this.list = make("div", { class: "choices" });
     this.redraw = redraw;
+    this.switches = new Map();
     holder.append(make("summary", {}, "Show"), this.list);
     closeOutside(holder);
   }
@@ -70,7 +71,9 @@ class Show {
   /** A switch; `action(on)` is called at once and at every change. */
   add(id, words, on, action) {
     const change = (event) => { action(event.target.checked); this.redraw(); };
-    this.list.append(make("label", { class: "check" }, make("input", { type: "checkbox", id: `show-${id}`, checked: on, onchange: change }), words));
+    const box = make("input", { type: "checkbox", id: `show-${id}`, checked: on, onchange: change });
+    this.switches.set(id, { box, first: on });
+    this.list.append(make("label", { class: "check" }, box, words));
     action(on);
   }
 }
@@ -83,7 +86,7 @@ function addShow(story, read, stage, traces, holder, redraw) {
   const wanted = {};
   if (story.explore) wanted.values = true;
   const layer = { show, arrows, ghost: story.ghost ? new Ghost(stage, story, read) : null, labels, wanted };
-  const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind]);
+  const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind], mark.body);
   const kinds = { points: story.marks.filter((m) => m.kind === "frame"), bodies: story.marks.filter((m) => m.kind === "body"), axes: story.marks.filter((m) => m.direction) };
   for (const [kind, marks] of Object.entries(kinds)) for (const mark of marks) name(mark, kind);
   const nameArrows = () => {

@@ -3,10 +3,12 @@
 const BUTTON_ROOM = 56;
 
 class Stage {
-  constructor(viewport, story, read) {
+  /** `renderer`: that of the story before, whose picture stays until this one is drawn. */
+  constructor(viewport, story, read, renderer) {
     this.framing = story.framing;
     this.bodies = story.bodies;
-    this.viewer = new MeshCat.Viewer(viewport);
+    this.viewer = new MeshCat.Viewer(viewport, true, renderer);
+    if (renderer) viewport.append(renderer.domElement);
     this.prepareViewer(viewport);
     this.root = this.viewer.scene_tree.find(["mechanism"]).object;
     this.addLights();
@@ -168,6 +170,7 @@ class Stage {
       }
       this.groups[part.body].add(mesh);
     }
+    if (this.onParts) this.onParts();
   }
 
   /** The pose (4 rows of 4) of a body in the mechanism's frame, as the scene shows it now. */
@@ -179,7 +182,23 @@ class Stage {
     return [0, 1, 2, 3].map((row) => [0, 1, 2, 3].map((column) => e[4 * column + row]));
   }
 
+  /** Gives up everything but the renderer, which the next stage takes. */
+  end() {
+    const { viewer } = this;
+    viewer.animate = viewer.render = viewer.set_3d_pane_size = () => {};
+    viewer.controls.dispose();
+    viewer.scene.traverse((object) => {
+      if (object.geometry) object.geometry.dispose();
+      for (const material of [object.material || []].flat()) material.dispose();
+      if (object.shadow && object.shadow.map) object.shadow.map.dispose();
+    });
+  }
+
+  /** `update()` is called whenever bodies may have moved, before the picture is drawn. */
+  attach(update) { (this.attached = this.attached || []).push(update); }
+
   redraw() {
+    for (const update of this.attached || []) update();
     this.viewer.set_dirty();
     if (this.onRedraw) this.onRedraw();
   }

@@ -18,6 +18,9 @@ class Visibility {
   /** `follower()` is called after every change. */
   onChange(follower) { this.followers.push(follower); }
 
+  /** `follower()` is called when a body is tinted. */
+  onMark(follower) { this.marker = follower; }
+
   /** Hides exactly the bodies of a list of indices. */
   set(bodies) {
     this.hidden = new Set(bodies);
@@ -49,6 +52,7 @@ class Visibility {
         this.overlays[kind].push(mesh);
       }
     }
+    if (this.marker) this.marker();
     this.stage.redraw();
   }
 }

@@ -9,7 +9,7 @@ import pytest
 
 import mechlab as ml
 from mechlab.cli import main
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.experiment.recording import Recording
 from mechlab.formats import load_recording
 
@@ -281,10 +281,10 @@ def test_a_memory_that_a_step_fills_is_said(tmp_path: Path, capsys: pytest.Captu
     assert "the engine gave up" in capsys.readouterr().err
 
 
-def test_a_session_says_that_it_steps_another_model(tmp_path: Path) -> None:
+def test_a_session_of_our_model_says_so(tmp_path: Path) -> None:
     """It has no floor: the ball falls through it, as a mechanism does; of a file of ours nothing is to be said."""
     text = BALL.replace("</worldbody>", '</worldbody><actuator><motor name="push" joint="fall"/></actuator>')
-    with ml.session(written(tmp_path, text)) as s:
+    with ml.session(written(tmp_path, text), engine="mujoco") as s:
         for _ in range(80):
             s.step([0.0])
     assert s.recording()["top_z"][-1] < -1.0
@@ -292,3 +292,74 @@ def test_a_session_says_that_it_steps_another_model(tmp_path: Path) -> None:
     with ml.session("fourbar") as own:
         own.step([0.0])
     assert "model of" not in own.recording().acts
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_session_steps_the_file_as_it_is(name: str, tmp_path: Path) -> None:
+    """Bit for bit a loop of `mj_step` under `data.ctrl`; its recording is the same motion."""
+    model = mujoco.MjModel.from_xml_string(FILES[name])
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    rng = np.random.default_rng(3)
+    s = ml.session(written(tmp_path, FILES[name]), hold=0.01)
+    assert s.hold == s.substeps * model.opt.timestep and np.array_equal(s.rest_action, data.ctrl)
+    for _ in range(150):
+        data.ctrl[:] = rng.uniform(-1.0, 1.0, model.nu)
+        seen = s.step(data.ctrl.copy())
+        mujoco.mj_step(model, data, nstep=s.substeps)
+        assert np.array_equal(s.data.qpos, data.qpos) and np.array_equal(s.data.qvel, data.qvel)
+    q, v = s.state
+    np.testing.assert_allclose(seen[len(seen) - len(v) :], v, rtol=0, atol=0)
+    run = s.recording()
+    np.testing.assert_allclose(run.q[-1], q, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(run.v[-1], v, rtol=0, atol=1e-12)
+    assert run.acts.startswith("the file as it is") and run.t[-1] == pytest.approx(s.time)
+    s.close()
+
+
+def test_a_session_of_a_file_begins_anew_from_initial_values(tmp_path: Path) -> None:
+    """The ball of 0.1 m rests on the floor, where our model would fall through it: fall = -0.4."""
+    with ml.session(written(tmp_path, BALL), observe=["fall", "top"], start=lambda rng: {"fall_0": -0.3}) as s:
+        assert s.observation[0] == pytest.approx(-0.3)
+        s.step()
+        assert s.reset(initial={"fall_0": -0.2})[0] == pytest.approx(-0.2)
+        for _ in range(300):
+            seen = s.step()
+        assert seen[0] == pytest.approx(-0.4, abs=2e-3) and seen[3] == pytest.approx(0.2, abs=2e-3)
+        assert "fall as given" in s.recording().acts
+
+
+def test_a_long_session_of_a_file_is_recorded_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the kept rows are full, the controls alone are kept: the recording is still the whole motion."""
+    monkeypatch.setattr("mechlab.engines.mujoco.step_watch.KEPT", 128)
+    with ml.session(written(tmp_path, PENDULUM), hold=None) as s:
+        for k in range(300):
+            s.step({"servo": 0.1 * np.sin(0.05 * k)})
+        run = s.recording()
+        assert run.t[-1] == pytest.approx(0.6) and run["swing"][-1] == pytest.approx(s.observation[0], abs=1e-12)
+
+
+def test_a_session_of_a_file_that_blows_up_says_so(tmp_path: Path) -> None:
+    text = PENDULUM.replace('kp="30"', 'kp="-1e9"').replace('integrator="RK4"', "")
+    s = ml.session(written(tmp_path, text))
+    with pytest.raises(Untrustworthy, match="swing"):
+        for _ in range(400):
+            s.step([1.0])
+    assert not s.health.trusted and s.health.finding("blow_up").severity == "error"
+    with pytest.warns(UserWarning, match="swing"):
+        s.close()
+    with pytest.raises(MechlabError, match="loads"):
+        ml.session(written(tmp_path, PENDULUM), swing_force=1.0)
+
+
+def test_an_environment_of_a_file_has_its_contacts(tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium")
+    text = BALL.replace("</worldbody>", '</worldbody><actuator><motor name="push" joint="fall" ctrlrange="-5 5"/></actuator>')
+    env = ml.environment(written(tmp_path, text), reward=lambda o, a, s: 0.0)
+    assert (env.action_space.low, env.action_space.high) == ([-5.0], [5.0])
+    env.reset(seed=0)
+    for _ in range(150):
+        seen = env.step(np.zeros(1))[0]
+    assert seen[0] > -0.45
+    env.close()

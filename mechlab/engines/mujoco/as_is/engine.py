@@ -18,18 +18,21 @@ from mechlab.engines.mujoco.as_is.controls import FileControls
 from mechlab.engines.mujoco.as_is.findings import gave_up, health, start_finding
 from mechlab.engines.mujoco.as_is.forces import ActuatorForces
 from mechlab.engines.mujoco.as_is.model import Start, file_settings, run_model, start
+from mechlab.engines.mujoco.as_is.session import FileSession
 from mechlab.engines.mujoco.as_is.work import WorkMeter, energy
 from mechlab.engines.mujoco.control import controlled
 from mechlab.engines.mujoco.control import engine as quiet
 from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
 from mechlab.engines.mujoco.model_file.read_rest import may_touch
 from mechlab.engines.mujoco.runner import versions
+from mechlab.engines.mujoco.step_loop import Start as StartValues
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, Grid, advance, grid
 from mechlab.engines.protocol import Engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import rounded
 from mechlab.experiment.laws.protocol import LawStates, applied_force
 from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.observed import Observed
 from mechlab.experiment.recording import Cost, Health, Recording, run_channels
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.experiment.tree_plant import TreePlant
@@ -59,15 +62,25 @@ class FileEngine(Engine):
         """See the module. Channels: those of `basic_channels`, NAME_accel, NAME_force of what actuators and laws act on, and
         BODY_contact_x, _y, _z. A run that blows up ends there, and says so. Raises MechlabError for a scene without a file."""
         if scene.file is None:
-            raise MechlabError(
-                f"{mechanism.name}, scene {scene.name}: the engine 'file' runs the MJCF file that a mechanism was read from, in the "
-                "scene 'as-is'; for this scene take --engine mujoco."
-            )
+            raise no_file(mechanism, scene)
         chosen = settings or file_settings(scene.file)
         at = None if times is None else np.asarray(times, dtype=float).tolist()
         return _run(
             scene.file, scene, chosen, grid(scene.duration, chosen.timestep, at, FEWEST_SAMPLES, SAMPLED), metered=True
         )
+
+    def session(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, seen: Observed, substeps: int = 1,
+        start: StartValues | None = None, seed: int | None = None,
+    ) -> FileSession:  # fmt: skip
+        """See `mechlab.engines.mujoco.as_is.session`."""
+        if scene.file is None:
+            raise no_file(mechanism, scene)
+
+        def run(moved: Scene, how: Settings) -> Recording:
+            return self.run(mechanism, moved, how)
+
+        return FileSession(scene.file, scene, settings, run, seen, substeps, start, seed)
 
     def at_times(self, mechanism: Mechanism, scene: Scene, settings: Settings, times: ArrayLike) -> Recording:
         """A run that is recorded near the times alone, without its energy: for a comparison with another run."""
@@ -75,6 +88,14 @@ class FileEngine(Engine):
             return self.run(mechanism, scene, settings, times)
         at = np.asarray(times, dtype=float).tolist()
         return _run(scene.file, scene, settings, grid(scene.duration, settings.timestep, at, 1, 0.0), metered=False)
+
+
+def no_file(mechanism: Mechanism, scene: Scene) -> MechlabError:
+    """The error for a scene that is not of a file."""
+    return MechlabError(
+        f"{mechanism.name}, scene {scene.name}: the engine 'file' runs the MJCF file that a mechanism was read from, in the "
+        "scene 'as-is'; for this scene take --engine mujoco."
+    )
 
 
 def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered: bool) -> Recording:

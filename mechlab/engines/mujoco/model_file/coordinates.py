@@ -13,7 +13,7 @@ import numpy as np
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, key
 from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import ModelFile
-from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.geometry import Array, quaternion_products
 
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
@@ -52,7 +52,7 @@ class FileCoordinates:
         q = np.tile(self.mechanism.reference(), (*qpos.shape[:-1], 1))
         q[..., self._to] = qpos[..., self._from] - self.reference[self._from]
         for here, there in self._turns:
-            q[..., here] = _products(self.reference[there] * CONJUGATE, qpos[..., there])
+            q[..., here] = quaternion_products(self.reference[there] * CONJUGATE, qpos[..., there])
         return q
 
     def rates(self, qvel: Array) -> Array:
@@ -68,13 +68,6 @@ class FileCoordinates:
         qpos, qvel = self.reference.copy(), np.zeros(self.model.nv)
         qpos[self._from] += q[self._to]
         for here, there in self._turns:
-            qpos[there] = _products(self.reference[there], q[here])
+            qpos[there] = quaternion_products(self.reference[there], q[here])
         qvel[self.dof] = v
         return qpos, qvel
-
-
-def _products(a: Array, b: Array) -> Array:
-    """(..., 4) Hamilton products of a (4,) and b (..., 4), (w, x, y, z)."""
-    w, x, y, z = a
-    left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
-    return np.asarray(b @ left.T)

@@ -16,7 +16,7 @@ from mechlab.engines.mujoco.engine_warnings import words_of
 from mechlab.engines.mujoco.model_file.rows import loops
 from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.model_file.trace import HARD, INTEGRATORS, at_timestep
-from mechlab.engines.mujoco.stepping import RATE_LIMIT
+from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.prices import MUJOCO
 from mechlab.mechanism.geometry import Array
 
@@ -26,6 +26,7 @@ WATCHED = 4
 SHAPE = 7e-7
 """Counted work of a shape in the search for contacts [s]."""
 _BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+_FULL = (mujoco.mjtWarning.mjWARN_CONTACTFULL, mujoco.mjtWarning.mjWARN_CNSTRFULL)
 _ROW = mujoco.mjtConstraint
 
 
@@ -33,7 +34,8 @@ _ROW = mujoco.mjtConstraint
 class FileRun:
     """points (n, bodies, 3): centres of mass at even times; energy (n,) [J], potential and kinetic; gap [m, rad]: largest residual
     of a loop or coupling, `gaps` by equality; touched: what acted at an output besides the loops ("contacts", "limits",
-    "dry friction"); rows: the largest number; reason: why it ended early, "" when it did not."""
+    "dry friction"); rows: the largest number; reason: why it ended early, "" when it did not; full: how often the memory
+    for contacts and for rows was full, so that some were left out."""
 
     points: Array
     energy: Array
@@ -42,6 +44,7 @@ class FileRun:
     rows: int
     fastest: float
     reason: str
+    full: tuple[int, int]
 
     @property
     def gap(self) -> float:
@@ -124,7 +127,8 @@ def run_file(model: mujoco.MjModel, each: int, outputs: int = OUTPUTS, push: Arr
             k += 1
     except mujoco.FatalError as error:
         reason = f"ended before t = {data.time + each * model.opt.timestep:.4g} s, the engine gave up ({words_of(error)})"
-    return FileRun(points[:k], energy[:k], gaps, frozenset(touched), rows, fastest, reason)
+    full = (int(data.warning[_FULL[0]].number), int(data.warning[_FULL[1]].number))
+    return FileRun(points[:k], energy[:k], gaps, frozenset(touched), rows, fastest, reason, full)
 
 
 def _acting(data: mujoco.MjData) -> set[str]:

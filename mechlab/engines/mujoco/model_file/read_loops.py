@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, given_name, key
-from mechlab.engines.mujoco.model_file.read_tendons import Tendons, Terms
+from mechlab.engines.mujoco.model_file.read_tendons import Tendons
 from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, placement, site_place, switched_off, vector
-from mechlab.formats.json_text import exact
+from mechlab.formats.mjcf.read_drives import Terms, coupled
 from mechlab.formats.mjcf.source import Names
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.parts import LinearRelation, Loop
@@ -86,15 +86,11 @@ def _couple(tree: CompiledTree, tendons: Tendons, k: int, names: Names, out: Equ
         out.of[label] = names.add(given)
         out.loops.append(Loop(out.of[label], "distance", body_a, body_b, at_a, at_b, length))
         return
-    sides = [_terms(tree, tendons, kind, x) for x in (one, two) if x >= 0]
-    if any(side is None for side in sides):
+    first, other = (_terms(tree, tendons, kind, x) if x >= 0 else () for x in (one, two))
+    if first is None or other is None:
         remarks.lose(f"{kind} equality", label, "its tendon is no sum of joints")
         return
-    total: dict[str, float] = {}
-    for side, factor in zip(sides, (1.0, -float(poly[1])), strict=False):
-        for name, c in side or ():
-            total[name] = total.get(name, 0.0) + factor * c
-    terms = tuple((n, exact(c)) for n, c in total.items() if c != 0.0)
+    terms = coupled(first, other, float(poly[1]))
     if not terms:
         remarks.notes.append(f"the equality {label!r} couples nothing.")
         return

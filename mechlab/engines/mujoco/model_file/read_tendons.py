@@ -10,12 +10,12 @@ import numpy as np
 from mechlab.engines.mujoco.model_file.compiled import OBJECT, given_name, key
 from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, actuators_on, site_place, switched_off
 from mechlab.formats.json_text import exact
+from mechlab.formats.mjcf.read_drives import Terms
 from mechlab.formats.mjcf.source import Names
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.parts import Shaft, Spring
 
 WRAP, DISABLE = mujoco.mjtWrap, mujoco.mjtDisableBit
-Terms = tuple[tuple[str, float], ...]
 
 
 @dataclass
@@ -79,7 +79,7 @@ def read_tendons(tree: CompiledTree, names: Names) -> Tendons:
         for joint in joints:
             shaft_names.reserve(joint)
     for k in range(model.ntendon):
-        span = range(int(model.tendon_adr[k]), int(model.tendon_adr[k] + model.tendon_num[k]))
+        span = _span(model, k)
         label, of = key(model, OBJECT.mjOBJ_TENDON, k), passive(model, k)
         if (
             np.any(model.tendon_stiffnesspoly[k])
@@ -100,6 +100,20 @@ def read_tendons(tree: CompiledTree, names: Names) -> Tendons:
     return out
 
 
+def _span(model: mujoco.MjModel, k: int) -> range:
+    """The points or joints of a tendon."""
+    return range(int(model.tendon_adr[k]), int(model.tendon_adr[k] + model.tendon_num[k]))
+
+
+def _spring(tree: CompiledTree, label: str, of: Passive) -> tuple[float, float]:
+    """Stiffness of a tendon and the length at which its spring rests; (0, 0) without a spring, and for one with a dead band, which
+    is named as lost."""
+    if of.stiffness and of.rest[0] != of.rest[1]:
+        tree.remarks.lose("tendon spring", label, "it has a dead band")
+        return 0.0, 0.0
+    return of.stiffness, of.rest[0] if of.stiffness else 0.0
+
+
 def _held(model: mujoco.MjModel) -> set[int]:
     kind = model.eq_type == mujoco.mjtEq.mjEQ_TENDON
     return {int(x) for ids in (model.eq_obj1id, model.eq_obj2id) for x in ids[kind] if x >= 0}
@@ -113,10 +127,7 @@ def _sum(tree: CompiledTree, span: range) -> Terms:
 def _shaft(tree: CompiledTree, k: int, names: Names, terms: Terms, of: Passive) -> Shaft:
     model = tree.model
     label = key(model, OBJECT.mjOBJ_TENDON, k)
-    stiffness = of.stiffness
-    if stiffness and of.rest[0] != of.rest[1]:
-        tree.remarks.lose("tendon spring", label, "it has a dead band")
-        stiffness = 0.0
+    stiffness, rest = _spring(tree, label, of)
     inertia, damping = of.armature, of.damping
     if (inertia or damping) and not _one_path(tree, k):
         tree.remarks.lose(
@@ -127,7 +138,7 @@ def _shaft(tree: CompiledTree, k: int, names: Names, terms: Terms, of: Passive) 
     zero = float(model.tendon_length0[k])
     return Shaft(
         names.add(given_name(model, OBJECT.mjOBJ_TENDON, k)), coefficients, zero, inertia, damping, of.friction,
-        stiffness, of.rest[0] if stiffness else 0.0,
+        stiffness, rest,
         range=of.range,
     )  # fmt: skip
 
@@ -135,8 +146,7 @@ def _shaft(tree: CompiledTree, k: int, names: Names, terms: Terms, of: Passive) 
 def _one_path(tree: CompiledTree, k: int) -> bool:
     """True when each of the bodies of a fixed tendon's joints carries, or is carried by, each other one."""
     model = tree.model
-    span = range(int(model.tendon_adr[k]), int(model.tendon_adr[k] + model.tendon_num[k]))
-    bodies = sorted({int(model.jnt_bodyid[int(model.wrap_objid[w])]) for w in span})
+    bodies = sorted({int(model.jnt_bodyid[int(model.wrap_objid[w])]) for w in _span(model, k)})
     for below, above in zip(bodies[1:], bodies, strict=False):
         at = below
         while at > above:
@@ -154,11 +164,7 @@ def _straight(
     out.straight[k] = (a, b)
     if of.armature or of.friction:
         tree.remarks.lose("tendon inertia and friction", label, "a spring between two points has none")
-    stiffness = of.stiffness
-    if stiffness and of.rest[0] != of.rest[1]:
-        tree.remarks.lose("tendon spring", label, "it has a dead band")
-        stiffness = 0.0
+    stiffness, rest = _spring(tree, label, of)
     if stiffness or of.damping or of.range:
         name = names.add(given_name(model, OBJECT.mjOBJ_TENDON, k), f"tendon_{k + 1}")
-        rest = of.rest[0] if stiffness else 0.0
         out.springs[k] = Spring(name, a[0], b[0], a[1].position, b[1].position, stiffness, of.damping, rest, of.range)

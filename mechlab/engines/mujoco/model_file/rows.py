@@ -14,7 +14,7 @@ from mechlab.engines.mujoco.closure import equality_rows
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.spins import local_freedoms
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.structure import Redundancy, null_space
+from mechlab.mechanism.structure import Redundancy, null_space, repetitions
 
 PUSH = 1e-3
 """v^T M v of a push with rates v, over weight x size of the model."""
@@ -227,7 +227,7 @@ def engine_structure(model: mujoco.MjModel, qpos: Array, size: float) -> EngineS
         spins = () if large else tuple(local_freedoms(rows.model, rows.data, found[-1], size))
     skipped = f"the {len(names)} constraint rows beyond the start pose: {first.size} entries, above {MOST_ENTRIES}" if large else ""
     return EngineStructure(
-        model.nv, names, max(ranks), ranks[0], () if large else _redundant(best, keep, names),
+        model.nv, names, max(ranks), ranks[0], () if large else repetitions(best, keep, names),
         tuple((names[i], x) for i, x in nearly), gaps, spins, skipped,
     )  # fmt: skip
 
@@ -245,9 +245,8 @@ def _elsewhere(rows: EqualityRows, jacobian: Array, size: float) -> list[Array]:
     for _ in range(POSES):
         v = basis @ rng.standard_normal(basis.shape[1])
         pose = rows.closed(rows.moved(rows.start, v * reach / max(float(np.max(np.abs(v))), 1e-300)))
-        if pose is not None:
-            if rows.at(pose)[1].shape == jacobian.shape:
-                out.append(pose)
+        if pose is not None and rows.at(pose)[1].shape == jacobian.shape:
+            out.append(pose)
     return out
 
 
@@ -272,15 +271,3 @@ def _kept(jacobian: Array, groups: list[int]) -> tuple[list[int], list[tuple[int
             if left < NEARLY:
                 nearly.append((i, left))
     return keep, nearly
-
-
-def _redundant(jacobian: Array, keep: list[int], names: tuple[str, ...]) -> tuple[Redundancy, ...]:
-    out = []
-    for i, name in enumerate(names):
-        if i in keep:
-            continue
-        earlier = [k for k in keep if k < i]
-        c = np.linalg.lstsq(jacobian[earlier].T, jacobian[i], rcond=None)[0] if earlier else np.zeros(0)
-        terms = tuple((names[k], float(x)) for k, x in zip(earlier, c, strict=True) if abs(x) > 1e-9)
-        out.append(Redundancy(name, terms))
-    return tuple(out)

@@ -42,6 +42,8 @@ STILL = 1e-2
 """Motion, over the size of the model, below which a run says nothing."""
 SURE = 3.0
 """The finer run is a reference only where its own error is smaller by this factor than the difference to it."""
+MORE_MEMORY = 4
+"""Memory to ask for where it was full, in sizes of what the file has: what did not fit is not counted."""
 SEEN = 1e-6
 """Change of a run, over the size of the model, from which on its order of convergence matters."""
 
@@ -54,7 +56,7 @@ class TrialRun:
     acted besides the loops; duration [s]: simulated time; reason: why the run of the file ended early; better: integrator of the
     reference run, "" when none completed; moved [m]: extent of the motion; size [m] of what moves; pushed [rad/s or m/s]: largest
     rate of a push, 0 without; follow: the run with a push; rk4: whether the file asks for RK4; skipped: what was not
-    examined and why."""
+    examined and why; full: how often the memory for contacts and for rows was full; memory: its size [bytes]."""
 
     error: float
     own: float
@@ -77,6 +79,8 @@ class TrialRun:
     observed: Finding | None = None
     follow: TrialRun | None = None
     skipped: str = ""
+    full: tuple[int, int] = (0, 0)
+    memory: int = 0
 
     @property
     def share(self) -> float:
@@ -122,6 +126,17 @@ class TrialRun:
         yield from _symptoms(self)
         if self.follow is not None:
             yield from _symptoms(self.follow)
+
+    def memory_full(self) -> Iterator[Symptom]:
+        """Finding "memory" of the run as the file says."""
+        words = [f"{n} times for {what}" for n, what in zip(self.full, ("contacts", "rows"), strict=True) if n]
+        if words:
+            text = (
+                f"in a run of {self.duration:.3g} s as the file says, MuJoCo's memory of {self.memory / 2**20:.3g} MiB was full "
+                f"{' and '.join(words)}: those that did not fit were left out, with a line on stderr alone."
+            )
+            cure = f'<size memory="{-(-MORE_MEMORY * self.memory // 2**20)}M"/>'
+            yield Symptom("memory", "error", text, cure, max(self.full))
 
     def order(self) -> Iterator[Symptom]:
         """Finding "lost_order": RK4 with hard rows should be of order 2, without rows of order 4."""
@@ -197,7 +212,8 @@ def _compared(model: mujoco.MjModel, push: Array | None) -> TrialRun:
         as_is = run_file(prepared(model, h), each, push=push)
     common = TrialRun(
         np.inf, np.inf, OUTPUTS * each * h, as_is.reason, "", as_is.moved, size, gap=as_is.gap, gaps=as_is.gaps,
-        touched=as_is.touched, looped=looped, pushed=pushed, rk4=model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4,
+        touched=as_is.touched, looped=looped, pushed=pushed, full=as_is.full, memory=int(model.narena),
+        rk4=model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4,
     )  # fmt: skip
     if as_is.reason.startswith("ended"):
         return common

@@ -34,7 +34,7 @@ class Closure {
     const [offsets, ...angles] = [first, ...pairs].map((axes) => [...axes].map((axis) => "xyz".indexOf(axis)));
     const a = model.partIndex(loop.body_a, `Loop ${loop.name}`), b = model.partIndex(loop.body_b, `Loop ${loop.name}`);
     const [ofA, ofB] = [model.tree.columns[a], model.tree.columns[b]];
-    // Rates that move both ends alike do not change the loop.
+    // Rates that move both ends do not count.
     const path = [...ofB.filter((c) => !ofA.includes(c)), ...ofA.filter((c) => !ofB.includes(c))];
     const signs = path.map((c) => (ofB.includes(c) ? 1 : -1));
     return { a, b, placementA: placementOf(loop.placement_a), placementB: placementOf(loop.placement_b), offsets, angles, length, path, signs };

@@ -62,7 +62,6 @@ class RowFactors {
     return sum;
   }
 
-  /** Reflection k of the n numbers at x[at]. */
   _reflect(k, x, at) {
     const { n, matrix } = this, v = this.order[k] * n;
     let sum = 0;

@@ -68,7 +68,7 @@ class Manifold {
   /** Largest scaled residual of all closure rows, the redundant ones included. */
   gap() { return this.closure.residual.reduce((most, x, i) => Math.max(most, Math.abs(x) * this.units[i]), 0); }
 
-  /** Chooses the independent closure rows afresh at the present pose. */
+  /** Chooses the independent closure rows at the present pose. */
   choose() {
     const { factors, closure } = this;
     factors.clear();

@@ -23,14 +23,14 @@ function quaternionMatrix(q, i, out) {
     1 - s * (x * x + z * z), s * (y * z - w * x), s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y));
 }
 
-const TURN = new Float64Array(9);
+const WORK33 = new Float64Array(9);
 
 /** Turns a rotation by an angle about a unit axis of its own (Rodrigues). */
 function turnedAbout(rotation, [x, y, z], angle) {
   const c = Math.cos(angle), s = Math.sin(angle), k = 1 - c;
-  write33(TURN, c + k * x * x, k * x * y - s * z, k * x * z + s * y, k * x * y + s * z, c + k * y * y, k * y * z - s * x,
+  write33(WORK33, c + k * x * x, k * x * y - s * z, k * x * z + s * y, k * x * y + s * z, c + k * y * y, k * y * z - s * x,
     k * x * z - s * y, k * y * z + s * x, c + k * z * z);
-  product33(rotation, 0, TURN, rotation);
+  product33(rotation, 0, WORK33, rotation);
 }
 
 /** Quaternion x, y, z, w at out[at] of the rotation at r[i] (Shepperd's method). */
@@ -91,7 +91,7 @@ class Tree {
       for (const { kind, q: i, v, axis } of this.jointsOf[k]) {
         const at = 3 * v;
         if (kind === "spherical") {
-          product33(here, 0, quaternionMatrix(q, i, TURN), here);
+          product33(here, 0, quaternionMatrix(q, i, WORK33), here);
           for (let c = 0; c < 9; c++) {
             axes[at + c] = here[3 * (c % 3) + Math.floor(c / 3)];
             anchors[at + c] = p[c % 3];

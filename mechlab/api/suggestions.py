@@ -1,0 +1,32 @@
+"""Options that are spelled wrong arrive as keys, which are free: the message on a key that does not exist asks for the option."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+from mechlab.errors import MechlabError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def suggesting(verb: Callable[P, R]) -> Callable[P, R]:
+    """The verb; where it raises for a key that does not exist and an option of the verb is called almost so, the message asks for it."""
+    options = [n for n, x in inspect.signature(verb).parameters.items() if x.kind is x.KEYWORD_ONLY]
+
+    @wraps(verb)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return verb(*args, **kwargs)
+        except MechlabError as error:
+            keys = {*kwargs, *(args[1] if len(args) > 1 and isinstance(args[1], Mapping) else ())}
+            near = get_close_matches(error.unknown, options, n=1, cutoff=0.75) if error.unknown in keys else []
+            if not near:
+                raise
+            raise type(error)(str(error).replace(" Existing:", f" Did you mean the option {near[0]!r}? Existing:", 1)) from None
+
+    return call
