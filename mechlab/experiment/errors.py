@@ -122,13 +122,17 @@ def error_between(half: float, twice: float, order: int) -> float:
     return SAFETY_SEEN * half / (1.0 - 0.5**p)
 
 
-def step_error_finding(value: float, tolerance: float, text: str) -> Finding:
-    """Finding "step_error": the error that the timestep leaves [rad or m]; severity "error" beyond the scene's
+SMALLER = "take a smaller timestep or --max-error"
+"""Advice where the timestep is what is wrong."""
+
+
+def step_error_finding(value: float, tolerance: float, text: str, advice: str = SMALLER) -> Finding:
+    """Finding "step_error": the error that the timestep leaves [rad or m]; severity "error", with the advice, beyond the scene's
     tolerance."""
     sentence = f"error left by the timestep: at most about {value:.2g} rad or m {text}"
     if value <= tolerance:
         return Finding("step_error", value, tolerance, "rad or m", "ok", f"{sentence} (tolerance {tolerance:g})")
-    sentence += f", beyond the tolerance {tolerance:g} of the scene; take a smaller timestep or --max-error"
+    sentence += f", beyond the tolerance {tolerance:g} of the scene; {advice}"
     return Finding("step_error", value, tolerance, "rad or m", "error", sentence)
 
 

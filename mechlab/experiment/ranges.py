@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mechlab.experiment.recording import Finding
+from mechlab.experiment.recording import Finding, Health
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
@@ -39,6 +39,12 @@ def outside_start_finding(mechanism: Mechanism, q: Array) -> Finding | None:
         f"the soft stop throws it back. Give a start inside, such as {worst}_0=..."
     )
     return Finding("range_start", far[worst], 0.0, "rad or m", "warning", text)
+
+
+def stop_advice(health: Health) -> str:
+    """What to do about a large error where a stop throws back a joint that starts beyond it: no timestep mends that; "" elsewhere."""
+    thrown = [f.sentence for f in health.findings if f.name in ("range_start", "start_range")]
+    return f"that is the stop, not the timestep: {thrown[0]}" if thrown else ""
 
 
 def unstopped_finding(mechanism: Mechanism, q: Array) -> Finding | None:

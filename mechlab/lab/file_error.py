@@ -15,7 +15,8 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
-from mechlab.experiment.errors import UNITS, differences, error_from_finer, shared_times
+from mechlab.experiment.errors import SMALLER, UNITS, differences, error_from_finer, shared_times
+from mechlab.experiment.ranges import stop_advice
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism.geometry import Array
@@ -49,7 +50,7 @@ def with_file_error(recording: Recording, scene: Scene) -> Recording:
     change = np.max(np.abs(recording.q[mine] - finer.q[theirs]), axis=1, initial=0.0)
     if not np.all(np.isfinite(change)):
         change = np.where(np.isfinite(change), change, math.inf)
-    found = _finding(recording.t[mine], FACTOR * np.maximum.accumulate(change), tolerance, h)
+    found = _finding(recording.t[mine], FACTOR * np.maximum.accumulate(change), tolerance, h, stop_advice(recording.health))
     errors = differences(recording, finer, FACTOR)
     for name, values in recording.channels.items():
         if name not in finer.channels and _finite(values):
@@ -66,7 +67,7 @@ def _finite(values: Array) -> bool:
     return bool(np.all(np.isfinite(values)))
 
 
-def _finding(t: Array, error: Array, tolerance: float, timestep: float) -> Finding:
+def _finding(t: Array, error: Array, tolerance: float, timestep: float, advice: str) -> Finding:
     worst = float(error[-1])
     text = (
         f"error left by the file's timestep: at most about {worst:.2g} rad or m, from a run at {FINER * timestep:.3g} s"
@@ -81,6 +82,6 @@ def _finding(t: Array, error: Array, tolerance: float, timestep: float) -> Findi
     )
     text += (
         f"; {until}: after an impact, or where the timestep is too large, positions are those of one possible motion. Do not trust "
-        "them; take a smaller timestep, or --max-error"
+        f"them; {advice or SMALLER}"
     )
     return Finding("step_error", worst, tolerance, "rad or m", "error", text)

@@ -22,6 +22,7 @@ import numpy as np
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import (
+    SMALLER,
     differences,
     error_between,
     error_from_coarser,
@@ -32,6 +33,7 @@ from mechlab.experiment.errors import (
     step_error_finding,
 )
 from mechlab.experiment.held_rates import captured
+from mechlab.experiment.ranges import stop_advice
 from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.file_error import with_file_error
@@ -99,6 +101,7 @@ class _Estimate:
         m = recording.mechanism
         self.order = expected_order(self.settings, bool(m.loops or m.relations))
         self.kinks = any(True for _ in suspects(m, scene, self.settings))
+        self.advice = stop_advice(recording.health) or SMALLER
 
     def by_steps(self) -> tuple[dict[str, float], Finding]:
         """Errors and finding of a run with fixed steps."""
@@ -114,10 +117,10 @@ class _Estimate:
         if half is not None:
             third = self.at(2.0 / 3.0) if self.lucky(twice, half) else None
             errors, value = self.refined(half, third, None if self.kinks else twice)
-            return errors, step_error_finding(value, tolerance, _text((0.5 * h, half), (2.0 * h / 3.0, third)))
+            return errors, step_error_finding(value, tolerance, _text((0.5 * h, half), (2.0 * h / 3.0, third)), self.advice)
         if twice is not None:
             errors, value = self.combined(twice, None)
-            return errors, step_error_finding(value, tolerance, _text((2.0 * h, twice)))
+            return errors, step_error_finding(value, tolerance, _text((2.0 * h, twice)), self.advice)
         text = "the run comes through neither at twice the timestep nor at half of it: its error cannot be estimated"
         return {}, Finding("step_error", math.inf, tolerance, "rad or m", "error", text)
 

@@ -37,3 +37,15 @@ def test_a_start_beyond_the_end_is_named_with_its_distance() -> None:
     run = ml.simulate(swing(0.2, 3.0), duration=0.05)
     assert said(run)["range_start"] == ("warning", pytest.approx(0.2, abs=1e-12))
     assert "angle_0=" in next(f.sentence for f in run.health.findings if f.name == "range_start")
+
+
+def test_the_error_of_a_joint_that_its_stop_throws_back_names_the_stop() -> None:
+    """A smaller timestep does not help; from inside the range the timestep is what is wrong."""
+
+    def advice(m: ml.Mechanism, **how: float) -> str:
+        run = ml.simulate(m, duration=0.3, timestep=0.02, **how)
+        return next(f.sentence for f in run.health.findings if f.name == "step_error" and f.severity == "error")
+
+    thrown = advice(swing(0.2, 3.0))
+    assert "angle starts beyond the end" in thrown and "angle_0=" in thrown and "smaller timestep" not in thrown
+    assert "smaller timestep" in advice(swing(-3.0, 3.0), angle_rate_0=30.0)

@@ -15,14 +15,16 @@ from mechlab.mechanism import Mechanism
 from mechlab.viewer.html_page import SOLVER, asset
 
 
-def in_node(mechanism: Mechanism, questions: Sequence[dict[str, Any]]) -> list[Any]:
-    """Answers of the page's solver on one mechanism: each question names a function of ANSWERS and its arguments.
+def in_node(
+    mechanism: Mechanism, questions: Sequence[dict[str, Any]], scripts: Sequence[str] = SOLVER
+) -> list[Any]:
+    """Answers of the page's `scripts` on one mechanism: each question names a function of ANSWERS and its arguments.
 
     Skips the test where there is no Node."""
     node = shutil.which("node") or shutil.which("nodejs")
     if node is None:
         pytest.skip("no node was found on the path: the page's solver runs in the browser's tests alone")
-    script = "\n".join(asset(name) for name in SOLVER) + ANSWERS
+    script = "\n".join(asset(name) for name in scripts) + ANSWERS
     asked = json.dumps({"model": json.loads(to_json(mechanism)), "questions": list(questions)})
     done = subprocess.run(
         [node, "-e", script], input=asked, capture_output=True, text=True, encoding="utf-8", timeout=300, check=False
@@ -45,6 +47,10 @@ const answers = {
   constraints: ({ q }) => lists(model.constraints(q)),
   value: ({ name, q }) => model.value(name, q),
   row: ({ name }) => list(model.row(name)),
+  forces: ({ drives, name, rate }) => {
+    solver.solve({ drives });
+    return { q: list(solver.q), loads: new SteadyForces(model).at(solver, name, rate) };
+  },
   set: ({ q }) => { solver.set(Float64Array.from(q)); return list(solver.q); },
   solve: (wish) => {
     const began = performance.now(), report = solver.solve(wish);

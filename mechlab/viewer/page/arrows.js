@@ -1,6 +1,8 @@
 // Forces and torques with one scale for each unit over the whole run: a force is an arrow, a torque an arrow around its axis.
 
 const ARROW_COLORS = { force: 0x00795b, torque: 0x7b3fa0 };
+/** What forces make together, and what balances them. */
+const ROLE_COLORS = { net: 0x1b5e9e, inertia: 0xb35900 };
 const TURN = 1.5 * Math.PI;  // [rad] of the way around that the arrow of a torque goes
 
 class Arrows {
@@ -15,7 +17,7 @@ class Arrows {
   }
 
   add(arrow, read) {
-    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(ARROW_COLORS[arrow.kind]).convertSRGBToLinear(), roughness: 0.6 });
+    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(ROLE_COLORS[arrow.role] || ARROW_COLORS[arrow.kind]).convertSRGBToLinear(), roughness: 0.6 });
     const group = new THREE.Group();
     group.name = `arrow ${arrow.name}`;
     const along = new THREE.CylinderGeometry(1, 1, 1, 16).translate(0, 0.5, 0).rotateX(Math.PI / 2);

@@ -16,7 +16,7 @@ class CouplerCurves {
     const job = ++this.job;
     this.done = false;
     const start = held[name];
-    const paths = this.marks.map(() => [[], []]);
+    const paths = this.marks.map(() => [[], []]), values = [[], []];
     const step = (high - low) / PIECES;
     for (const [side, way] of [[0, -1], [1, 1]]) {
       const walker = solver.copy();
@@ -27,18 +27,21 @@ class CouplerCurves {
         const report = walker.solve({ drives: { ...held, [name]: value }, locked: [], grab: null });
         if (job !== this.job) return;
         this.visit(walker, paths, side);
+        values[side].push(report.values[name]);
         if (report.stops.length || value === end) break;
         rest = rest || performance.now() + BURST;
         if (performance.now() > rest) { await pause(); rest = null; if (job !== this.job) return; }
       }
     }
     this.traces.clear();
-    this.length = 0;
+    /** Values of the drive at the points of the curves. */
+    this.values = [...values[0].reverse(), start, ...values[1]];
+    this.paths = {};
     this.marks.forEach((mark, j) => {
       const [back, forth] = paths[j];
       const points = [...back.slice(1).reverse(), ...forth];
-      this.length = points.length;
-      this.traces.add(this.stage, points.flat(), TRACE_COLORS[j % TRACE_COLORS.length], mark.name);
+      this.paths[mark.name] = points.flat();
+      this.traces.add(this.stage, this.paths[mark.name], TRACE_COLORS[j % TRACE_COLORS.length], mark.name);
     });
     this.traces.apply(Infinity);
     this.stage.redraw();

@@ -127,6 +127,14 @@ class SteadyForces {
     for (const shaft of model.document.shafts || []) add(shaft, model.row(shaft.name), model.value(shaft.name, q), shaft.inertia || 0);
   }
 
+  /** What all forces on a part make together: m a at its centre of mass, the rate of its spin; and the inertia that balances them. */
+  effects({ mass, centre, force, moment }, name) {
+    const net = plus3(force, this.gravity.map((g) => mass * g));
+    const effect = (words, role, kind, vector) => ({ name: `${words} of ${name}`, role, kind, unit: kind === "force" ? "N" : "N m", on: name, by: "", point: centre, vector });
+    return [effect("net force m\u00b7a", "net", "force", net), effect("net torque", "net", "torque", moment),
+      effect("inertia \u2212m\u00b7a", "inertia", "force", net.map((x) => -x)), effect("inertia torque", "inertia", "torque", moment.map((x) => -x))];
+  }
+
   loads(q, name, bodies, springs, { reactions, drive }) {
     const { model } = this, tree = model.tree.set(q), ground = (k) => (k < 0 ? "ground" : model.parts[k].name);
     const through = bodies.map(({ force }) => [...force]);
@@ -151,6 +159,7 @@ class SteadyForces {
       if (joint) out.push({ name: joint.name, kind: "force", unit: "N", on: body.name, by: ground(tree.parent[k]), point: at3(tree.anchors, model.jointNamed.get(joint.name).v), vector: through[k] });
     });
     bodies.forEach(({ mass, centre }, k) => out.push({ name: `weight of ${model.parts[k].name}`, kind: "force", unit: "N", on: model.parts[k].name, by: "", point: centre, vector: this.gravity.map((g) => mass * g) }));
+    bodies.forEach((body, k) => out.push(...this.effects(body, model.parts[k].name)));
     const joint = model.jointNamed.get(name);
     if (joint) {
       const slides = joint.kind === "prismatic";

@@ -17,12 +17,19 @@ class FreeBody {
     this.select = make("select", { id: "free-body", onchange: () => { this.choice = this.select.value; explorer.show(); } },
       ...options.map(([value, words]) => make("option", { value }, words)));
     this.note = make("span", { class: "hint" });
-    this.element = make("p", { class: "forces" }, make("label", { for: "free-body" }, "Forces "), this.select, this.note);
+    const role = (name, words) => make("label", { class: "check" }, make("input", { type: "checkbox", id: `free-body-${name}`, onchange: (event) => {
+      if (event.target.checked) this.roles.add(name); else this.roles.delete(name);
+      explorer.show();
+    } }), words);
+    this.roles = new Set();
+    this.effects = make("span", { class: "effects", hidden: true }, role("net", "net force m\u00b7a"), role("inertia", "inertia \u2212m\u00b7a"));
+    this.element = make("p", { class: "forces" }, make("label", { for: "free-body" }, "Forces "), this.select, this.effects, this.note);
   }
 
   update() {
     const { explorer, choice } = this;
     const { arrows } = explorer.layers;
+    this.effects.hidden = choice === "none" || choice === "all";
     if (choice === "none") { this.draw([]); this.note.textContent = ""; return; }
     const [name] = explorer.model.drives;
     const rate = (explorer.story.explore && explorer.story.explore.rates[name]) || 1;
@@ -30,7 +37,7 @@ class FreeBody {
     const found = this.forces.at(explorer.solver, name, rate);
     const unit = explorer.drives[0].unit;
     this.note.textContent = ` with ${name} moving steadily at ${significant(rate)} ${unit}/s${found ? "" : "; here they have no bound"}`;
-    const wanted = (found || []).filter((x) => (choice === "all" ? x.by : x.on === choice || x.by === choice));
+    const wanted = (found || []).filter((x) => (x.role && !this.roles.has(x.role) ? false : choice === "all" ? x.by : x.on === choice || x.by === choice));
     this.draw(wanted.map((x) => ({ ...x, sign: choice !== "all" && x.by === choice ? -1 : 1 })));
     arrows.apply(0, 0);
   }
@@ -38,8 +45,8 @@ class FreeBody {
   /** Arrows for these loads: new ones where others are wanted, the same ones moved otherwise. */
   draw(loads) {
     const { arrows } = this.explorer.layers, { radius, step } = this.explorer.stage.framing;
-    for (const { unit, vector } of loads) {
-      const scale = niceStep((length3(vector) * step) / (ARROW_SHARE * radius), 1);
+    for (const { kind, unit, vector } of loads) {
+      const scale = niceStep((length3(vector) * step) / (ARROW_SHARE * (kind === "torque" ? 0.5 : 1) * radius), 1);
       if (!(arrows.scales[unit] >= scale)) arrows.scales[unit] = scale;
     }
     const key = loads.map((x) => `${x.name} ${x.sign}`).join("|");

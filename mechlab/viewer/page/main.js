@@ -18,7 +18,12 @@ async function start() {
   const player = new Player(motion, story.tempo, byId("player"));
   const layers = addShow(story, read, stage, traces, byId("show"), () => { refresh(player.time); });
   const sources = {
-    value: (name) => (explorer && explorer.byHand ? explorer.value(name) : curves && curves.picker ? curves.picker.value(name, player.time) : null),
+    value: (name) => {
+      if (explorer && explorer.byHand) return explorer.value(name);
+      const recorded = curves && curves.picker ? curves.picker.value(name, player.time) : null;
+      const q = recorded === null && explorer ? motion.coordinates(player.time) : null;
+      return q && explorer.model.names.includes(name) ? explorer.model.value(name, q) : recorded;
+    },
     velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
   };
   const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());

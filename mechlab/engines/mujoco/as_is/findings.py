@@ -99,5 +99,8 @@ def start_finding(states: Array, model: mujoco.MjModel) -> Finding | None:
         return None
     k = max(outside, key=outside.__getitem__)
     far = outside[k]
-    text = f"{len(outside)} joints start outside their range, {name_of(model, 'JOINT', k)} by {far:.3g} rad or m: the stops push them back"
+    text = (
+        f"{len(outside)} joints start outside their range, {name_of(model, 'JOINT', k)} by {far:.3g} rad or m: the stops push them back. "
+        "Give a start inside"
+    )
     return Finding("start_range", far if math.isfinite(far) else 0.0, 0.0, "rad or m", "warning", text)
