@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,8 @@ from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
+from mechlab.studies.modes.eigen import RIGID, UNSTABLE, VibrationMode
+from mechlab.studies.modes.motion import shown_modes
 from mechlab.studies.modes.result import ModesResult
 from mechlab.studies.workspace.plan import WorkspacePlan
 from mechlab.studies.workspace.study import WorkspaceResult, WorkspaceSurface, surface
@@ -28,6 +31,7 @@ from mechlab.viewer import Part, Story, story_to_html, write_page
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
 from mechlab.viewer.reach import BorderSurface, border
+from mechlab.viewer.story import Clip
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 """Colours (red, green, blue, opacity) of the workspaces of two designs."""
@@ -109,16 +113,23 @@ def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
     return write_page(run_story(recording), path)
 
 
-def modes_story(d: Design, result: ModesResult, motion: Recording) -> Story:
-    """The swinging modes, drawn in the richest fidelity where the entry can expand."""
+def modes_story(d: Design, result: ModesResult, motion: Recording, only: Sequence[int] = ()) -> Story:
+    """The swinging modes, drawn in the richest fidelity where the entry can expand; a button plays one of them."""
     drawn = partial(d.entry.expand, d.parameters) if d.entry.expand is not None else None
     facts = {"about": result.scene, "fidelity": result.fidelity}
     for k, m in enumerate(result.modes, 1):
         ratio = "" if m.damping is None else f", damping {m.damping:.4g}"
         facts[f"mode {k}"] = f"{m.kind}, {m.frequency_hz:.6g} Hz{ratio}"
     names = tuple(n for n in motion.channels if n.startswith("mode_"))
-    summary = f"{result.message}. The modes swing one after another; tempo and size are chosen for the eye."
-    return recording_story(motion, drawn, f"{d.entry.title}: modes", summary, facts, names)
+    summary = f"{result.message}. A button shows one mode; tempo and size are chosen for the eye."
+    story = recording_story(motion, drawn, f"{d.entry.title}: modes", summary, facts, names)
+    return replace(story, clips=tuple(_mode_clip(k, result.modes[k - 1], a, b) for k, a, b in shown_modes(result, only)))
+
+
+def _mode_clip(number: int, mode: VibrationMode, start: float, end: float) -> Clip:
+    value = {UNSTABLE: f"grows, {mode.growth:.4g} 1/s", RIGID: "no stiffness"}.get(mode.kind, f"{mode.frequency_hz:.4g} Hz")
+    damping = "" if mode.damping is None else f", damping ratio {mode.damping:.3g}"
+    return Clip(f"mode {number}", value, f"Mode {number}: {mode.kind}{damping}", start, end)
 
 
 def _facts(d: Design) -> dict[str, str]:

@@ -202,12 +202,18 @@ def _live(
     from mechlab.viewer.live import serve
 
     with serve(shown, host=host, port=port) as server:
+        rebuilder = None
         if wait and recording_of(source) is None:
             from mechlab.viewer.streaming import Rebuilder
 
-            Rebuilder(server, load_design(source, given), still_story, partial(run_story, rebuild=rebuild))  # type: ignore[arg-type]
-        if wait:
-            server.wait()
+            design = load_design(source, given)  # type: ignore[arg-type]
+            rebuilder = Rebuilder(server, design, still_story, partial(run_story, rebuild=rebuild))
+        try:
+            if wait:
+                server.wait()
+        finally:
+            if rebuilder is not None:
+                rebuilder.end()
         return FilesResult(Path("."), {}, f"served on {server.url}")
 
 

@@ -117,6 +117,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
+        "clips": [{"name": c.name, "value": c.value, "text": c.text, "start": c.start, "end": c.end} for c in story.clips],
         "channels": _pack_channels(story.channels, block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
