@@ -74,8 +74,20 @@ def _reach(d: Design) -> BorderSurface | None:
     return border(recipe.text, lambda x, y, z: region.margin({"x": x, "y": y, "z": z}), low, high)
 
 
-def run_story(recording: Recording) -> Story:
-    """A run, drawn in the richest fidelity where its entry can expand it."""
+def at_fidelity(d: Design, fidelity: str | None) -> Design:
+    """The design with this fidelity alone, which every scene runs in and every picture shows; None: as it is. Raises MechlabError
+    that lists the fidelities with a mechanism."""
+    if fidelity is None:
+        return d
+    d.mechanism(fidelity)
+    entry = d.entry
+    scenes = {name: replace(recipe, fidelity=fidelity) for name, recipe in entry.scenes.items()}
+    only = {fidelity: entry.fidelities[fidelity]}
+    return replace(d, entry=replace(entry, expand=None, fidelities=only, default_fidelity=fidelity, scenes=scenes))
+
+
+def run_story(recording: Recording, rebuild: bool = True) -> Story:
+    """A run, drawn in the richest fidelity where its entry can rebuild that from it; without `rebuild` in its own."""
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
     plots: tuple[PlotRecipe, ...] = ()
     s = recording.settings
@@ -87,10 +99,14 @@ def run_story(recording: Recording) -> Story:
         d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
         title, plots = entry.title, entry.plots
         facts |= _facts(d)
-        if entry.expand is not None:
+        if rebuild and entry.expand is not None:
             drawn = partial(entry.expand, d.parameters)
     channels = tuple(n for n in recording.channels if n.startswith("error_"))
-    return recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
+    story = recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
+    if not story.reconstructed:
+        return story
+    told = f"{recording.fidelity}; drawn with all parts, {len(story.reconstructed)} of them rebuilt from the run"
+    return replace(story, facts=tuple((k, told if k == "fidelity" else x) for k, x in story.facts))
 
 
 def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
