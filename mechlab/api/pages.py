@@ -13,7 +13,7 @@ import numpy as np
 
 from mechlab import catalog
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import PlotRecipe
+from mechlab.experiment.entry import PlotRecipe, WorkspaceMap
 from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
@@ -21,6 +21,7 @@ from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
+from mechlab.mechanism.geometry import Array
 from mechlab.studies.modes.eigen import RIGID, UNSTABLE, VibrationMode
 from mechlab.studies.modes.motion import shown_modes
 from mechlab.studies.modes.result import ModesResult
@@ -31,7 +32,7 @@ from mechlab.viewer import Part, Story, story_to_html, write_page
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
 from mechlab.viewer.reach import BorderSurface, border
-from mechlab.viewer.story import Clip
+from mechlab.viewer.story import Clip, ColorField
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 """Colours (red, green, blue, opacity) of the workspaces of two designs."""
@@ -165,7 +166,16 @@ def write_workspace_page(
         facts |= {k: f"{v:.6g} {result.volume_unit}" for k, v in data["against"]["volumes"].items()}
     still = mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), f"{d.entry.title}: workspace", facts)
     parts = [Part(GROUND, name, s.vertices[:, order], s.faces[:, ::even], color) for s, name, color in shapes]
-    return write_page(replace(still, parts=(*still.parts, *parts)), path)
+    maps = {name: item for name, item in result.plan.maps.items() if name in result.maps}
+    fields = [_field(name, item, first.vertices, result.survey.grid.names) for name, item in maps.items()]
+    return write_page(replace(still, parts=(*still.parts, *parts), fields=tuple(fields)), path)
+
+
+def _field(name: str, item: WorkspaceMap, vertices: Array, axes: Sequence[str]) -> ColorField:
+    """A map over the workspace at the vertices (n, 3) of its border, whose columns are the coordinates of `axes`."""
+    points = {a: vertices[:, k] for k, a in enumerate(axes)}
+    values = np.asarray(item.function({a: points[a] for a in item.axes}), dtype=np.float64)
+    return ColorField("workspace", name.replace("_", " "), item.unit, item.text, np.broadcast_to(values, len(vertices)))
 
 
 def write_maps(result: WorkspaceResult, path: Path) -> Path:
