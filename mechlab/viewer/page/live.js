@@ -8,7 +8,7 @@ function listen(story, stage, player, notice, panel) {
     const message = JSON.parse(event.data);
     if (message.type === "story") { if (form) form.keep(); location.reload(); }
     if (message.type === "refused" && form) form.refuse(message.message);
-    if (message.type !== "poses") return;
+    if (message.type !== "poses" || stage.byHand) return;
     player.pause();
     message.position.forEach((position, k) => {
       stage.groups[k].position.fromArray(position);
