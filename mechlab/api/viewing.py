@@ -191,12 +191,17 @@ def _live(source: Source | Recording, shown: Story, given: Values, host: str, po
     from mechlab.viewer.live import serve
 
     with serve(shown, host=host, port=port) as server:
+        rebuilder = None
         if wait and recording_of(source) is None:
             from mechlab.viewer.streaming import Rebuilder
 
-            Rebuilder(server, load_design(source, given), still_story, run_story)  # type: ignore[arg-type]
-        if wait:
-            server.wait()
+            rebuilder = Rebuilder(server, load_design(source, given), still_story, run_story)  # type: ignore[arg-type]
+        try:
+            if wait:
+                server.wait()
+        finally:
+            if rebuilder is not None:
+                rebuilder.end()
         return FilesResult(Path("."), {}, f"served on {server.url}")
 
 

@@ -48,7 +48,7 @@ class Redundancy:
             return f"{self.row} is void: no motion can violate it"
         if len(self.combination) <= TERMS:
             return f"{self.row} = {' '.join(f'{c:+.6g} {n}' for n, c in self.combination)}"
-        largest = sorted(self.combination, key=lambda term: -abs(term[1]))[:TERMS]
+        largest = sorted(self.combination, key=lambda term: -float(f"{abs(term[1]):.6g}"))[:TERMS]  # ties in order of the rows
         rest = len(self.combination) - TERMS
         return f"{self.row} repeats what {', '.join(n for n, _ in largest)} and {rest} more row{'s' * (rest > 1)} say together"
 

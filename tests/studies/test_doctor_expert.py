@@ -12,6 +12,7 @@ import pytest
 
 import mechlab as ml
 from mechlab.cli import main
+from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file import rows
 from mechlab.mechanism.structure import Redundancy
 from mechlab.studies.doctor.case import Diagnosis
@@ -201,6 +202,8 @@ def test_commands_beyond_the_range_of_a_joint(tmp_path: Path) -> None:
 def test_redundancy_in_words() -> None:
     terms = tuple((f"row{k}", float(k)) for k in range(1, 9))
     assert Redundancy("r", terms).sentence == "r repeats what row8, row7, row6 and 5 more rows say together"
+    alike = tuple((f"row{k}", 1.0 + 1e-15 * k) for k in range(4))  # rounding does not choose the names
+    assert Redundancy("r", alike).sentence == "r repeats what row0, row1, row2 and 1 more row say together"
     assert Redundancy("r", terms[:2]).sentence == "r = +1 row1 +2 row2"
 
 
@@ -269,8 +272,9 @@ def test_contacts_that_do_not_fit_the_memory_are_found(tmp_path: Path, memory: s
     assert finding.severity == "error" and words in finding.sentence and f"{int(memory[:-1]) / 1024:.3g} MiB" in finding.sentence
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
-    for _ in range(50):
-        mujoco.mj_step(model, data)
+    with engine():  # writes no log file
+        for _ in range(50):
+            mujoco.mj_step(model, data)
     full = [data.warning[w].number for w in (mujoco.mjtWarning.mjWARN_CONTACTFULL, mujoco.mjtWarning.mjWARN_CNSTRFULL)]
     assert max(full) >= 50 and (full[0] > 0) == ("for contacts" in finding.sentence)
     cured = ml.cure(path, tmp_path / "cured.xml")

@@ -21,7 +21,7 @@ class Explorer {
     this.freeBody = !this.recorded && FreeBody.fits(this.model, this.report) ? new FreeBody(this) : null;
     this.controls = new HandControls(this);
     this.layers.show.add("before", "ghost: the pose before", true, (on) => this.before.want(on));
-    document.addEventListener("keydown", (event) => this.key(event));
+    listenTo(document, "keydown", (event) => this.key(event));
     if (this.byHand) { this.addReach(); this.show(); this.drawCurves(); }
   }
 
@@ -227,7 +227,6 @@ class Explorer {
     this.player.pause();
     this.byHand = true;
     this.history = new PoseHistory();
-    this.stage.byHand = true;
     this.solver.set(this.shown() || this.model.home);
     this.values = this.valuesNow();
     this.accept(this.solver.solve({ drives: this.values, locked: [], grab: null }));
@@ -240,7 +239,7 @@ class Explorer {
   /** Back to the recording. */
   comeBack() {
     if (!this.recorded || !this.byHand) return;
-    this.byHand = this.stage.byHand = false;
+    this.byHand = false;
     this.begun = null;
     this.before.clear();
     this.controls.enterPlayback();

@@ -20,7 +20,7 @@ class Inspector {
     this.visibility.onMark(() => this.section.cut());
     this.measuring = new Measuring(story, this, labels, byId("measure-button"), byId("measure"));
     this.list = new PartList(byId("parts"), stage, this);
-    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
+    listenTo(document, "keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
   }
 
   /** Takes over the clicks for a while: `picker(hit, event)` returns true when it has used one. */
@@ -101,7 +101,7 @@ class PartList {
 
 /** A menu (a details element) closes by a press elsewhere and by Escape. */
 function closeOutside(holder) {
-  document.addEventListener("pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
+  listenTo(document, "pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
   holder.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !holder.open) return;
     holder.open = false;

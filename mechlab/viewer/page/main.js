@@ -1,13 +1,21 @@
 // Puts the page together and offers it to scripts as window.lab.
 
 async function start() {
+  const blank = document.getElementById("lab").cloneNode(true);
+  const story = JSON.parse(document.getElementById("story").textContent);
+  const read = await blockReader(document.getElementById("block").textContent);
+  let parts = build(story, read);
+  parts.address.apply(location.hash.slice(1));
+  if (story.live) new Live(story, parts, (next, block, adopt) => { parts = replaceStory(parts, next, block, blank, adopt); });
+}
+
+/** Builds the page of a story, and returns its parts. `renderer`: that of the story shown before. */
+function build(story, read, renderer) {
   const byId = (id) => document.getElementById(id);
-  const story = JSON.parse(byId("story").textContent);
-  const read = await blockReader(byId("block").textContent);
   for (const source of [story, ...story.variants.flatMap((v) => v.choices)]) if (source.model) source.model = JSON.parse(new TextDecoder().decode(read(source.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
-  const stage = new Stage(byId("viewport"), story, read);
+  const stage = new Stage(byId("viewport"), story, read, renderer);
   const traces = new Traces(stage, story, read);
   let explorer = null, curves = null;
   const rig = new CameraRig(stage);
@@ -46,7 +54,6 @@ async function start() {
   curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
   explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
-  if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
   const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer });
   addLinkButton(address, byId("views"));
@@ -77,9 +84,10 @@ async function start() {
     viewer: stage.viewer,
     quality: stage.quality,
   };
-  address.apply(location.hash.slice(1));
-  window.addEventListener("hashchange", () => address.apply(location.hash.slice(1)));
-  requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
+  listenTo(window, "hashchange", () => address.apply(location.hash.slice(1)));
+  const handle = window.lab;
+  requestAnimationFrame(() => requestAnimationFrame(() => { handle.ready = true; }));
+  return { stage, rig, player, explorer, address, panel: byId("panel"), notice: byId("notice") };
 }
 
 start().catch((error) => {

@@ -29,7 +29,7 @@ class Player {
       this.playButton,
       button("One frame forward (\u2192)", icon("forward"), () => this.stepBy(1)),
       this.slider, this.clock, speeds, make("label", { class: "check" }, loop, "loop"));
-    document.addEventListener("keydown", (event) => this.key(event));
+    listenTo(document, "keydown", (event) => this.key(event));
   }
 
   /** Says so when teeth pass faster than a screen can show. */
