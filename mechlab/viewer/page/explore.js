@@ -22,6 +22,7 @@ class Explorer {
     this.controls = new HandControls(this);
     this.layers.show.add("before", "ghost: the pose before", true, (on) => this.before.want(on));
     listenTo(document, "keydown", (event) => this.key(event));
+    if (this.curves) atEnd(() => this.curves.clear());
     if (this.byHand) { this.addReach(); this.show(); this.drawCurves(); }
   }
 
