@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -104,29 +105,33 @@ SCRIPTS = (
     "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
     "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
     "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js", "camera.js", "player.js",
-    "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "address.js", "main.js",
+    "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js", "panel.js", "live.js",
+    "replace.js", "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 
 
-def story_to_html(
-    story: Story, *, live: bool = False, connect: str = "data:", controls: Sequence[Mapping[str, str]] = ()
-) -> str:
-    """The page as text. `live` makes it listen to the server that serves it; `connect`: addresses that its
-    security policy allows; `controls` are the parameters that a live page can change.
+def story_to_html(story: Story) -> str:
+    """The page as text. Raises EngineMissing where meshcat, whose viewer the page contains, is not installed."""
+    return page_of(*packed_story(story))
 
-    Raises EngineMissing where meshcat, whose viewer the page contains, is not installed.
-    """
+
+def packed_story(story: Story, effort: int = 9) -> tuple[dict[str, Any], str]:
+    """The document of a story (`pack`) for a page without server, and its block, compressed (`effort`: 1 to 9), in base64."""
     document, block = pack(story)
-    document["live"], document["controls"] = live, list(controls)
+    return document | {"live": None, "controls": []}, base64.b64encode(zlib.compress(block, effort)).decode("ascii")
+
+
+def page_of(document: Mapping[str, Any], block: str, connect: str = "data:") -> str:
+    """The page of a packed story. `connect`: addresses that its security policy allows. Raises like `story_to_html`."""
     parts = {
-        "title": html.escape(story.title),
+        "title": html.escape(document["title"]),
         "connect": html.escape(connect),
         "style": "\n".join(asset(name) for name in STYLES),
         "viewer": viewer_script(),
         "licences": viewer_licences().replace("<", "&lt;"),
         "story": json.dumps(document, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
-        "block": base64.b64encode(zlib.compress(block, 9)).decode("ascii"),
+        "block": block,
         "script": "\n".join(asset(name) for name in SCRIPTS).replace("</script", "<\\/script"),
     }
     # One pass over the template: a text that looks like a placeholder is never replaced itself.

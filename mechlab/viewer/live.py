@@ -12,11 +12,14 @@ import importlib
 import ipaddress
 import json
 import os
+import re
+import secrets
 import socket
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -26,12 +29,14 @@ from numpy.typing import ArrayLike
 from tornado import httpserver, web, websocket
 
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.viewer.html_page import story_to_html
+from mechlab.viewer.html_page import packed_story, page_of
 from mechlab.viewer.pack import quaternions
 from mechlab.viewer.story import Story
 
 _STARTUP_SECONDS = 10.0
 _LARGEST_MESSAGE = 65536  # bytes that a browser may send at once
+_DEEPEST_MESSAGE = 8  # lists and objects in each other in a message
+_MOST_TEXT = 2000  # characters of one value
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,24 @@ class Control:
     value: str
     unit: str
     text: str
+
+
+Reply = Callable[[str | None], None]
+"""Answers a browser: None where its parameters are built, else why not."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """What the page shows: the number of the story, the story, and the parameters that can be changed."""
+
+    number: int
+    story: Story
+    controls: tuple[Control, ...]
+
+    @cached_property
+    def packed(self) -> tuple[dict[str, Any], str]:
+        """Document and block of the story."""
+        return packed_story(self.story, effort=1)
 
 
 def serve(story: Story, host: str = "127.0.0.1", port: int = 0, *, quiet: bool = False) -> Server:
@@ -67,14 +90,15 @@ class Server:
     """A running live page; made by `serve`. A context manager; every method may be called from any thread."""
 
     def __init__(self, story: Story, host: str, port: int) -> None:
-        self.story = story
         self.host = host
         self.loopback = _is_loopback(host)
-        self.controls: tuple[Control, ...] = ()
-        self.on_values: Callable[[Mapping[str, str], Callable[[str], None]], None] | None = None
-        """Called with the parameters that a browser sends, and a function that tells it why they are refused."""
+        self.on_values: Callable[[Mapping[str, str], Reply], None] | None = None
+        """Called with the parameters that a browser sends, and the function that answers it."""
+        self._session = secrets.token_hex(8)
+        self._shown = _Shown(0, story, ())
         self._last: str | None = None
         self._clients: set[_Live] = set()
+        self._showing = threading.Lock()
         self._closed = False
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         try:
@@ -94,6 +118,16 @@ class Server:
         if not self._started.wait(_STARTUP_SECONDS):
             raise MechlabError(f"The server on {self.url} did not start within {_STARTUP_SECONDS:.0f} s.")
 
+    @property
+    def story(self) -> Story:
+        """What the page shows."""
+        return self._shown.story
+
+    @property
+    def controls(self) -> tuple[Control, ...]:
+        """The parameters that the page can change."""
+        return self._shown.controls
+
     def update(self, poses: ArrayLike) -> None:
         """Shows `poses`, (len(bodies), 4, 4) in the order of `story.bodies`, in every browser, also in those
         that come later.
@@ -101,10 +135,11 @@ class Server:
         Raises MechlabError for a wrong shape or numbers that are not finite, and after `close`.
         """
         matrices = np.asarray(poses, dtype=np.float64)
-        expected = (len(self.story.bodies), 4, 4)
+        shown = self._shown
+        expected = (len(shown.story.bodies), 4, 4)
         if matrices.shape != expected:
             raise MechlabError(
-                f"poses: expected shape {expected}, one for each of {', '.join(self.story.bodies)}; "
+                f"poses: expected shape {expected}, one for each of {', '.join(shown.story.bodies)}; "
                 f"got {matrices.shape}."
             )
         if not np.all(np.isfinite(matrices)):
@@ -112,20 +147,47 @@ class Server:
         message = json.dumps(
             {
                 "type": "poses",
+                "number": shown.number,
                 "position": matrices[:, :3, 3].tolist(),
                 "quaternion": quaternions(matrices[:, :3, :3]).tolist(),
             }
         )
-        self._call(lambda: self._send(message, keep=message))
 
-    def show(self, story: Story) -> None:
-        """Replaces the story; every browser reloads. Raises MechlabError after `close`."""
+        def send() -> None:
+            self._last = message
+            for client in list(self._clients):
+                client.push_pose(message)
 
-        def replace() -> None:
-            self.story = story
-            self._send('{"type": "story"}', keep=None)
+        self._call(send)
 
-        self._call(replace)
+    def show(self, story: Story, controls: Sequence[Control] | None = None) -> None:
+        """Replaces the story, and the parameters that can be changed; every browser takes it into its open page, without
+        loading it anew. Raises MechlabError after `close`."""
+        with self._showing:
+            shown = _Shown(self._shown.number + 1, story, self.controls if controls is None else tuple(controls))
+            shown.packed  # noqa: B018  packed here, so that the thread that answers the browsers does not wait for it
+            self._shown = shown
+
+            def announce() -> None:
+                self._last = None
+                for client in list(self._clients):
+                    client.push(self._announcement)
+
+            self._call(announce)
+
+    @property
+    def _announcement(self) -> str:
+        return json.dumps({"type": "story", "session": self._session, "number": self._shown.number})
+
+    def document(self) -> dict[str, Any]:
+        """What a page needs to show the present story: its document and its block of bytes."""
+        shown = self._shown
+        document, block = shown.packed
+        live = {"session": self._session, "number": shown.number}
+        return {
+            "document": document | {"live": live, "controls": [asdict(c) for c in shown.controls]},
+            "block": block,
+        }
 
     @property
     def closed(self) -> bool:
@@ -169,16 +231,12 @@ class Server:
             raise MechlabError(f"The server on {self.url} is closed.")
         self._loop.call_soon_threadsafe(action)
 
-    def _send(self, message: str, keep: str | None) -> None:
-        self._last = keep
-        for client in list(self._clients):
-            client.push(message)
-
     def _work(self) -> None:
         asyncio.set_event_loop(self._loop)
         arguments = {"server": self}
         application = web.Application(
-            [("/", _Page, arguments), ("/live", _Live, arguments)], websocket_max_message_size=_LARGEST_MESSAGE
+            [("/", _Page, arguments), ("/live", _Live, arguments)],
+            websocket_max_message_size=_LARGEST_MESSAGE,
         )
         server = httpserver.HTTPServer(application)
         self._loop.call_soon(server.add_sockets, [self._socket])
@@ -210,25 +268,32 @@ def _is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-class _Page(web.RequestHandler):
+class _Ours(web.RequestHandler):
+    """A request that is answered only under this server's own name."""
+
     def initialize(self, server: Server) -> None:
         self.server = server
 
     def prepare(self) -> None:
         if not self.server.accepts(self.request.host):
             raise web.HTTPError(421)
-
-    def get(self) -> None:
         self.set_header("Cache-Control", "no-store")
+        self.set_header("X-Content-Type-Options", "nosniff")
+
+
+class _Page(_Ours):
+    def get(self) -> None:
         self.set_header("X-Frame-Options", "DENY")
         connect = f"data: 'self' ws://{self.request.host}"
-        controls = [asdict(c) for c in self.server.controls]
-        self.finish(story_to_html(self.server.story, live=True, connect=connect, controls=controls))
+        self.finish(page_of(**self.server.document(), connect=connect))
 
 
 class _Live(websocket.WebSocketHandler):
     def initialize(self, server: Server) -> None:
         self.server = server
+        self._sending: asyncio.Future[None] | None = None
+        self._telling: asyncio.Future[None] | None = None
+        self._next_pose: str | None = None
 
     def prepare(self) -> None:
         if not self.server.accepts(self.request.host):
@@ -236,35 +301,91 @@ class _Live(websocket.WebSocketHandler):
 
     def open(self, *args: Any, **kwargs: Any) -> None:
         self.server._clients.add(self)
+        self.push(self.server._announcement)
         if self.server._last is not None:
-            self.push(self.server._last)
+            self.push_pose(self.server._last)
 
-    def push(self, message: str) -> None:
+    def push(self, message: str) -> asyncio.Future[None] | None:
+        """Sends a message, in their order; None where the browser has gone."""
         try:
-            self.write_message(message)
+            sent = asyncio.ensure_future(self.write_message(message))
         except websocket.WebSocketClosedError:
             self.server._clients.discard(self)
+            return None
+        sent.add_done_callback(_look_at)
+        return sent
+
+    def push_pose(self, message: str) -> None:
+        """Sends poses, the newest only to a browser that is slower than they come."""
+        if self._sending is not None and not self._sending.done():
+            self._next_pose = message
+            return
+        self._next_pose = None
+        self._sending = self.push(message)
+        if self._sending is not None:
+            self._sending.add_done_callback(self._send_next)
+
+    def _send_next(self, _: object) -> None:
+        if self._next_pose is not None:
+            self.push_pose(self._next_pose)
 
     def on_message(self, message: str | bytes) -> None:
-        """Parameters {"type": "values", "values": {key: text}} are passed to `on_values`; anything else is ignored."""
-        try:
-            sent = json.loads(message)
-            values = sent["values"] if sent["type"] == "values" else None
-        except (ValueError, TypeError, KeyError):
-            return
-        take = self.server.on_values
-        if take is None or not isinstance(values, dict) or not all(isinstance(x, str) for x in values.values()):
-            return
-        take(values, self.refuse)
+        """Parameters {"type": "values", "values": {key: text}} are passed to `on_values`, {"type": "show"} is answered with
+        the story; anything else is ignored."""
+        sent = read_message(message)
+        if sent.get("type") == "show" and (self._telling is None or self._telling.done()):
+            self._telling = self.push(json.dumps({"type": "document", **self.server.document()}, allow_nan=False))
+        values = wanted_values(sent)
+        if values is not None and self.server.on_values is not None:
+            self.server.on_values(values, self.answer)
 
-    def refuse(self, reason: str) -> None:
-        """Tells this browser why its parameters are refused; from any thread."""
-        message = json.dumps({"type": "refused", "message": reason})
+    def answer(self, reason: str | None) -> None:
+        """Tells this browser that its parameters are built, or why they are refused; from any thread."""
+        told = {"type": "built"} if reason is None else {"type": "refused", "message": reason}
+        message = json.dumps(told)
         with contextlib.suppress(MechlabError):
-            self.server._call(lambda: self.push(message))
+            self.server._call(lambda: _discard(self.push(message)))
 
     def on_close(self) -> None:
         self.server._clients.discard(self)
+
+
+def _look_at(sent: asyncio.Future[None]) -> None:
+    """A browser that goes while something is sent to it is no error."""
+    if not sent.cancelled():
+        sent.exception()
+
+
+def _discard(_: object) -> None:
+    return None
+
+
+def read_message(message: str | bytes) -> dict[str, Any]:
+    """The object in a message of a browser; {} for everything else, and for what is too large or too deep to be parsed."""
+    if not isinstance(message, str) or len(message) > _LARGEST_MESSAGE or _depth(message) > _DEEPEST_MESSAGE:
+        return {}
+    try:
+        sent = json.loads(message)
+    except ValueError:
+        return {}
+    return sent if isinstance(sent, dict) else {}
+
+
+def wanted_values(sent: Mapping[str, Any]) -> dict[str, str] | None:
+    """The parameters in a message of a browser; None where it has none, or others than texts of a sensible length."""
+    values = sent.get("values") if sent.get("type") == "values" else None
+    if not isinstance(values, dict) or not values:
+        return None
+    return values if all(isinstance(x, str) and len(x) <= _MOST_TEXT for x in values.values()) else None
+
+
+def _depth(message: str) -> int:
+    """How many lists and objects stand in each other in a JSON text."""
+    deepest = depth = 0
+    for bracket in re.findall(r"[\[\]{}]", re.sub(r'"(?:[^"\\]|\\.)*"', "", message)):
+        depth += 1 if bracket in "[{" else -1
+        deepest = max(deepest, depth)
+    return deepest
 
 
 WARNING = (

@@ -7,7 +7,6 @@ streams that.
 
 from __future__ import annotations
 
-import queue
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -30,7 +29,7 @@ from mechlab.lab.run import run_scene
 from mechlab.mechanism.geometry import Array
 from mechlab.values import parse_value
 from mechlab.viewer.from_recording import mechanism_story, placed
-from mechlab.viewer.live import Control, Server
+from mechlab.viewer.live import Control, Reply, Server
 from mechlab.viewer.story import Story
 
 PICTURES = 25.0
@@ -150,12 +149,10 @@ def stream(
                     server.show(page)
         except NobodyWatches:
             return
-        except MechlabError as error:
+        except Exception as error:  # of any engine, law or page: the browser says so, the server goes on
             if not over():
-                failed = replace(
-                    server.story, health=(*server.story.health, ("error", f"the simulation ended: {error}"))
-                )
-                server.show(failed)
+                ended = f"the simulation ended: {sentence_of(error)}"
+                server.show(replace(server.story, health=(*server.story.health, ("error", ended))))
 
     thread = threading.Thread(target=work, name="mechlab-stream", daemon=True)
     thread.start()
@@ -165,48 +162,94 @@ def stream(
 PATIENCE = 20.0
 """How long a run that is no longer wanted may take to end [s]."""
 
-Reply = Callable[[str], None]
-
 
 class Rebuilder:
     """The design that a live page shows, its running simulation, and the thread that replaces both when a browser sends
-    parameters. `still` makes the page of a design, `final` that of its finished recording."""
+    parameters. `still` makes the page of a design, `final` that of its finished recording.
+
+    The latest wish wins: what a browser sends while a design is built becomes its one next wish, and a design that is
+    wanted otherwise by then is not shown. Wishes of several browsers are built together; where that fails, one after
+    another, so that a bad value takes none of another browser with it.
+    """
 
     def __init__(
         self, server: Server, first: Design, still: Callable[[Design], Story], final: Callable[[Recording], Story]
     ) -> None:
         self.server, self.design, self.still, self.final = server, first, still, final
-        self._wishes: queue.Queue[tuple[Mapping[str, str], Reply]] = queue.Queue()
+        self.built = 0
+        """How many designs were made for wishes."""
+        self._wishes: dict[Reply, dict[str, str]] = {}
+        self._changed = threading.Condition()
         self._stop = threading.Event()
+        server.show(server.story, controls(first))
         self._run = stream(server, first, final, stop=self._stop.is_set)
-        server.controls = controls(first)
-        server.on_values = lambda values, reply: self._wishes.put((values, reply))
+        server.on_values = self._take
         self._thread = threading.Thread(target=self._work, name="mechlab-rebuild", daemon=True)
         self._thread.start()
 
+    def end(self) -> None:
+        """Closes the server, and waits until nothing is built or simulated any more."""
+        self.server.close()
+        self._stop.set()
+        self._thread.join(PATIENCE)
+        self._run.join(PATIENCE)
+
+    def _take(self, values: Mapping[str, str], reply: Reply) -> None:
+        with self._changed:
+            self._wishes[reply] = self._wishes.pop(reply, {}) | dict(values)
+            self._changed.notify()
+
     def _work(self) -> None:
         while not self.server.closed:
-            try:
-                values, reply = self._wishes.get(timeout=0.2)
-            except queue.Empty:
-                continue
-            try:
-                self._rebuild(values)
-            except MechlabError as error:
-                reply(str(error))
+            with self._changed:
+                if not self._wishes:
+                    self._changed.wait(0.2)
+                wishes, self._wishes = self._wishes, {}
+            if wishes and not self._attempt(wishes):
+                for reply, values in wishes.items():
+                    self._attempt({reply: values})
 
-    def _rebuild(self, values: Mapping[str, str]) -> None:
-        """Raises MechlabError for values that make no mechanism; then the old one stays and runs on."""
-        asked = {key: parse_value(key, text) for key, text in values.items()}
+    def _attempt(self, wishes: Mapping[Reply, Mapping[str, str]]) -> bool:
+        """Builds wishes together, and answers; False, without an answer, where those of several browsers fail."""
+        try:
+            self._rebuild(wishes)
+        except Exception as error:  # whatever fails, the page goes on and says so
+            if len(wishes) > 1:
+                return False
+            for reply in wishes:
+                reply(sentence_of(error))
+        return True
+
+    def _overtaken(self, wishes: Mapping[Reply, Mapping[str, str]]) -> bool:
+        """Whether every browser has sent all of its parameters anew."""
+        with self._changed:
+            return all(values.keys() <= self._wishes.get(reply, {}).keys() for reply, values in wishes.items())
+
+    def _rebuild(self, wishes: Mapping[Reply, Mapping[str, str]]) -> None:
+        """Raises for values that make no mechanism; then the old one stays and runs on."""
+        asked = {key: parse_value(key, text) for values in wishes.values() for key, text in values.items()}
         changed = made_of(self.design.entry, dict(self.design.given) | asked)
+        self.built += 1
         story = self.still(changed)
         chosen_scene(changed)
+        if self._overtaken(wishes):
+            return
         self._stop.set()
         self._run.join(PATIENCE)
         self._stop = threading.Event()
-        self.design, self.server.controls = changed, controls(changed)
-        self.server.show(story)
+        self.design = changed
+        for reply in wishes:
+            reply(None)
+        self.server.show(story, controls(changed))
         self._run = stream(self.server, changed, self.final, stop=self._stop.is_set)
+
+
+def sentence_of(error: Exception) -> str:
+    """What a browser is told of an error: our own sentence, or that it is one of ours; never a traceback."""
+    if isinstance(error, MechlabError):
+        return str(error)
+    first = (str(error).strip().splitlines() or [""])[0][:200]
+    return f"This failed inside mechlab ({type(error).__name__}{': ' + first if first else ''}); the mechanism before it is still shown."
 
 
 def controls(d: Design) -> tuple[Control, ...]:

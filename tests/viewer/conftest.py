@@ -19,6 +19,9 @@ BROWSER_ARGUMENTS = (
     "--use-angle=swiftshader --enable-unsafe-swiftshader --ignore-gpu-blocklist"
 ).split()
 
+GONE = "WebSocket connection to 'ws://127.0.0.1"
+"""A browser reports so that the server of a live page has ended; a page cannot prevent that."""
+
 PATIENCE = 300.0
 """Seconds to wait for a browser: a net under a page that hangs, far above what a busy machine takes."""
 
@@ -122,7 +125,7 @@ def look(browser: Any) -> Iterator[Callable[..., Any]]:
         page.set_default_timeout(1000.0 * PATIENCE)
         pages.append(page)
         page.errors, page.requests = [], []
-        page.on("console", lambda message: page.errors.append(message.text) if message.type == "error" else None)
+        page.on("console", lambda message: page.errors.append(message.text) if is_error(message) else None)
         page.on("pageerror", lambda error: page.errors.append(str(error)))
         page.on("request", lambda request: page.requests.append(request.url))
         page.goto(url)
@@ -134,6 +137,11 @@ def look(browser: Any) -> Iterator[Callable[..., Any]]:
     for page in pages:
         page.context.close()
     assert errors == []
+
+
+def is_error(message: Any) -> bool:
+    """Whether a message of the console is an error of the page."""
+    return message.type == "error" and not message.text.startswith(GONE)
 
 
 def wait_until(page: Any, condition: str, seconds: float = PATIENCE) -> None:

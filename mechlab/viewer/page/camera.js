@@ -15,10 +15,12 @@ class CameraRig {
     this.projection = new Projection(stage.viewer);
     this.views = { ...VIEWS, face: this.framing.face };
     controls.addEventListener("start", () => { this.touched = true; });
-    new ResizeObserver(() => {
+    const resized = new ResizeObserver(() => {
       stage.viewer.set_3d_pane_size();
       if (!this.touched) this.fit();
-    }).observe(stage.viewer.dom_element);
+    });
+    resized.observe(stage.viewer.dom_element);
+    atEnd(() => resized.disconnect());
   }
 
   /** The view that the page opens with. */

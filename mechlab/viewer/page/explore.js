@@ -21,7 +21,7 @@ class Explorer {
     this.freeBody = !this.recorded && FreeBody.fits(this.model, this.report) ? new FreeBody(this) : null;
     this.controls = new HandControls(this);
     this.layers.show.add("before", "ghost: the pose before", true, (on) => this.before.want(on));
-    document.addEventListener("keydown", (event) => this.key(event));
+    listenTo(document, "keydown", (event) => this.key(event));
     if (this.byHand) { this.addReach(); this.show(); this.drawCurves(); }
   }
 

@@ -10,6 +10,7 @@ class Inspector {
     this.hover = byId("hover");
     this.follow = new Follow(stage, byId("following"));
     this.pickers = [];
+    this.describers = [];
     this.card = new Card(byId("card"), this.readings, [
       ["Hide", "Hide this part (show it again in the list of parts)", (body) => { this.visibility.hide(body); this.pin(null); }],
       ["Isolate", "Hide all other parts; again: show all", (body) => this.isolate(body)],
@@ -20,7 +21,7 @@ class Inspector {
     this.visibility.onMark(() => this.section.cut());
     this.measuring = new Measuring(story, this, labels, byId("measure-button"), byId("measure"));
     this.list = new PartList(byId("parts"), stage, this);
-    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
+    listenTo(document, "keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.pin(null); });
   }
 
   /** Takes over the clicks for a while: `picker(hit, event)` returns true when it has used one. */
@@ -39,7 +40,10 @@ class Inspector {
     this.hover.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
   }
 
-  partName({ body, part }) {
+  /** What is under the pointer, in words; a function of `describers` that knows more comes first. */
+  partName(hit) {
+    const { body, part } = hit;
+    for (const describe of this.describers) { const words = describe(hit); if (words) return words; }
     const name = this.stage.bodies[body];
     return !part || part === name ? name : `${name} \u00b7 ${part.replace(/_/g, " ")}`;
   }
@@ -101,7 +105,7 @@ class PartList {
 
 /** A menu (a details element) closes by a press elsewhere and by Escape. */
 function closeOutside(holder) {
-  document.addEventListener("pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
+  listenTo(document, "pointerdown", (event) => { if (!holder.contains(event.target)) holder.open = false; });
   holder.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !holder.open) return;
     holder.open = false;

@@ -1,48 +1,119 @@
-// A live page: the server sends poses, which are shown at once; moving the time slider goes back to the recording. Parameters
-// are sent to the server, which builds the mechanism anew.
+// A live page: the server sends poses, which are shown at once, and says when it has another story, which replaces the one
+// that is shown, in the open page. Parameters are sent to the server, which builds the mechanism anew.
 
-function listen(story, stage, player, notice, panel) {
-  const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
-  const form = story.controls.length ? addControls(story.controls, panel, (values) => socket.send(JSON.stringify({ type: "values", values }))) : null;
-  socket.onmessage = (event) => {
-    const message = JSON.parse(event.data);
-    if (message.type === "story") { if (form) form.keep(); location.reload(); }
-    if (message.type === "refused" && form) form.refuse(message.message);
-    if (message.type !== "poses") return;
+const RETRY = [500, 5000]; // ms between two attempts to reach a server that has gone: first, longest
+
+class Live {
+  /** `replace(story, read, adopt)` puts another story into the page and hands its parts to `adopt`; `parts` are the present ones. */
+  constructor(story, parts, replace) {
+    Object.assign(this, { replace, shown: story.live, controls: story.controls, typed: {}, sent: null, refused: "", pose: null, asked: false, wait: RETRY[0] });
+    this.adopt(parts);
+    this.connect();
+  }
+
+  connect() {
+    const socket = this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
+    socket.onopen = () => { this.wait = RETRY[0]; this.say("", ""); };
+    socket.onmessage = (event) => this.take(JSON.parse(event.data));
+    socket.onclose = () => {
+      this.asked = false;
+      this.say("the server has stopped; the page goes on when it is back", "stopped");
+      setTimeout(() => this.connect(), this.wait);
+      this.wait = Math.min(RETRY[1], 2 * this.wait);
+    };
+  }
+
+  take(message) {
+    if (message.type === "poses") { this.pose = message; this.show(); }
+    if (message.type === "story") this.follow(message);
+    if (message.type === "document") this.receive(message);
+    if (message.type === "built") { this.sent = null; this.refresh(); }
+    if (message.type === "refused") {
+      this.typed = { ...this.sent, ...this.typed };
+      this.sent = null;
+      this.refused = message.message;
+      this.refresh();
+    }
+  }
+
+  /** Asks for the story that the server shows now, unless it is the one shown here, or on its way. */
+  follow({ session, number }) {
+    this.wanted = { session, number };
+    if (session === this.shown.session && number === this.shown.number) return;
+    if (session !== this.shown.session) this.sent = null;
+    if (!this.asked) this.socket.send('{"type": "show"}');
+    this.asked = true;
+  }
+
+  async receive({ document: story, block }) {
+    const read = await blockReader(block);
+    this.asked = false;
+    this.shown = story.live;
+    this.controls = story.controls;
+    this.replace(story, read, (parts) => this.adopt(parts));
+    this.show();
+    if (this.wanted.number > this.shown.number) this.follow(this.wanted);
+  }
+
+  adopt(parts) {
+    this.parts = parts;
+    this.form = this.controls.length ? addControls(this, parts.panel) : null;
+    parts.player.onTime(() => this.leave());
+  }
+
+  /** Shows the newest poses, where they are those of the story that is shown. */
+  show() {
+    const message = this.pose, { stage, player, explorer } = this.parts;
+    if (!message || message.number !== this.shown.number) return;
+    if (explorer && explorer.byHand) { this.leave(); return; }
     player.pause();
     message.position.forEach((position, k) => {
       stage.groups[k].position.fromArray(position);
       stage.groups[k].quaternion.fromArray(message.quaternion[k]).normalize();
     });
     stage.redraw();
-    notice.textContent = "live";
-    notice.className = "live";
-  };
-  socket.onclose = () => { notice.textContent = "the server has stopped"; notice.className = "stopped"; };
-  player.onTime(() => { if (notice.className === "live") { notice.textContent = ""; notice.className = ""; } });
+    this.say("live", "live");
+  }
+
+  /** Whoever moves the time looks at the recording again, whoever moves a part at what it does. */
+  leave() { if (this.parts.notice.className === "live") this.say("", ""); }
+
+  say(words, kind) {
+    this.parts.notice.textContent = words;
+    this.parts.notice.className = kind;
+  }
+
+  /** Sends the parameters that were changed. */
+  ask() {
+    const values = Object.fromEntries(this.controls.filter((c) => c.key in this.typed).map((c) => [c.key, this.typed[c.key]]));
+    this.refused = Object.keys(values).length ? "" : "Nothing is changed yet.";
+    if (!this.refused && this.socket.readyState !== WebSocket.OPEN) this.refused = "The server has stopped; nothing was sent.";
+    if (!this.refused) {
+      this.socket.send(JSON.stringify({ type: "values", values }));
+      [this.sent, this.typed] = [{ ...this.sent, ...values }, {}];
+    }
+    this.refresh();
+  }
+
+  refresh() { if (this.form) this.form.refresh(); }
 }
 
-/** A form of all parameters; `send` gets those that were changed, as texts. */
-function addControls(controls, panel, send) {
+/** A form of all parameters. What is typed, sent and refused is kept by `live`, whatever becomes of the form. */
+function addControls(live, panel) {
+  const { controls } = live;
   const said = make("p", { class: "said", role: "alert" });
-  const fields = controls.map((c) => make("input", { id: `set-${c.key}`, name: c.key, value: c.value, autocomplete: "off", spellcheck: "false", title: c.text }));
-  const button = make("button", { type: "submit" }, "Rebuild");
+  const type = ({ key, value }, text) => { if (text === value) delete live.typed[key]; else live.typed[key] = text; };
+  const fields = controls.map((c) => make("input", { id: `set-${c.key}`, name: c.key, autocomplete: "off", spellcheck: "false", title: c.text,
+    value: live.typed[c.key] ?? (live.sent || {})[c.key] ?? c.value, oninput: (event) => type(c, event.target.value.trim()) }));
+  const button = make("button", { type: "submit" });
   const rows = controls.map((c, k) => make("tr", {}, make("th", { scope: "row" }, make("label", { for: `set-${c.key}` }, c.key)), make("td", {}, fields[k]), make("td", { class: "unit" }, c.unit)));
-  const changed = () => Object.fromEntries(fields.filter((f, k) => f.value.trim() !== controls[k].value).map((f) => [f.name, f.value.trim()]));
-  const form = make("form", { id: "controls", onsubmit: (event) => {
-    event.preventDefault();
-    const values = changed();
-    if (!Object.keys(values).length) { said.textContent = "Nothing is changed yet."; return; }
-    said.textContent = "";
-    button.disabled = true;
-    button.textContent = "Rebuilding\u2026";
-    send(values);
-  } }, make("h2", {}, "Change and rebuild"), make("table", {}, make("tbody", {}, ...rows)), button, said);
+  const form = make("form", { id: "controls", onsubmit: (event) => { event.preventDefault(); live.ask(); } },
+    make("h2", {}, "Change and rebuild"), make("table", {}, make("tbody", {}, ...rows)), button, said);
   panel.querySelector("header").after(form);
-  // The page is loaded anew when a run ends; what is typed but not sent yet outlives that.
-  const kept = JSON.parse(sessionStorage.getItem("typed") || "{}");
-  sessionStorage.removeItem("typed");
-  for (const field of fields) if (kept[field.name] !== undefined) field.value = kept[field.name];
-  const keep = () => { if (!button.disabled) sessionStorage.setItem("typed", JSON.stringify(changed())); };
-  return { keep, refuse: (message) => { said.textContent = message; button.disabled = false; button.textContent = "Rebuild"; } };
+  const refresh = () => {
+    button.textContent = live.sent ? "Rebuilding\u2026" : "Rebuild";
+    said.textContent = live.refused;
+  };
+  refresh();
+  return { refresh };
 }

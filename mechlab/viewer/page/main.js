@@ -1,13 +1,21 @@
 // Puts the page together and offers it to scripts as window.lab.
 
 async function start() {
+  const blank = document.getElementById("lab").cloneNode(true);
+  const story = JSON.parse(document.getElementById("story").textContent);
+  const read = await blockReader(document.getElementById("block").textContent);
+  let parts = build(story, read);
+  parts.address.apply(location.hash.slice(1));
+  if (story.live) new Live(story, parts, (next, block, adopt) => { parts = replaceStory(parts, next, block, blank, adopt); });
+}
+
+/** Builds the page of a story, and returns its parts. `renderer`: that of the story shown before. */
+function build(story, read, renderer) {
   const byId = (id) => document.getElementById(id);
-  const story = JSON.parse(byId("story").textContent);
-  const read = await blockReader(byId("block").textContent);
   for (const source of [story, ...story.variants.flatMap((v) => v.choices)]) if (source.model) source.model = JSON.parse(new TextDecoder().decode(read(source.model)));
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
-  const stage = new Stage(byId("viewport"), story, read);
+  const stage = new Stage(byId("viewport"), story, read, renderer);
   const traces = new Traces(stage, story, read);
   let explorer = null, curves = null;
   const rig = new CameraRig(stage);
@@ -24,7 +32,7 @@ async function start() {
       const q = recorded === null && explorer ? motion.coordinates(player.time) : null;
       return q && explorer.model.names.includes(name) ? explorer.model.value(name, q) : recorded;
     },
-    velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
+    velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, stage.groups.length, player.time)),
   };
   const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());
   const refresh = (time) => {
@@ -45,10 +53,11 @@ async function start() {
   });
   curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
+  const field = addFields(story, read, stage, inspector, layers.show, byId("panel"));
+  const clips = addClips(story.clips, player, curves, byId("panel"));
   explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
-  if (story.live) listen(story, stage, player, byId("notice"), byId("panel"));
 
-  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer });
+  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer, clips });
   addLinkButton(address, byId("views"));
 
   window.lab = {
@@ -68,6 +77,8 @@ async function start() {
     inspector,
     springs,
     address,
+    clips,
+    field,
     curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),
@@ -77,9 +88,10 @@ async function start() {
     viewer: stage.viewer,
     quality: stage.quality,
   };
-  address.apply(location.hash.slice(1));
-  window.addEventListener("hashchange", () => address.apply(location.hash.slice(1)));
-  requestAnimationFrame(() => requestAnimationFrame(() => { window.lab.ready = true; }));
+  listenTo(window, "hashchange", () => address.apply(location.hash.slice(1)));
+  const handle = window.lab;
+  requestAnimationFrame(() => requestAnimationFrame(() => { handle.ready = true; }));
+  return { stage, rig, player, explorer, address, panel: byId("panel"), notice: byId("notice") };
 }
 
 start().catch((error) => {

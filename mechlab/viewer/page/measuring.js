@@ -37,7 +37,7 @@ class Measuring {
     this.holder.append(make("div", { class: "card-head" }, make("h2", {}, "Measure"),
       make("button", { type: "button", class: "close", "aria-label": "Stop measuring", title: "Close (Esc)", onclick: () => this.switch(false) }, "\u00d7")),
       make("p", { class: "hint" }, "Pick two features in the view: named points, corners, axes of holes and pins, faces. Or choose:"), ...this.selects, this.answer);
-    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.switch(false); });
+    listenTo(document, "keydown", (event) => { if (event.key === "Escape" && !event.defaultPrevented) this.switch(false); });
     this.switch(false);
   }
 

@@ -3,10 +3,12 @@
 const BUTTON_ROOM = 56;
 
 class Stage {
-  constructor(viewport, story, read) {
+  /** `renderer`: that of the story before, whose picture stays until this one is drawn. */
+  constructor(viewport, story, read, renderer) {
     this.framing = story.framing;
     this.bodies = story.bodies;
-    this.viewer = new MeshCat.Viewer(viewport);
+    this.viewer = new MeshCat.Viewer(viewport, true, renderer);
+    if (renderer) viewport.append(renderer.domElement);
     this.prepareViewer(viewport);
     this.root = this.viewer.scene_tree.find(["mechanism"]).object;
     this.addLights();
@@ -178,6 +180,18 @@ class Stage {
     this.viewer.scene.updateMatrixWorld(true);
     const e = this.root.matrixWorld.clone().invert().multiply(this.groups[k].matrixWorld).elements;
     return [0, 1, 2, 3].map((row) => [0, 1, 2, 3].map((column) => e[4 * column + row]));
+  }
+
+  /** Gives up everything but the renderer, which the next stage takes. */
+  end() {
+    const { viewer } = this;
+    viewer.animate = viewer.render = viewer.set_3d_pane_size = () => {};
+    viewer.controls.dispose();
+    viewer.scene.traverse((object) => {
+      if (object.geometry) object.geometry.dispose();
+      for (const material of [object.material || []].flat()) material.dispose();
+      if (object.shadow && object.shadow.map) object.shadow.map.dispose();
+    });
   }
 
   /** `update()` is called whenever bodies may have moved, before the picture is drawn. */

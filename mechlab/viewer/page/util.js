@@ -2,6 +2,15 @@
 
 const THREE = MeshCat.THREE;
 
+/** Ends when another story takes the place of the one that is shown (on a live page). */
+let showing = new AbortController();
+
+/** Listens to the document or the window, as long as the present story is shown. */
+function listenTo(target, type, handler) { target.addEventListener(type, handler, { signal: showing.signal }); }
+
+/** Calls `action` when the present story is shown no longer. */
+function atEnd(action) { showing.signal.addEventListener("abort", action, { once: true }); }
+
 /** An element: make("button", {class: "x", onclick: f}, "text", child). Texts are never parsed as HTML. */
 function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
