@@ -23,6 +23,7 @@ from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
+from mechlab.viewer.acting import arrows
 from mechlab.viewer.channels import recorded_channels
 from mechlab.viewer.chosen_plots import chosen_plots
 from mechlab.viewer.explore import explore
@@ -30,7 +31,7 @@ from mechlab.viewer.framing import frame_story
 from mechlab.viewer.knots import Drawn, Knots, choose_knots, drawn_rates
 from mechlab.viewer.lines import lines
 from mechlab.viewer.reach import BorderSurface
-from mechlab.viewer.story import Arrow, Floor, Part, Plot, Severity, Story
+from mechlab.viewer.story import Floor, Part, Plot, Severity, Story
 
 
 def recording_to_csv(recording: Recording) -> str:
@@ -87,9 +88,10 @@ def recording_story(
     story = motion_story(
         mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
         facts=facts, health=recording.health, plots=chosen_plots(recording, keep, plots, channels), reconstructed=rebuilt,
-        arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
+        recorded=len(recording.t),
     )  # fmt: skip
-    story = replace(story, channels=recorded_channels(recording))
+    drawn_arrows = arrows(recording, keep, mechanism, q[keep], story.parts)
+    story = replace(story, channels=recorded_channels(recording), arrows=drawn_arrows)
     if len(recording.t) < 3:
         return story
     knots = choose_knots(
@@ -109,7 +111,6 @@ def motion_story(
     health: Health | None = None,
     plots: Sequence[Plot] = (),
     reconstructed: tuple[str, ...] = (),
-    arrows: tuple[Arrow, ...] = (),
     recorded: int | None = None,
 ) -> Story:
     """A Story from coordinates q (n, nq) at times t (n,); `recorded`: how many samples the run had."""
@@ -125,7 +126,7 @@ def motion_story(
         title=title, summary=summary, t=t, bodies=names, poses=poses, parts=parts, plots=tuple(plots),
         facts=tuple((facts or {}).items()), health=findings, traces=traces,
         reconstructed=tuple(n for n in reconstructed if n in names),
-        arrows=arrows, marks=annotate.marks(mechanism, parts),
+        marks=annotate.marks(mechanism, parts),
         ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
         tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
         floors=floors_of(names, poses, owners), model=mechanism,

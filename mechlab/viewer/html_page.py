@@ -105,7 +105,8 @@ SCRIPTS = (
     "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
     "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
     "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js", "camera.js", "player.js",
-    "timewindow.js", "curves.js", "plots.js", "channels.js", "panel.js", "live.js", "replace.js", "address.js", "main.js",
+    "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js", "panel.js", "live.js",
+    "replace.js", "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 

@@ -26,7 +26,7 @@ from mechlab.viewer.framing import (
 )
 from mechlab.viewer.knots import Knots
 from mechlab.viewer.reach import BorderSurface
-from mechlab.viewer.story import Part, Story
+from mechlab.viewer.story import ColorField, Part, Story
 
 Array = NDArray[np.float64]
 
@@ -117,6 +117,8 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             }
             for plot in story.plots
         ],
+        "clips": [{"name": c.name, "value": c.value, "text": c.text, "start": c.start, "end": c.end} for c in story.clips],
+        "fields": [_pack_field(f, story.parts, block) for f in story.fields],
         "channels": _pack_channels(story.channels, block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
@@ -220,6 +222,19 @@ def _pack_marks(story: Story) -> list[dict[str, Any]]:
 
 def _pack_traces(traces: Mapping[str, Array], block: ByteBlock) -> list[dict[str, Any]]:
     return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
+
+
+def _pack_field(field: ColorField, parts: Sequence[Part], block: ByteBlock) -> dict[str, Any]:
+    """A field at the vertices that the page draws: those of the part, some of them several times."""
+    from scipy.spatial import KDTree
+
+    part = next(p for p in parts if p.name == field.part)
+    drawn = split_at_edges(part.vertices, part.faces).vertices
+    values = field.values[KDTree(part.vertices).query(drawn)[1]]
+    return {
+        "part": field.part, "name": field.name, "unit": field.unit, "text": field.text,
+        "low": float(np.nanmin(values)), "high": float(np.nanmax(values)), "values": block.add(values, "f4"),
+    }  # fmt: skip
 
 
 def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:

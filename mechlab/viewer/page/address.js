@@ -5,9 +5,10 @@ class Address {
 
   /** The part of a link after #. */
   text() {
-    const { stage, player, rig, inspector, section, follow, layers, curves, explorer } = this.lab;
+    const { stage, player, rig, inspector, section, follow, layers, curves, explorer, clips } = this.lab;
     const wishes = new URLSearchParams();
     const number = (x) => String(Number(x.toPrecision(9)));
+    if (clips && clips.chosen) wishes.set("clip", clips.chosen);
     if (player.duration > 0) wishes.set("t", number(player.time));
     const { camera, controls } = stage.viewer;
     const eye = controls.target.clone().addScaledVector(camera.position.clone().sub(controls.target).normalize(), rig.projection.distance);
@@ -28,7 +29,7 @@ class Address {
 
   /** Shows what an address tells; what does not exist here is left as it is. */
   apply(text) {
-    const { stage, player, rig, inspector, section, follow, layers, curves, explorer } = this.lab;
+    const { stage, player, rig, inspector, section, follow, layers, curves, explorer, clips } = this.lab;
     const wishes = new URLSearchParams(text);
     const numbers = (key) => (wishes.get(key) || "").split(",").map(Number);
     const finite = (list, count) => list.length === count && list.every(Number.isFinite);
@@ -41,6 +42,7 @@ class Address {
     if (wishes.has("hide")) inspector.visibility.set(wishes.getAll("hide").map(body).filter((k) => k !== null));
     const [axis, at, side] = (wishes.get("section") || "").split(",");
     if (axis in AXES && Number.isFinite(Number(at))) section.set(axis, Number(at), side === "after");
+    if (clips && wishes.has("clip")) clips.choose(wishes.get("clip"));
     if (wishes.has("t") && Number.isFinite(Number(wishes.get("t")))) player.seek(Number(wishes.get("t")));
     if (explorer && wishes.has("drive")) {
       const pairs = wishes.getAll("drive").map((item) => [item.slice(item.indexOf(",") + 1), Number(item.slice(0, item.indexOf(",")))]);

@@ -35,7 +35,7 @@ class SteadyForces {
       }
       for (const { a: one, b: other, force, ends } of springs)
         for (const [k, sign, point] of [[one, 1, ends[0]], [other, -1, ends[1]]])
-          if (k >= 0) needed[c] += sign * inner3(force, plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
+          if (model.parts[k]) needed[c] += sign * inner3(force, plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
     });
     this.addRotors(q, v, a, needed);
     const { jacobian, names } = model.constraints(q);
@@ -98,8 +98,8 @@ class SteadyForces {
     const { linear, angular } = model.velocities(q, v);
     return model.document.springs.map((spring) => {
       const [a, b] = [spring.body_a, spring.body_b].map((body) => model.partIndex(body, `spring ${spring.name}`));
-      const end = (k, point) => (k < 0 ? [...point] : plus3(bodies[k].origin, times33(bodies[k].rotation, point)));
-      const speed = (k, point) => (k < 0 ? [0, 0, 0] : plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
+      const end = (k, point) => (model.parts[k] ? plus3(bodies[k].origin, times33(bodies[k].rotation, point)) : [...point]);
+      const speed = (k, point) => (!model.parts[k] ? [0, 0, 0] : plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
       const ends = [end(a, spring.point_a), end(b, spring.point_b)];
       const line = minus3(ends[1], ends[0]), length = length3(line);
       if (length < 1e-12) return { a, b, ends, force: [0, 0, 0] };
@@ -136,9 +136,9 @@ class SteadyForces {
   }
 
   loads(q, name, bodies, springs, { reactions, drive }) {
-    const { model } = this, tree = model.tree.set(q), ground = (k) => (k < 0 ? "ground" : model.parts[k].name);
+    const { model } = this, tree = model.tree.set(q), ground = (k) => (model.parts[k] ? model.parts[k].name : "ground");
     const through = bodies.map(({ force }) => [...force]);
-    const add = (k, force, sign) => { if (k >= 0) through[k] = through[k].map((x, i) => x - sign * force[i]); };
+    const add = (k, force, sign) => { if (through[k]) through[k] = through[k].map((x, i) => x - sign * force[i]); };
     const out = [];
     let row = 0;
     model.document.loops && model.closure.loops.forEach((loop, i) => {

@@ -54,15 +54,16 @@ class Readings {
   }
 }
 
-/** Velocities {linear, angular} of body `k` at `time`, from recorded poses around it: central differences over a frame. */
-function velocityFromMotion(motion, k, time) {
+/** Velocities {linear, angular} of body `k` of `count` at `time`: differences of the poses around it, close by where they come from
+ * coordinates and their rates, else over a frame. */
+function velocityFromMotion(motion, k, count, time) {
   const frame = motion.frame(time), last = motion.times.length - 1;
   if (last < 1) return null;
-  const step = motion.times[Math.min(last, frame + 1)] - motion.times[Math.min(last, frame + 1) - 1];
+  const step = (motion.times[Math.min(last, frame + 1)] - motion.times[Math.min(last, frame + 1) - 1]) * (motion.knots ? 1e-3 : 1);
   // A parabola through three times; at an end all three lie inside.
   const middle = Math.min(motion.end - step, Math.max(motion.start + step, time));
   const at = (t) => {
-    const groups = motion.tracks.map(() => ({ position: new THREE.Vector3(), quaternion: new THREE.Quaternion() }));
+    const groups = Array.from({ length: count }, () => ({ position: new THREE.Vector3(), quaternion: new THREE.Quaternion() }));
     motion.apply(groups, Math.min(motion.end, Math.max(motion.start, t)));
     return groups[k];
   };
