@@ -14,12 +14,12 @@ import numpy as np
 from mechlab import catalog
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import PlotRecipe, WorkspaceMap
+from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
 from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import chosen_scene
-from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.modes.eigen import RIGID, UNSTABLE, VibrationMode
@@ -29,6 +29,7 @@ from mechlab.studies.workspace.plan import WorkspacePlan
 from mechlab.studies.workspace.study import WorkspaceResult, WorkspaceSurface, surface
 from mechlab.studies.workspace.survey import survey
 from mechlab.viewer import Part, Story, story_to_html, write_page
+from mechlab.viewer.facts import unit_words, value_words
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
 from mechlab.viewer.reach import BorderSurface, border
@@ -134,7 +135,7 @@ def _mode_clip(number: int, mode: VibrationMode, start: float, end: float) -> Cl
 
 
 def _facts(d: Design) -> dict[str, str]:
-    return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
+    return {i.name: value_words(getattr(d.parameters, i.name), i.unit) for i in describe(d.entry.parameters)}
 
 
 def write_workspace_page(
@@ -157,13 +158,13 @@ def write_workspace_page(
     facts = {
         "nodes": data["nodes"],
         "voxels": str(data["voxels"]),
-        "volume": f"{data['volume']:.6g} {result.volume_unit}",
+        "volume": f"{data['volume']:.6g} {unit_words(result.volume_unit)}",
     }
     facts |= {
-        f"{k}, smallest to largest": f"{m.smallest:.4g} to {m.largest:.4g} {m.unit}" for k, m in result.maps.items()
+        f"{k}, smallest to largest": f"{m.smallest:.4g} to {m.largest:.4g} {unit_words(m.unit)}".strip() for k, m in result.maps.items()
     }
     if result.comparison is not None:
-        facts |= {k: f"{v:.6g} {result.volume_unit}" for k, v in data["against"]["volumes"].items()}
+        facts |= {k: f"{v:.6g} {unit_words(result.volume_unit)}" for k, v in data["against"]["volumes"].items()}
     still = mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), f"{d.entry.title}: workspace", facts)
     parts = [Part(GROUND, name, s.vertices[:, order], s.faces[:, ::even], color) for s, name, color in shapes]
     maps = {name: item for name, item in result.plan.maps.items() if name in result.maps}
