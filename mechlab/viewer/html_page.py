@@ -103,10 +103,10 @@ BY_HAND = (
 SCRIPTS = (
     *SOLVER,
     "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
-    "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
-    "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js", "camera.js", "player.js",
-    "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js", "panel.js", "live.js",
-    "replace.js", "address.js", "main.js",
+    "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "caps.js",
+    "section.js", "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js",
+    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js",
+    "panel.js", "live.js", "replace.js", "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 

@@ -173,7 +173,7 @@ def test_out_of_reach_is_said_in_millimetres(opened: Callable[..., Any]) -> None
     local, target = (np.array(x) for x in page.evaluate(HELD))
     expected = np.hypot(np.hypot(target[0], target[2]) - np.hypot(local[0], local[2]), target[1] - local[1])
     assert page.evaluate("lab.explorer.report.miss") == pytest.approx(expected, abs=1e-7)
-    label = page.locator(".label.held").inner_text()
+    label = page.locator(".label.missed").inner_text()
     assert float(label.split()[0]) == pytest.approx(1e3 * expected, rel=5e-3) and label.endswith("mm out of reach")
     assert "as near as the mechanism lets it come" in page.locator("#hand .state.warning").inner_text()
     page.mouse.up()
