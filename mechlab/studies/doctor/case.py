@@ -148,6 +148,8 @@ def read_case(path: Path, read: Callable[[Path], ModelFile]) -> ExaminedFile:
         raise MechlabError(f"{path}: {error}") from None
     try:
         file = read(path)
+        if file.unheld:
+            file, unread = None, file.unheld
     except MechlabError as error:
         unread = str(error).removeprefix(f"{path}: ")
     except (ValueError, KeyError, IndexError) as error:
