@@ -204,6 +204,7 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
     ("session", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: ml.session("pendulum", engine="file"))),
     ("environment", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: _episode(engine="file"))),
+    ("environments", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: _episodes(engine="file"))),
     ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
     ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
     ("track", "times"): (

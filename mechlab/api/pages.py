@@ -135,7 +135,8 @@ def _mode_clip(number: int, mode: VibrationMode, start: float, end: float) -> Cl
 
 
 def _facts(d: Design) -> dict[str, str]:
-    return {i.name: value_words(getattr(d.parameters, i.name), i.unit) for i in describe(d.entry.parameters)}
+    values = {i.name: (getattr(d.parameters, i.name), i.unit) for i in describe(d.entry.parameters)}
+    return {name: value_words(value, unit) for name, (value, unit) in values.items() if value != ""}
 
 
 def write_workspace_page(

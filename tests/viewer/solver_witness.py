@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from mechlab.engines.pinocchio.closer import Closer
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, prismatic, revolute, spherical
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import integrate
-from mechlab.mechanism.newton import follow, newton
+from mechlab.mechanism.newton import newton
 from mechlab.mechanism.structure import generic, independent_rows, null_space, structure
 from mechlab.shapes import shape
 
@@ -148,7 +148,7 @@ class Witness:
         return worst
 
     def check_small_steps(self, before: Array, q: Array) -> None:
-        """The same way of the drives in small steps by Python's continuation ends at the same pose."""
+        """The same way of the drives in small steps of Newton's method in Python ends at the same pose."""
         m, tree = self.m, TreeKinematics(self.m)
         rows = np.array([m.row(n) for n in self.drives])
         first, last = (np.array([m.value(n, x) for n in self.drives]) for x in (before, q))
@@ -159,11 +159,18 @@ class Witness:
             residual = np.concatenate([self.constraints.residual(tree), now - first - s * (last - first)])
             return residual, np.vstack([self.constraints.jacobian(tree), rows])
 
-        steps = 20 + int(100.0 * np.abs((last - first) @ rows / self.scale).max())
-        found = follow(evaluate, lambda x, dv: integrate(m, x, dv), before, steps=steps, smallest=1e-9)
+        longest = 1.0 / (20 + int(100.0 * np.abs((last - first) @ rows / self.scale).max()))
+        q_now, s, step = before, 0.0, longest
+        while s < 1.0 and step > 1e-9:  # never longer: two modes may be near each other
+            ahead = min(1.0, s + step)
+            found = newton(partial(evaluate, s=ahead), partial(integrate, m), q_now, iterations=12)
+            if found.closed and np.abs(found.q - q_now).max() < 0.1:
+                q_now, s, step = found.q, ahead, min(longest, 1.5 * step)
+            else:
+                step *= 0.5
         # at a limit position the drives determine the pose only to the root of their rounding
-        ended, close = self.apart(q, found.q), 1e-7 if self.distance(q) > 1e-3 else 1e-3
-        assert ended < close, f"small steps end {ended} apart ({found.status.name})"
+        ended, close = self.apart(q, q_now), 1e-7 if self.distance(q) > 1e-3 else 1e-3
+        assert ended < close, f"small steps end {ended} apart, at {s:.3f} of the way"
 
     def rows(self, q: Array) -> Array:
         """Scaled independent closure rows and rows of the drives."""

@@ -156,7 +156,7 @@ class SteadyForces {
     for (let k = through.length - 1; k >= 0; k--) add(tree.parent[k], through[k], -1);
     model.parts.forEach((body, k) => {
       const joint = (body.joints || [])[(body.joints || []).length - 1];
-      if (joint) out.push({ name: joint.name, kind: "force", unit: "N", on: body.name, by: ground(tree.parent[k]), point: at3(tree.anchors, model.jointNamed.get(joint.name).v), vector: through[k] });
+      if (joint) out.push({ name: joint.name, tree: true, kind: "force", unit: "N", on: body.name, by: ground(tree.parent[k]), point: at3(tree.anchors, model.jointNamed.get(joint.name).v), vector: through[k] });
     });
     bodies.forEach(({ mass, centre }, k) => out.push({ name: `weight of ${model.parts[k].name}`, kind: "force", unit: "N", on: model.parts[k].name, by: "", point: centre, vector: this.gravity.map((g) => mass * g) }));
     bodies.forEach((body, k) => out.push(...this.effects(body, model.parts[k].name)));

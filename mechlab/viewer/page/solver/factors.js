@@ -1,7 +1,7 @@
 // Rows A of a linear system A y = b as A = L Q^T, by Householder reflections with row pivoting. Allocates only when it is made.
 
 class RowFactors {
-  /** Room for `capacity` rows of length n; rows are written to `matrix` before `stage` takes them in. */
+  /** Room for `capacity` rows of length n; `stage` takes them in from `matrix`. */
   constructor(capacity, n) {
     this.n = n;
     this.matrix = new Float64Array(capacity * n);

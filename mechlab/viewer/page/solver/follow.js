@@ -9,7 +9,7 @@ function follow(walk, moving, held) {
   const { manifold } = walk, errors = moving.map((hold) => hold.error(walk.q)), total = Math.hypot(...errors);
   const line = errors.map((x) => -x / total), along = new BlendHold(moving, line);
   const kept = [...held, ...BlendHold.across(moving, line)], goals = [...held, ...moving];
-  let step = FIRST_STEP, aim = 0, highest = 0; // aim: the estimated way to the targets; highest: rate before a limit position
+  let step = FIRST_STEP, aim = 0, highest = 0; // aim: way to the targets; highest: rate before a limit position
   for (let count = 0; count < MOST_STEPS; count++) {
     const rate = walk.heading(kept, along.row), left = -along.error(walk.q);
     if (rate < NO_MOTION) {
@@ -21,19 +21,19 @@ function follow(walk, moving, held) {
     aim = 0;
     if (made.good && made.cosine > BEND) {
       const beyond = along.error(walk.next), { length } = made;
-      if (!final && !made.stopped && beyond > 0) { // the drive speeds up on the way: left = rate x + bend x^2
+      if (!final && !made.pins.length && beyond > 0) { // the drive speeds up on the way: left = rate x + bend x^2
         const bend = (left + beyond - rate * length) / (length * length);
         aim = 2 * left / (rate + Math.sqrt(rate * rate + 4 * Math.max(0, bend) * left));
         continue;
       }
       const slower = rate - made.rate;
-      walk.take(made, !made.stopped);
-      if (made.stopped) continue;
+      walk.take(made, !made.pins.length);
+      if (made.pins.length) continue;
       if (final) return "";
       if (highest && made.rate < 1e-4 * highest) return "fold";
       if (highest) step = Math.max(FOLD_STEP, slower > 0 ? 0.9 * made.rate * length / slower : step);
       else if (made.off < 0.03 * length && made.cosine > 0.99) step = Math.min(made.cosine > 1 - 1e-12 ? Infinity : LONGEST_STEP, 1.7 * step);
-    } else if (made.off >= 0 && made.cosine < -BEND && !made.stopped) { // the drive has turned back on the way
+    } else if (made.off >= 0 && made.cosine < -BEND && !made.pins.length) { // the drive has turned back on the way
       highest = Math.max(highest, rate);
       step = Math.min(0.5, 0.9 * rate / (rate + made.rate)) * made.length;
       if (step < FOLD_STEP) return "fold";
@@ -68,7 +68,7 @@ function stepOff(walk, kept, along) {
     tangent.fill(0).fill(side, way.length - 1);
     way.set(manifold.factors.rotateBack(tangent));
     const made = walk.step(length, kept, kept, way), error = along.error(walk.next);
-    if (!made.good || made.stopped || error < start || error > 0) continue;
+    if (!made.good || made.pins.length || error < start || error > 0) continue;
     walk.take(made, false);
     return true;
   }

@@ -1,5 +1,4 @@
-// Values that a solve holds or drives. `row`: the rate per scaled rate, of unit length, made anew by update(q) where it depends
-// on the pose; error(q): how far the value is from `target`, in the same unit.
+// Values that a solve holds or drives. `row`: the rate per scaled rate, of unit length; error(q): how far from `target`, alike.
 
 class Hold {
   constructor(manifold, name) {

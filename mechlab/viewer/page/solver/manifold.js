@@ -137,8 +137,7 @@ class Manifold {
     return movedBy(this.model, q, this.dv, out);
   }
 
-  /** Newton's method from q, in place, by least-norm corrections onto the closure and the targets of the holds. Returns how
-   * far it moved q, -1 when it did not close within `most` steps or moved further than `far`. */
+  /** Newton's method from q, in place, onto the closure and the targets of the holds. Returns how far it moved q, or -1. */
   correct(q, groups, far = Infinity, most = 12) {
     let moved = 0, before = Infinity, last = Infinity, factored = false;
     for (let pass = 0; ; pass++) {

@@ -45,7 +45,7 @@ class PoseSolver {
     return other;
   }
 
-  /** Moves the drives to their targets, then a grabbed point towards its target, while the locked joints hold. */
+  /** Drives to their targets, then a grabbed point towards its own, while the locked joints hold. */
   solve({ drives = {}, locked = [], grab = null } = {}) {
     const { walk, q } = this, stops = [], moving = [], held = locked.map((name) => this._kept(name));
     const pull = grab ? new Pull(this.model, grab) : null;

@@ -4,9 +4,9 @@ const MOST_TRIES = 30, LONGEST_PULL = 0.4, STATIONARY = 1e-9; // steps below the
 const NOT_MOVED = placementOf(null);
 
 class Pull {
-  /** grab: {body, point (3) in the body, target (3) in the world}; body by name or by its number in model.bodies. */
+  /** grab: {body, point (3) in the body, target (3) in the world}. */
   constructor(model, grab) {
-    this.name = typeof grab.body === "number" ? model.bodies[grab.body] : grab.body;
+    this.name = grab.body;
     this.model = model;
     this.shaft = model.drawnShafts.find((shaft) => shaft.name === this.name);
     this.part = this.shaft ? this.shaft.part : model.partIndex(this.name, "The grab");
@@ -69,7 +69,7 @@ class Pull {
       walk.place();
       const miss = this.miss(manifold.tree, walk.q);
       this.linearize(manifold.tree, manifold.scale);
-      if (made) { // the curvature of the closed poses, from the change of the gradient: what least squares leaves out
+      if (made) { // the curvature that least squares leaves out, from the change of the gradient
         walk.factor(held);
         tangent.set(this.gradient);
         manifold.factors.project(tangent);
@@ -110,14 +110,14 @@ class Pull {
       this.flipped = made.flipped;
       this.longest = 0.5 * made.length;
       if (this.longest < SHORTEST_STEP) return 0;
-      if (made.good) damping = Math.max(damping, slope / this.longest); // least squares is misled: turn to the steepest descent
+      if (made.good) damping = Math.max(damping, slope / this.longest); // towards the steepest descent
       walk.place();
       this.miss(manifold.tree, walk.q);
     }
     return 0;
   }
 
-  /** Lets go of a joint at the end of its range which would turn back at the end of the step in the walk's tangent. */
+  /** Lets go of a joint at the end of its range that would turn back at the end of the step. */
   _inward(walk, damping) {
     const { rows, offset, after } = this, { tangent } = walk;
     combine(rows, rows.map((row, a) => offset[a] - dot(row, tangent)), after);

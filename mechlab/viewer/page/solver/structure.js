@@ -1,4 +1,4 @@
-// What the constraints of a mechanism are worth: rank at closed poses, sizes of rows, independent drives.
+// What the constraints are worth: rank at closed poses, sizes of rows, independent drives.
 
 const RANK_TOLERANCE = 1e-8;
 const CLEAR_SHARE = 1e-3; // share of a rate beyond which it is a good coordinate

@@ -14,7 +14,6 @@ class Walk {
     this.q = home.slice();
     this.next = home.slice(); // the pose after the latest step, not yet taken
     [this.tangent, this.after, this.turning] = arrays(3, nv); // here, at `next`, and its change per length
-    this.tails = [0, 0, 0];
     this._crossing = new Crossing(nv);
     this._mode = new Crossing(nv);
     this._shares = new Float64Array(manifold.b.length);
@@ -51,15 +50,14 @@ class Walk {
     this.ready = true;
   }
 
-  /** The direction, into `tangent`, in which a row grows most with the holds held; returns its share of the row.
-   * `tails`: what the closure, then the holds, then the active joints leave of the row. */
+  /** The direction, into `tangent`, in which a row grows most; returns its share of the row. `tails`: what each group leaves. */
   heading(held, row) {
     const { manifold, tangent: t } = this, { factors } = manifold;
     for (let pass = 0; pass < 3 + 2 * this.limits.length; pass++) {
       this.factor(held);
       t.set(row);
       factors.rotate(t);
-      for (let k = 0; k < 3; k++) this.tails[k] = norm(t, manifold.ends[k]);
+      this.tails = manifold.ends.map((rank) => norm(t, rank));
       if (this.letGo(t)) continue;
       t.fill(0, 0, factors.rank);
       const rate = norm(factors.rotateBack(t));
@@ -73,13 +71,11 @@ class Walk {
   /** Holds a joint at the end of its range that the tangent would leave; true when there was one. */
   block() {
     const first = this.limited(1e-9);
-    if (first) this._hold(first.hold, first.hold.value(this.q), first.upper);
+    if (first) this._hold(pinned(first.hold, first.upper, first.hold.value(this.q)));
     return first !== null;
   }
 
-  _hold(hold, target, upper) {
-    hold.target = target;
-    hold.upper = upper;
+  _hold(hold) {
     this.active.push(hold);
     this.ready = false;
   }
@@ -98,46 +94,49 @@ class Walk {
     return found >= 0;
   }
 
-  /** The first range that a step of `length` along the tangent would leave: {hold, length, end, upper}, or null. */
+  /** The first range that a step of `length` along the tangent would leave: {hold, length, upper}, or null. */
   limited(length) {
     let first = null;
     for (const hold of this.limits) {
       if (this.active.includes(hold)) continue;
       hold.update(this.q);
-      const rate = dot(hold.row, this.tangent) * hold.norm, upper = rate > 0, end = hold.range[upper ? 1 : 0];
-      const way = Math.max(0, (end - hold.value(this.q)) / rate);
+      const rate = dot(hold.row, this.tangent) * hold.norm, upper = rate > 0;
+      const way = Math.max(0, (hold.range[upper ? 1 : 0] - hold.value(this.q)) / rate);
       if (!(Math.abs(rate) > 1e-9 * hold.norm && way < length)) continue;
       length = way;
-      first = { hold, length, end, upper };
+      first = { hold, length, upper };
     }
     return first;
   }
 
-  /** A step of `length` along the tangent to `next`, closed, with the values of `group`; a range that it would leave ends it.
-   * rate, cosine in what is returned: those of `row` after it. */
+  /** A step of `length` along the tangent to `next`, closed, with the values of `group`, within ranges; rate, cosine: of `row`. */
   step(length, held, group, row) {
-    const { manifold, next, tangent: t, turning, after } = this, { y, factors } = manifold;
-    const stopped = this.limited(length), way = stopped ? stopped.length : length;
+    const { manifold, q, next, tangent: t, turning, after, active, limits } = this, { y, factors } = manifold;
+    const first = this.limited(length), way = first ? first.length : length;
+    const pins = first ? [pinned(first.hold, first.upper)] : [];
     this._crossing.remember(factors);
     for (let k = 0; k < t.length; k++) y[k] = way * (t[k] + 0.5 * way * turning[k]);
-    manifold.move(this.q, y, next);
-    if (stopped) stopped.hold.target = stopped.end;
+    manifold.move(q, y, next);
     this.ready = this.placed = false;
-    const groups = stopped ? [held, this.active, [stopped.hold]] : [group, this.active];
-    const off = manifold.correct(next, groups, 0.5 * way + 1e-6, 7);
-    const made = { length: way, stopped, off, rate: 0, cosine: 0, flipped: false, good: false };
-    if (off < 0) return made;
-    manifold.factor([held, this.active]);
+    const made = { length: way, pins, off: 0, rate: 0, cosine: 0, flipped: false, good: false };
+    for (let more = true; more;) {
+      const off = manifold.correct(next, [pins.length ? held : group, active, pins], 0.5 * way + 1e-6, 7);
+      made.off = off < 0 ? off : made.off + off;
+      if (off < 0) return made;
+      more = limits.find((hold) => !active.includes(hold) && !pins.includes(hold) && side(hold, next) && !side(hold, q));
+      if (more) pins.push(pinned(more, side(more, next) > 0));
+    }
+    manifold.factor([held, active]);
     after.set(row);
     made.rate = factors.project(after);
     for (let k = 0; k < after.length; k++) after[k] /= made.rate || 1;
     made.cosine = dot(after, t);
     made.flipped = this._crossing.happened(factors, manifold.rows);
-    made.good = off <= STRAY * way + 1e-9 && !made.flipped;
+    made.good = made.off <= STRAY * way + 1e-9 && !made.flipped;
     return made;
   }
 
-  take({ stopped, length }, turns) {
+  take({ pins, length }, turns) {
     this.q.set(this.next);
     for (let k = 0; k < this.turning.length; k++) this.turning[k] = turns ? (this.after[k] - this.tangent[k]) / length : 0;
     this.placed = this.ready = true;
@@ -148,6 +147,15 @@ class Walk {
       this._mode.remember(this.manifold.factors);
       this.ready = false;
     }
-    if (stopped) this._hold(stopped.hold, stopped.end, stopped.upper);
+    pins.forEach((hold) => this._hold(hold));
   }
+}
+
+/** A joint that is to be held at the upper or lower end of its range. */
+function pinned(hold, upper, target = hold.range[upper ? 1 : 0]) { return Object.assign(hold, { target, upper }); }
+
+/** 1 above the range of a joint, -1 below, 0 within. */
+function side(hold, q) {
+  const { range: [low, high], norm } = hold, value = hold.value(q), near = 1e-10 * (norm + Math.abs(value));
+  return value > high + near ? 1 : value < low - near ? -1 : 0;
 }
