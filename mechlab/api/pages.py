@@ -56,7 +56,7 @@ def recording_page(recording: Recording) -> str:
 
 def still_story(d: Design) -> Story:
     """A mechanism that stands still, in its richest fidelity."""
-    return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+    return mechanism_story(d.drawn(), d.entry.title, _facts(d))
 
 
 def explored_story(d: Design) -> Story:
