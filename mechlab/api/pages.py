@@ -56,7 +56,7 @@ def recording_page(recording: Recording) -> str:
 
 def still_story(d: Design) -> Story:
     """A mechanism that stands still, in its richest fidelity."""
-    return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+    return mechanism_story(d.drawn(), d.entry.title, _facts(d))
 
 
 def explored_story(d: Design) -> Story:
@@ -135,7 +135,8 @@ def _mode_clip(number: int, mode: VibrationMode, start: float, end: float) -> Cl
 
 
 def _facts(d: Design) -> dict[str, str]:
-    return {i.name: value_words(getattr(d.parameters, i.name), i.unit) for i in describe(d.entry.parameters)}
+    values = {i.name: (getattr(d.parameters, i.name), i.unit) for i in describe(d.entry.parameters)}
+    return {name: value_words(value, unit) for name, (value, unit) in values.items() if value != ""}
 
 
 def write_workspace_page(

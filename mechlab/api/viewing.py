@@ -18,6 +18,7 @@ from mechlab.values import Range, Value
 if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
     from mechlab.lab.results import FilesResult
+    from mechlab.viewer.gallery import Exhibit
     from mechlab.viewer.story import Story
 
 LOCAL = "127.0.0.1"
@@ -235,38 +236,50 @@ def gallery(out: File, names: Sequence[str] = (), *, models: File = "models", pr
     """All mechanisms of the catalog as pages in one folder that any static host can serve; index.html first.
 
     Each has a picture (from MODELS/NAME/picture.png where that exists), one sentence, the page of its default run, the
-    page to explore where it has drives, and its sheet.
+    page to explore where it has drives, and its sheet. Made in as many processes as there are cores.
     """
+    from functools import partial
+
     from mechlab import catalog
-    from mechlab.api.pages import run_story
     from mechlab.lab.results import FilesResult
+    from mechlab.processes import cores, in_processes
+    from mechlab.viewer.gallery import write_gallery
+
+    asked = tuple(names or catalog.NAMES)
+    for name in asked:
+        load_design(name, {})
+    many = min(cores(), len(asked))
+    made: dict[str, Exhibit] = {}
+    with whole_folder(out) as folder:
+        work = partial(exhibit, folder=folder, models=Path(models).absolute())
+        for name, shown in ((n, work(n)) for n in asked) if many == 1 else in_processes(work, asked, many):
+            made[name] = shown
+            moved = "" if shown.explorable else "; no page to move it: no drive, or no loop that one could close"
+            progress(f"{len(made):2d} of {len(asked)}: {name}{moved}")
+        index = write_gallery([made[name] for name in asked], folder)
+    return FilesResult(Path(out), {"gallery": Path(out) / index.name}, f"{len(made)} mechanisms")
+
+
+def exhibit(name: str, folder: Path, models: Path) -> Exhibit:
+    """One mechanism of the gallery: writes its pages into FOLDER/NAME; its picture is MODELS/NAME/picture.png, or made."""
+    from mechlab.api.pages import run_story
     from mechlab.lab.sheet import describe_design
     from mechlab.viewer import write_page
     from mechlab.viewer.film import motion_svg
-    from mechlab.viewer.gallery import Exhibit, write_gallery
+    from mechlab.viewer.gallery import THUMBNAIL, Exhibit
     from mechlab.viewer.picture import write_png
 
-    exhibits = []
-    with whole_folder(out) as folder:
-        for name in names or catalog.NAMES:
-            progress(f"{name}: run, page, picture, sheet")
-            design = load_design(name, {})
-            run = run_story(simulate(name))
-            write_page(run, folder / name / "run.html")
-            kept = Path(models) / name / "picture.png"
-            picture = kept if kept.is_file() else write_png(run, folder / name / "picture.png")
-            moved: Story | None = None
-            try:
-                moved = explore(name)
-            except MechlabError as error:
-                progress(f"{name}: no page to explore: {error}")
-            if moved is not None:
-                write_page(moved, folder / name / "explore.html")
-            exhibits.append(
-                Exhibit(
-                    name, design.entry.title, design.entry.summary, picture.read_bytes(),
-                    describe_design(design)._repr_html_(), moved is not None, motion_svg(run),
-                )
-            )  # fmt: skip
-        index = write_gallery(exhibits, folder)
-    return FilesResult(Path(out), {"gallery": Path(out) / index.name}, f"{len(exhibits)} mechanisms")
+    design = load_design(name, {})
+    run = run_story(simulate(name))
+    write_page(run, folder / name / "run.html")
+    kept = models / name / "picture.png"
+    picture = kept if kept.is_file() else write_png(run, folder / name / "picture.png", size=THUMBNAIL, samples=4)
+    moved = True
+    try:
+        write_page(explore(name, vary={}), folder / name / "explore.html")
+    except MechlabError:
+        moved = False
+    return Exhibit(
+        name, design.entry.title, design.entry.summary, picture.read_bytes(), describe_design(design)._repr_html_(),
+        moved, motion_svg(run),
+    )  # fmt: skip

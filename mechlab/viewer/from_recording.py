@@ -98,7 +98,7 @@ def recording_story(
         mechanism, recording.t, q, drawn_rates(recording, drawn), annotate.body_corners(story.parts, story.bodies),
         frame_story(story).radius, lambda x: placed(mechanism, x)[1],
     )  # fmt: skip
-    return replace(story, knots=knots, playback=_said(knots))
+    return replace(story, knots=knots, playback=_said(knots) + _starting(recording))
 
 
 def motion_story(
@@ -164,6 +164,19 @@ def _said(knots: Knots) -> str:
     return (
         f"Shows the {knots.recorded} recorded times {at}, from the coordinates and rates at {len(knots.t)} of them; between recorded "
         f"times it follows cubics and is off by about {length_text(knots.between)} at most."
+    )
+
+
+def _starting(recording: Recording) -> str:
+    """Sentence on servos whose force builds up from the first sample: it is off target by nothing there."""
+    if "servo" not in recording.acts or len(recording.t) < 10:
+        return ""
+    forces = [v for n, v in recording.channels.items() if n.endswith("_force") and np.all(np.isfinite(v))]
+    if not any(abs(v[1] - v[0]) > max(4.0 * abs(v[2] - v[1]), 0.02 * np.ptp(v)) for v in forces):
+        return ""
+    return (
+        " At the first sample a servo stands exactly on its target and gives no more than its constant part; its force builds up "
+        "within the next ones."
     )
 
 

@@ -47,14 +47,18 @@ class ByteBlock:
         self._length = 0
         self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
 
-    def add(self, array: NDArray[Any], kind: str) -> dict[str, Any]:
+    def add(self, array: NDArray[Any], kind: str, steps: bool = False) -> dict[str, Any]:
         """Appends `array` as `kind` (f8, f4, i2, u2, u4, u1), aligned to 8 bytes, unless the same bytes are there already;
-        the reference is {at, kind, count}."""
-        data = np.ascontiguousarray(array, dtype="<" + kind).tobytes()
-        key = (kind, hashlib.sha256(data).digest())
+        the reference is {at, kind, count}. steps: of integers that grow slowly the differences are kept, which compress to a third;
+        they are added up modulo the size of the kind."""
+        values = np.ascontiguousarray(array, dtype="<" + kind).reshape(-1)
+        data = (np.diff(values, prepend=values.dtype.type(0)) if steps else values).tobytes()
+        key = (f"{kind} {steps}", hashlib.sha256(data).digest())
         if key in self._known:
             return self._known[key]
-        reference = {"at": self._length, "kind": kind, "count": int(np.size(array))}
+        reference: dict[str, Any] = {"at": self._length, "kind": kind, "count": len(values)}
+        if steps:
+            reference["steps"] = True
         padded = data + bytes(-len(data) % 8)
         self._pieces.append(padded)
         self._length += len(padded)
@@ -304,8 +308,8 @@ def _pack_parts(
                 {
                     "positions": block.add(mesh.vertices, "f4"),
                     "normals": block.add(np.rint(mesh.normals * 32767.0), "i2"),
-                    "faces": block.add(mesh.faces, width),
-                    "edges": block.add(mesh.edges, width),
+                    "faces": block.add(mesh.faces, width, steps=True),
+                    "edges": block.add(mesh.edges, width, steps=True),
                     "closed": mesh.closed,
                 }
             )

@@ -313,13 +313,13 @@ def test_a_recorded_pose_is_moved_on_by_hand(opened: Callable[..., Any]) -> None
     """Grabbing leaves the playback at the pose shown; the button and the player lead back to it."""
     recording = api.simulate("fourbar")
     story = api.story(recording)
-    page = opened(story)
+    page = opened(story, width=900)
     page.evaluate("lab.seek(0.7)")
     recorded = np.array(page.evaluate(POSES))
     assert page.locator("#hand").is_hidden()
     start = page.evaluate(MIDDLE, "rocker")
     drag(page, start, (6.0, 0.0), steps=3)
-    assert "Moved by hand. The recording waits at 0.7 s." in page.locator("#by-hand").inner_text()
+    assert "Moved by hand. The recording waits at 0.7\u00a0s." in page.locator("#by-hand").inner_text()
     values = check_closed(page, story)
     assert 1e-4 < abs(values["crank_angle"] - recording.at("crank_angle", 0.7)) < 0.5
     page.keyboard.press("Control+z")

@@ -173,3 +173,27 @@ def test_at_most_twelve_names_are_shown(look: Look, tmp_path: Path) -> None:
         "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done))))"
     )
     assert hidden in page.evaluate(names)
+
+
+def test_a_link_carries_parameters_drives_forces_and_measuring(look: Look, tmp_path: Path) -> None:
+    path = write_page(api.explore("fourbar", vary={"crank": (0.08, 0.1, 0.12)}), tmp_path / "page.html")
+    page = look(path.as_uri(), width=1000, height=700)
+    page.evaluate("""() => {
+        lab.explorer.pick(0, 2); lab.explorer.move('crank_angle', 1.3); lab.explorer.freeBody.choose('coupler', ['net']);
+        const m = lab.inspector.measuring; m.switch(true);
+        m.take(0, m.named.find(x => x.name === 'point B')); m.take(1, m.named.find(x => x.name === 'axis of rocker_angle'));
+    }""")
+    text = page.evaluate("lab.address.text()")
+    other = look(path.as_uri() + "#" + text, width=1000, height=700)
+    state = """() => ({ picked: lab.explorer.picked, values: lab.explorer.values, forces: lab.arrows.map(a => [a.label, a.size]),
+        measured: lab.inspector.measuring.result })"""
+    mine, theirs = page.evaluate(state), other.evaluate(state)
+    assert mine["picked"] == theirs["picked"] == [2]
+    assert mine["values"] == theirs["values"] and mine["measured"]["distance"] == pytest.approx(
+        theirs["measured"]["distance"], abs=1e-9
+    )
+    assert [a for a, _ in mine["forces"]] == [a for a, _ in theirs["forces"]] and "joint with crank, on coupler" in [
+        a for a, _ in mine["forces"]
+    ]
+    np.testing.assert_allclose([x for _, x in mine["forces"]], [x for _, x in theirs["forces"]], rtol=1e-6)
+    assert other.evaluate("lab.address.text()") == text

@@ -81,13 +81,13 @@ class HandControls {
   // In the page of a recording
 
   addReturn() {
-    this.bar = make("p", { id: "by-hand", role: "status", hidden: true }, this.where = make("span"),
+    this.bar = make("p", { id: "by-hand", role: "status", hidden: true }, make("span", {}, "Moved by hand.", this.where = make("span", { class: "wide" })),
       this.back = make("button", { type: "button", onclick: () => this.explorer.comeBack() }));
     document.getElementById("stage").append(this.bar);
   }
 
   leavePlayback({ duration, time }) {
-    this.where.textContent = duration > 0 ? `Moved by hand. The recording waits at ${significant(time)} s.` : "Moved by hand.";
+    this.where.textContent = duration > 0 ? ` The recording waits at ${significant(time)}\u00a0s.` : "";
     this.back.textContent = duration > 0 ? "Back to the recording" : "Back to the pose before";
     this.bar.hidden = this.holder.hidden = false;
   }

@@ -57,7 +57,7 @@ function build(story, read, renderer) {
   const clips = addClips(story.clips, player, curves, byId("panel"));
   explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
 
-  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer, clips });
+  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer, clips, field });
   addLinkButton(address, byId("views"));
 
   window.lab = {
