@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -222,7 +221,7 @@ def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str
         return tuple(Redundancy(names[i], ()) for i in others)
     q, r = np.linalg.qr(jacobian[list(independent)].T)
     earlier = np.array(independent) < others[:, None]
-    shares = solve_triangular(r, (jacobian[others] @ q * earlier).T).T
+    shares = np.linalg.solve(r, (jacobian[others] @ q * earlier).T).T  # its LU of a triangle is the triangle; saves importing scipy
     out = []
     for i, row in zip(others, np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
         out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row).tolist())))
