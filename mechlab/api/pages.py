@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,22 +13,27 @@ import numpy as np
 
 from mechlab import catalog
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import PlotRecipe
+from mechlab.experiment.entry import PlotRecipe, WorkspaceMap
+from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
 from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import chosen_scene
-from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
+from mechlab.mechanism.geometry import Array
+from mechlab.studies.modes.eigen import RIGID, UNSTABLE, VibrationMode
+from mechlab.studies.modes.motion import shown_modes
 from mechlab.studies.modes.result import ModesResult
 from mechlab.studies.workspace.plan import WorkspacePlan
 from mechlab.studies.workspace.study import WorkspaceResult, WorkspaceSurface, surface
 from mechlab.studies.workspace.survey import survey
 from mechlab.viewer import Part, Story, story_to_html, write_page
+from mechlab.viewer.facts import unit_words, value_words
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
 from mechlab.viewer.reach import BorderSurface, border
+from mechlab.viewer.story import Clip, ColorField
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 """Colours (red, green, blue, opacity) of the workspaces of two designs."""
@@ -50,7 +56,7 @@ def recording_page(recording: Recording) -> str:
 
 def still_story(d: Design) -> Story:
     """A mechanism that stands still, in its richest fidelity."""
-    return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+    return mechanism_story(d.drawn(), d.entry.title, _facts(d))
 
 
 def explored_story(d: Design) -> Story:
@@ -69,8 +75,20 @@ def _reach(d: Design) -> BorderSurface | None:
     return border(recipe.text, lambda x, y, z: region.margin({"x": x, "y": y, "z": z}), low, high)
 
 
-def run_story(recording: Recording) -> Story:
-    """A run, drawn in the richest fidelity where its entry can expand it."""
+def at_fidelity(d: Design, fidelity: str | None) -> Design:
+    """The design with this fidelity alone, which every scene runs in and every picture shows; None: as it is. Raises MechlabError
+    that lists the fidelities with a mechanism."""
+    if fidelity is None:
+        return d
+    d.mechanism(fidelity)
+    entry = d.entry
+    scenes = {name: replace(recipe, fidelity=fidelity) for name, recipe in entry.scenes.items()}
+    only = {fidelity: entry.fidelities[fidelity]}
+    return replace(d, entry=replace(entry, expand=None, fidelities=only, default_fidelity=fidelity, scenes=scenes))
+
+
+def run_story(recording: Recording, rebuild: bool = True) -> Story:
+    """A run, drawn in the richest fidelity where its entry can rebuild that from it; without `rebuild` in its own."""
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
     plots: tuple[PlotRecipe, ...] = ()
     s = recording.settings
@@ -82,10 +100,14 @@ def run_story(recording: Recording) -> Story:
         d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
         title, plots = entry.title, entry.plots
         facts |= _facts(d)
-        if entry.expand is not None:
+        if rebuild and entry.expand is not None:
             drawn = partial(entry.expand, d.parameters)
     channels = tuple(n for n in recording.channels if n.startswith("error_"))
-    return recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
+    story = recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
+    if not story.reconstructed:
+        return story
+    told = f"{recording.fidelity}; drawn with all parts, {len(story.reconstructed)} of them rebuilt from the run"
+    return replace(story, facts=tuple((k, told if k == "fidelity" else x) for k, x in story.facts))
 
 
 def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
@@ -93,20 +115,28 @@ def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
     return write_page(run_story(recording), path)
 
 
-def modes_story(d: Design, result: ModesResult, motion: Recording) -> Story:
-    """The swinging modes, drawn in the richest fidelity where the entry can expand."""
+def modes_story(d: Design, result: ModesResult, motion: Recording, only: Sequence[int] = ()) -> Story:
+    """The swinging modes, drawn in the richest fidelity where the entry can expand; a button plays one of them."""
     drawn = partial(d.entry.expand, d.parameters) if d.entry.expand is not None else None
     facts = {"about": result.scene, "fidelity": result.fidelity}
     for k, m in enumerate(result.modes, 1):
         ratio = "" if m.damping is None else f", damping {m.damping:.4g}"
         facts[f"mode {k}"] = f"{m.kind}, {m.frequency_hz:.6g} Hz{ratio}"
     names = tuple(n for n in motion.channels if n.startswith("mode_"))
-    summary = f"{result.message}. The modes swing one after another; tempo and size are chosen for the eye."
-    return recording_story(motion, drawn, f"{d.entry.title}: modes", summary, facts, names)
+    summary = f"{result.message}. A button shows one mode; tempo and size are chosen for the eye."
+    story = recording_story(motion, drawn, f"{d.entry.title}: modes", summary, facts, names)
+    return replace(story, clips=tuple(_mode_clip(k, result.modes[k - 1], a, b) for k, a, b in shown_modes(result, only)))
+
+
+def _mode_clip(number: int, mode: VibrationMode, start: float, end: float) -> Clip:
+    value = {UNSTABLE: f"grows, {mode.growth:.4g} 1/s", RIGID: "no stiffness"}.get(mode.kind, f"{mode.frequency_hz:.4g} Hz")
+    damping = "" if mode.damping is None else f", damping ratio {mode.damping:.3g}"
+    return Clip(f"mode {number}", value, f"Mode {number}: {mode.kind}{damping}", start, end)
 
 
 def _facts(d: Design) -> dict[str, str]:
-    return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
+    values = {i.name: (getattr(d.parameters, i.name), i.unit) for i in describe(d.entry.parameters)}
+    return {name: value_words(value, unit) for name, (value, unit) in values.items() if value != ""}
 
 
 def write_workspace_page(
@@ -129,16 +159,25 @@ def write_workspace_page(
     facts = {
         "nodes": data["nodes"],
         "voxels": str(data["voxels"]),
-        "volume": f"{data['volume']:.6g} {result.volume_unit}",
+        "volume": f"{data['volume']:.6g} {unit_words(result.volume_unit)}",
     }
     facts |= {
-        f"{k}, smallest to largest": f"{m.smallest:.4g} to {m.largest:.4g} {m.unit}" for k, m in result.maps.items()
+        f"{k}, smallest to largest": f"{m.smallest:.4g} to {m.largest:.4g} {unit_words(m.unit)}".strip() for k, m in result.maps.items()
     }
     if result.comparison is not None:
-        facts |= {k: f"{v:.6g} {result.volume_unit}" for k, v in data["against"]["volumes"].items()}
+        facts |= {k: f"{v:.6g} {unit_words(result.volume_unit)}" for k, v in data["against"]["volumes"].items()}
     still = mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), f"{d.entry.title}: workspace", facts)
     parts = [Part(GROUND, name, s.vertices[:, order], s.faces[:, ::even], color) for s, name, color in shapes]
-    return write_page(replace(still, parts=(*still.parts, *parts)), path)
+    maps = {name: item for name, item in result.plan.maps.items() if name in result.maps}
+    fields = [_field(name, item, first.vertices, result.survey.grid.names) for name, item in maps.items()]
+    return write_page(replace(still, parts=(*still.parts, *parts), fields=tuple(fields)), path)
+
+
+def _field(name: str, item: WorkspaceMap, vertices: Array, axes: Sequence[str]) -> ColorField:
+    """A map over the workspace at the vertices (n, 3) of its border, whose columns are the coordinates of `axes`."""
+    points = {a: vertices[:, k] for k, a in enumerate(axes)}
+    values = np.asarray(item.function({a: points[a] for a in item.axes}), dtype=np.float64)
+    return ColorField("workspace", name.replace("_", " "), item.unit, item.text, np.broadcast_to(values, len(vertices)))
 
 
 def write_maps(result: WorkspaceResult, path: Path) -> Path:

@@ -81,7 +81,7 @@ def modes(
     from mechlab.viewer import write_page
 
     motion = mode_motion(result, only)
-    story = modes_story(design if scene is None else design.for_scene(scene), result, motion)
+    story = modes_story(design if scene is None else design.for_scene(scene), result, motion, only)
     files: dict[str, str] = {}
     if html is not None:
         files["page"] = str(write_page(story, html))

@@ -66,6 +66,12 @@ def mode_motion(result: ModesResult, chosen: Sequence[int] = ()) -> Recording:
     )  # fmt: skip
 
 
+def shown_modes(result: ModesResult, chosen: Sequence[int] = ()) -> list[tuple[int, float, float]]:
+    """(number, start, end) [s] of every mode in the recording that `mode_motion` makes of the chosen ones."""
+    numbers = list(chosen) or _default(result.modes)
+    return [(k, place * SECONDS, (place + 1) * SECONDS) for place, k in enumerate(numbers)]
+
+
 def _default(found: tuple[VibrationMode, ...]) -> list[int]:
     lively = [k for k, m in enumerate(found, 1) if m.kind != RIGID]
     return (lively or list(range(1, len(found) + 1)))[:MOST]

@@ -7,18 +7,29 @@ class Player {
     this.playing = false;
     this.loop = true;
     this.followers = [];
-    this.duration = motion.end - motion.start;
+    /** The part that is played. */
+    this.start = motion.start;
+    this.end = motion.end;
     this.step = Math.pow(10, Math.floor(Math.log10(this.duration || 1)) - 3);
     this.tempo = tempo;
     this.speed = tempo.speed;
     if (this.duration > 0) this.build(holder); else holder.hidden = true;
   }
 
+  get duration() { return this.end - this.start; }
+
+  /** Plays only the part from `start` to `end` [s]. */
+  clip(start, end) {
+    this.start = Math.max(this.motion.start, start);
+    this.end = Math.min(this.motion.end, end);
+    this.seek(this.start);
+  }
+
   build(holder) {
     const button = (label, icon, action) => make("button", { type: "button", "aria-label": label, title: label, class: "icon", onclick: action }, icon);
     this.playButton = make("button", { type: "button", id: "play", "aria-label": "Play", title: "Play or pause (space)", onclick: () => this.toggle() }, icon("play"));
     this.slider = make("input", { type: "range", id: "time", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time",
-      oninput: () => { this.pause(); this.seek(this.motion.start + this.slider.valueAsNumber * this.duration); } });
+      oninput: () => { this.pause(); this.seek(this.start + this.slider.valueAsNumber * this.duration); } });
     this.clock = make("output", { id: "clock", for: "time" });
     const speeds = make("select", { id: "speed", "aria-label": "Playback speed", title: "Playback speed",
       onchange: (event) => { this.speed = Number(event.target.value); this.warn(); } },
@@ -44,12 +55,12 @@ class Player {
 
   seek(time) {
     if (!Number.isFinite(time)) throw new Error(`cannot seek to ${time}: expected seconds`);
-    this.time = Math.min(this.motion.end, Math.max(this.motion.start, time));
+    this.time = Math.min(this.end, Math.max(this.start, time));
     for (const follower of this.followers) follower(this.time);
     if (!this.slider) return;
-    this.slider.value = (this.time - this.motion.start) / this.duration;
+    this.slider.value = (this.time - this.start) / this.duration;
     this.clock.textContent = `${fixed(this.time, this.step)} s`;
-    this.slider.setAttribute("aria-valuetext", `${fixed(this.time, this.step)} of ${fixed(this.motion.end, this.step)} seconds`);
+    this.slider.setAttribute("aria-valuetext", `${fixed(this.time, this.step)} of ${fixed(this.end, this.step)} seconds`);
   }
 
   stepBy(frames) { this.pause(); this.seek(this.motion.neighbour(this.time, frames)); }
@@ -57,16 +68,16 @@ class Player {
 
   play() {
     if (this.playing || !this.slider) return;
-    if (this.time >= this.motion.end) this.seek(this.motion.start);
+    if (this.time >= this.end) this.seek(this.start);
     this.setPlaying(true);
     let last = null;
     const tick = (now) => {
       if (!this.playing) return;
       let time = this.time + (last === null ? 0 : ((now - last) / 1000) * this.speed);
       last = now;
-      if (time >= this.motion.end) {
-        if (this.loop) time = this.motion.start + ((time - this.motion.end) % this.duration);
-        else { this.setPlaying(false); time = this.motion.end; }
+      if (time >= this.end) {
+        if (this.loop) time = this.start + ((time - this.end) % this.duration);
+        else { this.setPlaying(false); time = this.end; }
       }
       this.seek(time);
       if (this.playing) this.request = requestAnimationFrame(tick);
@@ -98,8 +109,8 @@ class Player {
       " ": () => this.toggle(),
       ArrowLeft: () => this.stepBy(-jump),
       ArrowRight: () => this.stepBy(jump),
-      Home: () => { this.pause(); this.seek(this.motion.start); },
-      End: () => { this.pause(); this.seek(this.motion.end); },
+      Home: () => { this.pause(); this.seek(this.start); },
+      End: () => { this.pause(); this.seek(this.end); },
     };
     if (!(event.key in actions)) return;
     event.preventDefault();
