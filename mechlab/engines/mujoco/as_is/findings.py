@@ -22,6 +22,7 @@ from mechlab.experiment.recording import Finding, Health, limit_finding
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.validate import RecordedTree
 from mechlab.tables import counted
 
 ENERGY_WARNING, ENERGY_LIMIT = 0.02, 0.2
@@ -89,8 +90,8 @@ def energy_finding(model: mujoco.MjModel, energies: Array, stops: Sequence[str] 
     if not name:
         return found
     more = (
-        f"; most of it where the stop of joint {name} throws back what runs into it. What the stop itself takes or gives is in the balance: "
-        "the rest is of the timestep. Take a smaller one, or a start within the range"
+        f"; most of it where the stop of joint {name} throws back what runs into it. What the stop itself takes or gives is in the "
+        "balance: the rest is of the timestep. Take a smaller one, or a start within the range"
     )
     return replace(found, sentence=found.sentence + more)
 
@@ -111,7 +112,9 @@ def _gaps(mechanism: Mechanism, contacts: ContactWatch) -> list[Finding]:
     found = limit_finding("loop_gap", contacts.gaps[name], GAP_LIMIT * scale, "m or rad", text, GAP_WARNING * scale)
     if found.severity == "ok":
         return [found]
-    more = "; they are soft rows: `mechlab doctor` says how to harden them, and --engine mujoco runs hard ones"
+    more = "; they are soft rows: `mechlab doctor` says how to harden them"
+    if not isinstance(mechanism, RecordedTree):
+        more += ", and --engine mujoco runs hard ones"
     return [Finding(found.name, found.value, found.limit, found.unit, found.severity, found.sentence + more)]
 
 
