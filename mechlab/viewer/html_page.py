@@ -97,14 +97,14 @@ SOLVER = (
 """Scripts of the solver, which need no page: together they also run in Node."""
 BY_HAND = (
     "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
-    "free_body.js", "coupler_curves.js", "explore.js",
+    "free_body.js", "coupler_curves.js", "reach.js", "explore.js",
 )  # fmt: skip
 """Scripts for moving the mechanism by hand."""
 SCRIPTS = (
     *SOLVER,
-    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
-    "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "caps.js",
-    "section.js", "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js",
+    "util.js", "words.js", "vectors.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js",
+    "labels.js", "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js",
+    "caps.js", "section.js", "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js",
     "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js",
     "panel.js", "live.js", "replace.js", "address.js", "main.js",
 )  # fmt: skip

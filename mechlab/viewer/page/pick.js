@@ -28,15 +28,15 @@ class Picker {
   }
 
   /** The nearest part that is seen at a place of the window [px]: {body (index), part (name), mesh, face, point, normal}; point [m] and
-   * normal in the mechanism's frame. Null where there is none. */
-  hit(x, y) {
+   * normal in the mechanism's frame. Null where there is none. Meshes for which `through` holds are looked through. */
+  hit(x, y, through = () => false) {
     const { camera, renderer } = this.stage.viewer;
     const box = renderer.domElement.getBoundingClientRect();
     const at = { x: ((x - box.left) / box.width) * 2 - 1, y: 1 - ((y - box.top) / box.height) * 2 };
     this.stage.viewer.scene.updateMatrixWorld();
     camera.updateMatrixWorld();
     this.ray.setFromCamera(at, camera);
-    const meshes = this.stage.groups.flatMap((group) => (group.visible ? group.children.filter((x) => x.isMesh && x.visible) : []));
+    const meshes = this.stage.groups.flatMap((group) => (group.visible ? group.children.filter((x) => x.isMesh && x.visible && !through(x)) : []));
     for (const found of this.ray.intersectObjects(meshes, false)) {
       const point = fromWorld(found.point);
       if (!this.seen(point)) continue;
