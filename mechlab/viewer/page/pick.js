@@ -28,9 +28,10 @@ class Picker {
   }
 
   /** The nearest part that is seen at a place of the window [px]: {body (index), part (name), mesh, face, point, normal, distance};
-   * point [m] and normal in the mechanism's frame. Null where there is none. */
-  hit(x, y) {
-    const found = this.nearest(this.stage.groups.flatMap((group) => (group.visible ? group.children.filter((item) => item.isMesh && item.visible) : [])), x, y);
+   * point [m] and normal in the mechanism's frame. Null where there is none. Meshes for which
+   * `through` holds are looked through. */
+  hit(x, y, through = () => false) {
+    const found = this.nearest(this.stage.groups.flatMap((group) => (group.visible ? group.children.filter((item) => item.isMesh && item.visible && !through(item)) : [])), x, y);
     if (!found) return null;
     const normal = fromWorld(found.face.normal.clone().transformDirection(found.object.matrixWorld));
     return { body: this.stage.groups.indexOf(found.object.parent), part: found.object.name, mesh: found.object, face: found.faceIndex, point: fromWorld(found.point), normal,
