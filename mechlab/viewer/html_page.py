@@ -97,7 +97,7 @@ SOLVER = (
 """Scripts of the solver, which need no page: together they also run in Node."""
 BY_HAND = (
     "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
-    "free_body.js", "coupler_curves.js", "explore.js",
+    "free_body.js", "coupler_curves.js", "reach.js", "explore.js",
 )  # fmt: skip
 """Scripts for moving the mechanism by hand."""
 SCRIPTS = (
