@@ -12,8 +12,8 @@ from mechlab.analytic.fourbar import solve
 from mechlab.formats.mechanism_json import from_json, to_json
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute, spherical
 from mechlab.mechanism.assembly import close
-from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.gears import GearMesh
+from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import shape
 from mechlab.mechanism.tree import reference_poses
