@@ -124,6 +124,8 @@ def test_a_users_script_runs(tmp_path: Path) -> None:
 
 
 def test_a_key_is_given_once_and_an_option_wins() -> None:
+    with pytest.raises(MechlabError, match="second argument: expected a mapping of keys to values, got 'out'"):
+        ml.generate("fourbar", "out")  # type: ignore[arg-type]
     with pytest.raises(MechlabError, match="crank: given in the mapping and as a keyword"):
         ml.solve("fourbar", {"crank": 0.1}, crank=0.1, crank_angle=1.0)
     with pytest.raises(MechlabError, match="second argument"):

@@ -55,7 +55,7 @@ LIKE: dict[str, dict[str, str]] = {
     },
     "view": {
         "html": "--html", "png": "--png", "host": "--host", "glb": "--glb", "mp4": "--mp4", "csv": "--csv", "against": "--against",
-        "explorable": "--explore", "vary": "--vary",
+        "explorable": "--explore", "vary": "--vary", "fidelity": "--fidelity",
     },
     "workspace": {
         "against": "--against", "witness": "--witness", "stl": "--stl", "glb": "--glb", "html": "--html", "maps": "-o",
@@ -160,6 +160,10 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: _refused("no", lambda: api.explore("fourbar", vary={"no": (1.0, 2.0)})),
     ),
     ("story", "against"): (lambda p: "", lambda p: _refused("only a run", lambda: api.story("pendulum", against="a.npz"))),
+    ("story", "rebuild"): (
+        lambda p: api.story(api.simulate("planetary_stage", duration=0.01)).bodies,
+        lambda p: api.story(api.simulate("planetary_stage", duration=0.01), rebuild=False).bodies,
+    ),
     ("fidelities", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.fidelities("pendulum", scene="no"))),
     ("fidelities", "duration"): (lambda p: "", lambda p: _refused("duration", lambda: ml.fidelities("pendulum", duration=-1.0))),
     ("fidelities", "out"): (lambda p: "", lambda p: _refused("formats", lambda: ml.fidelities("pendulum", duration=0.1, out=p / "a.b"))),
@@ -200,6 +204,7 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
     ("session", "settings"): (lambda p: _session(seed=1), lambda p: _session(seed=1, settings="stiff")),
     ("session", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: ml.session("pendulum", engine="file"))),
     ("environment", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: _episode(engine="file"))),
+    ("environments", "engine"): (lambda p: "", lambda p: _refused("'file'", lambda: _episodes(engine="file"))),
     ("session", "scene"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", scene="no"))),
     ("session", "fidelity"): (lambda p: "", lambda p: _refused("'no'", lambda: ml.session("pendulum", fidelity="no"))),
     ("track", "times"): (

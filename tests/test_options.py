@@ -214,6 +214,10 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ],
     ("view", "--explore"): [Refused("view pendulum --explore", "--html"), Refused("view pendulum --studio --explore", "--explore")],
     ("view", "--vary"): [Refused("view pendulum --vary length=1:2:3 --html {}/v.html", "--explore")],
+    ("view", "--fidelity"): [
+        Writes("view planetary_stage --fidelity minimal --png {}/v.png", "v.png"),
+        Refused("view planetary_stage --fidelity no --png {}/v.png", "Existing: full"),
+    ],
     ("view", "--studio"): [Refused("view pendulum --studio --png {}/v.png", "--png")],
     ("view", "--catalog"): [Refused("view --catalog", "--html"), Refused("view --catalog --html {}/g --png {}/v.png", "--png")],
     ("view", "--host"): [Refused("view pendulum --host 0.0.0.0 --html {}/v.html", "--host")],

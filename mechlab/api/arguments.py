@@ -43,8 +43,10 @@ def silent(*_: object) -> None:
 def key_values(values: Values | None, keywords: Values) -> dict[str, Any]:
     """Keys of the mapping and of the keywords together; text is read as on the command line, a list or range is a tuple.
 
-    Raises MechlabError for a key in both, and for text that is no value.
+    Raises MechlabError for a key in both, for text that is no value, and where `values` is no mapping.
     """
+    if not isinstance(values, Mapping | None):
+        raise MechlabError(f"the second argument: expected a mapping of keys to values, got {values!r}; name any other argument.")
     given = dict(values or {})
     if isinstance(keywords.get("values"), Mapping):
         raise MechlabError("values: give the mapping as the second argument, without a name.")

@@ -13,14 +13,15 @@ import numpy as np
 
 from mechlab import catalog
 from mechlab.errors import MechlabError
-from mechlab.experiment.entry import PlotRecipe
+from mechlab.experiment.entry import PlotRecipe, WorkspaceMap
+from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
 from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import chosen_scene
-from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism import GROUND
+from mechlab.mechanism.geometry import Array
 from mechlab.studies.modes.eigen import RIGID, UNSTABLE, VibrationMode
 from mechlab.studies.modes.motion import shown_modes
 from mechlab.studies.modes.result import ModesResult
@@ -28,10 +29,11 @@ from mechlab.studies.workspace.plan import WorkspacePlan
 from mechlab.studies.workspace.study import WorkspaceResult, WorkspaceSurface, surface
 from mechlab.studies.workspace.survey import survey
 from mechlab.viewer import Part, Story, story_to_html, write_page
+from mechlab.viewer.facts import unit_words, value_words
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
 from mechlab.viewer.reach import BorderSurface, border
-from mechlab.viewer.story import Clip
+from mechlab.viewer.story import Clip, ColorField
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 """Colours (red, green, blue, opacity) of the workspaces of two designs."""
@@ -54,7 +56,7 @@ def recording_page(recording: Recording) -> str:
 
 def still_story(d: Design) -> Story:
     """A mechanism that stands still, in its richest fidelity."""
-    return mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d))
+    return mechanism_story(d.drawn(), d.entry.title, _facts(d))
 
 
 def explored_story(d: Design) -> Story:
@@ -73,8 +75,20 @@ def _reach(d: Design) -> BorderSurface | None:
     return border(recipe.text, lambda x, y, z: region.margin({"x": x, "y": y, "z": z}), low, high)
 
 
-def run_story(recording: Recording) -> Story:
-    """A run, drawn in the richest fidelity where its entry can expand it."""
+def at_fidelity(d: Design, fidelity: str | None) -> Design:
+    """The design with this fidelity alone, which every scene runs in and every picture shows; None: as it is. Raises MechlabError
+    that lists the fidelities with a mechanism."""
+    if fidelity is None:
+        return d
+    d.mechanism(fidelity)
+    entry = d.entry
+    scenes = {name: replace(recipe, fidelity=fidelity) for name, recipe in entry.scenes.items()}
+    only = {fidelity: entry.fidelities[fidelity]}
+    return replace(d, entry=replace(entry, expand=None, fidelities=only, default_fidelity=fidelity, scenes=scenes))
+
+
+def run_story(recording: Recording, rebuild: bool = True) -> Story:
+    """A run, drawn in the richest fidelity where its entry can rebuild that from it; without `rebuild` in its own."""
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
     plots: tuple[PlotRecipe, ...] = ()
     s = recording.settings
@@ -86,10 +100,14 @@ def run_story(recording: Recording) -> Story:
         d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
         title, plots = entry.title, entry.plots
         facts |= _facts(d)
-        if entry.expand is not None:
+        if rebuild and entry.expand is not None:
             drawn = partial(entry.expand, d.parameters)
     channels = tuple(n for n in recording.channels if n.startswith("error_"))
-    return recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
+    story = recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
+    if not story.reconstructed:
+        return story
+    told = f"{recording.fidelity}; drawn with all parts, {len(story.reconstructed)} of them rebuilt from the run"
+    return replace(story, facts=tuple((k, told if k == "fidelity" else x) for k, x in story.facts))
 
 
 def write_run_page(d: Design, recording: Recording, path: Path) -> Path:
@@ -117,7 +135,8 @@ def _mode_clip(number: int, mode: VibrationMode, start: float, end: float) -> Cl
 
 
 def _facts(d: Design) -> dict[str, str]:
-    return {row[0]: f"{row[1]} {row[2]}".strip() for row in parameter_rows(d)[1]}
+    values = {i.name: (getattr(d.parameters, i.name), i.unit) for i in describe(d.entry.parameters)}
+    return {name: value_words(value, unit) for name, (value, unit) in values.items() if value != ""}
 
 
 def write_workspace_page(
@@ -140,16 +159,25 @@ def write_workspace_page(
     facts = {
         "nodes": data["nodes"],
         "voxels": str(data["voxels"]),
-        "volume": f"{data['volume']:.6g} {result.volume_unit}",
+        "volume": f"{data['volume']:.6g} {unit_words(result.volume_unit)}",
     }
     facts |= {
-        f"{k}, smallest to largest": f"{m.smallest:.4g} to {m.largest:.4g} {m.unit}" for k, m in result.maps.items()
+        f"{k}, smallest to largest": f"{m.smallest:.4g} to {m.largest:.4g} {unit_words(m.unit)}".strip() for k, m in result.maps.items()
     }
     if result.comparison is not None:
-        facts |= {k: f"{v:.6g} {result.volume_unit}" for k, v in data["against"]["volumes"].items()}
+        facts |= {k: f"{v:.6g} {unit_words(result.volume_unit)}" for k, v in data["against"]["volumes"].items()}
     still = mechanism_story(d.mechanism(list(d.entry.fidelities)[-1]), f"{d.entry.title}: workspace", facts)
     parts = [Part(GROUND, name, s.vertices[:, order], s.faces[:, ::even], color) for s, name, color in shapes]
-    return write_page(replace(still, parts=(*still.parts, *parts)), path)
+    maps = {name: item for name, item in result.plan.maps.items() if name in result.maps}
+    fields = [_field(name, item, first.vertices, result.survey.grid.names) for name, item in maps.items()]
+    return write_page(replace(still, parts=(*still.parts, *parts), fields=tuple(fields)), path)
+
+
+def _field(name: str, item: WorkspaceMap, vertices: Array, axes: Sequence[str]) -> ColorField:
+    """A map over the workspace at the vertices (n, 3) of its border, whose columns are the coordinates of `axes`."""
+    points = {a: vertices[:, k] for k, a in enumerate(axes)}
+    values = np.asarray(item.function({a: points[a] for a in item.axes}), dtype=np.float64)
+    return ColorField("workspace", name.replace("_", " "), item.unit, item.text, np.broadcast_to(values, len(vertices)))
 
 
 def write_maps(result: WorkspaceResult, path: Path) -> Path:

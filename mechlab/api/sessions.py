@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, Literal
 
 from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
@@ -14,7 +14,6 @@ from mechlab.errors import EngineMissing, install_extra
 from mechlab.values import Value, one_number
 
 if TYPE_CHECKING:
-    from mechlab.engines.mujoco.session import Session
     from mechlab.engines.mujoco.step_loop import Start, StepLoop
     from mechlab.experiment.scene import Settings
     from mechlab.lab.environment import Environment, Environments, Reward, Terminated
@@ -148,13 +147,13 @@ def environments(
     start: Start | None = None,
     fidelity: str | None = None,
     settings: Settings | str | None = None,
+    engine: Literal["mujoco", "file"] | None = None,
     **given: Value,
 ) -> Environments:
     """A gymnasium.vector.VectorEnv: `count` copies of `environment`, stepped inside MuJoCo on `threads` threads (0: all cores).
 
     Seeded with n, copy k moves as `environment` seeded with n + k. `reward` and `terminated` are called for each copy; their
-    third argument has time, state, mechanism and names of a session. The scene may have constant loads only; of a file it is mechlab's
-    model of it (engine="mujoco" of `environment`). Raises as `environment`.
+    third argument has time, state, mechanism and names of a session. The scene may have constant loads only. Raises as `environment`.
 
     It is for free cores and for short actions. The engine shares the copies evenly among its threads, so the physics of an action (of a
     four-bar 0.4 ms in 10 ms) takes as many times less as cores are free, and no less where none is. One call of Python steps all copies:
@@ -163,8 +162,8 @@ def environments(
     made = _with_gymnasium()
     from mechlab.engines.mujoco.fleet import Fleet
 
-    one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings, engine="mujoco")
-    fleet = Fleet(cast("Session", one), count, threads)
+    one = _opened(source, key_values(values, given), scene, hold, observe, start, fidelity, settings, engine=engine)
+    fleet = Fleet(one, count, threads)
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from mechlab.values import Range, Value
 if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
     from mechlab.lab.results import FilesResult
+    from mechlab.viewer.gallery import Exhibit
     from mechlab.viewer.story import Story
 
 LOCAL = "127.0.0.1"
@@ -46,9 +48,11 @@ def story(
     /,
     *,
     against: Source | Recording | None = None,
+    rebuild: bool = True,
     **parameters: Value,
 ) -> Story:
-    """The Story of a Recording (or of its .npz), or the still one of a mechanism. against: a second run, drawn as ghost."""
+    """The Story of a Recording (or of its .npz), or the still one of a mechanism. against: a second run, drawn as ghost.
+    rebuild: with all parts, also those that the run did not have."""
     from mechlab.api.pages import recording_of, run_story, still_story
     from mechlab.viewer.comparison import against as compared
     from mechlab.viewer.comparison import differences
@@ -62,14 +66,14 @@ def story(
             )
         return still_story(load_design(source, given))  # type: ignore[arg-type]
     _refuse_keys(given)
-    first = run_story(recording)
+    first = run_story(recording, rebuild)
     if against is None:
         return first
     other = recording_of(against)
     if other is None:
         raise MechlabError(f"against: expected a Recording or the .npz of a run, got {against!r}.")
     name = f"the run {Path(against).name}" if isinstance(against, str | Path) else f"the run of scene {other.scene}"
-    second = run_story(other)
+    second = run_story(other, rebuild)
     return compared(first, second, name, differences(recording, other, (dict(first.facts), dict(second.facts))))
 
 
@@ -108,6 +112,7 @@ def view(
     against: Source | Recording | None = None,
     explorable: bool = False,
     vary: Mapping[str, Axis] | None = None,
+    fidelity: str | None = None,
     host: str = LOCAL,
     port: int = 0,
     wait: bool = True,
@@ -128,6 +133,7 @@ def view(
         against=run.npz: compare with a second run: its ghost, its curves
         explorable: with `html`: sliders for the drives instead of a run
         vary=KEY=LO:HI:N: with `explorable`: a slider for this parameter too (twice for two); none: --vary none
+        fidelity=F: simulate and draw this level alone: minimal, parts, full (default: the scene's own, drawn with all parts)
         host=H: address of the live page (default: this machine only)
     """
     wanted = {"page": html, "picture": png, "GLB": glb, "film": mp4, "table": csv}
@@ -137,22 +143,26 @@ def view(
         raise UsageError("`explorable` needs `html`, the page to write, and goes with nothing that needs a run.")
     if (port or host != LOCAL) and any(x is not None for x in wanted.values()):
         raise UsageError("`host`, port: they are for a live page, and a file is asked for: leave out one of them.")
-    from mechlab.api.pages import recording_of
+    from mechlab.api.pages import at_fidelity, recording_of
 
     given = key_values(values, parameters)
     recording = recording_of(source)
     if recording is not None:
         _refuse_keys(given)
+        if fidelity is not None:
+            raise MechlabError(f"fidelity {fidelity}: a run that is recorded keeps its own, {recording.fidelity or 'none'}.")
         if explorable:
             raise MechlabError("to explore takes a mechanism: a run that is recorded has no drives to move.")
+    elif fidelity is not None:
+        source, given = at_fidelity(load_design(source, given), fidelity), {}  # type: ignore[arg-type]
     if recording is None and not explorable and any(x is not None for x in (html, glb, mp4, csv, against)):
         recording = simulate(source, given)  # type: ignore[arg-type]
     if recording is not None:
-        shown = story(recording, against=against)
+        shown = story(recording, against=against, rebuild=fidelity is None)
     else:
         shown = explore(source, given, vary=vary) if explorable else story(source, given)  # type: ignore[arg-type]
     if not any(x is not None for x in wanted.values()):
-        return _live(source, shown, given, host, port, wait)
+        return _live(source, shown, given, host, port, wait, fidelity is None)
     from mechlab.lab.results import FilesResult
 
     bad = [sentence for severity, sentence in shown.health if severity == "error"]
@@ -183,7 +193,9 @@ def view(
     return FilesResult(next(iter(files.values())).parent, files, sentence, exit_code=3 if bad else 0)
 
 
-def _live(source: Source | Recording, shown: Story, given: Values, host: str, port: int, wait: bool) -> FilesResult:
+def _live(
+    source: Source | Recording, shown: Story, given: Values, host: str, port: int, wait: bool, rebuild: bool
+) -> FilesResult:
     """A live page; a mechanism is simulated while one looks, and the page of the run follows. Its parameters can be
     changed there."""
     from mechlab.api.pages import recording_of, run_story, still_story
@@ -195,7 +207,8 @@ def _live(source: Source | Recording, shown: Story, given: Values, host: str, po
         if wait and recording_of(source) is None:
             from mechlab.viewer.streaming import Rebuilder
 
-            rebuilder = Rebuilder(server, load_design(source, given), still_story, run_story)  # type: ignore[arg-type]
+            design = load_design(source, given)  # type: ignore[arg-type]
+            rebuilder = Rebuilder(server, design, still_story, partial(run_story, rebuild=rebuild))
         try:
             if wait:
                 server.wait()
@@ -223,38 +236,50 @@ def gallery(out: File, names: Sequence[str] = (), *, models: File = "models", pr
     """All mechanisms of the catalog as pages in one folder that any static host can serve; index.html first.
 
     Each has a picture (from MODELS/NAME/picture.png where that exists), one sentence, the page of its default run, the
-    page to explore where it has drives, and its sheet.
+    page to explore where it has drives, and its sheet. Made in as many processes as there are cores.
     """
+    from functools import partial
+
     from mechlab import catalog
-    from mechlab.api.pages import run_story
     from mechlab.lab.results import FilesResult
+    from mechlab.processes import cores, in_processes
+    from mechlab.viewer.gallery import write_gallery
+
+    asked = tuple(names or catalog.NAMES)
+    for name in asked:
+        load_design(name, {})
+    many = min(cores(), len(asked))
+    made: dict[str, Exhibit] = {}
+    with whole_folder(out) as folder:
+        work = partial(exhibit, folder=folder, models=Path(models).absolute())
+        for name, shown in ((n, work(n)) for n in asked) if many == 1 else in_processes(work, asked, many):
+            made[name] = shown
+            moved = "" if shown.explorable else "; no page to move it: no drive, or no loop that one could close"
+            progress(f"{len(made):2d} of {len(asked)}: {name}{moved}")
+        index = write_gallery([made[name] for name in asked], folder)
+    return FilesResult(Path(out), {"gallery": Path(out) / index.name}, f"{len(made)} mechanisms")
+
+
+def exhibit(name: str, folder: Path, models: Path) -> Exhibit:
+    """One mechanism of the gallery: writes its pages into FOLDER/NAME; its picture is MODELS/NAME/picture.png, or made."""
+    from mechlab.api.pages import run_story
     from mechlab.lab.sheet import describe_design
     from mechlab.viewer import write_page
     from mechlab.viewer.film import motion_svg
-    from mechlab.viewer.gallery import Exhibit, write_gallery
+    from mechlab.viewer.gallery import THUMBNAIL, Exhibit
     from mechlab.viewer.picture import write_png
 
-    exhibits = []
-    with whole_folder(out) as folder:
-        for name in names or catalog.NAMES:
-            progress(f"{name}: run, page, picture, sheet")
-            design = load_design(name, {})
-            run = run_story(simulate(name))
-            write_page(run, folder / name / "run.html")
-            kept = Path(models) / name / "picture.png"
-            picture = kept if kept.is_file() else write_png(run, folder / name / "picture.png")
-            moved: Story | None = None
-            try:
-                moved = explore(name)
-            except MechlabError as error:
-                progress(f"{name}: no page to explore: {error}")
-            if moved is not None:
-                write_page(moved, folder / name / "explore.html")
-            exhibits.append(
-                Exhibit(
-                    name, design.entry.title, design.entry.summary, picture.read_bytes(),
-                    describe_design(design)._repr_html_(), moved is not None, motion_svg(run),
-                )
-            )  # fmt: skip
-        index = write_gallery(exhibits, folder)
-    return FilesResult(Path(out), {"gallery": Path(out) / index.name}, f"{len(exhibits)} mechanisms")
+    design = load_design(name, {})
+    run = run_story(simulate(name))
+    write_page(run, folder / name / "run.html")
+    kept = models / name / "picture.png"
+    picture = kept if kept.is_file() else write_png(run, folder / name / "picture.png", size=THUMBNAIL, samples=4)
+    moved = True
+    try:
+        write_page(explore(name, vary={}), folder / name / "explore.html")
+    except MechlabError:
+        moved = False
+    return Exhibit(
+        name, design.entry.title, design.entry.summary, picture.read_bytes(), describe_design(design)._repr_html_(),
+        moved, motion_svg(run),
+    )  # fmt: skip

@@ -167,7 +167,7 @@ class _Call:
                 return route.function(*positional, **keywords, **more, progress=output.stage_printer(self.as_json))
             if route.parameters["progress"].annotation == "Stages":
                 return route.function(*positional, **keywords, **more)
-            with bar(" ".join([self.verb, *self.names])) as progress:
+            with bar(" ".join([self.verb, *self.names]), lines=self.verb == "view") as progress:
                 return route.function(*positional, **keywords, **more, progress=progress)
 
         if not self.as_json:

@@ -76,11 +76,26 @@ def width_of_stdout() -> int | None:
     return shutil.get_terminal_size().columns
 
 
+def _tenths(what: str) -> Callable[[int, int], None]:
+    """Writes a line to stderr for every tenth of the work."""
+    told = 0
+
+    def report(done: int, total: int) -> None:
+        nonlocal told
+        if total > 0 and 10 * done // total > told:
+            told = 10 * done // total
+            with contextlib.suppress(OSError):
+                print(f"{what}: {10 * told} %", file=sys.stderr, flush=True)
+
+    return report
+
+
 @contextlib.contextmanager
-def bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A function of (done, total) to call while working: a bar with the time left on a terminal's stderr, else nothing."""
+def bar(what: str, lines: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """A function of (done, total) to call while working: a bar with the time left on a terminal's stderr, else nothing, or,
+    with `lines`, a line for every tenth."""
     if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done, total: None
+        yield _tenths(what) if lines and sys.stderr is not None else lambda done, total: None
         return
     import time
 

@@ -19,6 +19,7 @@ from typing import Any
 from mechlab.experiment.laws import DcMotor, Law, Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene
+from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Joint, Shaft, Spring
 
@@ -36,7 +37,7 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
     """Text of a law, or of several laws that differ only in their joint or shaft."""
     law: Any = laws[0]
     on = rounded([name for x in laws for name in x.targets()])
-    length, word = ("m", "force") if law.targets()[0] in mechanism.slides else ("rad", "torque")
+    length, word = ("m", "force") if is_length(mechanism, law.targets()[0]) else ("rad", "torque")
     unit = "N" if length == "m" else "N m"
     many = "s" if len(laws) > 1 else ""
     match law.kind:

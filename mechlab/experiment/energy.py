@@ -18,6 +18,8 @@ from mechlab.mechanism.statics import spring_stretch
 
 ENERGY_LIMIT = 1e-2
 ENERGY_WARNING = 1e-3
+NOTHING = 1e-300
+"""The turnover [J] of a run in which nothing has energy, so that shares of it are defined."""
 STANDSTILL = 1e-3
 """Least turnover of energy: the work of the weight over this distance [m], for a mechanism at rest."""
 CREEP = 1e-7
@@ -149,7 +151,7 @@ def energy_finding(
     spent = work(t, power) if done is None else np.asarray(done, dtype=float)
     weight = mechanism.total_mass * float(np.linalg.norm(mechanism.gravity))
     moved = (float(np.max(kinetic)), float(np.ptp(potential)), float(work(t, np.abs(power))[-1]))
-    turnover = max(*moved, weight * STANDSTILL, 1e-300)
+    turnover = max(*moved, weight * STANDSTILL, NOTHING)
     open_ = total - total[0] - (spent - spent[0])
     at_stops = np.zeros(len(open_)) if stopped is None else _lost_at_stops(open_, stopped)
     missing = np.abs(open_ - at_stops)
@@ -161,9 +163,17 @@ def energy_finding(
     creep = kinetic_energy(mechanism, q[:1], np.full((1, mechanism.nv), CREEP))[0]
     noise = max(1e-12 * float(np.max(np.abs(potential), initial=0.0)), float(creep))
     value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0
+    if turnover == NOTHING and value == 0.0:
+        return nothing_moved(limit)
     taken = f" beside the {-at_stops[-1]:.3g} J that stops took" if at_stops[-1] < 0.0 else ""
     text = f"energy balance: at most {np.max(missing):.3g} J of {turnover:.3g} J turned over is unaccounted for{taken}:"
     return limit_finding("energy_balance", value, limit, "of the turnover", text, warn)
+
+
+def nothing_moved(limit: float) -> Finding:
+    """Finding "energy_balance" of a run without any energy."""
+    text = "energy balance: nothing moved, and no energy came or went"
+    return Finding("energy_balance", 0.0, limit, "of the turnover", "ok", text)
 
 
 def _lost_at_stops(missing: Array, stopped: NDArray[np.bool_]) -> Array:

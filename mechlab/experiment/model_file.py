@@ -50,6 +50,7 @@ class ModelFile:
     different points, and the frame of a body stands at its joints.
     reference: the coordinates of the file (MuJoCo's qpos) in the reference pose of the mechanism; empty: those of the file's own
     (qpos0). `mechlab.engines.mujoco.model_file.coordinates` converts states with them. ours: mechlab wrote the file.
+    unheld: why no Mechanism holds the file, a sentence; then `mechanism` is a `RecordedTree`, and only MuJoCo runs the file.
     """
 
     path: Path | None
@@ -64,6 +65,7 @@ class ModelFile:
     tendons: Mapping[str, str] = field(default_factory=dict, hash=False, compare=False)
     reference: tuple[float, ...] = ()
     ours: bool = False
+    unheld: str = ""
 
     @property
     def name(self) -> str:

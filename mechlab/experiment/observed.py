@@ -14,6 +14,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.model import Mechanism
 
 
@@ -87,7 +88,7 @@ def _of(m: Mechanism, name: str) -> _Part:
     if base not in m.scalar_names:
         existing = [*m.scalar_names, *spherical, *(f"{n}_rate" for n in (*m.scalar_names, *spherical))]
         raise unknown(f"{m.name}: observe:", name, [*existing, *(f.name for f in m.frames)])
-    unit = "m" if base in m.slides else "rad"
+    unit = "m" if is_length(m, base) else "rad"
     row, out = m.row(base), np.zeros(m.nq + m.nv)
     if is_rate:
         out[m.nq :] = row

@@ -15,7 +15,8 @@ import numpy as np
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.length_unit import is_length
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.results import Result
 
@@ -228,22 +229,17 @@ class Trace:
         return not self.reason
 
 
-def basic_channels(
-    mechanism: Mechanism, q: Array, v: Array, points: Array | None = None
-) -> tuple[dict[str, Array], dict[str, str]]:
-    """Channels of every run, with units: value and `_rate` of each joint and shaft, `_x _y _z` of each frame.
-
-    points (n, frames, 3): result of `frame_positions` if already known.
-    """
+def basic_channels(mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
+    """Channels of every run, with units: value and `_rate` of each joint and shaft, `_x _y _z` of each frame."""
     channels: dict[str, Array] = {}
     units: dict[str, str] = {}
     for name in mechanism.scalar_names:
-        unit = "m" if name in mechanism.slides else "rad"
+        unit = "m" if is_length(mechanism, name) else "rad"
         channels[name] = mechanism.value(name, q)
         channels[f"{name}_rate"] = v @ mechanism.row(name)
         units |= {name: unit, f"{name}_rate": f"{unit}/s"}
     if mechanism.frames:
-        points = frame_positions(mechanism, q) if points is None else points
+        points = frame_positions(mechanism, q)
         for k, frame in enumerate(mechanism.frames):
             for axis, letter in enumerate("xyz"):
                 channels[f"{frame.name}_{letter}"] = points[:, k, axis]
@@ -252,10 +248,10 @@ def basic_channels(
 
 
 def run_channels(
-    mechanism: Mechanism, q: Array, v: Array, a: Array, forces: Mapping[str, Array], points: Array | None = None
+    mechanism: Mechanism, q: Array, v: Array, a: Array, forces: Mapping[str, Array]
 ) -> tuple[dict[str, Array], dict[str, str]]:
     """`basic_channels`; NAME_accel of each joint and shaft, from accelerations a (n, nv); NAME_force (n,) of what laws act on."""
-    channels, units = basic_channels(mechanism, q, v, points)
+    channels, units = basic_channels(mechanism, q, v)
     for name in mechanism.scalar_names:
         channels[f"{name}_accel"] = a @ mechanism.row(name)
         units[f"{name}_accel"] = f"{units[name]}/s2"
@@ -278,11 +274,4 @@ def over_samples(forces: Sequence[Mapping[str, float]]) -> dict[str, Array]:
 
 def frame_positions(mechanism: Mechanism, q: Array) -> Array:
     """(n, frames, 3) world positions of the frames along coordinates q (n, nq)."""
-    tree = TreeKinematics(mechanism)
-    out = np.empty((len(q), len(mechanism.frames), 3))
-    for i, row in enumerate(q):
-        tree.set(row)
-        for k, frame in enumerate(mechanism.frames):
-            rotation, origin = tree.pose(frame.body)
-            out[i, k] = origin + rotation @ frame.placement.translation
-    return out
+    return ManyPoses(mechanism).set(q).frame_positions()

@@ -17,6 +17,7 @@ from mechlab.lab.design import Design
 from mechlab.lab.gear_trains.power_flow import asks_power_flow, power_flow_question
 from mechlab.lab.gear_trains.row_lag import asks_lag, lag_question
 from mechlab.mechanism import Mechanism, Status
+from mechlab.mechanism.length_unit import is_length
 from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
 
@@ -168,7 +169,7 @@ def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     def witness(engine: str) -> Any:
         return lambda p, given: engine_answer(engine, m, given, wanted)
 
-    angles = tuple(k for k in m.scalar_names if k not in m.slides)
+    angles = tuple(k for k in m.scalar_names if not is_length(m, k))
     return Question(
         "generic",
         tuple(values),

@@ -74,6 +74,15 @@ class Design(Shown):
             )
         return self.entry.build(self.parameters, chosen)
 
+    def moving(self, scene: Scene) -> Mechanism:
+        """The mechanism whose motion a run of the scene records: that of the file that it runs as it is, or else that of its fidelity."""
+        return self.mechanism(scene.fidelity) if scene.file is None else scene.file.mechanism
+
+    def drawn(self) -> Mechanism:
+        """What a picture shows that stands still: the richest fidelity, or the bodies of a file that no Mechanism holds."""
+        file = self.entry.file
+        return file.mechanism if file is not None and file.unheld else self.mechanism(list(self.entry.fidelities)[-1])
+
     def structure(self, fidelity: str | None = None) -> Structure:
         """Degrees of freedom, redundancies, independent coordinates."""
         return structure(self.mechanism(fidelity))
@@ -218,7 +227,7 @@ def with_extra(design: Design, scene: Scene, extra: Mapping[str, float]) -> Scen
     """The scene with initial values X_0, X_rate_0 and constant loads X_force added; raises MechlabError for other keys."""
     if not extra:
         return scene
-    m = design.mechanism(scene.fidelity)
+    m = design.moving(scene)
     names = set(m.scalar_names)
     extra = checked(extra, mechanism_units(m))
     initial, rates, laws = dict(scene.initial), dict(scene.initial_rates), list(scene.laws)

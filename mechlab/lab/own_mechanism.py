@@ -51,19 +51,38 @@ class NoParameters:
 
 def entry_of(mechanism: Mechanism, file: ModelFile | None = None) -> Entry:
     """An entry for a bare Mechanism: one fidelity; the scene `hold` where a drive holds, and `free-motion`. file: that it was
-    read from; a stranger's MJCF file has the scene `as-is`, too."""
+    read from; a stranger's MJCF file has the scene `as-is`, too, or alone where no Mechanism holds it."""
+    if file is not None and file.unheld:
+        return _unheld(file)
     made = _entry(mechanism.name, NoParameters, lambda p, fidelity: mechanism, mechanism.summary, {})
     if not holding(mechanism):
         made = replace(made, scenes={FREE: made.scenes[FREE]}, default_scene=FREE)
     if file is None or file.ours or not file.joints:
         return replace(made, file=file)
+    return replace(made, file=file, scenes={**made.scenes, AS_IS: _as_is(file)})
+
+
+def _as_is(file: ModelFile) -> SceneRecipe:
     text = "the file as MuJoCo runs it: its contacts, actuators, timestep and softness"
 
-    def as_is(p: Any, fidelity: str) -> Scene:
+    def make(p: Any, fidelity: str) -> Scene:
         settings = engine("file").settings(file)
         return Scene(AS_IS, fidelity, 2.0, tolerance=FILE_TOLERANCE, settings=settings, text=text, file=file)
 
-    return replace(made, file=file, scenes={**made.scenes, AS_IS: SceneRecipe(as_is, LEVEL, text)})
+    return SceneRecipe(make, LEVEL, text)
+
+
+def _unheld(file: ModelFile) -> Entry:
+    """An entry for a file that no Mechanism holds: it has no mechanism, and the scene `as-is` alone."""
+
+    def build(p: Any, fidelity: str) -> Mechanism:
+        raise MechlabError(
+            f"{file.name}: no Mechanism holds this file, which this needs; simulate, view, session and doctor take it as MuJoCo does. "
+            f"The reason: {file.unheld}"
+        )
+
+    made = _entry(file.mechanism.name, NoParameters, build, "", {})
+    return replace(made, file=file, scenes={AS_IS: _as_is(file)}, default_scene=AS_IS)
 
 
 def entry_of_function(function: Callable[..., Mechanism], name: str | None = None, guard: Guard = plainly) -> Entry:

@@ -114,7 +114,7 @@ def open_session(
 ) -> StepLoop:
     """A session of a design; see `mechlab.api.sessions.session`."""
     of_scene, made, chosen, substeps = setting(design, scene, fidelity, settings, hold, extra or {}, engine)
-    mechanism = of_scene.mechanism(made.fidelity)
+    mechanism = of_scene.moving(made)
     seen: Observed = observed(mechanism, observe)
     session: StepLoop = engine_named(chosen.engine).session(mechanism, made, chosen, seen, substeps, start, seed)
     session.complete = lambda run: completed(of_scene, run, made)

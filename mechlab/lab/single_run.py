@@ -60,9 +60,12 @@ def chosen_settings(
         chosen = file_settings(design, scene) if chosen.engine != "file" else chosen
         return chosen if timestep is None else replace(chosen, timestep=timestep)
     if scene.file is not None:
+        others = [n for n in design.entry.scenes if n != scene.name]
+        if not others:
+            design.mechanism(scene.fidelity)  # raises: it has none
         raise MechlabError(
             f"{design.name}: the scene {scene.name} is run by the engine 'file' alone; for the engine {wanted} take another scene: "
-            f"{', '.join(n for n in design.entry.scenes if n != scene.name)}."
+            f"{', '.join(others)}."
         )
     if wanted == "mujoco" and (settings is None or chosen.engine != "mujoco"):
         chosen = settings_for(chosen, design.mechanism(scene.fidelity), scene)
@@ -87,7 +90,7 @@ def file_settings(design: Design, scene: Scene) -> Settings:
 def engine_run(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array = ()) -> Recording:
     """One run by an engine, sampled at the times `at` [s] at least."""
     times = None if len(at) == 0 else list(at)
-    return engine_named(settings.engine).run(design.mechanism(scene.fidelity), scene, settings, times)
+    return engine_named(settings.engine).run(design.moving(scene), scene, settings, times)
 
 
 def analytic_run(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:

@@ -72,6 +72,14 @@ class ManyPoses:
         out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = self.rotations, self.origins, 1.0
         return out
 
+    def frame_positions(self) -> Array:
+        """(n, frames, 3) world positions of the frames."""
+        out = np.empty((len(self.q), len(self.mechanism.frames), 3))
+        for k, frame in enumerate(self.mechanism.frames):
+            rotation, origin = self._frame(frame.body)
+            out[:, k] = rotation @ frame.placement.translation + origin
+        return out
+
     def residual_and_jacobian(self) -> tuple[Array, Array]:
         """(n, rows) and (n, rows, nv) of all constraints, in the order of `ConstraintSet`."""
         n, nv = len(self.q), self.mechanism.nv

@@ -49,13 +49,12 @@ def refuse_collisions(m: Mechanism) -> None:
 
 
 def refuse_parameters(m: Mechanism, parameters: Collection[str]) -> None:
-    """Raise MechlabError when a parameter of the function that makes `m` has the name of a key of the mechanism."""
+    """Raise MechlabError, naming all of them, when parameters of the function that makes `m` have names of keys of the mechanism."""
     taken = set(parameters)
-    for key, what in keys_of(m):
-        if key in taken:
-            raise MechlabError(
-                f"{m.name}: {key}=... would mean the parameter {key!r} and {what}: give one of them another name."
-            )
+    clashes = {key: what for key, what in keys_of(m) if key in taken}
+    if clashes:
+        told = "; ".join(f"{key}=... would mean the parameter {key!r} and {what}" for key, what in clashes.items())
+        raise MechlabError(f"{m.name}: {told}: give {'one of them' if len(clashes) == 1 else 'one of each'} another name.")
 
 
 def colliding_frame(frame: str, scalars: Collection[str]) -> bool:

@@ -71,7 +71,7 @@ def _html(m: Mechanism) -> str:
 @save_result.register
 def _save(m: Mechanism, path: Path) -> Path:
     raise MechlabError(
-        f"{m.name}: one file does not hold a Mechanism; mechlab.generate(mechanism, folder) writes its files."
+        f"{m.name}: one file does not hold a Mechanism; mechlab.generate(mechanism, out=folder) writes its files."
     )
 
 

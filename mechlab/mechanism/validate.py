@@ -61,6 +61,14 @@ class OpenMechanism(Mechanism):
         validate(self, closed=False)
 
 
+class RecordedTree(Mechanism):
+    """Bodies and joints of a model that no Mechanism holds, unchecked: they name and draw what an engine moved; nothing is
+    computed with their masses, and they have no loops, relations, shafts or drives."""
+
+    def __post_init__(self) -> None:
+        """Nothing is checked."""
+
+
 def _names(m: Mechanism) -> None:
     _identifiers("mechanism", [m.name])
     groups = {

@@ -23,7 +23,7 @@ PagePrinter = Callable[[Design, Recording, Path], Path]
 
 @dataclass(frozen=True, repr=False)
 class RunResult(Shown):
-    """The result of the pipeline: files by kind, checks, the run of the default scene, exit code of the model files."""
+    """The result of the pipeline: files by kind, checks, the run of the default scene, exit code and fidelity of the model files."""
 
     folder: Path
     files: Mapping[str, Path]
@@ -31,6 +31,7 @@ class RunResult(Shown):
     simulation: Recording
     warnings: tuple[str, ...] = ()
     files_code: int = 0
+    fidelity: str = ""
 
     @property
     def exit_code(self) -> int:
@@ -55,7 +56,10 @@ def _(result: RunResult) -> str:
 def _(result: RunResult) -> str:
     """The table of checks, the health of the run, the table of files."""
     run = result.simulation
-    lines = [result.checks.text(), "", f"run of scene {run.scene}; what acts: {run.acts}"]
+    lines = [result.checks.text(), "", f"run of scene {run.scene}, fidelity {run.fidelity}; what acts: {run.acts}"]
+    if result.fidelity not in ("", run.fidelity):
+        command = f"mechlab view {run.name} --fidelity {result.fidelity}"
+        lines.append(f"the model files are of fidelity {result.fidelity}; to run and see that: {command}")
     lines += [f"  {f.severity:8s}{f.sentence}" for f in run.health.findings]
     lines += ["", table(["what", "where"], [[kind, str(path)] for kind, path in result.files.items()])]
     return "\n".join([*lines, *(f"warning: {w}" for w in result.warnings)])
@@ -83,7 +87,7 @@ def pipeline(
         progress("page")
         files["page"] = page(design, recording, stage / f"{design.name}.html")
     placed = {kind: out / path.relative_to(stage) for kind, path in files.items()}
-    return RunResult(out, placed, checks, recording, (*design.warnings, *made.trial.warnings), made.trial.exit_code)
+    return RunResult(out, placed, checks, recording, (*design.warnings, *made.trial.warnings), made.trial.exit_code, level)
 
 
 def _richest(design: Design) -> str:

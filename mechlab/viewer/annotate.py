@@ -1,81 +1,16 @@
-"""What is drawn besides the parts: forces and torques, joint axes, names; and how well the page can show the motion."""
+"""What is drawn besides the parts: joint axes, names; and how well the page can show the motion."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
-from mechlab.experiment.recording import Recording
-from mechlab.mechanism import GROUND, Mechanism, Shape, TreeKinematics
+from mechlab.mechanism import GROUND, Mechanism, Shape
 from mechlab.mechanism.geometry import Array
 from mechlab.viewer.pack import quaternions
-from mechlab.viewer.story import Arrow, Mark, Part
-
-MOST_ARROWS = 12
-FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
-
-
-def arrows(recording: Recording, keep: Array) -> tuple[Arrow, ...]:
-    """Forces and torques of a recording at its samples `keep` (k,): drives along their axes, reactions of loops on
-    their body b, world axes. Those that stay zero are left out; the MOST_ARROWS largest remain, in falling order."""
-    m = recording.mechanism
-    tree = TreeKinematics(m)
-    readers: list[tuple[str, str, tuple[str, ...]]] = []
-    columns = {j.name: m.v_slice[j.name].start for j in m.joints if j.nv == 1}
-    for name in m.scalar_names:
-        if f"{name}_force" in recording.channels:
-            readers.append(("drive", name, (f"{name}_force",)))
-    for loop in m.loops:
-        for parts in (FORCES, MOMENTS):
-            names = tuple(f"{loop.name}_{x}" for x in parts)
-            if all(n in recording.channels for n in names):
-                readers.append(("loop", loop.name, names))
-    values = [np.column_stack([recording.channels[n][keep] for n in names]) for _, _, names in readers]
-    order = sorted(
-        (k for k, v in enumerate(values) if np.all(np.isfinite(v)) and np.any(np.abs(v) > 1e-12)),
-        key=lambda k: -float(np.abs(values[k]).max()),
-    )[:MOST_ARROWS]
-    points = {k: np.zeros((len(keep), 3)) for k in order}
-    vectors = {k: np.zeros((len(keep), 3)) for k in order}
-    loops = {x.name: x for x in m.loops}
-    shafts = {x.name: x for x in m.shafts}
-    for i, row in enumerate(recording.q[keep]):
-        tree.set(row)
-        for k in order:
-            kind, name, _ = readers[k]
-            if kind == "loop":
-                rotation, origin = tree.pose(loops[name].body_b)
-                points[k][i] = origin + rotation @ loops[name].placement_b.translation
-                vectors[k][i] = values[k][i]
-            elif name in columns:
-                points[k][i], axis = tree.anchors[columns[name]], tree.axes[columns[name]]
-                vectors[k][i] = axis * values[k][i, 0]
-            else:
-                shaft = shafts[name]
-                rotation, origin = tree.pose(shaft.body)
-                points[k][i] = origin + rotation @ shaft.placement.translation
-                vectors[k][i] = rotation @ shaft.placement.rotation[:, 2] * values[k][i, 0]
-    out, driven = [], {d.on for d in m.drives}
-    for k in order:
-        unit = recording.units.get(readers[k][2][0], "")
-        label = readers[k][1] if readers[k][0] == "loop" else f"{readers[k][1]} ({'drive' if readers[k][1] in driven else 'load'})"
-        shown: Literal["force", "torque"] = "force" if unit == "N" else "torque"
-        out.append(Arrow(label, shown, unit, points[k], vectors[k], *_between(m, *readers[k][:2])))
-    return tuple(out)
-
-
-def _between(m: Mechanism, kind: str, name: str) -> tuple[str, str]:
-    """The body that the force of a loop or a drive acts on, and the one that feels the opposite."""
-    if kind == "loop":
-        loop = next(x for x in m.loops if x.name == name)
-        return loop.body_b, loop.body_a
-    body = next((b for b in m.bodies if any(j.name == name for j in b.joints)), None)
-    if body is not None:
-        return body.name, body.parent
-    return name, next(s.body for s in m.shafts if s.name == name)
+from mechlab.viewer.story import Mark, Part
 
 
 def marks(mechanism: Mechanism, parts: Sequence[Part]) -> tuple[Mark, ...]:

@@ -23,6 +23,7 @@ from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import FLOOR
 from mechlab.shapes import mesh
 from mechlab.viewer import annotate
+from mechlab.viewer.acting import arrows
 from mechlab.viewer.channels import recorded_channels
 from mechlab.viewer.chosen_plots import chosen_plots
 from mechlab.viewer.explore import explore
@@ -30,7 +31,7 @@ from mechlab.viewer.framing import frame_story
 from mechlab.viewer.knots import Drawn, Knots, choose_knots, drawn_rates
 from mechlab.viewer.lines import lines
 from mechlab.viewer.reach import BorderSurface
-from mechlab.viewer.story import Arrow, Floor, Part, Plot, Severity, Story
+from mechlab.viewer.story import Floor, Part, Plot, Severity, Story
 
 
 def recording_to_csv(recording: Recording) -> str:
@@ -87,16 +88,17 @@ def recording_story(
     story = motion_story(
         mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
         facts=facts, health=recording.health, plots=chosen_plots(recording, keep, plots, channels), reconstructed=rebuilt,
-        arrows=annotate.arrows(recording, keep), recorded=len(recording.t),
+        recorded=len(recording.t),
     )  # fmt: skip
-    story = replace(story, channels=recorded_channels(recording))
+    drawn_arrows = arrows(recording, keep, mechanism, q[keep], story.parts)
+    story = replace(story, channels=recorded_channels(recording), arrows=drawn_arrows)
     if len(recording.t) < 3:
         return story
     knots = choose_knots(
         mechanism, recording.t, q, drawn_rates(recording, drawn), annotate.body_corners(story.parts, story.bodies),
         frame_story(story).radius, lambda x: placed(mechanism, x)[1],
     )  # fmt: skip
-    return replace(story, knots=knots, playback=_said(knots))
+    return replace(story, knots=knots, playback=_said(knots) + _starting(recording))
 
 
 def motion_story(
@@ -109,7 +111,6 @@ def motion_story(
     health: Health | None = None,
     plots: Sequence[Plot] = (),
     reconstructed: tuple[str, ...] = (),
-    arrows: tuple[Arrow, ...] = (),
     recorded: int | None = None,
 ) -> Story:
     """A Story from coordinates q (n, nq) at times t (n,); `recorded`: how many samples the run had."""
@@ -125,7 +126,7 @@ def motion_story(
         title=title, summary=summary, t=t, bodies=names, poses=poses, parts=parts, plots=tuple(plots),
         facts=tuple((facts or {}).items()), health=findings, traces=traces,
         reconstructed=tuple(n for n in reconstructed if n in names),
-        arrows=arrows, marks=annotate.marks(mechanism, parts),
+        marks=annotate.marks(mechanism, parts),
         ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
         tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
         floors=floors_of(names, poses, owners), model=mechanism,
@@ -163,6 +164,19 @@ def _said(knots: Knots) -> str:
     return (
         f"Shows the {knots.recorded} recorded times {at}, from the coordinates and rates at {len(knots.t)} of them; between recorded "
         f"times it follows cubics and is off by about {length_text(knots.between)} at most."
+    )
+
+
+def _starting(recording: Recording) -> str:
+    """Sentence on servos whose force builds up from the first sample: it is off target by nothing there."""
+    if "servo" not in recording.acts or len(recording.t) < 10:
+        return ""
+    forces = [v for n, v in recording.channels.items() if n.endswith("_force") and np.all(np.isfinite(v))]
+    if not any(abs(v[1] - v[0]) > max(4.0 * abs(v[2] - v[1]), 0.02 * np.ptp(v)) for v in forces):
+        return ""
+    return (
+        " At the first sample a servo stands exactly on its target and gives no more than its constant part; its force builds up "
+        "within the next ones."
     )
 
 

@@ -110,10 +110,11 @@ BY_HAND = (
 SCRIPTS = (
     *SOLVER, *GEOMETRY,
     "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
-    "before.js", "show.js", *EDITING, *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js", "section.js",
-    "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js", "camera.js", "player.js",
-    "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "panel.js", "live.js", "replace.js",
-    "address.js", "main.js",
+    "before.js", "show.js", *EDITING, *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js",
+    "caps.js",
+    "section.js", "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js",
+    "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js",
+    "panel.js", "live.js", "replace.js", "address.js", "main.js",
 )  # fmt: skip
 """Scripts of the page, in their order there."""
 
@@ -135,7 +136,7 @@ def page_of(document: Mapping[str, Any], block: str, connect: str = "data:") -> 
         "title": html.escape(document["title"]),
         "connect": html.escape(connect),
         "style": "\n".join(asset(name) for name in STYLES),
-        "viewer": viewer_script(),
+        "viewer": packed_viewer(),
         "licences": viewer_licences().replace("<", "&lt;"),
         "story": json.dumps(document, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"),
         "block": block,
@@ -201,8 +202,14 @@ def _viewer_folder() -> Path:
 
 @cache
 def viewer_script() -> str:
-    """The JavaScript of meshcat's viewer, with three.js in it, safe to stand inside a script element."""
-    return (_viewer_folder() / "dist" / "main.min.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
+    """The JavaScript of meshcat's viewer, with three.js in it."""
+    return (_viewer_folder() / "dist" / "main.min.js").read_text(encoding="utf-8")
+
+
+@cache
+def packed_viewer() -> str:
+    """The viewer's code as the page carries it: a third of its size, zlib-compressed, in base64."""
+    return base64.b64encode(zlib.compress(viewer_script().encode("utf-8"), 9)).decode("ascii")
 
 
 @cache

@@ -26,7 +26,7 @@ from mechlab.viewer.framing import (
 )
 from mechlab.viewer.knots import Knots
 from mechlab.viewer.reach import BorderSurface
-from mechlab.viewer.story import Part, Story
+from mechlab.viewer.story import ColorField, Part, Story
 
 Array = NDArray[np.float64]
 
@@ -47,14 +47,18 @@ class ByteBlock:
         self._length = 0
         self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
 
-    def add(self, array: NDArray[Any], kind: str) -> dict[str, Any]:
+    def add(self, array: NDArray[Any], kind: str, steps: bool = False) -> dict[str, Any]:
         """Appends `array` as `kind` (f8, f4, i2, u2, u4, u1), aligned to 8 bytes, unless the same bytes are there already;
-        the reference is {at, kind, count}."""
-        data = np.ascontiguousarray(array, dtype="<" + kind).tobytes()
-        key = (kind, hashlib.sha256(data).digest())
+        the reference is {at, kind, count}. steps: of integers that grow slowly the differences are kept, which compress to a third;
+        they are added up modulo the size of the kind."""
+        values = np.ascontiguousarray(array, dtype="<" + kind).reshape(-1)
+        data = (np.diff(values, prepend=values.dtype.type(0)) if steps else values).tobytes()
+        key = (f"{kind} {steps}", hashlib.sha256(data).digest())
         if key in self._known:
             return self._known[key]
-        reference = {"at": self._length, "kind": kind, "count": int(np.size(array))}
+        reference: dict[str, Any] = {"at": self._length, "kind": kind, "count": len(values)}
+        if steps:
+            reference["steps"] = True
         padded = data + bytes(-len(data) % 8)
         self._pieces.append(padded)
         self._length += len(padded)
@@ -118,6 +122,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             for plot in story.plots
         ],
         "clips": [{"name": c.name, "value": c.value, "text": c.text, "start": c.start, "end": c.end} for c in story.clips],
+        "fields": [_pack_field(f, story.parts, block) for f in story.fields],
         "channels": _pack_channels(story.channels, block),
         "traces": _pack_traces(story.traces, block),
         "facts": [list(pair) for pair in story.facts],
@@ -223,6 +228,19 @@ def _pack_traces(traces: Mapping[str, Array], block: ByteBlock) -> list[dict[str
     return [{"name": name, "points": block.add(points, "f8")} for name, points in traces.items()]
 
 
+def _pack_field(field: ColorField, parts: Sequence[Part], block: ByteBlock) -> dict[str, Any]:
+    """A field at the vertices that the page draws: those of the part, some of them several times."""
+    from scipy.spatial import KDTree
+
+    part = next(p for p in parts if p.name == field.part)
+    drawn = split_at_edges(part.vertices, part.faces).vertices
+    values = field.values[KDTree(part.vertices).query(drawn)[1]]
+    return {
+        "part": field.part, "name": field.name, "unit": field.unit, "text": field.text,
+        "low": float(np.nanmin(values)), "high": float(np.nanmax(values)), "values": block.add(values, "f4"),
+    }  # fmt: skip
+
+
 def _pack_channels(channels: Channels, block: ByteBlock) -> dict[str, Any]:
     """Channels in 32 bits; a value beyond them is a gap."""
     limit = float(np.finfo(np.float32).max)
@@ -290,8 +308,8 @@ def _pack_parts(
                 {
                     "positions": block.add(mesh.vertices, "f4"),
                     "normals": block.add(np.rint(mesh.normals * 32767.0), "i2"),
-                    "faces": block.add(mesh.faces, width),
-                    "edges": block.add(mesh.edges, width),
+                    "faces": block.add(mesh.faces, width, steps=True),
+                    "edges": block.add(mesh.edges, width, steps=True),
                     "closed": mesh.closed,
                 }
             )

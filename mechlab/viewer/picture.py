@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.files import write
 from mechlab.viewer.framing import THREE_QUARTER, Framing, frame_story
-from mechlab.viewer.picture_scene import SUN, Lines, compile_scene, draw_lines, place_camera
+from mechlab.viewer.picture_scene import SUN, Lines, Trails, compile_scene, draw_lines, place_camera
 from mechlab.viewer.story import Story
 
 SAMPLES = 16
@@ -79,15 +79,17 @@ class Drawing:
         self._context = _open_context(*size)
         try:
             mujoco = self._mujoco
-            model = compile_scene(mujoco, story, first, self._framing, size)
+            self._trails = Trails(story, self._framing)
+            self._model = model = compile_scene(mujoco, story, first, self._framing, size, self._trails)
             data = mujoco.MjData(model)
             mujoco.mj_forward(model, data)
-            self._lines = Lines(story, self._framing, most_edges)
+            self._lines = Lines(story, most_edges)
             self._scene = mujoco.MjvScene(model, maxgeom=len(story.parts) + self._lines.most + 10)
             camera = place_camera(mujoco, self._framing, direction, size[0] / size[1])
             everything = mujoco.mjtCatBit.mjCAT_ALL
             mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, everything, self._scene)
             self._solids = self._scene.ngeom
+            self._trails.set_looks(mujoco, self._scene, 1 + len(story.parts))  # geom 0 is the floor
             self._movers = _find_movers(mujoco, self._scene, story, first)
             self._renderer = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._renderer)
@@ -106,7 +108,9 @@ class Drawing:
             geom.pos[:] = pose[:3, 3]
             geom.mat[:] = pose[:3, :3]
         self._scene.ngeom = self._solids
-        draw_lines(self._mujoco, self._scene, self._lines.at(frame, upto))
+        draw_lines(self._mujoco, self._scene, self._lines.at(frame))
+        last = len(self.story.t) - 1
+        self._trails.grow(self._mujoco, self._model, self._renderer, last if upto is None else upto)
         return _render_softly(self._mujoco, self._scene, self._renderer, self._framing, self.size, samples, sun)
 
     def __enter__(self) -> Drawing:
@@ -159,6 +163,8 @@ def _render_softly(
         mujoco.mjr_render(viewport, scene, renderer)
         mujoco.mjr_readPixels(pixels, None, viewport, renderer)
         total += pixels
+    for eye, (middle, bottom, top) in zip(scene.camera, start, strict=True):  # the next picture starts from here
+        eye.frustum_center, eye.frustum_bottom, eye.frustum_top = middle, bottom, top
     return np.flipud(np.rint(total / samples).astype(np.uint8))
 
 

@@ -13,13 +13,16 @@ from mechlab.shapes.feature_edges import split_at_edges
 from mechlab.viewer.framing import FIELD_OF_VIEW, Framing, fit_camera
 from mechlab.viewer.pack import geometry_key, quaternions
 from mechlab.viewer.story import TRACES, Color, Story
+from mechlab.viewer.trails import Trail
 
 SUN = np.array([0.55, 0.6, -1.25]) / math.sqrt(0.55**2 + 0.6**2 + 1.25**2)  # direction in which the light travels
 _SHADOW_PIXELS = 4096
 
 
-def compile_scene(mujoco: Any, story: Story, frame: int, framing: Framing, size: tuple[int, int]) -> Any:
-    """A compiled model in which nothing moves: the parts where they are at `frame`, a floor with the grid,
+def compile_scene(
+    mujoco: Any, story: Story, frame: int, framing: Framing, size: tuple[int, int], trails: Trails
+) -> Any:
+    """A compiled model in which nothing moves: the parts where they are at `frame`, the traces, a floor with the grid,
     and light."""
     spec = mujoco.MjSpec()
     _set_looks(spec, framing, size)
@@ -49,6 +52,7 @@ def compile_scene(mujoco: Any, story: Story, frame: int, framing: Framing, size:
             contype=0,
             conaffinity=0,
         )
+    trails.add(mujoco, spec)
     return spec.compile()
 
 
@@ -137,17 +141,61 @@ def place_camera(mujoco: Any, framing: Framing, toward: NDArray[np.float64], asp
     return camera
 
 
-Line = tuple[NDArray[np.float64], NDArray[np.float64], float, Color]
+TRAIL_RADIUS, TRAIL_ERROR = 0.003, 0.0005
+"""Radius of the tube along a path, and how far it may leave the path, relative to the radius of the mechanism."""
+
+Line = tuple[NDArray[np.float64], NDArray[np.float64], Color]
+
+
+class Trails:
+    """The traces of a story, which grow: one mesh each in the MuJoCo model, whose vertices are moved."""
+
+    def __init__(self, story: Story, framing: Framing) -> None:
+        made = [Trail(p, TRAIL_RADIUS * framing.radius, TRAIL_ERROR * framing.radius) for p in story.traces.values()]
+        self._trails = [(trail, color) for trail, color in zip(made, itertools.cycle(TRACES), strict=False) if len(trail.faces)]
+
+    def add(self, mujoco: Any, spec: Any) -> None:
+        """Adds the meshes, whole, to the world of a model."""
+        for k, (trail, color) in enumerate(self._trails):
+            spec.add_mesh(
+                name=f"trail{k}",
+                uservert=trail.vertices.reshape(-1),
+                usernormal=trail.normals.reshape(-1),
+                userface=trail.faces.reshape(-1),
+                userfacenormal=trail.faces.reshape(-1),
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+            )
+            spec.worldbody.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"trail{k}", rgba=color, contype=0, conaffinity=0
+            )
+
+    def set_looks(self, mujoco: Any, scene: Any, first: int) -> None:
+        """Makes the traces, geoms from number `first` on, lines to look at: bright, and without shadows."""
+        for index in range(scene.ngeom):
+            geom = scene.geoms[index]
+            if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid >= first:
+                geom.category, geom.emission = mujoco.mjtCatBit.mjCAT_DECOR, 0.5
+
+    def grow(self, mujoco: Any, model: Any, renderer: Any, frame: int) -> None:
+        """Shows the traces up to a recorded frame."""
+        for k, (trail, _) in enumerate(self._trails):
+            mesh = model.mesh(f"trail{k}").id
+            first, turn = model.mesh_vertadr[mesh], np.zeros(9)
+            mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh])
+            # MuJoCo keeps a mesh in its own centre and axes.
+            vertices = (trail.grown(frame) - model.mesh_pos[mesh]) @ turn.reshape(3, 3)
+            model.mesh_vert[first : first + len(vertices)] = vertices
+            mujoco.mjr_uploadMesh(model, renderer, mesh)
 
 
 class Lines:
-    """Lines that are no geometry of the MuJoCo model: the feature edges of the parts, and the traces.
+    """Lines that are no geometry of the MuJoCo model: the feature edges of the parts.
 
     most_edges: number of edges to draw, the longest ones (default: all). `most`: upper limit of the lines.
     """
 
-    def __init__(self, story: Story, framing: Framing, most_edges: int | None = None) -> None:
-        self.story, self.framing = story, framing
+    def __init__(self, story: Story, most_edges: int | None = None) -> None:
+        self.story = story
         self._edges: list[tuple[int, NDArray[np.float64], Color]] = []
         for part in story.parts:
             mesh = split_at_edges(part.vertices, part.faces)
@@ -161,32 +209,29 @@ class Lines:
             )
             limit = np.sort(lengths)[-most_edges] if len(lengths) > most_edges else 0.0
             self._edges = [(b, e[np.linalg.norm(e[:, 1] - e[:, 0], axis=1) >= limit], c) for b, e, c in self._edges]
-        self.most = sum(len(e) for _, e, _ in self._edges) + len(story.t) * len(story.traces)
+        self.most = sum(len(e) for _, e, _ in self._edges)
 
-    def at(self, frame: int, upto: int | None = None) -> list[Line]:
-        """(start, end, radius or 0, colour) of every line at a recorded frame; traces up to frame `upto`."""
+    def at(self, frame: int) -> list[Line]:
+        """(start, end, colour) of every line at a recorded frame."""
         found: list[Line] = []
         for body, edges, color in self._edges:
             pose = self.story.poses[frame, body]
             ends = edges @ pose[:3, :3].T + pose[:3, 3]
-            found += [(a, b, 0.0, color) for a, b in ends]
-        for points, color in zip(self.story.traces.values(), itertools.cycle(TRACES), strict=False):
-            seen = points if upto is None else points[: upto + 1]
-            found += [(a, b, 0.003 * self.framing.radius, color) for a, b in itertools.pairwise(seen) if np.any(a != b)]
+            found += [(a, b, color) for a, b in ends]
         return found
 
 
 def draw_lines(mujoco: Any, scene: Any, lines: list[Line]) -> None:
     """Adds the lines to a scene that already has its cameras and space for the lines."""
     eye = np.mean([camera.pos for camera in scene.camera], axis=0)
-    for start, end, radius, color in lines:
+    kind = mujoco.mjtGeom.mjGEOM_LINE
+    for start, end, color in lines:
         geom = scene.geoms[scene.ngeom]
-        kind = mujoco.mjtGeom.mjGEOM_CAPSULE if radius else mujoco.mjtGeom.mjGEOM_LINE
         mujoco.mjv_initGeom(
             geom, kind, np.zeros(3), np.zeros(3), np.eye(3).reshape(-1), np.array(color, dtype=np.float32)
         )
         # An edge lies in its surface; a little nearer to the eye it is not hidden by it.
-        nearer = 0.0 if radius else 0.002
-        mujoco.mjv_connector(geom, kind, radius or 1.0, start + nearer * (eye - start), end + nearer * (eye - end))
+        nearer = 0.002
+        mujoco.mjv_connector(geom, kind, 1.0, start + nearer * (eye - start), end + nearer * (eye - end))
         geom.category = mujoco.mjtCatBit.mjCAT_DECOR
         scene.ngeom += 1

@@ -172,6 +172,17 @@ class Mark:
     kind: str = ""
 
 
+@dataclass(frozen=True, eq=False)
+class ColorField:
+    """A quantity over the surface of a part: values (n,) in `unit` at the vertices of the part of that name; text: its meaning."""
+
+    part: str
+    name: str
+    unit: str
+    text: str
+    values: Array
+
+
 @dataclass(frozen=True)
 class Clip:
     """A part of a story that is played by itself: from `start` to `end` [s], with a name, what a button shows beside it, and a
@@ -213,7 +224,7 @@ class Story:
     model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
     knots: coordinates of it, from which the page has its poses instead of `poses`, see `mechlab.viewer.knots`;
     channels: all that were recorded, for plots that are asked for in the page; clips: parts
-    of the story that buttons play one at a time. Raises
+    of the story that buttons play one at a time; fields: quantities that color the surface of a part. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
 
@@ -245,6 +256,7 @@ class Story:
     knots: Knots | None = None
     channels: Channels = field(default_factory=Channels)
     clips: tuple[Clip, ...] = ()
+    fields: tuple[ColorField, ...] = ()
 
     def __post_init__(self) -> None:
         t = frozen(self.t, "t", (None,))

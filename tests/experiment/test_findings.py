@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import mechlab as ml
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.energy import dissipation, energy, energy_finding, kinetic_energy, potential_energy, work
 from mechlab.experiment.findings import kinematic_findings, mode_signs, saturation_finding, smallest_link
@@ -182,3 +183,11 @@ def test_axes_of_a_cross_that_miss_each_other_by_a_rounding_are_no_link(miss, sm
     b.drive("crank")
     m = b.assemble({"crank": 0.9, "second": -0.3, "rocker": 1.5}, hold=["crank", "first"])
     assert smallest_link(m) == pytest.approx(smallest, rel=1e-12)
+
+
+def test_a_run_in_which_nothing_moves_says_so() -> None:
+    """A pendulum at rest without weight: there is no energy to balance, and no number without meaning in the sentence."""
+    run = ml.simulate("pendulum", angle_0=0.0, gravity=0.0, duration=0.1)
+    found = run.health.finding("energy_balance")
+    assert (found.severity, found.value) == ("ok", 0.0)
+    assert found.sentence == "energy balance: nothing moved, and no energy came or went"

@@ -168,9 +168,69 @@ def test_a_loop_that_opens_breaks_its_environment_alone():
     fleet = many.fleet
     for _ in range(BLOCK - 1):
         assert not many.step(np.ones((3, 1)))[4]
-    start = fleet._gaps[0]
+    start = fleet.session.gap_sensors[0]
     assert np.abs(fleet._sensed[:, start : start + 3]).max() < 1e-5
     fleet._qpos[1, fleet.session.map.qpos[2]] += 0.3
     late, info = many.step(np.ones((3, 1)))[3:]
     assert late.tolist() == info["untrusted"].tolist() == [False, True, False]
     many.close()
+
+
+HOPPER = """<mujoco model="hopper"><option timestep="0.002" integrator="implicitfast"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="0 0 .1"/>
+    <body name="step" mocap="true" pos="3 0 0"><geom type="box" size=".3 .3 .05"/></body>
+    <body name="trunk" pos="0 0 .6" euler="10 20 30"><freejoint name="free"/><geom type="box" size=".1 .1 .05" mass="2"/>
+      <site name="nose" pos=".1 0 0"/>
+      <body name="leg" pos="0 0 -.05"><joint name="hip" axis="0 1 0" range="-40 40" damping=".1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -.3" size=".03" mass=".5"/></body></body>
+  </worldbody>
+  <actuator><position name="servo" joint="hip" kp="20" ctrlrange="-.5 .5"/>
+    <general name="slow" joint="hip" dyntype="filter" dynprm=".05" gainprm="3"/></actuator>
+  <keyframe><key name="up" qpos="0 0 .6 .9 .1 .2 .3 .2" ctrl=".1 .2" act=".3" mpos="0 .3 .1"/></keyframe>
+</mujoco>"""
+"""A free body that hops on a floor and a step, whose place the keyframe says: contacts, a quaternion, an activation."""
+
+
+@pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+@pytest.mark.parametrize("observe", [(), ("hip", "free_turn", "hip_rate", "nose")])
+def test_many_of_a_file_move_as_one_bit_for_bit(observe, tmp_path):
+    path = tmp_path / "hopper.xml"
+    path.write_text(HOPPER)
+
+    def tilted(rng):
+        return {"hip_0": 0.3 * rng.standard_normal(), "free_z_0": 0.1 * rng.standard_normal()}
+
+    options = {"reward": near, "terminated": far, "seconds": 0.4, "start": tilted, "observe": observe, "hold": 0.02}
+    count = 3
+    many = ml.environments(path, count=count, threads=2, **options)
+    singles = [ml.environment(path, **options) for _ in range(count)]
+    seen = many.reset(seed=7)[0]
+    np.testing.assert_array_equal(seen, [e.reset(seed=7 + k)[0] for k, e in enumerate(singles)])
+    rng, ended, touched, ends = np.random.default_rng(1), np.zeros(count, dtype=bool), 0, 0
+    for _ in range(60):
+        actions = rng.uniform(-0.5, 0.5, (count, 2))
+        got = many.step(actions)
+        for k, e in enumerate(singles):
+            alone = (e.reset()[0], 0.0, False, False) if ended[k] else e.step(actions[k])[:4]
+            for x, y in zip(got[:4], alone, strict=True):
+                np.testing.assert_array_equal(x[k], y)
+            touched += e.session.data.ncon
+        ended = got[2] | got[3]
+        ends += int(ended.sum())
+    assert touched and ends > count  # contacts and resets were compared, too
+    many.close()
+    for e in singles:
+        e.close()
+
+
+@pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+def test_a_file_that_the_engine_gives_up_is_told_with_its_simulation(tmp_path):
+    """A memory that holds no contact: the engine cannot take the step in which the body lands."""
+    path = tmp_path / "hopper.xml"
+    path.write_text(HOPPER.replace("<option", '<size memory="4K"/><option'))
+    many = ml.environments(path, count=2, reward=near, seconds=9.0)
+    many.reset(seed=0)
+    with pytest.raises(MechlabError, match=r"simulation 0: .*memory"):
+        for _ in range(300):
+            many.step(np.zeros((2, 2)))

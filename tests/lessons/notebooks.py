@@ -11,12 +11,16 @@ import contextlib
 import io
 import json
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
 LESSONS = Path(__file__).resolve().parents[2] / "assets" / "lessons"
 LIGHT = 12_000
-"""Longest HTML output [characters] that is kept in a file; pages and pictures of charts appear when the notebook runs."""
+"""Longest HTML output [characters] that is kept in a file; of pages and charts a picture is kept, the whole appears when the notebook
+runs."""
+PICTURE = (520, 340)
+"""Size of such a picture [px]."""
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -64,8 +68,27 @@ def _shown(value: Any) -> dict[str, Any]:
     assert html
     kind = type(value).__name__
     if len(html) > LIGHT:
-        return {"text/plain": [f"<{kind}: shown when the notebook runs>"]}
+        return {"image/png": _picture(value), "text/plain": [f"<{kind}: the whole is shown when the notebook runs>"]}
     return {"text/html": html.splitlines(keepends=True), "text/plain": [f"<{kind}>"]}
+
+
+def _picture(value: Any) -> str:
+    """A run in the middle of its time, or a chart, as a small PNG in base64."""
+    from PIL import Image
+
+    out = io.BytesIO()
+    if type(value).__name__ == "Recording":
+        from mechlab import api
+        from mechlab.viewer.picture import render
+
+        picture = Image.fromarray(render(api.story(value), 0.5 * float(value.t[-1]), PICTURE))
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            value.save(Path(folder) / "chart.png")
+            picture = Image.open(Path(folder) / "chart.png").convert("RGB")
+        picture.thumbnail((2 * PICTURE[0], 2 * PICTURE[1]))
+    picture.quantize(48).save(out, format="png", optimize=True)
+    return base64.b64encode(out.getvalue()).decode("ascii")
 
 
 def refresh(path: Path) -> None:

@@ -44,7 +44,7 @@ MARKER = {str(marker)!r}
 
 def test_a_function_without_a_name_stays_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(local, "WORTH_IT", 0.0)
-    monkeypatch.setattr(local, "_pool", lambda *a: pytest.fail("it cannot be sent"))
+    monkeypatch.setattr(local, "in_processes", lambda *a: pytest.fail("it cannot be sent"))
     scope: dict = {}
     exec(SWING, scope)
     found = ml.sweep(lambda length=1.0: scope["swing"](length), {"length": [0.5, 1.0, 1.5]}, "hinge", duration=0.01)

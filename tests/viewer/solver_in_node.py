@@ -1,11 +1,13 @@
-"""The page's solver in Node: one process that answers many questions."""
+"""The page's solver in Node: one process for a mechanism, which answers many questions."""
 
 from __future__ import annotations
 
 import json
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,30 +17,62 @@ from mechlab.mechanism import Mechanism
 from mechlab.viewer.html_page import SOLVER, asset
 
 
-def in_node(
-    mechanism: Mechanism, questions: Sequence[dict[str, Any]], scripts: Sequence[str] = SOLVER
-) -> list[Any]:
-    """Answers of the page's `scripts` on one mechanism: each question names a function of ANSWERS and its arguments.
+class Conversation:
+    """A process of Node with the page's solver on one mechanism, which answers one question after another.
 
     Skips the test where there is no Node."""
-    node = shutil.which("node") or shutil.which("nodejs")
-    if node is None:
-        pytest.skip("no node was found on the path: the page's solver runs in the browser's tests alone")
-    script = "\n".join(asset(name) for name in scripts) + ANSWERS
-    asked = json.dumps({"model": json.loads(to_json(mechanism)), "questions": list(questions)})
-    done = subprocess.run(
-        [node, "-e", script], input=asked, capture_output=True, text=True, encoding="utf-8", timeout=300, check=False
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    found = json.loads(done.stdout)
-    assert isinstance(found, list)
-    return found
+
+    def __init__(self, mechanism: Mechanism, scripts: Sequence[str] = SOLVER) -> None:
+        node = shutil.which("node") or shutil.which("nodejs")
+        if node is None:
+            pytest.skip("no node was found on the path: the page's solver runs in the browser's tests alone")
+        script = "\n".join(asset(name) for name in scripts) + ANSWERS
+        self._folder = tempfile.TemporaryDirectory()
+        path = Path(self._folder.name) / "solver.js"
+        path.write_text(script, encoding="utf-8")
+        self._process = subprocess.Popen(
+            [node, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+        )
+        self.read(json.loads(to_json(mechanism)))
+
+    def __enter__(self) -> Conversation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._process.stdin.close()
+        self._process.wait(60)
+        self._process.stdout.close()
+        self._folder.cleanup()
+
+    def _send(self, line: dict[str, Any]) -> Any:
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._process.stdin.write(json.dumps(line) + "\n")
+        self._process.stdin.flush()
+        answer = json.loads(self._process.stdout.readline() or '{"error": "the process ended"}')
+        if "error" in answer:
+            raise AssertionError(answer["error"])
+        return answer["answer"]
+
+    def read(self, document: dict[str, Any]) -> None:
+        """Goes on with another model. Raises AssertionError with the message of an error there."""
+        self._send({"model": document})
+
+    def ask(self, question: str, **arguments: Any) -> Any:
+        """The answer of the function `question` of ANSWERS. Raises AssertionError with the message of an error there."""
+        return self._send({"ask": question} | arguments)
+
+
+def in_node(mechanism: Mechanism, questions: Sequence[dict[str, Any]], scripts: Sequence[str] = SOLVER) -> list[Any]:
+    """Answers of the page's `scripts` to several questions {"ask": name, ...arguments}."""
+    with Conversation(mechanism, scripts) as page:
+        return [page.ask(q["ask"], **{k: v for k, v in q.items() if k != "ask"}) for q in questions]
 
 
 ANSWERS = """
-const asked = JSON.parse(require("fs").readFileSync(0, "utf8"));
-const model = new PageModel(asked.model), solver = new PoseSolver(model), list = (x) => Array.from(x);
+const list = (x) => Array.from(x);
 const lists = (found) => Object.fromEntries(Object.entries(found).map(([name, x]) => [name, list(x)]));
+let model = null, solver = null;
 const answers = {
   facts: () => ({ size: model.size, bodies: model.bodies, names: model.names, drives: model.drives, nq: model.nq, nv: model.nv,
     rank: model.structure.rank, home: list(model.home) }),
@@ -74,7 +108,17 @@ const answers = {
     return { ...report, q: list(solver.q), milliseconds: performance.now() - began };
   },
 };
-const out = asked.questions.map(({ ask, ...rest }) => answers[ask](rest));
-process.stdout.write(JSON.stringify(out));
+const read = (line) => {
+  const asked = JSON.parse(line);
+  if (!asked.model) return answers[asked.ask](asked);
+  model = new PageModel(asked.model);
+  solver = new PoseSolver(model);
+  return null;
+};
+require("readline").createInterface({ input: process.stdin }).on("line", (line) => {
+  let out;
+  try { out = { answer: read(line) }; } catch (error) { out = { error: error.message }; }
+  process.stdout.write(JSON.stringify(out) + "\\n");
+});
 """
-"""What `in_node` can be asked: {"ask": name, ...arguments}."""
+"""What a Conversation can be asked."""

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mechlab import api
-from mechlab.errors import EngineMissing
+from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.recording import Recording
 from mechlab.viewer import Story
 from mechlab.viewer import live as studio
@@ -43,6 +43,27 @@ def test_the_gallery_links_what_exists_and_loads_nothing(tmp_path: Path) -> None
     for path in (index, tmp_path / "a" / "sheet.html"):
         assert not re.findall(r"""src\s*=\s*["'](?!data:)|https?://|@@""", path.read_text(encoding="utf-8"))
     assert (tmp_path / "b" / "picture.png").read_bytes() == png()
+
+
+def test_several_mechanisms_are_made_at_once_and_stand_in_their_order(tmp_path: Path) -> None:
+    """The files of two processes are those that one makes."""
+    names, told = ["planetary", "pendulum"], []
+    models = Path(__file__).parents[2] / "models"
+    together = Path(api.gallery(tmp_path / "both", names, models=models, progress=told.append).files["gallery"])
+    alone = Path(api.gallery(tmp_path / "one", names[:1], models=models).files["gallery"])
+    text = together.read_text(encoding="utf-8")
+    assert 0 < text.index('href="planetary/run.html"') < text.index('href="pendulum/run.html"')
+    assert {"1 of 2", "2 of 2"} == {line.split(":")[0].strip() for line in told}
+    for page in ("run.html", "explore.html", "sheet.html"):
+        first, second = ((index.parent / "planetary" / page).read_bytes() for index in (together, alone))
+        assert first == second
+    assert {"picture.png", "run.html", "sheet.html"} <= {p.name for p in (together.parent / "pendulum").iterdir()}
+
+
+def test_a_name_that_does_not_exist_stops_the_gallery_before_it_begins(tmp_path: Path) -> None:
+    with pytest.raises(MechlabError, match="pendulam"):
+        api.gallery(tmp_path / "site", ["pendulum", "pendulam"])
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_running_simulation_is_streamed_and_then_told() -> None:

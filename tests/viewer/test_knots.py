@@ -134,6 +134,21 @@ def test_a_run_without_rates_is_shown_too() -> None:
     assert poses_between(story, full.q, full.t) <= story.knots.error < 1e-6
 
 
+def test_a_servo_that_starts_on_its_target_is_explained() -> None:
+    """The first force is the law's own, k (target - value) + d (rates) + constant part: nothing but the last of them."""
+    recording = api.simulate("delta6", duration=0.2)
+    m = recording.mechanism
+    for name in ("q1", "q2", "q3"):
+        law = next(x for x in api.load("delta6").scene().laws if getattr(x, "on", "") == name)
+        value, rate = float(m.value(name, recording.q[:1])[0]), float(recording.v[0] @ m.row(name))
+        target, target_rate, _ = law.motion.at(0.0)
+        force = law.stiffness * (target - value) + law.damping * (target_rate - rate) + law.feedforward
+        assert recording.channels[f"{name}_force"][0] == pytest.approx(force, abs=1e-6)
+        assert force == pytest.approx(law.feedforward, abs=1e-6)
+    assert "At the first sample a servo stands exactly on its target" in run_story(recording).playback
+    assert "servo" not in run_story(api.simulate("pendulum", duration=0.2)).playback
+
+
 @pytest.mark.browser
 def test_the_page_shows_the_recorded_poses(look: Callable[..., Any], tmp_path: Path) -> None:
     """0.5 s of the delta at 40 times that were recorded, none of them a knot: 1e-6 of the poses that the engine's states give."""

@@ -12,7 +12,8 @@ from mechlab.viewer.pack import ByteBlock, pack
 
 
 def read(block: bytes, reference: dict[str, Any]) -> np.ndarray:
-    return np.frombuffer(block, "<" + reference["kind"], reference["count"], reference["at"])
+    values = np.frombuffer(block, "<" + reference["kind"], reference["count"], reference["at"])
+    return np.cumsum(values, dtype=values.dtype) if reference.get("steps") else values
 
 
 def test_poses_come_back(story: Story) -> None:
@@ -30,6 +31,14 @@ def test_poses_come_back(story: Story) -> None:
 def test_the_document_holds_plain_values_only(story: Story) -> None:
     document, _ = pack(story)
     assert json.loads(json.dumps(document, allow_nan=False)) == document
+
+
+def test_differences_of_integers_add_up_to_them() -> None:
+    block, values = ByteBlock(), np.random.default_rng(3).integers(0, 0xFFFF, 1000)
+    found = [(kind, block.add(values, kind, steps=True)) for kind in ("u2", "u4")]
+    for kind, reference in found:
+        assert reference["steps"] is True and reference["kind"] == kind
+        np.testing.assert_array_equal(read(block.bytes(), reference), values)
 
 
 def test_equal_parts_share_their_geometry(story: Story) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import re
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +22,7 @@ def text(story: Story) -> str:
 
 
 def test_it_loads_nothing(text: str) -> None:
-    own = text.replace(html_page.viewer_script(), "")
+    own = text.replace(html_page.packed_viewer(), "")
     assert not re.findall(r"""(?:src|href|action|poster)\s*=\s*["']?+(?!data:)\S""", own)
     assert not re.findall(r"@import|url\((?!#)|importScripts|fetch\(|XMLHttpRequest", own)
     policy = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', own)
@@ -59,7 +61,10 @@ def test_every_script_is_in_the_page_once(text: str) -> None:
     folder = Path(html_page.__file__).parent / "page"
     names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.js"))
     assert sorted(html_page.SCRIPTS) == names
-    assert "@@" not in text.replace(html_page.viewer_script(), "")
+    assert "@@" not in text
+    packed = re.search(r'<script type="text/plain" id="viewer">(.*?)</script>', text, re.S)
+    assert packed is not None
+    assert zlib.decompress(base64.b64decode(packed[1])).decode("utf-8") == html_page.viewer_script()
 
 
 def test_the_licences_travel_along(text: str) -> None:

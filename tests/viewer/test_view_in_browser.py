@@ -12,7 +12,8 @@ import pytest
 from mechlab import api
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism import TreeKinematics
-from mechlab.viewer import write_page
+from mechlab.viewer import Part, from_poses, write_page
+from tests.viewer.conftest import box
 
 Look = Callable[..., Any]
 
@@ -89,6 +90,38 @@ def test_a_section_cuts_the_parts_and_what_is_picked(page: Any) -> None:
     page.keyboard.press("Escape")
 
 
+def test_a_section_shows_where_it_runs_through_material(look: Look, tmp_path: Path) -> None:
+    """A box of 0.2 x 0.1 x 0.06 m with a bore of 0.06 x 0.02 m along x, made of four bars: the cut across x has the area of their
+    ends, counted in pixels of the color of cuts."""
+    bars = [(0.1, 0.02, 0.0, 0.02), (0.1, 0.02, 0.0, -0.02), (0.02, 0.02, 0.04, 0.0), (0.02, 0.02, -0.04, 0.0)]
+    parts = []
+    for k, (y, z, at_y, at_z) in enumerate(bars):
+        place = np.eye(4)
+        place[:3, 3] = [0.0, at_y, at_z]
+        parts.append(Part("block", f"bar_{k}", *box(0.2, y, z), color=(0.5, 0.5, 0.5, 1.0), placement=place))
+    page = look(
+        write_page(from_poses("block", {"block": np.eye(4)}, parts), tmp_path / "page.html").as_uri(),
+        width=900,
+        height=700,
+    )
+    page.evaluate(
+        "lab.rig.view('right'), lab.rig.projection.set(true), lab.rig.fit(), lab.inspector.section.set('x', 0.01, false)"
+    )
+    (x1, y1), (x2, y2) = (page.evaluate("p => lab.onScreen(p)", [0.0, y, 0.0]) for y in (0.0, 0.1))
+    scale = float(np.hypot(x2 - x1, y2 - y1)) / 0.1
+    count = page.evaluate("""() => {
+        lab.quality.full();
+        const gl = lab.viewer.renderer.getContext(), { width, height } = lab.viewer.renderer.domElement;
+        const pixels = new Uint8Array(4 * width * height);
+        gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+        let count = 0;
+        for (let i = 0; i < pixels.length; i += 4) if (pixels[i] - pixels[i + 2] > 60) count++;
+        return count;
+    }""")
+    area = sum(y * z for y, z, _, _ in bars)
+    assert count / scale**2 == pytest.approx(area, rel=0.03)  # whole pixels along 0.4 m of border
+
+
 def test_the_camera_follows_a_part(page: Any) -> None:
     page.evaluate("lab.seek(0), lab.rig.open()")
     page.evaluate("lab.inspector.pin(lab.bodies.indexOf('K2'))")
@@ -140,3 +173,27 @@ def test_at_most_twelve_names_are_shown(look: Look, tmp_path: Path) -> None:
         "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done))))"
     )
     assert hidden in page.evaluate(names)
+
+
+def test_a_link_carries_parameters_drives_forces_and_measuring(look: Look, tmp_path: Path) -> None:
+    path = write_page(api.explore("fourbar", vary={"crank": (0.08, 0.1, 0.12)}), tmp_path / "page.html")
+    page = look(path.as_uri(), width=1000, height=700)
+    page.evaluate("""() => {
+        lab.explorer.pick(0, 2); lab.explorer.move('crank_angle', 1.3); lab.explorer.freeBody.choose('coupler', ['net']);
+        const m = lab.inspector.measuring; m.switch(true);
+        m.take(0, m.named.find(x => x.name === 'point B')); m.take(1, m.named.find(x => x.name === 'axis of rocker_angle'));
+    }""")
+    text = page.evaluate("lab.address.text()")
+    other = look(path.as_uri() + "#" + text, width=1000, height=700)
+    state = """() => ({ picked: lab.explorer.picked, values: lab.explorer.values, forces: lab.arrows.map(a => [a.label, a.size]),
+        measured: lab.inspector.measuring.result })"""
+    mine, theirs = page.evaluate(state), other.evaluate(state)
+    assert mine["picked"] == theirs["picked"] == [2]
+    assert mine["values"] == theirs["values"] and mine["measured"]["distance"] == pytest.approx(
+        theirs["measured"]["distance"], abs=1e-9
+    )
+    assert [a for a, _ in mine["forces"]] == [a for a, _ in theirs["forces"]] and "joint with crank, on coupler" in [
+        a for a, _ in mine["forces"]
+    ]
+    np.testing.assert_allclose([x for _, x in mine["forces"]], [x for _, x in theirs["forces"]], rtol=1e-6)
+    assert other.evaluate("lab.address.text()") == text

@@ -1,8 +1,8 @@
-"""Many sessions of one mechanism side by side, stepped inside the engine by all cores (mujoco.batch).
+"""Many step loops of one model side by side, stepped inside the engine by all cores (mujoco.batch).
 
-Each simulation has its own state, and moves as a `Session` under the same commands. Nothing calls Python between the steps, so the laws of
-the scene must be constant loads. A simulation is `broken` when its state is not finite, a rate is beyond RATE_LIMIT or a loop has
-opened; it must be reset before it goes on.
+Each simulation has its own state, and moves as a single session under the same commands, of a mechanism or of a file as it is. Nothing
+calls Python between the steps, so the laws of the scene must be constant loads. A simulation is `broken` when its state is not
+finite, a rate is beyond RATE_LIMIT or a hard loop has opened; it must be reset before it goes on.
 """
 
 from __future__ import annotations
@@ -11,25 +11,22 @@ from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
+from mujoco.batch import Batch, SimulationError
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.engines.mujoco.control import engine
-from mechlab.engines.mujoco.findings import LoopWatch
-from mechlab.engines.mujoco.session import Session
+from mechlab.engines.mujoco.engine_warnings import words_of
+from mechlab.engines.mujoco.step_loop import StepLoop
 from mechlab.engines.mujoco.step_watch import BLOCK
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
 
-_GAP_KINDS = ("spherical", "revolute", "universal", "fixed")
-"""Loops whose two sides keep one point in common."""
-
 
 class Fleet:
     """`count` simulations of a session, on `threads` threads (0: all cores)."""
 
-    def __init__(self, session: Session, count: int, threads: int = 0) -> None:
+    def __init__(self, session: StepLoop, count: int, threads: int = 0) -> None:
         s = self.session = session
         if count < 1:
             raise MechlabError(f"{s.mechanism.name}: count: expected at least 1 simulation, got {count!r}.")
@@ -47,9 +44,8 @@ class Fleet:
         self._time, self._qpos, self._qvel, self._ctrl, self._load, self._sites, self._sensed = map(
             self._batch.bind, bound
         )
-        self._where = np.array([s.map.site(name) for name in s.seen.frames], dtype=int)
-        self._gaps = [_sensor(s, x.name) for x in s.mechanism.loops if x.kind in _GAP_KINDS]
-        self._limit = LoopWatch(s.map).limit
+        self._begin = {name: self._batch.bind(name) for name, value in s.at_start(s.scene).items() if np.size(value)}
+        self._rows = np.zeros((count, s.rows.shape[1]))
         self._steps = 0
         self.broken: NDArray[np.bool_] = np.zeros(count, dtype=bool)
 
@@ -68,11 +64,12 @@ class Fleet:
         with engine():
             self._batch.reset(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_NONE))
         for k, rng in zip(which, rngs, strict=True):
-            self._qpos[k], self._qvel[k] = s.at_start(s.beginning_scene(rng, initial))
-        if len(self._where):
+            begin = s.at_start(s.beginning_scene(rng, initial))
+            for name, bound in self._begin.items():
+                bound[k] = begin[name]
+        if s.seen.frames:
             with engine():
                 self._batch.forward(np.asarray(which), stage=int(mujoco.mjtStage.mjSTAGE_POS))
-        self._ctrl[which] = s.drives.control(s.drives.rest)
         self._load[which] = s.data.qfrc_applied
         self.broken[which] = False
 
@@ -102,33 +99,26 @@ class Fleet:
                 f"expected a finite number, got {float(actions[i, k])!r}."
             )
         self._ctrl[:] = s.drives.control(actions)
-        stage = mujoco.mjtStage.mjSTAGE_POS if len(self._where) else mujoco.mjtStage.mjSTAGE_NONE
-        with engine():
-            self._batch.step(nstep=s.substeps, stage=int(stage))
+        stage = mujoco.mjtStage.mjSTAGE_POS if s.seen.frames else mujoco.mjtStage.mjSTAGE_NONE
+        try:
+            with engine():
+                self._batch.step(nstep=s.substeps, stage=int(stage))
+        except SimulationError as error:
+            raise MechlabError(f"{s.mechanism.name}: {words_of(error)}.") from None
         self._steps += 1
         fastest = np.abs(self._qvel).max(axis=1, initial=0.0)
         self.broken |= ~((fastest < RATE_LIMIT) & np.isfinite(self._qpos).all(axis=1))
-        if self._gaps and self._steps % BLOCK == 0:
-            for start in self._gaps:
-                self.broken |= ~(np.linalg.norm(self._sensed[:, start : start + 3], axis=1) <= self._limit)
+        if self._steps % BLOCK == 0:
+            for start in s.gap_sensors:
+                self.broken |= ~(np.linalg.norm(self._sensed[:, start : start + 3], axis=1) <= s.gap_limit)
 
     def observations(self) -> Array:
         """(count, n) observations of all simulations, as of a session."""
-        s = self.session
-        state = np.concatenate([self._qpos[:, s.map.qpos], self._qvel[:, s.map.dof]], axis=1)
-        out = state @ s.seen.selection.T + s.seen.offset
-        if not len(self._where):
-            return np.asarray(out)
-        points = self._sites[:, self._where].reshape(self.count, -1)
-        return np.concatenate([out, points], axis=1)
+        s, rows, nq = self.session, self._rows, self._qpos.shape[1]
+        rows[:, 1 : 1 + nq], rows[:, 1 + nq : 1 + nq + self._qvel.shape[1]] = self._qpos, self._qvel
+        out = s.observed_rows(rows)
+        return np.concatenate([out, s.points_at(self._qpos, self._sites)], axis=1) if s.seen.frames else out
 
     def state(self, k: int) -> tuple[Array, Array]:
         """Coordinates q (nq,) and rates v (nv,) of the Mechanism in simulation k."""
-        return self.session.map.coordinates(self._qpos[k]), self.session.map.rates(self._qvel[k])
-
-
-def _sensor(session: Session, loop: str) -> int:
-    """Where the gap of a loop stands among the sensor data."""
-    model = session.model
-    k = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, f"gap:{loop}")
-    return int(model.sensor_adr[k])
+        return self.session.state_at(self._qpos[k], self._qvel[k])

@@ -10,6 +10,8 @@ a drive was read from. The engine's own actuators apply it; the other laws of th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 
@@ -30,6 +32,9 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+
+GAP_KINDS = ("spherical", "revolute", "universal", "fixed")
+"""Loops whose two sides keep one point in common."""
 
 
 class Session(StepLoop):
@@ -60,6 +65,8 @@ class Session(StepLoop):
         self._observe(seen, np.eye(mujoco.mj_stateSize(model, ROW))[columns], np.zeros(len(columns)))
         self._sites = np.array([self.map.site(name) for name in seen.frames], dtype=int)
         self.loops = LoopWatch(self.map)
+        self.gap_sensors = tuple(_sensor(model, x.name) for x in mechanism.loops if x.kind in GAP_KINDS)
+        self.gap_limit = self.loops.limit
         self.reset()
 
     @property
@@ -70,26 +77,27 @@ class Session(StepLoop):
         mujoco.mj_kinematics(self.model, self.data)  # mj_step leaves the points of the state before
         return np.asarray(self.data.site_xpos[self._sites].ravel())
 
-    @property
-    def state(self) -> tuple[Array, Array]:
-        """Coordinates q (nq,) and rates v (nv,) of the Mechanism, now."""
-        return self.map.coordinates(self.data.qpos), self.map.rates(self.data.qvel)
+    def points_at(self, qpos: Array, sites: Array) -> Array:
+        """See `StepLoop.points_at`."""
+        return np.asarray(sites[:, self._sites].reshape(len(sites), -1))
+
+    def state_at(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+        """See `StepLoop.state_at`."""
+        return self.map.coordinates(qpos), self.map.rates(qvel)
 
     def _begin(self, scene: Scene) -> Driver | None:
-        qpos, qvel = self.at_start(scene)
-        mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[:], self.data.qvel[:], self.data.ctrl[:] = qpos, qvel, self.drives.control(self.drives.rest)
+        self._put(scene)
         self.loops.worst = None
         self.fed, self.called = np.zeros(KEPT + 1), np.zeros(KEPT + 1)
         self._worked, self.allowance = 0, 0.0
         self._driver = Driver(self.mechanism, scene.laws, MujocoPlant(self.mechanism, self.model, self.data, self.map))
         return self._driver if self._driver.called else None
 
-    def at_start(self, scene: Scene) -> tuple[Array, Array]:
-        """The engine's qpos and qvel at the start of a scene."""
+    def at_start(self, scene: Scene) -> Mapping[str, Array]:
+        """See `StepLoop.at_start`."""
         q, v = initial_state(self.mechanism, scene)
         qpos = self.map.engine_coordinates(q)
-        return qpos, self.map.engine_rates(qpos, v)
+        return {"qpos": qpos, "qvel": self.map.engine_rates(qpos, v), "ctrl": self.drives.control(self.drives.rest)}
 
     def _acted(self) -> None:
         self.called[self.count] = self._driver.work
@@ -122,3 +130,8 @@ class Session(StepLoop):
     def _recorded(self) -> Recording:
         self._integrate(again=True)
         return recording_of(self)
+
+
+def _sensor(model: mujoco.MjModel, loop: str) -> int:
+    """Where the gap of a loop stands among the sensor data."""
+    return int(model.sensor_adr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, f"gap:{loop}")])

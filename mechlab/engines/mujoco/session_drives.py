@@ -22,6 +22,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.parts import Drive
 
 
@@ -34,7 +35,7 @@ class SessionDrives:
         self.map, self.model = map_, model
         drives = m.drives
         self.names = tuple(d.name for d in drives)
-        self.units = tuple(_unit(d, d.on in m.slides) for d in drives)
+        self.units = tuple(_unit(d, is_length(m, d.on)) for d in drives)
         joints = {j.name: j for j in m.joints}
         ways = [_way(model, k, d, m.zero(d.on)) for k, d in enumerate(drives)]
         self.scale, self.shift = (np.array([w[i] for w in ways]) for i in range(2))

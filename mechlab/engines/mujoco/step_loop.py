@@ -63,8 +63,12 @@ class StepLoop(WatchedLoop):
     """See the module.
 
     model, data: the engine's, for reading; `mechanism`, `scene`, `settings` of the motion; `hold` [s], the time of an action, and
-    `substeps`, its timesteps; `rng`, the random generator of the seed.
+    `substeps`, its timesteps; `rng`, the random generator of the seed. gap_sensors, gap_limit [m]: where the gaps of hard
+    loops stand among the sensor data, and from when one is open.
     """
+
+    gap_sensors: tuple[int, ...] = ()
+    gap_limit = math.inf
 
     def __init__(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, model: mujoco.MjModel, drives: Commands, substeps: int,
@@ -201,9 +205,19 @@ class StepLoop(WatchedLoop):
             np.add(out, offset, out)
         return out if not self._framed else np.concatenate([out, self._points()])
 
+    def observed_rows(self, rows: Array) -> Array:
+        """(n, numbers) observations of many kept rows, without the points of frames."""
+        take, offset = self._take, self._offset
+        out: Array = np.stack([self._matrix.dot(row) for row in rows]) if take is None else rows[:, take]
+        return out if offset is None else out + offset
+
     @abstractmethod
     def _points(self) -> Array:
         """(3 frames,) the points of the observed frames, now [m]."""
+
+    @abstractmethod
+    def points_at(self, qpos: Array, sites: Array) -> Array:
+        """(n, 3 frames) those points at n states of the engine: qpos (n, nq), site_xpos (n, sites, 3)."""
 
     def _acted(self) -> None:
         """After a step under laws that are called."""
@@ -219,9 +233,17 @@ class StepLoop(WatchedLoop):
         return self.drives.command(self._ctrl)
 
     @property
-    @abstractmethod
     def state(self) -> tuple[Array, Array]:
         """Coordinates q (nq,) and rates v (nv,) of the Mechanism, now."""
+        return self.state_at(self.data.qpos, self.data.qvel)
+
+    @abstractmethod
+    def state_at(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+        """Coordinates and rates of the Mechanism at the engine's."""
+
+    @abstractmethod
+    def at_start(self, scene: Scene) -> Mapping[str, Array]:
+        """The fields of the engine's state at the start of a scene that are not its defaults, with all drives at rest."""
 
     def reset(self, seed: int | None = None, initial: Mapping[str, float] | None = None) -> Array:
         """Back to the start of the scene, with all drives at rest; returns the observation.
@@ -241,6 +263,13 @@ class StepLoop(WatchedLoop):
         """The scene with the initial values of a reset; see `reset`."""
         values = dict(self._start(rng)) if self._start is not None else {}
         return started(self.scene, {**values, **(initial or {})}, self.mechanism)
+
+    def _put(self, scene: Scene) -> None:
+        """Put the data to the start of a scene."""
+        begin = self.at_start(scene)
+        mujoco.mj_resetData(self.model, self.data)
+        for name, value in begin.items():
+            getattr(self.data, name)[:] = value
 
     @abstractmethod
     def _begin(self, scene: Scene) -> Callable[[], None] | None:

@@ -20,7 +20,7 @@ from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.ranges import unstopped_finding
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, over_samples, run_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.lab.accuracy.measure import ErrorMeasure
@@ -30,7 +30,6 @@ from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array
 
 OUTPUTS = 400
@@ -135,19 +134,12 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
         q, v, a = states.q, states.v, states.a
     else:
         q, v, a = _interpolated(mechanism, scene, result, t, every)
-    simple = mechanism.joints and all(j.nv == 1 for j in mechanism.joints)
-    channels, units = basic_channels(mechanism, q, v, BatchTree(mechanism).frame_positions(q) if simple else None)
-    for name in mechanism.scalar_names:
-        channels[f"{name}_accel"] = a @ mechanism.row(name)
-        units[f"{name}_accel"] = f"{units[name]}/s2"
     plant = TreePlant(mechanism)
     forces = []
     for k in range(len(t)):
         plant.set(q[k], v[k], float(t[k]))
         forces.append(applied_force(mechanism, scene.laws, float(t[k]), plant)[1] if scene.laws else {})
-    for name in dict.fromkeys(n for x in forces for n in x):
-        channels[f"{name}_force"] = np.array([x.get(name, 0.0) for x in forces])
-        units[f"{name}_force"] = "N" if units[name] == "m" else "N m"
+    channels, units = run_channels(mechanism, q, v, a, over_samples(forces))
     return Recording(
         mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,
         fidelity=scene.fidelity,

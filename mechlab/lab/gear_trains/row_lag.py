@@ -20,6 +20,7 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
 from mechlab.lab.gear_trains.train import FORCE, each_case, train_mechanism
 from mechlab.mechanism import ConstraintSet, Mechanism
+from mechlab.mechanism.length_unit import is_length
 
 ROW_SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
 """Time constant [s] and impedance of the rows (MuJoCo's solref and solimp); defaults: of the preset `accurate`."""
@@ -43,7 +44,7 @@ def lag_question(design: Design, values: Mapping[str, Any]) -> Question:
             f"{design.name}: the lag of soft rows is asked of trains of gears, and no fidelity of it "
             f"({', '.join(design.entry.fidelities)}) consists of gear relations alone."
         )
-    loads = {f"{n}{FORCE}": "N" if n in m.slides else "N m" for n in m.scalar_names}
+    loads = {f"{n}{FORCE}": "N" if is_length(m, n) else "N m" for n in m.scalar_names}
     for key in values:
         if key not in loads and key not in ROW_SOFTNESS:
             raise unknown(f"{design.name}: lag of soft rows: quantity", key, {*loads, *ROW_SOFTNESS})

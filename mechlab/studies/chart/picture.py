@@ -17,6 +17,8 @@ from mechlab.studies.chart.data import Chart, ChartPoint
 from mechlab.studies.chart.lines import FAINT, INK, RED, SIZE, draw_labels, line_label, line_style
 from mechlab.studies.picture_style import new_figure, open_frame
 
+NOTE = 0.13
+"""Height of three lines of text, relative to that of the axes."""
 GOLD, BROWN = "#b8860b", "#7a5a00"
 
 
@@ -128,10 +130,10 @@ def _frame(chart: Chart, figure: Any, axes: Any) -> None:
     target = chart.recommendation.target
     shown = [p for p in chart.points if _drawn(p)]
     errors, times = [p.error for p in shown] + [target], [p.cpu_s for p in shown] + [x.cpu_s for x in chart.published]
-    axes.set_ylim(
-        max(min(errors) / (60.0 if chart.published else 8.0), 1e-15),
-        max(errors) * (60.0 if flat_methods(chart) else 4.0),
-    )
+    low, high = max(min(errors) / (60.0 if chart.published else 8.0), 1e-15), 4.0 * max(errors)
+    if flat_methods(chart):  # the words on their band stand above all points
+        high *= (high / low) ** (NOTE / (1.0 - NOTE))
+    axes.set_ylim(low, high)
     axes.set_xlim(min(times) / 1.6, max(times) * 1.5)
     for axis, unit, (low, high) in ((axes.xaxis, "s", axes.get_xlim()), (axes.yaxis, chart.unit, axes.get_ylim())):
         between = (1.0, 2.0, 5.0) if high < 60.0 * low else (1.0,)

@@ -20,8 +20,10 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
     """G1 poses, G2 mass matrix, G3 forces, G4 closure, G5 constraint Jacobian, G6 motions that the constraint rows
     allow.
 
-    Each check covers every fidelity that has a Mechanism.
+    Each check covers every fidelity that has a Mechanism. Raises MechlabError for a file that no Mechanism holds.
     """
+    if entry.file is not None and entry.file.unheld:
+        entry.build(entry.parameters(), entry.default_fidelity)  # raises: it says why
 
     def of_each(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
         return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})

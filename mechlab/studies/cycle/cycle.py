@@ -19,6 +19,7 @@ from mechlab.experiment.recording import basic_channels
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.length_unit import is_length
 from mechlab.results import Result
 from mechlab.studies.cycle.quantities import (
     Extremum,
@@ -260,7 +261,7 @@ def _range(path: ClosedPath, span: tuple[float, float] | None, points: int) -> t
         return np.linspace(float(span[0]), float(span[1]), points + 1), []
     if path.full_turn() is not None:
         return start + np.linspace(0.0, 2.0 * np.pi, points + 1), []
-    slides = path.coordinate in path.mechanism.v_slice and path.mechanism.joint(path.coordinate).kind == "prismatic"
+    slides = is_length(path.mechanism, path.coordinate)
     low, high = path.limits(1.0 if slides else 2.0 * np.pi)
     if not slides and high - start >= 2.0 * np.pi * (1 - 1e-12):
         note = f"after a turn of {path.coordinate} the mechanism is not back in its pose"

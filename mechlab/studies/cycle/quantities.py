@@ -16,6 +16,7 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array, cross
+from mechlab.mechanism.length_unit import is_length
 
 PARTS = ("fx", "fy", "fz", "mx", "my", "mz")
 COMPARED = 9
@@ -38,7 +39,7 @@ def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: 
     found = engine("pinocchio").motion_forces(m, q, v, drive, accel, load)
     forces = {**found.loops, **found.joints}
     columns = {f"{drive}_force": found.drive}
-    units = {f"{drive}_force": "N" if drive in m.slides else "N m"}
+    units = {f"{drive}_force": "N" if is_length(m, drive) else "N m"}
     for relation in m.relations:
         columns[f"{relation.name}_load"] = found.relations[relation.name]
         units[f"{relation.name}_load"] = "N" if relation.coefficients[0][0] in m.slides else "N m"

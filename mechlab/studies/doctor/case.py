@@ -147,7 +147,8 @@ def read_case(path: Path, read: Callable[[Path], ModelFile]) -> ExaminedFile:
     except MechlabError as error:
         raise MechlabError(f"{path}: {error}") from None
     try:
-        file = read(path)
+        found = read(path)
+        file, unread = (None, found.unheld) if found.unheld else (found, "")
     except MechlabError as error:
         unread = str(error).removeprefix(f"{path}: ")
     except (ValueError, KeyError, IndexError) as error:

@@ -184,8 +184,8 @@ def formula(linear: LinearisedScene, method: Method) -> str:
     mode = linear.fastest
     undamped, decay = abs(mode.imag) > 20.0 * abs(mode.real), abs(mode.real) > 20.0 * abs(mode.imag)
     if method.integrator == "RK4":
-        return "h = 2.83/omega" if undamped else "h = 2.79 tau" if decay else "RK4: |R(h lambda)| = 1"
-    return "h = 2/omega" if undamped else "h^2 omega^2 + 2 h c = 4"
+        return "h = 2.83/ω" if undamped else "h = 2.79 τ" if decay else "RK4: |R(h λ)| = 1"
+    return "h = 2/ω" if undamped else "h²ω² + 2hc = 4"
 
 
 FACTORS = (1e-2, 10**-1.5, 1e-1, 10**-0.5, 1.0, 10**0.5, 1e1, 10**1.5, 1e2)

@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import pickle
-import signal
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from functools import lru_cache
-from multiprocessing import connection, get_context, parent_process
-from threading import Thread
+from functools import lru_cache, partial
 from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError, install_extra
 from mechlab.lab.single_run import versions
+from mechlab.processes import cores, in_processes
 from mechlab.studies.sweep.evaluate import evaluate
 from mechlab.studies.sweep.request import ANSWERS, RUNS, SweepBlock, SweepRequest
 
 WORTH_IT = 4.0
 """Remaining work [s] above which a pool of processes pays: it takes a second or two to start."""
-AHEAD = 4
-"""Number of blocks submitted to the pool for each worker."""
-
-
-def cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
 
 def run_on_cores(
     request: SweepRequest, blocks: Sequence[int], workers: int | None = None
@@ -56,7 +43,7 @@ def run_on_cores(
         return
     lost = set(left)
     try:
-        for block, found in _pool(request, left, many):
+        for block, found in in_processes(partial(evaluate, request), left, many):
             lost.discard(block)
             yield block, found
     except BrokenProcessPool:
@@ -71,59 +58,6 @@ def _travels(request: SweepRequest) -> bool:
     except (pickle.PicklingError, TypeError, AttributeError):
         return False
     return True
-
-
-def _begin() -> None:
-    """Start of a worker: it ignores Ctrl-C, which the parent handles, and ends when the parent process ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if (parent := parent_process()) is not None:
-        Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
-
-
-def _end_with(sentinel: int) -> None:
-    connection.wait([sentinel])
-    os._exit(1)
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Blocks Ctrl-C while a worker starts: a worker interrupted in its start would print a traceback."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _pool(request: SweepRequest, blocks: Sequence[int], workers: int) -> Iterator[tuple[int, SweepBlock]]:
-    waiting = list(blocks)
-    pool = ProcessPoolExecutor(min(workers, len(blocks)), mp_context=get_context("spawn"), initializer=_begin)
-    try:
-        running: dict[Future[SweepBlock], int] = {}
-        while waiting or running:
-            while waiting and len(running) < AHEAD * workers:
-                block = waiting.pop(0)
-                with _undisturbed():
-                    running[pool.submit(evaluate, request, block)] = block
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(future), future.result()
-    except BaseException:
-        for process in list(getattr(pool, "_processes", None) or {}):
-            _end(process)
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _end(process: int) -> None:
-    """Terminate a worker by its process number, so that a sweep that ends early need not wait for it."""
-    try:
-        os.kill(process, signal.SIGTERM)
-    except (ProcessLookupError, PermissionError):
-        return
 
 
 RETRIES = 3

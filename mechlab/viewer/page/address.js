@@ -1,11 +1,11 @@
-// The whole view in the address: camera, time, hidden parts, section, layers, drives, plots. A link shows what its sender saw.
+// The whole view in the address: camera, time, hidden parts, section, layers, plots, drives, parameters, forces, measuring. A link shows what its sender saw.
 
 class Address {
   constructor(lab) { this.lab = lab; }
 
   /** The part of a link after #. */
   text() {
-    const { stage, player, rig, inspector, section, follow, layers, curves, explorer, clips } = this.lab;
+    const { stage, player, rig, inspector, section, follow, layers, curves, explorer, clips, field } = this.lab;
     const wishes = new URLSearchParams();
     const number = (x) => String(Number(x.toPrecision(9)));
     if (clips && clips.chosen) wishes.set("clip", clips.chosen);
@@ -23,13 +23,40 @@ class Address {
       for (const name of curves.picker ? curves.picker.chosen : []) wishes.append("plot", name);
       if (curves.window.zoomed) wishes.set("zoom", [curves.window.start, curves.window.end].map(number).join());
     }
-    if (explorer) for (const [name, value] of Object.entries(explorer.given())) wishes.append("drive", `${value},${name}`);
+    if (explorer) this.tellByHand(wishes, explorer);
+    if (field) wishes.set("color", field.chosen ? field.chosen.name : "");
+    const { measuring } = inspector;
+    // A feature that was picked has no name that another page knows.
+    if (measuring.on) for (const feature of measuring.features) wishes.append("measure", measuring.named.includes(feature) ? feature.name : "");
     return wishes.toString();
+  }
+
+  tellByHand(wishes, explorer) {
+    explorer.story.variants.forEach(({ key, values, home }, j) => {
+      if (explorer.picked[j] !== home) wishes.append("parameter", `${values[explorer.picked[j]]},${key}`);
+    });
+    for (const [name, value] of Object.entries(explorer.given())) wishes.append("drive", `${value},${name}`);
+    const { freeBody } = explorer;
+    if (freeBody && freeBody.choice !== "none") for (const word of [freeBody.choice, ...freeBody.roles]) wishes.append("forces", word);
+  }
+
+  moveByHand(wishes, explorer) {
+    // "1.25,crank": a name may have a comma too.
+    const pairs = (key) => wishes.getAll(key).map((item) => [item.slice(item.indexOf(",") + 1), Number(item.slice(0, item.indexOf(",")))]).filter(([, value]) => Number.isFinite(value));
+    for (const [key, value] of pairs("parameter")) {
+      const j = explorer.story.variants.findIndex((v) => v.key === key);
+      if (j < 0) continue;
+      const away = explorer.story.variants[j].values.map((x) => Math.abs(x - value));
+      explorer.pick(j, away.indexOf(Math.min(...away)));
+    }
+    if (wishes.has("drive")) explorer.give(Object.fromEntries(pairs("drive")));
+    const [choice, ...roles] = wishes.getAll("forces");
+    if (choice && explorer.freeBody) explorer.freeBody.choose(choice, roles);
   }
 
   /** Shows what an address tells; what does not exist here is left as it is. */
   apply(text) {
-    const { stage, player, rig, inspector, section, follow, layers, curves, explorer, clips } = this.lab;
+    const { stage, player, rig, inspector, section, follow, layers, curves, explorer, clips, field } = this.lab;
     const wishes = new URLSearchParams(text);
     const numbers = (key) => (wishes.get(key) || "").split(",").map(Number);
     const finite = (list, count) => list.length === count && list.every(Number.isFinite);
@@ -44,9 +71,11 @@ class Address {
     if (axis in AXES && Number.isFinite(Number(at))) section.set(axis, Number(at), side === "after");
     if (clips && wishes.has("clip")) clips.choose(wishes.get("clip"));
     if (wishes.has("t") && Number.isFinite(Number(wishes.get("t")))) player.seek(Number(wishes.get("t")));
-    if (explorer && wishes.has("drive")) {
-      const pairs = wishes.getAll("drive").map((item) => [item.slice(item.indexOf(",") + 1), Number(item.slice(0, item.indexOf(",")))]);
-      explorer.give(Object.fromEntries(pairs.filter(([, value]) => Number.isFinite(value))));
+    if (explorer) this.moveByHand(wishes, explorer);
+    if (field && wishes.has("color")) field.choose(wishes.get("color"));
+    if (wishes.has("measure")) {
+      inspector.measuring.switch(true);
+      wishes.getAll("measure").slice(0, 2).forEach((name, slot) => inspector.measuring.take(slot, inspector.measuring.named.find((x) => x.name === name) || null));
     }
     if (wishes.has("flat")) rig.projection.set(wishes.get("flat") === "1");
     if (wishes.has("camera") && finite(numbers("camera"), 6)) rig.look(numbers("camera").slice(0, 3), numbers("camera").slice(3));

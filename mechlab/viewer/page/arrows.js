@@ -8,7 +8,6 @@ const TURN = 1.5 * Math.PI;  // [rad] of the way around that the arrow of a torq
 class Arrows {
   constructor(stage, story, read) {
     this.stage = stage;
-    this.model = story.model || null;
     this.step = story.framing.step;
     this.scales = story.arrowScales;
     this.width = 0.011 * story.framing.radius;
@@ -35,7 +34,7 @@ class Arrows {
     }
     this.stage.root.add(group);
     const item = { ...arrow, points: read(arrow.points), vectors: read(arrow.vectors), group, shaft, head, tip: new THREE.Vector3(), size: 0 };
-    item.label = forceLabel(item, this.model);
+    item.label = forceLabel(item);
     return item;
   }
 
@@ -138,12 +137,12 @@ function bendRing(geometry, radius, width, angle) {
   position.needsUpdate = normal.needsUpdate = true;
 }
 
-/** A force in words: the joint that it passes and the part it acts on, as in "pin, on rocker". */
-function forceLabel({ name, on, by, sign }, model) {
+/** A force in words: the joint that it passes and the part it acts on, as in "pin, on rocker". A joint of the tree is named after
+ * its parts: its own name is that of its coordinate. */
+function forceLabel({ name, on, by, sign, tree }) {
   if (!on || !by) return name;
   const [taker, giver] = sign === -1 ? [by, on] : [on, by];
   const acts = /\((drive|load)\)$/.exec(name);
   if (acts) return `${acts[1]}, on ${taker}`;
-  const loop = model ? model.loops.some((x) => x.name === name) : true;
-  return `${loop ? name : `joint with ${giver}`}, on ${taker}`;
+  return `${tree ? `joint with ${giver}` : name}, on ${taker}`;
 }

@@ -5,7 +5,7 @@ const SAME = 1e-9;      // rad or m by which two values of a drive are the same
 
 class Explorer {
   /** page: {stage, traces, layers, read, panel, redraw, player, shown()}; shown() gives the coordinates that a recording shows
-   * now, for a page of a recording. Throws one sentence for a mechanism that the page cannot solve. */
+   * now, or null. Throws one sentence for a mechanism that the page cannot solve. */
   constructor(story, page) {
     Object.assign(this, page, { story });
     this.recorded = !story.explore;
@@ -23,6 +23,7 @@ class Explorer {
     this.controls = new HandControls(this);
     this.layers.show.add("before", "ghost: the pose before", true, (on) => this.before.want(on));
     listenTo(document, "keydown", (event) => this.key(event));
+    if (this.curves) atEnd(() => this.curves.clear());
     if (this.byHand) { this.addReach(); this.show(); this.drawCurves(); }
   }
 
@@ -73,8 +74,15 @@ class Explorer {
     this.drawCurves();
   }
 
-  undo() { const state = this.history.undo(this.state()); if (state) this.restore(state); }
-  redo() { const state = this.history.redo(this.state()); if (state) this.restore(state); }
+  undo() { this.goThrough((now) => this.history.undo(now)); }
+  redo() { this.goThrough((now) => this.history.redo(now)); }
+
+  goThrough(step) {
+    if (this.grabber) this.grabber.letGo();
+    this.end();
+    const state = step(this.state());
+    if (state) this.restore(state);
+  }
 
   key(event) {
     if (!this.byHand || !(event.ctrlKey || event.metaKey) || event.altKey || event.target.matches("input.quantity, textarea")) return;
@@ -171,7 +179,7 @@ class Explorer {
     this.report = report;
     this.said = "";
     this.missed = this.grabbing = false;
-    if (report.modeChanged) this.otherMode = true;
+    if (report.modeChanged) this.otherMode = !this.otherMode;
   }
 
   lock(name, on) {
@@ -232,13 +240,13 @@ class Explorer {
     this.player.pause();
     this.byHand = true;
     this.history = new PoseHistory();
-    this.solver.set(this.shown());
+    this.solver.set(this.shown() || this.model.home);
     this.values = this.valuesNow();
     this.accept(this.solver.solve({ drives: this.values, locked: [], grab: null }));
     this.otherMode = false;
     // The forces of the recording are those of its own pose.
     for (const item of this.layers.arrows.items) item.visible = item.group.visible = false;
-    this.controls.leavePlayback(this.player.time);
+    this.controls.leavePlayback(this.player);
   }
 
   /** Back to the recording. */
@@ -271,20 +279,25 @@ class Explorer {
       group.position.fromArray(position, 3 * this.order[k]);
       group.quaternion.fromArray(quaternion, 4 * this.order[k]);
     });
+    if (this.curves && this.curveKey && this.curveKey !== this.keyOfCurves()) { this.curves.clear(); this.curveKey = null; }
     if (this.freeBody) this.freeBody.update();
     this.controls.show();
     for (const follower of this.followers) follower();
     this.redraw();
   }
 
-  /** The curves of the drive moved last, anew where the other drives or the mode have changed. */
+  /** What the curves depend on: which drive they are of, where the others are, the mode, the design. */
+  keyOfCurves() {
+    const others = Object.entries(this.values).filter(([name]) => name !== this.active).map(([, value]) => value.toFixed(9));
+    return [this.active, this.otherMode, ...this.picked, ...others].join(" ");
+  }
+
+  /** The curves of the drive moved last, anew where they are others. */
   drawCurves() {
     if (!this.curves || !this.marks.length || !this.model.drives.length) return;
     this.active = this.active || this.model.drives[0];
-    const others = Object.entries(this.values).filter(([name]) => name !== this.active).map(([, value]) => value.toFixed(9));
-    const key = [this.active, this.otherMode, ...this.picked, ...others].join(" ");
-    if (key === this.curveKey && this.source === this.curveSource) return;
-    [this.curveKey, this.curveSource] = [key, this.source];
+    if (this.keyOfCurves() === this.curveKey && this.source === this.curveSource) return;
+    [this.curveKey, this.curveSource] = [this.keyOfCurves(), this.source];
     const drive = this.drives.find((d) => d.name === this.active);
     this.curves.draw(this.solver, this.active, [drive.low, drive.high], { ...this.values });
   }

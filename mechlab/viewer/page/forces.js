@@ -35,7 +35,7 @@ class SteadyForces {
       }
       for (const { a: one, b: other, force, ends } of springs)
         for (const [k, sign, point] of [[one, 1, ends[0]], [other, -1, ends[1]]])
-          if (k >= 0) needed[c] += sign * inner3(force, plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
+          if (model.parts[k]) needed[c] += sign * inner3(force, plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
     });
     this.addRotors(q, v, a, needed);
     const { jacobian, names } = model.constraints(q);
@@ -98,8 +98,8 @@ class SteadyForces {
     const { linear, angular } = model.velocities(q, v);
     return model.document.springs.map((spring) => {
       const [a, b] = [spring.body_a, spring.body_b].map((body) => model.partIndex(body, `spring ${spring.name}`));
-      const end = (k, point) => (k < 0 ? [...point] : plus3(bodies[k].origin, times33(bodies[k].rotation, point)));
-      const speed = (k, point) => (k < 0 ? [0, 0, 0] : plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
+      const end = (k, point) => (model.parts[k] ? plus3(bodies[k].origin, times33(bodies[k].rotation, point)) : [...point]);
+      const speed = (k, point) => (!model.parts[k] ? [0, 0, 0] : plus3(at3(linear, k), cross3(at3(angular, k), minus3(point, bodies[k].origin))));
       const ends = [end(a, spring.point_a), end(b, spring.point_b)];
       const line = minus3(ends[1], ends[0]), length = length3(line);
       if (length < 1e-12) return { a, b, ends, force: [0, 0, 0] };
@@ -136,9 +136,9 @@ class SteadyForces {
   }
 
   loads(q, name, bodies, springs, { reactions, drive }) {
-    const { model } = this, tree = model.tree.set(q), ground = (k) => (k < 0 ? "ground" : model.parts[k].name);
+    const { model } = this, tree = model.tree.set(q), ground = (k) => (model.parts[k] ? model.parts[k].name : "ground");
     const through = bodies.map(({ force }) => [...force]);
-    const add = (k, force, sign) => { if (k >= 0) through[k] = through[k].map((x, i) => x - sign * force[i]); };
+    const add = (k, force, sign) => { if (through[k]) through[k] = through[k].map((x, i) => x - sign * force[i]); };
     const out = [];
     let row = 0;
     model.document.loops && model.closure.loops.forEach((loop, i) => {
@@ -156,7 +156,7 @@ class SteadyForces {
     for (let k = through.length - 1; k >= 0; k--) add(tree.parent[k], through[k], -1);
     model.parts.forEach((body, k) => {
       const joint = (body.joints || [])[(body.joints || []).length - 1];
-      if (joint) out.push({ name: joint.name, kind: "force", unit: "N", on: body.name, by: ground(tree.parent[k]), point: at3(tree.anchors, model.jointNamed.get(joint.name).v), vector: through[k] });
+      if (joint) out.push({ name: joint.name, tree: true, kind: "force", unit: "N", on: body.name, by: ground(tree.parent[k]), point: at3(tree.anchors, model.jointNamed.get(joint.name).v), vector: through[k] });
     });
     bodies.forEach(({ mass, centre }, k) => out.push({ name: `weight of ${model.parts[k].name}`, kind: "force", unit: "N", on: model.parts[k].name, by: "", point: centre, vector: this.gravity.map((g) => mass * g) }));
     bodies.forEach((body, k) => out.push(...this.effects(body, model.parts[k].name)));

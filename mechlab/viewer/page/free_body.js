@@ -26,6 +26,18 @@ class FreeBody {
     this.element = make("p", { class: "forces" }, make("label", { for: "free-body" }, "Forces "), this.select, this.effects, this.note);
   }
 
+  /** Shows the forces of a choice (none, all, or a part) and, of roles, "net" and "inertia"; another choice is left alone. */
+  choose(choice, roles = []) {
+    if (![...this.select.options].some((option) => option.value === choice)) return;
+    this.choice = this.select.value = choice;
+    for (const box of this.effects.querySelectorAll("input")) {
+      const name = box.id.replace("free-body-", "");
+      box.checked = roles.includes(name);
+      if (box.checked) this.roles.add(name); else this.roles.delete(name);
+    }
+    this.explorer.show();
+  }
+
   update() {
     const { explorer, choice } = this;
     const { arrows } = explorer.layers;

@@ -13,7 +13,7 @@ class HandControls {
     this.complaint = make("p", { class: "said", role: "alert" });
     this.state = make("p", { class: "state", role: "status", "aria-live": "polite" });
     this.holder.append(make("div", { class: "hand-head" }, make("h2", {}, "Move it"), make("div", { class: "tools" }, this.undo, this.redo, ...(explorer.recorded ? [] : [home]))),
-      make("p", { class: "hint" }, "Grab any part and pull it, or move a drive. With Shift, or a second finger, a part goes away from you and back."),
+      make("p", { class: "hint" }, `Grab any part and pull it, or move a drive.${explorer.normal ? "" : " With Shift, or a second finger, a part goes away from you and back."}`),
       this.list, this.complaint, this.state, ...(explorer.freeBody ? [explorer.freeBody.element] : []));
     this.choices = story.variants.map((v, j) => this.choice(v, j));
     if (this.choices.length) this.holder.append(make("p", { class: "hint" }, `Each step of a parameter is a mechanism of its own${this.choices.length > 1 ? "; one parameter differs at a time" : ""}.`));
@@ -71,7 +71,7 @@ class HandControls {
       : [explorer.said, out ? `${report.sentence || "The grabbed point is as near as the mechanism lets it come."}` : impossible ? report.sentence : "",
         near ? "Near a singularity." : ""].filter(Boolean).join(" ");
     const mode = explorer.otherMode ? "another one than at the start: a fold was passed" : "that of the start";
-    const loops = (explorer.model.document.loops || []).length ? `loops open by ${report.gap < 1e-9 ? "less than 1 nm" : lengthText(report.gap)}` : "no loops";
+    const loops = (explorer.model.document.loops || []).length ? `loops open by ${report.gap < 1e-9 ? "less than 1\u00a0nm" : lengthText(report.gap)}` : "no loops";
     const facts = `Assembly mode: ${mode}. ${Math.round(100 * Math.max(0, report.closeness))}\u00a0% away from the nearest singularity, ${loops}.`;
     this.state.className = `state ${kind}`;
     this.state.replaceChildren(make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!", ok: "\u2713" }[kind]),
@@ -82,13 +82,14 @@ class HandControls {
   // In the page of a recording
 
   addReturn() {
-    this.bar = make("p", { id: "by-hand", role: "status", hidden: true }, this.where = make("span"),
-      make("button", { type: "button", onclick: () => this.explorer.comeBack() }, "Back to the recording"));
+    this.bar = make("p", { id: "by-hand", role: "status", hidden: true }, make("span", {}, "Moved by hand.", this.where = make("span", { class: "wide" })),
+      this.back = make("button", { type: "button", onclick: () => this.explorer.comeBack() }));
     document.getElementById("stage").append(this.bar);
   }
 
-  leavePlayback(time) {
-    this.where.textContent = `Moved by hand. The recording waits at ${significant(time)} s.`;
+  leavePlayback({ duration, time }) {
+    this.where.textContent = duration > 0 ? ` The recording waits at ${significant(time)}\u00a0s.` : "";
+    this.back.textContent = duration > 0 ? "Back to the recording" : "Back to the pose before";
     this.bar.hidden = this.holder.hidden = false;
   }
 

@@ -11,6 +11,7 @@ class Inspector {
     this.follow = new Follow(stage, byId("following"));
     this.pickers = [];
     this.pinFollowers = [];
+    this.describers = [];
     this.card = new Card(byId("card"), this.readings, [
       ["Hide", "Hide this part (show it again in the list of parts)", (body) => { this.visibility.hide(body); this.pin(null); }],
       ["Isolate", "Hide all other parts; again: show all", (body) => this.isolate(body)],
@@ -43,7 +44,10 @@ class Inspector {
     this.hover.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
   }
 
-  partName({ body, part }) {
+  /** What is under the pointer, in words; a function of `describers` that knows more comes first. */
+  partName(hit) {
+    const { body, part } = hit;
+    for (const describe of this.describers) { const words = describe(hit); if (words) return words; }
     const name = this.stage.bodies[body];
     return !part || part === name ? name : `${name} \u00b7 ${part.replace(/_/g, " ")}`;
   }

@@ -32,7 +32,7 @@ function build(story, read, renderer) {
       const q = recorded === null && explorer ? motion.coordinates(player.time) : null;
       return q && explorer.model.names.includes(name) ? explorer.model.value(name, q) : recorded;
     },
-    velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, player.time)),
+    velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, stage.groups.length, player.time)),
   };
   const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());
   const refresh = (time) => {
@@ -53,10 +53,11 @@ function build(story, read, renderer) {
   });
   curves = addPlots(story, read, player, plots);
   player.seek(motion.start);
+  const field = addFields(story, read, stage, inspector, layers.show, byId("panel"));
   const clips = addClips(story.clips, player, curves, byId("panel"));
   explorer = moveByHand(story, inspector, { stage, traces, layers, read, player, panel: byId("panel"), redraw: () => refresh(player.time), shown: () => motion.coordinates(player.time) });
 
-  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer, clips });
+  const address = new Address({ stage, player, rig, inspector, section: inspector.section, follow: inspector.follow, layers, curves, explorer, clips, field });
   addLinkButton(address, byId("views"));
 
   window.lab = {
@@ -77,6 +78,7 @@ function build(story, read, renderer) {
     springs,
     address,
     clips,
+    field,
     curves,
     ghostPose: (body) => layers.ghost.groups[story.bodies.indexOf(body)].position.toArray(),
     ghostPaths: () => layers.ghost.traces.group.children.map((mesh) => ({ name: mesh.name, shown: layers.ghost.traces.group.visible })),

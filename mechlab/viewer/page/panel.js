@@ -39,7 +39,8 @@ function addPanel(story, holder) {
   const notes = [story.tempo.sentence, story.playback, story.ghost && story.ghost.shown ? `The ghost and the dotted curves (values in brackets) are ${story.ghost.name}.` : ""].filter(Boolean);
   if (notes.length) holder.append(section("How it is shown", ...notes.map((text) => make("p", {}, text))));
   if (story.explore) return plots;
-  holder.append(make("footer", {}, "Space plays and pauses, \u2190 and \u2192 step one frame (with shift ten), Home and End jump. " +
-    "Drag turns the view, the wheel zooms, a click in a plot goes to that time."));
+  const playing = story.t.count > 1 ? "Space plays and pauses, \u2190 and \u2192 step one frame (with shift ten), Home and End jump. " : "";
+  const plotted = story.t.count > 1 && story.plots.length ? ", a click in a plot goes to that time" : "";
+  holder.append(make("footer", {}, `${playing}Drag a part to move it by hand, beside it to turn the view; the wheel zooms${plotted}.`));
   return plots;
 }

@@ -33,11 +33,12 @@ class Readings {
   joint(body, joint) {
     const prismatic = joint.kind === "prismatic";
     const recorded = this.sources.value(joint.name);
-    const value = recorded !== null ? recorded : body.joints.length === 1 && joint.kind !== "spherical" ? this.fromPoses(body, joint) : null;
+    const value = recorded !== null ? recorded : body.joints.length === 1 ? this.fromPoses(body, joint) : null;
     return { name: joint.name, kind: joint.kind, parent: body.parent, unit: prismatic ? "m" : "rad", value, range: joint.range || null };
   }
 
-  /** The value of the only joint of a body from the poses that are shown; an angle within half a turn of the reference pose. */
+  /** The value of the only joint of a body from the poses that are shown; an angle within half a turn of the reference pose, of
+   * a ball joint that from the identity. */
   fromPoses(body, joint) {
     const parent = this.stage.bodies.indexOf(body.parent), child = this.stage.bodies.indexOf(body.name);
     if (parent < 0 || child < 0) return null;
@@ -47,6 +48,7 @@ class Readings {
     const relative = base.invert().multiply(new THREE.Matrix4().compose(this.stage.groups[child].position, this.stage.groups[child].quaternion, new THREE.Vector3(1, 1, 1)));
     const shift = new THREE.Vector3(), turn = new THREE.Quaternion(), axis = new THREE.Vector3(...joint.axis);
     relative.decompose(shift, turn, new THREE.Vector3());
+    if (joint.kind === "spherical") return 2 * Math.acos(Math.min(1, Math.abs(turn.w)));
     if (joint.kind === "prismatic") return joint.zero + shift.dot(axis);
     const half = Math.atan2(new THREE.Vector3(turn.x, turn.y, turn.z).dot(axis), turn.w);
     return joint.zero + 2 * (Math.abs(half) > Math.PI / 2 ? half - Math.sign(half) * Math.PI : half);
@@ -59,15 +61,16 @@ class Readings {
   }
 }
 
-/** Velocities {linear, angular} of body `k` at `time`, from recorded poses around it: central differences over a frame. */
-function velocityFromMotion(motion, k, time) {
+/** Velocities {linear, angular} of body `k` of `count` at `time`: differences of the poses around it, close by where they come from
+ * coordinates and their rates, else over a frame. */
+function velocityFromMotion(motion, k, count, time) {
   const frame = motion.frame(time), last = motion.times.length - 1;
   if (last < 1) return null;
-  const step = motion.times[Math.min(last, frame + 1)] - motion.times[Math.min(last, frame + 1) - 1];
+  const step = (motion.times[Math.min(last, frame + 1)] - motion.times[Math.min(last, frame + 1) - 1]) * (motion.knots ? 1e-3 : 1);
   // A parabola through three times; at an end all three lie inside.
   const middle = Math.min(motion.end - step, Math.max(motion.start + step, time));
   const at = (t) => {
-    const groups = motion.tracks.map(() => ({ position: new THREE.Vector3(), quaternion: new THREE.Quaternion() }));
+    const groups = Array.from({ length: count }, () => ({ position: new THREE.Vector3(), quaternion: new THREE.Quaternion() }));
     motion.apply(groups, Math.min(motion.end, Math.max(motion.start, t)));
     return groups[k];
   };

@@ -20,7 +20,7 @@ function readerState({ stage, rig, player, address }) {
 }
 
 /** Sets in the page that shows `parts` what the reader had set, as far as the new story has it. */
-function restoreState({ stage, rig, player, address }, state) {
+function restoreState({ stage, rig, player, address, explorer }, state) {
   const find = (id) => document.getElementById(id);
   for (const [id, value] of state.choices) {
     const select = find(id);
@@ -36,7 +36,8 @@ function restoreState({ stage, rig, player, address }, state) {
   address.apply(view.toString());
   if (state.camera.touched || alike) setCamera(stage, rig, state.camera);
   // Live poses end where the run ends.
-  if (player.duration > 0) player.seek(state.live ? player.motion.end : state.time);
+  const byHand = explorer && explorer.byHand;
+  if (player.duration > 0 && !byHand) player.seek(state.live ? player.motion.end : state.time);
   if (state.playing) player.play();
   for (const [selector, top] of state.scroll) document.querySelector(selector).scrollTop = top;
   const focus = state.focus && find(state.focus.id);

@@ -17,7 +17,9 @@ class Rubber {
     for (const mesh of this.group.children) mesh.renderOrder = 8;
     this.group.visible = false;
     stage.root.add(this.group);
-    labels.add("held", () => this.dot.position.clone(), () => this.words, () => this.group.visible && Boolean(this.words));
+    const name = (kind, shown) => labels.add(kind, () => this.dot.position.clone(), () => this.words, () => this.group.visible && Boolean(this.words) && shown());
+    name("held", () => !this.out);
+    name("missed", () => this.out);
   }
 
   /** From a point to the place it is pulled to; `words` stand beside the point. */

@@ -9,6 +9,7 @@ class Section {
     this.at = 0;
     this.flipped = false;
     this.plane = new THREE.Plane();
+    this.caps = new Caps(stage, this.plane);
     stage.viewer.renderer.localClippingEnabled = true;
     picker.seen = (point) => !this.axis || this.side(point) >= 0;
     this.slider = make("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": "Place of the section", oninput: () => this.set(this.axis, this.from(this.slider.valueAsNumber), this.flipped) });
@@ -19,7 +20,7 @@ class Section {
     holder.append(this.heading, make("div", { class: "choices section" }, make("div", { class: "row", role: "group", "aria-label": "Direction of the section" }, ...this.choices), this.slider,
       make("div", { class: "row" }, this.words, this.flip)));
     closeOutside(holder);
-    stage.onParts = () => this.cut();
+    stage.onParts = () => { this.cut(); this.caps.show(Boolean(this.axis)); };
     this.set(null, 0, false);
   }
 
@@ -46,6 +47,7 @@ class Section {
     this.at = Math.min(high, Math.max(low, at));
     if (axis) this.plane.setFromNormalAndCoplanarPoint(toWorld(this.normal), toWorld(this.normal.clone().multiplyScalar((flipped ? 1 : -1) * this.at)));
     this.cut();
+    this.caps.show(Boolean(axis));
     this.slider.value = (this.at - low) / (high - low);
     this.slider.disabled = this.flip.disabled = !axis;
     this.words.textContent = axis ? `${axis} = ${withUnit(this.at, "m")}` : "no section";

@@ -159,6 +159,7 @@ class Stage {
       const { surface, edge } = materials.get(key);
       const mesh = new THREE.Mesh(solid, surface);
       mesh.name = part.name;
+      mesh.userData.closed = closed && part.color[3] > 0.999;
       mesh.matrixAutoUpdate = false;
       mesh.matrix.fromArray(part.placement);
       mesh.castShadow = part.color[3] > 0.5;

@@ -24,14 +24,20 @@ function make(tag, attributes = {}, ...children) {
 
 const ARRAYS = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array, u1: Uint8Array };
 
-/** Reads references {at, kind, count} out of zlib-compressed base64 text. */
+/** Reads references {at, kind, count} out of zlib-compressed base64 text; with `steps` the sums of what is there. */
 async function blockReader(base64) {
-  const text = atob(base64.trim());
-  const packed = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; i++) packed[i] = text.charCodeAt(i);
-  if (!window.DecompressionStream) throw new Error("this browser is too old to unpack the page; use one of 2023 or later");
-  const buffer = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
-  return (reference) => new ARRAYS[reference.kind](buffer, reference.at, reference.count);
+  const buffer = await unpacked(base64);
+  const sums = new Map();
+  return (reference) => {
+    const values = new ARRAYS[reference.kind](buffer, reference.at, reference.count);
+    if (!reference.steps) return values;
+    if (!sums.has(reference.at)) {
+      const out = values.slice();
+      for (let i = 1; i < out.length; i++) out[i] += out[i - 1];
+      sums.set(reference.at, out);
+    }
+    return sums.get(reference.at);
+  };
 }
 
 /** `value` with as many decimals as a step of size `step` needs. */

@@ -38,7 +38,7 @@ class Visibility {
   mark(kind, body) {
     if (this.marked[kind] === body) return;
     this.marked[kind] = body;
-    for (const mesh of this.overlays[kind]) mesh.parent.remove(mesh);
+    for (const mesh of this.overlays[kind]) mesh.removeFromParent();
     this.overlays[kind] = [];
     if (body !== null) {
       for (const part of this.stage.groups[body].children.filter((x) => x.isMesh && !x.userData.overlay)) {

@@ -44,7 +44,8 @@ class ContactWatch:
         geoms, depths, normals = data.contact.geom, -data.contact.dist, data.contact.frame.reshape(-1, 3, 3)
         deepest = int(np.argmax(depths))
         if depths[deepest] > self.deepest:
-            first, second = (self._body[g] if g >= 0 else "" for g in geoms[deepest])
+            sides = zip(geoms[deepest].tolist(), data.contact.flex[deepest].tolist(), strict=True)
+            first, second = (self._body[g] if g >= 0 else key(self.model, OBJECT.mjOBJ_FLEX, f) for g, f in sides)
             self.deepest, self.deepest_at, self.pair = float(depths[deepest]), data.time, (first, second)
         for k in np.flatnonzero(data.contact.efc_address >= 0).tolist():
             mujoco.mj_contactForce(self.model, data, k, self._force)

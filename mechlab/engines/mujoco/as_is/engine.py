@@ -37,7 +37,6 @@ from mechlab.experiment.recording import Cost, Health, Recording, run_channels
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 
 FEWEST_SAMPLES, SAMPLED = 200, 1.0 / 16.0
@@ -132,7 +131,7 @@ def _recording(
     qpos, v = np.array(seen.qpos), seen.states.rates(np.array(seen.qvel))
     q = seen.states.coordinates(qpos)
     channels, units = run_channels(
-        mechanism, q, v, seen.states.rates(np.array(seen.qacc)), seen.forces(), _frames(mechanism, q)
+        mechanism, q, v, seen.states.rates(np.array(seen.qacc)), seen.forces()
     )
     others, other_units = seen.contacts.channels()
     more, more_units = seen.actuators.channels()
@@ -154,19 +153,6 @@ def _recording(
         scene=scene.name, name=mechanism.name, fidelity=scene.fidelity, versions=versions(),
         acts=acts(model, begin, scene),
     )  # fmt: skip
-
-
-def _frames(mechanism: Mechanism, q: Array) -> Array:
-    """(n, frames, 3) world positions of the frames, of all samples at once."""
-    if not mechanism.frames:
-        return np.zeros((len(q), 0, 3))
-    poses = ManyPoses(mechanism).set(q).poses()
-    index = {b.name: k for k, b in enumerate(mechanism.bodies)}
-    out = np.empty((len(q), len(mechanism.frames), 3))
-    for k, frame in enumerate(mechanism.frames):
-        pose = poses[:, index[frame.body]] if frame.body in index else np.eye(4)[None]
-        out[:, k] = pose[:, :3, :3] @ np.array(frame.placement.translation) + pose[:, :3, 3]
-    return out
 
 
 class _Samples:

@@ -15,6 +15,7 @@ from mechlab.engines.mujoco.engine_warnings import engine_warnings, words_of
 from mechlab.engines.mujoco.model_file.rows import name_of
 from mechlab.engines.mujoco.model_file.start import outside_ranges
 from mechlab.engines.mujoco.stepping import SteppingEnd
+from mechlab.experiment.energy import NOTHING, nothing_moved
 from mechlab.experiment.recording import Finding, Health, limit_finding
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
@@ -71,10 +72,12 @@ def energy_finding(model: mujoco.MjModel, energies: Array) -> Finding:
     potential, kinetic, done, turned = energies.T
     total = potential + kinetic
     open_ = np.abs(total - total[0] - done)
-    turnover = max(float(np.max(kinetic)), float(np.ptp(potential)), float(turned[-1]), 1e-300)
+    turnover = max(float(np.max(kinetic)), float(np.ptp(potential)), float(turned[-1]), NOTHING)
     noise = max(NOISE * max(model.nv, 1), 1e-12 * float(np.max(np.abs(potential))))
     worst = float(np.max(open_))
     value = worst / turnover if worst > noise else 0.0
+    if turnover == NOTHING and value == 0.0:
+        return nothing_moved(ENERGY_LIMIT)
     text = f"energy balance with contacts and actuators: at most {worst:.3g} J of {turnover:.3g} J turned over is unaccounted for:"
     return limit_finding("energy_balance", value, ENERGY_LIMIT, "of the turnover", text, ENERGY_WARNING)
 

@@ -26,8 +26,8 @@ from mechlab.experiment.motion import Function
 from mechlab.experiment.observed import Observed
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_poses import ManyPoses
 
 Run = Callable[[Scene, Settings], Recording]
 """The engine's run of a scene."""
@@ -81,6 +81,8 @@ class FileSession(StepLoop):
         self.states, self._run = FileCoordinates(file, model), run
         super().__init__(file.mechanism, scene, settings, model, FileCommands(model), substeps, start, seed)
         self._observe(seen, *self._affine())
+        frames = [f.name for f in file.mechanism.frames]
+        self._poses, self._frames = ManyPoses(file.mechanism), [frames.index(n) for n in seen.frames]
         self._held: list[Array] = []
         self.reset()
 
@@ -99,13 +101,22 @@ class FileSession(StepLoop):
         return self.states
 
     def _points(self) -> Array:
-        tree = TreePlant(self.mechanism, self.state[0])
-        return np.concatenate([tree.point(name) for name in self.seen.frames])
+        return self.points_at(self.data.qpos[None], np.zeros(0))[0]
 
-    @property
-    def state(self) -> tuple[Array, Array]:
-        """Coordinates q (nq,) and rates v (nv,) of the mechanism that was read from the file, now."""
-        return self.states.to_mechanism(self.data.qpos, self.data.qvel)
+    def points_at(self, qpos: Array, sites: Array) -> Array:
+        """See `StepLoop.points_at`; frames of the mechanism are not always sites of the file."""
+        points = self._poses.set(self.states.coordinates(qpos)).frame_positions()
+        return np.asarray(points[:, self._frames].reshape(len(qpos), -1))
+
+    def state_at(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+        """See `StepLoop.state_at`; of the mechanism that was read from the file."""
+        return self.states.to_mechanism(qpos, qvel)
+
+    def at_start(self, scene: Scene) -> Mapping[str, Array]:
+        """See `StepLoop.at_start`."""
+        with quiet():
+            begin = start(self.model, self.states, scene).data
+        return {name: getattr(begin, name) for name in FIELDS}
 
     def step(self, action: ArrayLike | Mapping[str, float] | None = None) -> Array:
         """As `StepLoop.step`. Raises MechlabError where MuJoCo gives up."""
@@ -115,11 +126,7 @@ class FileSession(StepLoop):
             raise MechlabError(f"{self.mechanism.name}: {gave_up(error, self.time)}") from None
 
     def _begin(self, scene: Scene) -> None:
-        with quiet():
-            begin = start(self.model, self.states, scene).data
-        mujoco.mj_resetData(self.model, self.data)
-        for name in FIELDS:
-            getattr(self.data, name)[:] = getattr(begin, name)
+        self._put(scene)
         self._begun, self._held = scene, []
 
     def _make_room(self) -> None:

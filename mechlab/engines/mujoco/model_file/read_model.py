@@ -32,8 +32,9 @@ from mechlab.mechanism.geometry import Array, quaternion_product
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.naming import colliding_frame
-from mechlab.mechanism.parts import MAX_SHAPES, Frame
-from mechlab.mechanism.tree import too_many_shapes
+from mechlab.mechanism.parts import MAX_ROWS, MAX_SHAPES, Frame
+from mechlab.mechanism.tree import depth_first, too_many_shapes
+from mechlab.mechanism.validate import RecordedTree
 
 CLOSED = 1e-12
 """Largest gap of a loop [m, rad] that is rounding."""
@@ -65,12 +66,13 @@ def own_file(mechanism: Mechanism, path: Path) -> ModelFile:
 
 
 def read_model(path: Path) -> ModelFile:
-    """The mechanism of an MJCF file. Raises MechlabError where MuJoCo refuses the file or no Mechanism can hold its tree."""
+    """The mechanism of an MJCF file. Raises MechlabError where MuJoCo refuses the file, and as `from_compiled`."""
     return from_compiled(compiled(path), path)
 
 
 def from_compiled(model: mujoco.MjModel, path: Path | None = None) -> ModelFile:
-    """The mechanism of a compiled model, which is not changed. Raises MechlabError as `read_model`."""
+    """The mechanism of a compiled model, which is not changed; where no Mechanism holds it, `unheld` says why. Raises MechlabError
+    for a model without joints, with more than MAX_SHAPES geoms, or unheld and with more than MAX_ROWS coordinates."""
     if not model.nv:
         raise MechlabError("nothing moves in this model: it has no joints.")
     if model.ngeom > MAX_SHAPES:
@@ -91,11 +93,21 @@ def from_compiled(model: mujoco.MjModel, path: Path | None = None) -> ModelFile:
         drives,
     )
     builder.frames, builder.ground_shapes = _frames(tree, builder), tree.ground_shapes
-    mechanism, moved = _closed(builder, equalities.offsets, remarks)
+    joints = {key(model, OBJECT.mjOBJ_JOINT, k): names for k, names in tree.joints_of.items()}
+    bodies = {key(model, OBJECT.mjOBJ_BODY, k): name for k, name in tree.body_of.items()}
+    tree_alone, notes = _recorded(builder), list(remarks.notes)
+    try:
+        mechanism, moved = _closed(builder, equalities.offsets, remarks)
+    except MechlabError as error:
+        if model.nv > MAX_ROWS:
+            raise
+        told = f"no Mechanism holds this file; MuJoCo runs it as it is. The reason: {error}"
+        return ModelFile(
+            path, "MJCF", tree_alone, notes=(told, *notes), joints=joints, bodies=bodies, unheld=str(error)
+        )  # fmt: skip
     return ModelFile(
         path, "MJCF", mechanism, remarks.left_out, tuple(remarks.notes),
-        {key(model, OBJECT.mjOBJ_JOINT, k): names for k, names in tree.joints_of.items()},
-        {key(model, OBJECT.mjOBJ_BODY, k): name for k, name in tree.body_of.items()},
+        joints, bodies,
         drive_of, equalities.of,
         tendons.of(model),
         _reference(tree, moved) if moved else (),
@@ -104,6 +116,14 @@ def from_compiled(model: mujoco.MjModel, path: Path | None = None) -> ModelFile:
 
 def _name(model: mujoco.MjModel) -> str:
     return clean(bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")) or "model"
+
+
+def _recorded(builder: Builder) -> RecordedTree:
+    """What a run of the file is recorded by where no Mechanism holds it."""
+    return RecordedTree(
+        builder.name, tuple(depth_first(builder.bodies)), frames=tuple(builder.frames), gravity=builder.gravity,
+        ground_shapes=tuple(builder.ground_shapes),
+    )  # fmt: skip
 
 
 def _frames(tree: CompiledTree, builder: Builder) -> list[Frame]:

@@ -1,5 +1,4 @@
-// What closes and couples a mechanism: residuals and Jacobian of loops and linear relations, row by row as in
-// mechanism/constraints.py.
+// What closes and couples a mechanism: residuals and Jacobian of loops and linear relations, as in mechanism/constraints.py.
 
 class Closure {
   constructor(model) {
@@ -8,96 +7,67 @@ class Closure {
     this.lengths = []; // per row: true where the residual is a length
     this.loops = (model.document.loops || []).map((loop) => this._loop(model, loop));
     this.relations = (model.document.relations || []).map((relation) => {
-      const [columns, coefficients] = model.combination(relation.coefficients, `relation ${relation.name}`);
+      const [columns, coefficients] = model.combination(relation.coefficients, `Relation ${relation.name}`);
       this.names.push(relation.name);
       this.lengths.push(columns.length > 0 && columns[0].kind === "prismatic");
-      return { columns, coefficients };
+      return { zero: 0, columns, coefficients };
     });
     this.count = this.names.length;
     this.residual = new Float64Array(this.count);
     this.jacobian = new Float64Array(this.count * this.nv);
-    this._work = { ra: new Float64Array(9), rb: new Float64Array(9), pa: new Float64Array(3), pb: new Float64Array(3), lever: new Float64Array(3) };
-  }
-
-  _loop(model, loop) {
-    const kind = LOOP_ROWS[loop.kind];
-    if (!kind) throw new Error(`Loop ${loop.name} is of the unknown kind ${loop.kind}.`);
-    const [offsets, angles] = kind, axis = "xyz";
-    if (loop.kind === "distance") this.names.push(`${loop.name}.length`);
-    for (const u of offsets) this.names.push(`${loop.name}.${axis[u]}`);
-    for (const [u, w] of angles) this.names.push(`${loop.name}.${axis[u]}_${axis[w]}`);
-    const lengths = loop.kind === "distance" ? 1 : offsets.length;
-    for (let k = 0; k < lengths + angles.length; k++) this.lengths.push(k < lengths);
-    if (loop.kind === "distance" && !(loop.length > 0)) throw new Error(`Loop ${loop.name} has no length.`);
-    const a = model.partIndex(loop.body_a, `loop ${loop.name}`), b = model.partIndex(loop.body_b, `loop ${loop.name}`);
-    const above = a < 0 ? [] : [...model.tree.columns[a]], below = b < 0 ? [] : [...model.tree.columns[b]];
-    // Rates that move both ends alike do not change the loop.
-    const path = [...below.filter((c) => !above.includes(c)), ...above.filter((c) => !below.includes(c))];
-    const signs = path.map((c) => (below.includes(c) ? 1 : -1));
-    return {
-      a, b, placementA: placementOf(loop.placement_a), placementB: placementOf(loop.placement_b), offsets, angles,
-      length: loop.kind === "distance" ? loop.length : 0, path: Int32Array.from(path), signs: Int8Array.from(signs),
-    };
-  }
-
-  /** Residuals, and the Jacobian if it is wanted, at the pose of the tree. */
-  evaluate(tree, wanted) {
-    this.q = tree.q;
-    let row = 0;
-    for (const loop of this.loops) row = loop.length ? this._distance(tree, loop, row, wanted) : this._rows(tree, loop, row, wanted);
-    for (const { columns, coefficients } of this.relations) {
-      let total = 0;
-      for (let k = 0; k < columns.length; k++) total += coefficients[k] * this.q[columns[k].q];
-      this.residual[row++] = total;
-    }
-    if (wanted && !this._constant) this._writeRelations();
-  }
-
-  _writeRelations() {
+    [this._ra, this._rb, this._pa, this._pb, this._lever] = arrays(5, 9);
     this.relations.forEach(({ columns, coefficients }, k) => {
       const at = (this.count - this.relations.length + k) * this.nv;
       columns.forEach((joint, c) => { this.jacobian[at + joint.v] += coefficients[c]; });
     });
-    this._constant = true;
   }
 
-  _distance(tree, loop, row, wanted) {
-    const { ra, rb, pa, pb, lever } = this._work;
-    tree.frame(loop.a, loop.placementA, ra, 0, pa, 0);
-    tree.frame(loop.b, loop.placementB, rb, 0, pb, 0);
-    const x = pb[0] - pa[0], y = pb[1] - pa[1], z = pb[2] - pa[2];
-    this.residual[row] = (x * x + y * y + z * z - loop.length * loop.length) / (2 * loop.length);
-    if (wanted) {
-      for (let k = 0; k < loop.path.length; k++) {
-        tree.lever(loop.path[k], pb, 0, lever, 0);
-        this.jacobian[row * this.nv + loop.path[k]] = loop.signs[k] * (x * lever[0] + y * lever[1] + z * lever[2]) / loop.length;
-      }
-    }
-    return row + 1;
+  _loop(model, loop) {
+    if (!LOOP_ROWS[loop.kind]) throw new Error(`Loop ${loop.name} is of the unknown kind ${loop.kind}.`);
+    const [first, ...pairs] = LOOP_ROWS[loop.kind], length = loop.kind === "distance" ? loop.length : 0;
+    if (loop.kind === "distance" && !(length > 0)) throw new Error(`Loop ${loop.name} has no length.`);
+    const names = [...first, ...(length ? ["length"] : []), ...pairs.map(([u, w]) => `${u}_${w}`)];
+    names.forEach((name, k) => {
+      this.names.push(`${loop.name}.${name}`);
+      this.lengths.push(k < names.length - pairs.length);
+    });
+    const [offsets, ...angles] = [first, ...pairs].map((axes) => [...axes].map((axis) => "xyz".indexOf(axis)));
+    const a = model.partIndex(loop.body_a, `Loop ${loop.name}`), b = model.partIndex(loop.body_b, `Loop ${loop.name}`);
+    const [ofA, ofB] = [model.tree.columns[a], model.tree.columns[b]];
+    // Rates that move both ends do not count.
+    const path = [...ofB.filter((c) => !ofA.includes(c)), ...ofA.filter((c) => !ofB.includes(c))];
+    const signs = path.map((c) => (ofB.includes(c) ? 1 : -1));
+    return { a, b, placementA: placementOf(loop.placement_a), placementB: placementOf(loop.placement_b), offsets, angles, length, path, signs };
   }
 
-  _rows(tree, loop, first, wanted) {
-    const { ra, rb, pa, pb, lever } = this._work, { residual, jacobian, nv } = this, { offsets, angles, path, signs } = loop;
-    tree.frame(loop.a, loop.placementA, ra, 0, pa, 0);
-    tree.frame(loop.b, loop.placementB, rb, 0, pb, 0);
+  evaluate(tree) {
+    let row = 0;
+    for (const loop of this.loops) row = this._rows(tree, loop, row);
+    for (const relation of this.relations) this.residual[row++] = quantityValue(relation, tree.q);
+  }
+
+  _rows(tree, { a, b, placementA, placementB, offsets, angles, length, path, signs }, first) {
+    const { _ra: ra, _rb: rb, _pa: pa, _pb: pb, _lever: lever, residual, jacobian, nv } = this;
+    tree.frame(a, placementA, ra, pa);
+    tree.frame(b, placementB, rb, pb);
     const x = pb[0] - pa[0], y = pb[1] - pa[1], z = pb[2] - pa[2];
     let row = first;
+    if (length) residual[row++] = (x * x + y * y + z * z - length * length) / (2 * length);
     for (const u of offsets) residual[row++] = ra[u] * x + ra[u + 3] * y + ra[u + 6] * z;
     for (const [u, w] of angles) residual[row++] = ra[u] * rb[w] + ra[u + 3] * rb[w + 3] + ra[u + 6] * rb[w + 6];
-    if (!wanted) return row;
     for (let k = 0; k < path.length; k++) {
       const c = path[k], sign = signs[k];
-      tree.lever(c, pb, 0, lever, 0);
+      tree.lever(c, pb, 0, lever);
       row = first;
+      if (length) jacobian[nv * row++ + c] = sign * (x * lever[0] + y * lever[1] + z * lever[2]) / length;
       for (const u of offsets) jacobian[nv * row++ + c] = sign * (ra[u] * lever[0] + ra[u + 3] * lever[1] + ra[u + 6] * lever[2]);
       if (!tree.turns[c]) continue;
       const ax = tree.axes[3 * c], ay = tree.axes[3 * c + 1], az = tree.axes[3 * c + 2];
       for (const [u, w] of angles) {
         const nx = ra[u + 3] * rb[w + 6] - ra[u + 6] * rb[w + 3], ny = ra[u + 6] * rb[w] - ra[u] * rb[w + 6];
-        const nz = ra[u] * rb[w + 3] - ra[u + 3] * rb[w];
-        jacobian[nv * row++ + c] = -sign * (nx * ax + ny * ay + nz * az);
+        jacobian[nv * row++ + c] = -sign * (nx * ax + ny * ay + (ra[u] * rb[w + 3] - ra[u + 3] * rb[w]) * az);
       }
     }
-    return first + offsets.length + angles.length;
+    return first + (length ? 1 : 0) + offsets.length + angles.length;
   }
 }

@@ -1,20 +1,15 @@
-// Rows A of a linear system A y = b as A = L Q^T, by Householder reflections with row pivoting: rank, least-norm solutions,
-// projections on the null space, multipliers, the smallest singular value. Allocates only when it is made.
+// Rows A of a linear system A y = b as A = L Q^T, by Householder reflections with row pivoting. Allocates only when it is made.
 
 class RowFactors {
-  /** Room for `capacity` rows of length n; rows are written to `matrix` before `stage` takes them in. */
+  /** Room for `capacity` rows of length n; `stage` takes them in from `matrix`. */
   constructor(capacity, n) {
     this.n = n;
     this.matrix = new Float64Array(capacity * n);
     this.order = new Int32Array(capacity); // rows of L in the order of their pivots
     this.taken = new Uint8Array(capacity);
     this.rank = 0;
-    this._diagonal = new Float64Array(n + 1);
-    this._beta = new Float64Array(n + 1);
+    [this._diagonal, this._beta, this._z, this._w] = arrays(4, n);
     this._squares = new Float64Array(capacity); // of what is left of each row
-    this._known = new Float64Array(capacity); // the same when it was last summed afresh
-    this._z = new Float64Array(n + 1);
-    this._w = new Float64Array(n + 1);
   }
 
   clear() {
@@ -27,7 +22,7 @@ class RowFactors {
     const { n, matrix, taken, _squares: squares } = this;
     for (let i = from; i < to; i++) {
       for (let k = 0; k < this.rank; k++) this._reflect(k, matrix, i * n);
-      squares[i] = this._known[i] = this._square(i);
+      squares[i] = this._square(i);
     }
     let smallest = Infinity;
     const last = Math.min(n, this.rank + Math.min(most, to - from));
@@ -57,7 +52,7 @@ class RowFactors {
     this._reflect(k, this.matrix, i * this.n);
     const entry = this.matrix[i * this.n + k];
     squares[i] -= entry * entry;
-    if (!(squares[i] > 1e-6 * this._known[i])) squares[i] = this._known[i] = this._square(i); // before rounding counts
+    if (!(squares[i] > 1e-4)) squares[i] = this._square(i); // before rounding counts: rows are about 1 long
   }
 
   _square(i) {
@@ -67,7 +62,6 @@ class RowFactors {
     return sum;
   }
 
-  /** Reflection k of the n numbers at x[at]. */
   _reflect(k, x, at) {
     const { n, matrix } = this, v = this.order[k] * n;
     let sum = 0;
@@ -109,7 +103,6 @@ class RowFactors {
     return x;
   }
 
-  /** x becomes Q x. */
   rotateBack(x) {
     for (let k = this.rank - 1; k >= 0; k--) this._reflect(k, x, 0);
     return x;
@@ -160,13 +153,15 @@ class RowFactors {
   }
 }
 
+/** `count` arrays of n zeros. */
+function arrays(count, n) { return Array.from({ length: count }, () => new Float64Array(n)); }
+
 function dot(a, b) {
   let sum = 0;
   for (let k = 0; k < a.length; k++) sum += a[k] * b[k];
   return sum;
 }
 
-/** Length of the entries of x from `from` on. */
 function norm(x, from = 0) {
   let sum = 0;
   for (let k = from; k < x.length; k++) sum += x[k] * x[k];

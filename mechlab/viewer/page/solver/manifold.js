@@ -1,16 +1,15 @@
-// The closed poses of a mechanism: Newton's method onto them, their tangents, and where assembly modes meet. Lengths are
-// scaled: slides in sizes of the mechanism, turns in radians. A group is a list of holds, taken in after the closure rows.
+// The closed poses of a mechanism: Newton's method onto them, and where assembly modes meet. Lengths are scaled: slides in
+// sizes of the mechanism, turns in radians. A group is a list of holds, taken in after the closure rows.
 
 const CLOSED = 1e-13, ACCEPTED = 1e-11; // scaled residuals: aimed at, and good enough where rounding stops the fall
 const FIRM = 1e-10; // share of a row beyond which it does not repeat the rows before it
 const CHORD = 1e-3; // corrections below this go on with the rows factored before
 
-/** Remembers the null space of rows, and the sign of their determinant: that changes where two curves of closed poses cross. */
+/** The null space of rows, and the sign of their determinant with it: that changes where two curves of closed poses cross. */
 class Crossing {
   constructor(nv) {
     this.nv = nv;
     this.border = new Float64Array(nv * nv);
-    this.rank = -1;
   }
 
   remember(factors) {
@@ -25,11 +24,11 @@ class Crossing {
     }
   }
 
-  /** True where the sign has changed since; `room`: the first row of the factors that is not used. */
+  /** True where the sign has changed since; `room`: the first free row of the factors. */
   happened(factors, room) {
     const { nv, rank } = this;
     if (factors.rank !== rank) return true;
-    factors.matrix.set(rank < nv ? this.border.subarray(0, (nv - rank) * nv) : [], room * nv);
+    factors.matrix.set(this.border.subarray(0, (nv - rank) * nv), room * nv);
     factors.stage(room, room + nv - rank, 1e-12);
     const happened = factors.rank < nv || factors.sign() !== this.sign;
     factors.taken.fill(0, room, room + nv - rank);
@@ -39,19 +38,20 @@ class Crossing {
 }
 
 class Manifold {
-  constructor(model) {
+  /** `structure`: of the model; null while it is worked out. */
+  constructor(model, structure) {
     const { nv } = model;
     this.model = model;
-    this.structure = structureOf(model);
-    this.scale = this.structure.scale;
+    this.structure = structure;
+    this.scale = rateScale(model);
     this.tree = new Tree(model);
     this.closure = new Closure(model);
-    this.weights = this.structure.units.map((unit, i) => unit / this.structure.sizes[i]);
+    this.units = Float64Array.from(this.closure.lengths, (isLength) => (isLength ? 1 / model.size : 1));
+    this.weights = this.units.map((unit, i) => (structure ? unit / structure.sizes[i] : unit));
     const capacity = this.closure.count + 2 * model.names.length + 5 * nv + 8;
     this.factors = new RowFactors(capacity, nv);
     this.b = new Float64Array(capacity);
-    this.y = new Float64Array(nv);
-    this.dv = new Float64Array(nv);
+    [this.y, this.dv] = arrays(2, nv);
     this.chosen = null; // indices of independent closure rows, in use since the pose where they were chosen
     this.choices = 0;
     this.goodness = 0; // their smallest pivot there
@@ -62,29 +62,24 @@ class Manifold {
   at(q) {
     this.q = q;
     this.fresh = false;
-    this.closure.evaluate(this.tree.set(q), true);
+    this.closure.evaluate(this.tree.set(q));
   }
 
   /** Largest scaled residual of all closure rows, the redundant ones included. */
-  gap() {
-    const { residual, count } = this.closure, { units } = this.structure;
-    let worst = 0;
-    for (let i = 0; i < count; i++) worst = Math.max(worst, Math.abs(residual[i]) * units[i]);
-    return worst;
-  }
+  gap() { return this.closure.residual.reduce((most, x, i) => Math.max(most, Math.abs(x) * this.units[i]), 0); }
 
-  /** Chooses the independent closure rows afresh at the present pose. */
+  /** Chooses the independent closure rows at the present pose. */
   choose() {
     const { factors, closure } = this;
     factors.clear();
-    for (let i = 0; i < closure.count; i++) this._write(i, i);
-    this.goodness = factors.stage(0, closure.count, 1e-9, this.structure.rank);
+    for (let i = 0; i < closure.count; i++) this.write(i, i);
+    this.goodness = factors.stage(0, closure.count, RANK_TOLERANCE, this.structure ? this.structure.rank : Infinity);
     this.chosen = factors.order.slice(0, factors.rank).sort();
     this.choices++;
     this.fresh = false;
   }
 
-  _write(row, to) {
+  write(row, to) {
     const { nv } = this.model, { jacobian } = this.closure, { matrix } = this.factors, weight = this.weights[row];
     for (let k = 0, i = row * nv, j = to * nv; k < nv; k++) matrix[j + k] = weight * jacobian[i + k] * this.scale[k];
   }
@@ -93,7 +88,7 @@ class Manifold {
   factor(groups) {
     const { factors, chosen, ends } = this, { nv } = this.model;
     if (!this.fresh) {
-      for (let i = 0; i < chosen.length; i++) this._write(chosen[i], i);
+      for (let i = 0; i < chosen.length; i++) this.write(chosen[i], i);
       factors.clear();
       this.pivot = factors.stage(0, chosen.length, FIRM);
       ends[0] = factors.rank;
@@ -105,7 +100,10 @@ class Manifold {
     this.rows = chosen.length;
     for (const group of groups) {
       const from = this.rows;
-      for (const hold of group) factors.matrix.set(hold.row, nv * this.rows++);
+      for (const hold of group) {
+        hold.update(this.q);
+        factors.matrix.set(hold.row, nv * this.rows++);
+      }
       factors.stage(from, this.rows, FIRM);
       ends.push(factors.rank);
     }
@@ -134,14 +132,12 @@ class Manifold {
     return worst;
   }
 
-  /** q moved by a scaled displacement y, into `out`. */
   move(q, y, out) {
     for (let k = 0; k < y.length; k++) this.dv[k] = y[k] * this.scale[k];
     return movedBy(this.model, q, this.dv, out);
   }
 
-  /** Newton's method from q, in place, onto the closure and the targets of the holds; each correction is the smallest that
-   * does it. Returns how far it moved q, or -1 when it did not close within `most` steps or moved further than `far`. */
+  /** Newton's method from q, in place, onto the closure and the targets of the holds. Returns how far it moved q, or -1. */
   correct(q, groups, far = Infinity, most = 12) {
     let moved = 0, before = Infinity, last = Infinity, factored = false;
     for (let pass = 0; ; pass++) {
@@ -150,7 +146,6 @@ class Manifold {
       if (worst < CLOSED || (worst < ACCEPTED && worst > 0.2 * before)) break;
       if (pass === most || !(worst < 1e3)) return -1;
       if (!factored || last > CHORD || worst > 0.1 * before) {
-        for (const group of groups) for (const hold of group) hold.update(q);
         this.factor(groups);
         factored = true;
       }

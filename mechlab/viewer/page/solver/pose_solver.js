@@ -1,45 +1,32 @@
-// The solver of the page: drives to their targets, or a grabbed point after the pointer, along closed poses.
+// The solver of the page: drives to their targets, a grabbed point after the pointer, along closed poses.
 
 class PoseSolver {
   constructor(model) {
     this.model = model;
-    this.manifold = new Manifold(model);
+    this.manifold = new Manifold(model, structureOf(model));
     this.walk = new Walk(this.manifold);
     this.q = this.walk.q;
     this._holds = new Map();
     this.drives = model.drives.map((name) => this.hold(name));
-    this._usual = this._usualCloseness();
+    const { structure } = this.manifold; // its `usual`: the largest distance from a singular pose near home, the unit of closeness
+    if (!structure.usual) structure.usual = Math.max(1e-12, ...structure.poses.map((q) => this._distance(q)));
     this.set(model.home);
   }
 
-  /** The hold of a joint or shaft with one value. */
   hold(name) {
     if (!this._holds.has(name)) this._holds.set(name, new Hold(this.manifold, name));
     return this._holds.get(name);
   }
 
-  /** Largest of the smallest singular values at poses near home: the unit of closeness. */
-  _usualCloseness() {
-    const { manifold } = this, { structure } = manifold;
-    if (structure.usual === undefined) {
-      structure.usual = 1e-12;
-      for (const q of structure.poses) {
-        manifold.chosen = null;
-        manifold.at(q);
-        structure.usual = Math.max(structure.usual, this._smallest());
-      }
-    }
-    return structure.usual;
-  }
-
-  /** Smallest singular value of the closure rows with the drives held, at the present pose: 0 where modes meet. */
-  _smallest() {
+  /** Smallest singular value of the closure with the drives held, at q or where the manifold stands: 0 where modes meet. */
+  _distance(q) {
     const { manifold } = this;
+    if (q) manifold.at(q);
     manifold.firmly([this.drives]);
     return manifold.factors.rank < manifold.structure.rank + this.drives.length ? 0 : manifold.factors.smallest();
   }
 
-  /** Takes coordinates that are closed, or closes them nearby. Throws an Error where that is impossible. */
+  /** Takes coordinates, closed nearby if they are not. Throws an Error where that is impossible. */
   set(q) {
     const { manifold, walk } = this;
     if (q.length !== this.model.nq) throw new Error(`There are ${q.length} coordinates; the mechanism has ${this.model.nq}.`);
@@ -52,56 +39,44 @@ class PoseSolver {
     walk.active.length = 0;
   }
 
-  /** A solver of the same model at the same pose. */
   copy() {
     const other = new PoseSolver(this.model);
     other.set(this.q);
     return other;
   }
 
-  /** Moves the drives to their targets, then a grabbed point towards its target, while the locked joints hold. */
+  /** Drives to their targets, then a grabbed point towards its own, while the locked joints hold. */
   solve({ drives = {}, locked = [], grab = null } = {}) {
-    const { walk, q } = this, stops = [], held = [], moving = [];
+    const { walk, q } = this, stops = [], moving = [], held = locked.map((name) => this._kept(name));
     const pull = grab ? new Pull(this.model, grab) : null;
-    for (const name of new Set(locked)) this._lock(name, held);
     for (const [name, wanted] of Object.entries(drives)) this._drive(name, wanted, locked, held, moving, stops);
-    const named = new Set([...held, ...moving].map((hold) => hold.name));
-    walk.begin(grab || this.drives.some((hold) => !named.has(hold.name)) ? this.drives : null);
+    const determined = !grab && this.drives.every((hold) => held.includes(hold) || moving.includes(hold));
+    walk.begin(determined ? null : this.drives);
     if (moving.length) {
       const why = follow(walk, moving, this._firm(held));
-      if (why === "range") for (const hold of walk.active) stops.push({ name: hold.name, why });
-      else if (why) for (const hold of moving) stops.push({ name: hold.name, why });
+      if (why) for (const { name } of why === "range" ? walk.active : moving) stops.push({ name, why });
     }
     if (pull) {
-      for (const hold of moving) hold.target = hold.value(q);
-      const why = pull.follow(walk, this._firm([...held, ...moving]));
+      const why = pull.follow(walk, this._firm([...held, ...moving.map((hold) => this._kept(hold.name))]));
       if (why) stops.push({ name: pull.name, why });
-      if (pull.miss(this.manifold.tree, q) > 1e-9) for (const hold of walk.active) stops.push({ name: hold.name, why: "range" });
+      if (pull.miss(this.manifold.tree, q) > 1e-9) for (const { name } of walk.active) stops.push({ name, why: "range" });
     }
     return this._report(stops, pull);
   }
 
-  _lock(name, held) {
-    const joint = this.model.jointNamed.get(name);
-    if (joint && joint.kind === "spherical") {
-      for (const axis of [0, 1, 2]) held.push(new TurnHold(this.manifold, joint, axis, this.q));
-      return;
-    }
+  _kept(name) {
     const hold = this.hold(name);
     hold.target = hold.value(this.q);
-    held.push(hold);
+    return hold;
   }
 
   _drive(name, wanted, locked, held, moving, stops) {
-    const hold = this.hold(name), now = hold.value(this.q), range = hold.range;
     if (!Number.isFinite(wanted)) throw new Error(`The target of ${name} is no number.`);
-    if (locked.includes(name)) {
-      if (Math.abs(wanted - now) > 1e-12 * hold.norm) stops.push({ name, why: "locked" });
-      return;
-    }
-    hold.target = range ? Math.min(Math.max(wanted, Math.min(range[0], now)), Math.max(range[1], now)) : wanted;
-    if (hold.target !== wanted) stops.push({ name, why: "range" });
-    (Math.abs(hold.error(this.q)) < CLOSED ? held : moving).push(hold);
+    const hold = this._kept(name), now = hold.target, isLocked = locked.includes(name);
+    const [low, high] = isLocked ? [now, now] : hold.range || [wanted, wanted];
+    hold.target = Math.min(Math.max(wanted, Math.min(low, now)), Math.max(high, now));
+    if (Math.abs(hold.target - wanted) > 1e-12 * hold.norm) stops.push({ name, why: isLocked ? "locked" : "range" });
+    if (!isLocked) (Math.abs(hold.error(this.q)) < CLOSED ? held : moving).push(hold);
   }
 
   /** The holds that do not repeat others. */
@@ -117,30 +92,28 @@ class PoseSolver {
   _report(stops, pull) {
     const { manifold, q, model, walk } = this, values = {};
     walk.place();
-    let gap = 0;
-    for (const x of manifold.closure.residual) gap = Math.max(gap, Math.abs(x));
     for (const name of model.names) values[name] = model.value(name, q);
-    const closed = manifold.gap() < 1e-9, miss = pull ? pull.miss(manifold.tree, q) * model.size : 0;
-    const closeness = Math.min(1, this._smallest() / this._usual), rank = manifold.ends[0];
-    const report = { closed, gap, values, stops, rank, freedoms: model.nv - rank, closeness, miss, modeChanged: walk.changes % 2 === 1 };
-    report.sentence = solveSentence(report);
-    return report;
+    const gap = manifold.closure.residual.reduce((most, x) => Math.max(most, Math.abs(x)), 0), closed = manifold.gap() < 1e-9;
+    const miss = pull ? pull.miss(manifold.tree, q) * model.size : 0, closeness = Math.min(1, this._distance() / manifold.structure.usual);
+    const rank = manifold.ends[0], freedoms = model.nv - rank, modeChanged = walk.changes % 2 === 1;
+    const sentence = solveSentence(stops, modeChanged);
+    return { closed, gap, values, stops, rank, freedoms, closeness, miss, modeChanged, sentence };
   }
 }
 
 const STOP_WORDS = {
-  range: (names) => `${names} ${names.includes(",") ? "are at the end of their ranges" : "is at the end of its range"}`,
-  fold: (names) => `${names} cannot go further: the mechanism is stretched or folded there`,
-  singular: (names) => `${names} cannot go further: assembly modes meet there, and the way on cannot be told`,
-  locked: (names) => `${names} cannot move: what is locked holds it`,
+  range: "cannot go further: the range ends there",
+  fold: "cannot go further: the mechanism is stretched or folded there",
+  singular: "cannot go further: assembly modes meet there, and the way on cannot be told",
+  locked: "cannot move: what is locked holds it",
 };
 
 /** What a solve has to say, in one sentence; empty when everything is where it was asked to be. */
-function solveSentence({ stops, modeChanged }) {
+function solveSentence(stops, modeChanged) {
   const parts = [];
   for (const [why, words] of Object.entries(STOP_WORDS)) {
     const names = new Set(stops.filter((stop) => stop.why === why).map((stop) => stop.name));
-    if (names.size) parts.push(words([...names].join(", ")));
+    if (names.size) parts.push(`${[...names].join(", ")} ${words}`);
   }
   if (modeChanged) parts.push("the mechanism passed a limit position into another assembly mode");
   return parts.length ? `${parts.join("; ")}.` : "";
