@@ -42,7 +42,7 @@ function moveShape(shape, here, by) {
     const along = minus(moved[1], moved[0]), x = turned(rotation, [1, 0, 0]), z = turned(rotation, [0, 0, 1]);
     shape.size.length = lengthOf(along);
     const turn = lengthOf(outer(x, along)) < 1e-15 * lengthOf(along) && inner(x, along) > 0 ? null : rotationBy(times(angleBetween(x, along, z), z));
-    shape.placement = { position: moved[0], quaternion: turn ? quaternionList(product33(turn, rotation)) : shape.placement.quaternion };
+    shape.placement = { position: moved[0], quaternion: turn ? quaternionList(multiplied(turn, rotation)) : shape.placement.quaternion };
   } else if (shape.kind === "plate_link") {
     moved.forEach((p, k) => {
       const [x, y] = turnedBack(rotation, minus(p, shape.placement.position));

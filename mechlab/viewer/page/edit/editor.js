@@ -117,7 +117,7 @@ class Editor {
     if (!explorer.begun) explorer.drawCurves();
     this.busy = false;
     const faults = meshFaults(model, this.pairs);
-    const still = [...kept].filter((name) => model.index.get(name) >= 0);
+    const still = [...kept];
     const words = [...faults, moved ? "A drive had to move." : "", still.length ? `Mass and inertia of ${still.join(", ")} stay as they were.` : ""].filter(Boolean).join(" ");
     this.say(faults.length ? "warning" : "ok", words || "Assembled; all loops are closed.");
     this.refresh();
@@ -159,7 +159,7 @@ class Editor {
 function typedNumber(text, unit) {
   if (unit === "ratio") {
     const bare = text.trim().replace(/\u2212/g, "-").replace(/\s/g, "");
-    if (!/^[+-]?\d+(\.\d+)?$|^[+-]?\d+\/\d+$/.test(bare) || !(Math.abs(ratioNumber(bare, "it")) > 0) || !Number.isFinite(ratioNumber(bare, "it"))) throw new Error("expected a ratio other than 0, such as -3/2 or 1.5.");
+    if (!/^[+-]?\d+(\.\d+)?$|^[+-]?\d+\/\d+$/.test(bare) || !(Math.abs(ratioNumber(bare)) > 0) || !Number.isFinite(ratioNumber(bare))) throw new Error("expected a ratio other than 0, such as -3/2 or 1.5.");
     return bare;
   }
   const value = parseQuantity(text, unit === "teeth" ? "" : unit);

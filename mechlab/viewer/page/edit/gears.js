@@ -9,7 +9,7 @@ function gearsOf(model) {
     gears.push({ body, shape, point: [...origin], axis: [rotation[2], rotation[5], rotation[8]], ...shape.size, inside: shape.kind === "internal_gear" });
   };
   model.parts.forEach((body, k) => (body.shapes || []).forEach((shape) => add(body.name, k, shape)));
-  (model.document.ground_shapes || []).forEach((shape) => add(GROUND_NAME, -1, shape));
+  (model.document.ground_shapes || []).forEach((shape) => add(GROUND_NAME, model.parts.length, shape));
   return gears;
 }
 
@@ -53,14 +53,14 @@ function setTeeth(document, model, pairs, index, teeth) {
 /** How a relation comes from the mesh of the gears a and b: a function (teeth of a) -> coefficients, or null where it does not.
  * alpha (A - C) +- beta (B - C) = 0 with A, B, C the sums over the joints that turn the gears and their carrier. */
 function meshRow(model, relation, a, b) {
-  const path = (name) => { const k = model.index.get(name); return new Set(k < 0 ? [] : [...model.tree.columns[k]]); };
+  const path = (name) => new Set(model.tree.columns[model.index.get(name)]);
   const inA = path(a.body), inB = path(b.body), sign = a.inside || b.inside ? -1 : 1;
   const names = model.joints.filter((j) => inA.has(j.v) || inB.has(j.v) || j.name in relation.coefficients);
   if (names.some((joint) => joint.kind !== "revolute")) return null;
   const tree = new Tree(model).set(model.home);
   const way = (joint) => (inner([...tree.axes.subarray(3 * joint.v, 3 * joint.v + 3)], a.axis) > 0 ? 1 : -1);
   const value = (joint, za, zb, held) => way(joint) * ((inA.has(joint.v) ? za : 0) + sign * (inB.has(joint.v) ? zb : 0) - (held ? za + sign * zb : 0));
-  const given = new Map(names.map((joint) => [joint, joint.name in relation.coefficients ? ratioNumber(relation.coefficients[joint.name], relation.name) : 0]));
+  const given = new Map(names.map((joint) => [joint, joint.name in relation.coefficients ? ratioNumber(relation.coefficients[joint.name]) : 0]));
   const first = names.find((joint) => given.get(joint) !== 0);
   for (const held of [false, true]) {
     const scale = given.get(first) / value(first, a.teeth, b.teeth, held);

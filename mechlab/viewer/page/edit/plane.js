@@ -16,7 +16,7 @@ const PINS = ["spherical", "revolute", "universal", "cylindrical"];
  * pivot is one too, that nothing is pinned to. */
 function pivotsOf(model, normal) {
   const { document, size } = model, tree = new Tree(model).set(model.home), found = [];
-  const world = (body, local) => { const k = model.index.get(body); return k < 0 ? [...local] : [...tree.placed(k, { rotation: UNTURNED, position: local }).origin]; };
+  const world = (body, local) => [...tree.placed(model.index.get(body), { rotation: UNTURNED, position: local }).origin];
   const add = (name, places, pinned) => {
     const point = world(places[0].body, places[0].local);
     const same = found.filter((pivot) => (pinned ? pivot.pinned : true) && pivot.places.some((a) => places.some((b) => a.body === b.body && lengthOf(across(minus(world(a.body, a.local), point), normal)) < 1e-9 * size)));
@@ -83,7 +83,7 @@ function movePivot(model, normal, pivot, by) {
 
 function rotationIn(tree, model, name) {
   const k = model.index.get(name);
-  return k < 0 ? UNTURNED : tree.rotation.slice(9 * k, 9 * k + 9);
+  return tree.rotation.slice(9 * k, 9 * k + 9);
 }
 
 /** Distinct pivots of a part, in the part. */
@@ -107,7 +107,7 @@ function turnParts(document, model, tree, normal, turns) {
     const parent = body.parent || GROUND_NAME, angle = turns.get(body.name) - turns.get(parent);
     if (angle === 0) continue;
     const { rotation } = placementOf(body.placement), flat = turnedBack(rotationIn(tree, model, parent), normal);
-    body.placement.quaternion = quaternionList(product33(rotationBy(times(angle, flat)), rotation));
+    body.placement.quaternion = quaternionList(multiplied(rotationBy(times(angle, flat)), rotation));
     const [joint] = body.joints;
     joint.zero += inner(turned(rotationIn(tree, model, body.name), joint.axis), normal) > 0 ? angle : -angle;
   }

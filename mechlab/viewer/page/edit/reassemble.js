@@ -5,7 +5,7 @@ const FAR = 0.25; // most that one step may move the coordinates [rad, sizes]
 
 /** Coordinates near q that close `model`, with the values of `held` (name -> value); null where there are none. */
 function closedNear(model, q, held, far = FAR) {
-  const manifold = new Manifold(model), found = Float64Array.from(q);
+  const manifold = new Manifold(model, structureOf(model)), found = Float64Array.from(q);
   const holds = Object.entries(held).map(([name, value]) => Object.assign(new Hold(manifold, name), { target: value }));
   manifold.at(found);
   manifold.choose();
@@ -26,7 +26,7 @@ function settled(model, q) {
 }
 
 function openBy(model) {
-  model.closure.evaluate(model.tree.set(model.home), false);
+  model.closure.evaluate(model.tree.set(model.home));
   return Math.max(0, ...model.closure.residual.map(Math.abs));
 }
 

@@ -3,8 +3,6 @@
 
 function copied(document) { return JSON.parse(JSON.stringify(document)); }
 
-const UNTURNED = new Float64Array([1, 0, 0, 0, 1, 0, 0, 0, 1]);
-
 /** The document with the coordinates q of its model as the reference pose. Throws one sentence where a document cannot hold it. */
 function rebased(model, q) {
   const document = copied(model.document);
@@ -23,21 +21,21 @@ function rebaseBody(body, model, q) {
       moved = moved || q[at] !== 0;
       return null;
     }
-    const r = kind === "spherical" ? quaternionMatrix(q, at, new Float64Array(9)) : axisMatrix(...axis, q[at], new Float64Array(9));
+    const r = kind === "spherical" ? quaternionMatrix(q, at, new Float64Array(9)) : axisRotation(axis, q[at]);
     if (kind === "revolute" ? q[at] === 0 : Math.hypot(q[at + 1], q[at + 2], q[at + 3]) === 0) return null;
-    turn = product33(turn, r);
+    turn = multiplied(turn, r);
     return r;
   });
   (body.joints || []).forEach((joint, k) => {
     let after = UNTURNED;
-    for (const r of moves.slice(k + 1)) if (r) after = product33(after, r);
+    for (const r of moves.slice(k + 1)) if (r) after = multiplied(after, r);
     if (after !== UNTURNED) joint.axis = unitVector(turnedBack(after, joint.axis), `the axis of joint ${joint.name}`);
     const known = model.jointNamed.get(joint.name);
     if (known.kind !== "spherical") joint.zero = (joint.zero || 0) + q[known.q];
   });
   if (!moved && turn === UNTURNED) return;
   const { rotation, position } = placementOf(body.placement);
-  body.placement = { position: plus([...position], turned(rotation, shift)), quaternion: turn === UNTURNED ? body.placement.quaternion : quaternionList(product33(rotation, turn)) };
+  body.placement = { position: plus([...position], turned(rotation, shift)), quaternion: turn === UNTURNED ? body.placement.quaternion : quaternionList(multiplied(rotation, turn)) };
 }
 
 /** Ball joints whose range counts from the pose that is left: a document cannot keep it. */
