@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     )
     from mechlab.errors import (
         EngineMissing,
+        LeftOutWarning,
         MechlabError,
         NoSolution,
         Untrustworthy,
@@ -82,7 +83,7 @@ if TYPE_CHECKING:
         TableLaw,
         Viscous,
     )
-    from mechlab.experiment.model_file import LeftOut, LeftOutWarning, ModelFile
+    from mechlab.experiment.model_file import LeftOut, ModelFile
     from mechlab.experiment.motion import Hold, Ramp, Sine, Spline
     from mechlab.experiment.parameters import parameter
     from mechlab.experiment.question import (
@@ -168,13 +169,13 @@ _HOMES = {
         "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
         "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
-    "mechlab.errors": ("EngineMissing", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
+    "mechlab.errors": ("EngineMissing", "LeftOutWarning", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
     "mechlab.experiment.entry": ("Check", "Claim", "Entry", "ClaimResult", "CheckResult", "SceneRecipe", "Verdict",),
     "mechlab.experiment.laws": (
         "AppliedForce", "ComputedTorque", "Constant", "ConstantPower", "DcMotor", "FunctionLaw", "Harmonic", "Law", "Motor",
         "OneSidedStop", "Plant", "Servo", "TableLaw", "Viscous",
     ),
-    "mechlab.experiment.model_file": ("LeftOut", "LeftOutWarning", "ModelFile"),
+    "mechlab.experiment.model_file": ("LeftOut", "ModelFile"),
     "mechlab.experiment.motion": ("Hold", "Ramp", "Sine", "Spline"),
     "mechlab.experiment.parameters": ("parameter",),
     "mechlab.experiment.question": ("Answer", "Answers", "Question",),

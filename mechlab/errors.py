@@ -5,6 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Any
 
 DISTRIBUTION = "mechanism-lab"
 """The name of mechlab on the package index, where `mechlab` is another library; import and command are `mechlab`."""
@@ -30,6 +31,14 @@ class Untrustworthy(MechlabError):
     """The work finished, but its result must not be trusted (exit code 3)."""
 
     exit_code = 3
+
+
+class LeftOutWarning(UserWarning):
+    """A file was read, but not everything in it; `file`, a `mechlab.experiment.model_file.ModelFile`, says what."""
+
+    def __init__(self, file: Any) -> None:
+        super().__init__(f"{file.name}: {'; '.join(file.remarks)}")
+        self.file = file
 
 
 class NoSolution(MechlabError):

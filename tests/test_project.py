@@ -210,6 +210,16 @@ def test_no_engine_is_imported_before_it_is_needed(code: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("verb", [["list"], ["show", "fourbar"], ["show", "delta6"]])
+def test_list_and_show_need_numpy_alone(verb: list[str]) -> None:
+    """Importing scipy costs more than the whole command."""
+    done = run_python(
+        f"from mechlab.cli import main; assert main({verb!r}) == 0\n"
+        f"import sys\nfound = {{*sys.modules}} & {{'scipy', 'trimesh', 'matplotlib', 'mujoco', 'pinocchio'}}; assert not found, found"
+    )
+    assert done.returncode == 0, done.stderr
+
+
 def test_no_local_paths_and_no_registry_addresses() -> None:
     local = re.compile(r"(?<![\w.}])/(?:work|root|home|Users|farm|opt/ml|tmp/\w+)/|[A-Z]:\\\\?Users")
     registry = re.compile(r"\b(?:files\.)?(?:pypi|pythonhosted|npmjs)\.org\b")

@@ -22,7 +22,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linprog
 
 from mechlab.errors import MechlabError, NoSolution
 
@@ -180,6 +179,8 @@ def circulating_power(members: ArrayLike, powers: ArrayLike) -> float:
     each. Nodes are members and meshes; an edge carries the power between them, in its sense. A linear
     program finds the least sum of edge flows with the same net flow at every node; what it saves on an edge circulates.
     """
+    from scipy.optimize import linprog
+
     who, given = np.asarray(members, dtype=int), np.asarray(powers, dtype=float)
     if who.shape != given.shape or who.ndim != 2 or who.shape[1] != 3:
         raise MechlabError(f"members and powers: expected two arrays (meshes, 3), got {who.shape} and {given.shape}.")

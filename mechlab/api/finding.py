@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
 from mechlab.api.arguments import Values, key_values
-from mechlab.errors import USER_MODULE, MechlabError, described, unknown
+from mechlab.errors import USER_MODULE, LeftOutWarning, MechlabError, described, unknown
 from mechlab.values import Range, Value
 
 if TYPE_CHECKING:
@@ -56,7 +56,6 @@ def find(source: Source) -> Entry:
     """The entry behind a source; see `load`."""
     from mechlab import catalog
     from mechlab.experiment.entry import Entry
-    from mechlab.experiment.model_file import LeftOutWarning
     from mechlab.lab.design import Design
     from mechlab.lab.own_mechanism import entry_of, entry_of_class, entry_of_function
     from mechlab.mechanism import Builder, Mechanism

@@ -15,7 +15,8 @@ from mechlab.files import whole_folder, write
 from mechlab.values import Value
 
 if TYPE_CHECKING:
-    from mechlab.lab.results import FilesResult, TableResult
+    from mechlab.catalog.listing import TableResult
+    from mechlab.lab.results import FilesResult
     from mechlab.lab.sheet import Description
     from mechlab.mechanism import Builder
     from mechlab.studies.check.check import CheckReport
@@ -25,11 +26,10 @@ if TYPE_CHECKING:
 
 def list_entries() -> TableResult:
     """The catalog."""
-    from mechlab import catalog
-    from mechlab.lab.results import TableResult
+    from mechlab.catalog.listing import TableResult
+    from mechlab.catalog.table import TABLE
 
-    entries = [catalog.entry(n) for n in catalog.NAMES]
-    rows = tuple((e.name, e.title, ", ".join(e.fidelities), ", ".join(e.scenes), e.summary) for e in entries)
+    rows = tuple((e.name, e.title, ", ".join(e.fidelities), ", ".join(e.scenes), e.summary) for e in TABLE)
     data = {
         "mechanisms": [
             {
@@ -39,7 +39,7 @@ def list_entries() -> TableResult:
                 "fidelities": list(e.fidelities),
                 "scenes": list(e.scenes),
             }
-            for e in entries
+            for e in TABLE
         ]
     }
     return TableResult(("name", "title", "fidelities", "scenes", "summary"), rows, data)

@@ -104,8 +104,11 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     colors = {f"K{i}": paint for i, paint in enumerate(paints, 1)}
     for name, joint, parent, at, length, centre, layer in rows:
         angle = k[name] - (k[parent] if parent != "ground" else 0.0)
-        b.bar(name, revolute(joint, "z", zero=float(values[joint])), length, parent=parent, at=at, width=0.003,
-              color=colors[name], layer=0.0013 * layer)  # fmt: skip
+        hinge, lift = revolute(joint, "z", zero=float(values[joint])), 0.0013 * layer
+        if name == "K3":  # it also carries the spring
+            b.plate(name, hinge, [(length, 0.0), (p.sc, p.sd)], parent=parent, at=at, width=0.003, color=colors[name], layer=lift)
+        else:
+            b.bar(name, hinge, length, parent=parent, at=at, width=0.003, color=colors[name], layer=lift)
         number = int(name[1]) - 1
         parts.with_inertia(b, parts.planar(p.masses[number], p.inertias[number], *centre))
         _turn(b, angle)

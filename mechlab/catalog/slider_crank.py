@@ -21,7 +21,7 @@ from mechlab.kit import palette
 from mechlab.kit.checks import moving_check
 from mechlab.kit.mass_check import State
 from mechlab.kit.own_equations import record_own
-from mechlab.mechanism import Builder, Mechanism, prismatic, revolute, shape
+from mechlab.mechanism import Builder, Mechanism, Placement, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array
 
 
@@ -38,6 +38,10 @@ class Parameters:
     start_angle: float = parameter(math.radians(60.0), "rad", "crank angle at the start")
     start_rate: float = parameter(10.0, "rad/s", "crank speed at the start")
     duration: float = parameter(5.0, "s", "duration of the scene", low=0, strict=True)
+
+
+ALONG = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""Turns a rail along z with its head at +y to one along x with its head at +z, where the rod lies."""
 
 
 def _own(p: Parameters) -> SliderCrank:
@@ -64,7 +68,13 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     b.bar("rod", revolute("rod_joint", "z"), p.rod, parent="crank", at=(p.crank, 0.0, 0.0), width=width,
           color=palette.ORANGE, layer=0.5 * width)  # fmt: skip
     parts.with_inertia(b, parts.slender(p.rod_mass, p.rod))
-    looks = [shape("box", color=palette.TEAL, name="slider", x=2.0 * width, y=1.5 * width, z=0.8 * width)]
+    low, high = max(p.rod - p.crank, 0.0), p.rod + p.crank
+    foot = Placement.of(ALONG, (0.0, 0.0, -0.65 * width))
+    looks = [
+        shape("carriage", foot, palette.TEAL, "slider", length=2.0 * width, width=1.5 * width, height=0.9 * width, rail_width=0.5 * width)
+    ]
+    begin = Placement.of(np.eye(3), (low - 1.6 * width, 0.0, 0.0))
+    b.ground(shape("rail", begin @ foot, palette.STEEL, "rail", length=high - low + 3.2 * width, width=0.5 * width))
     block = parts.planar(p.slider_mass, _slider_moment(p))
     b.body("slider", prismatic("slider_position", "x"), inertia=block, shapes=looks)
     b.loop("pin", "rod", "slider", (p.rod, 0.0, 0.0))

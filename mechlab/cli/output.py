@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab.cli.terminal import fitted, width_of_stdout
-from mechlab.errors import DISTRIBUTION, MechlabError
+from mechlab.errors import DISTRIBUTION, LeftOutWarning, MechlabError
 from mechlab.values import Range, Written
 
 if TYPE_CHECKING:
@@ -142,8 +142,6 @@ def stdout_kept_clean() -> Iterator[None]:
 def files_read(found: list[ModelFile]) -> Iterator[None]:
     """Adds to `found` the model files that are loaded in this block and were not read whole, each once; other warnings go their
     usual way."""
-    from mechlab.experiment.model_file import LeftOutWarning
-
     with warnings.catch_warnings():
         warnings.simplefilter("always", LeftOutWarning)
         usual = warnings.showwarning

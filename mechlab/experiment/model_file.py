@@ -2,7 +2,7 @@
 reading.
 
 What is left out is said by name: every verb prints it, its JSON lists it (`left_out`, `reading`), and Python gets one
-`LeftOutWarning` when the file is loaded.
+`mechlab.errors.LeftOutWarning` when the file is loaded.
 """
 
 from __future__ import annotations
@@ -87,11 +87,3 @@ class ModelFile:
 def unnamed(number: int) -> str:
     """Key of an element of a file that has no name; number: from 0, in the order of the file."""
     return f"#{number}"
-
-
-class LeftOutWarning(UserWarning):
-    """A file was read, but not everything in it; `file` says what."""
-
-    def __init__(self, file: ModelFile) -> None:
-        super().__init__(f"{file.name}: {'; '.join(file.remarks)}")
-        self.file = file

@@ -60,12 +60,12 @@ def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:
     URDF and the sidecar and agrees in the closure; yourdfpy loads the URDF. Raises MechlabError for the first that fails.
     """
     name = mechanism.name
-    sidecar = (folder / f"{name}.json").read_text()
-    if from_json(sidecar) != mechanism:
+    again = from_json((folder / f"{name}.json").read_text())
+    if again != mechanism:
         raise MechlabError(f"{name}.json does not read back as the same mechanism.")
     found: dict[str, Any] = {"json": "equal"}
     found |= _mujoco(mechanism, folder)
-    found |= _pinocchio(mechanism, folder, sidecar)
+    found |= _pinocchio(mechanism, folder, again)
     found |= _yourdfpy(mechanism, folder)
     return found
 
@@ -79,14 +79,13 @@ def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:
     return {"mujoco": masses}
 
 
-def _pinocchio(m: Mechanism, folder: Path, sidecar: str) -> dict[str, Any]:
+def _pinocchio(m: Mechanism, folder: Path, again: Mechanism) -> dict[str, Any]:
     if available("pinocchio"):
         return {"pinocchio": "not installed"}
     mass, nv = engine("pinocchio").file_size(folder / f"{m.name}.urdf")
     moving = sum(b.inertia.mass for b in m.bodies)
     if abs(mass - moving) > 1e-12 * max(1.0, moving) and not _welded_to_ground(m):
         raise MechlabError(f"{m.name}.urdf: Pinocchio finds {mass:.9g} kg, the mechanism has {moving:.9g} kg.")
-    again = from_json(sidecar)
     state = engine("pinocchio").state(again, again.reference())
     residual = state.residual / row_units(again, ConstraintSet(again))
     gap = float(np.max(np.abs(residual), initial=0.0))

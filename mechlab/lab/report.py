@@ -1,12 +1,12 @@
-"""How a design, its description, files and tables are printed."""
+"""How a design, its description and files are printed."""
 
 from __future__ import annotations
 
 from mechlab.lab.design import AtFidelity, Design
-from mechlab.lab.results import FilesResult, TableResult
+from mechlab.lab.results import FilesResult
 from mechlab.lab.sheet import Description, describe_design
 from mechlab.results import html_of, line_of, text_of
-from mechlab.tables import counted, html_sheet, html_table, table
+from mechlab.tables import counted, html_sheet, table
 
 
 @line_of.register
@@ -58,18 +58,3 @@ def _(files: FilesResult) -> str:
     if files.sentence:
         parts.append(files.sentence)
     return "\n".join([*parts, *(f"warning: {w}" for w in files.warnings)])
-
-
-@line_of.register
-def _(result: TableResult) -> str:
-    return f"Table of {counted(len(result.rows), 'row')}: {', '.join(result.headers)}"
-
-
-@text_of.register
-def _(result: TableResult) -> str:
-    return table(result.headers, result.rows)
-
-
-@html_of.register
-def _(result: TableResult) -> str:
-    return html_table(result.headers, result.rows)

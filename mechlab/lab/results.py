@@ -1,9 +1,9 @@
-"""Results that several verbs share: files that were written, and a table."""
+"""A result that several verbs share: files that were written."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,17 +28,3 @@ class FilesResult(Shown):
             "message": self.sentence,
             "warnings": list(self.warnings),
         }
-
-
-@dataclass(frozen=True, repr=False)
-class TableResult(Shown):
-    """A table, and `data`, which a program reads in its place."""
-
-    headers: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    data: Mapping[str, Any] = field(default_factory=dict)
-    exit_code: int = 0
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-able form."""
-        return dict(self.data)

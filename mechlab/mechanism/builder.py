@@ -10,7 +10,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.mechanism.assembly import assembled_pose, rebased
 from mechlab.mechanism.editable import Editable
-from mechlab.mechanism.gears import GearMesh, relation
+from mechlab.mechanism.gears import GearMesh, relations
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along
 from mechlab.mechanism.given import Number, options_of, point, si
 from mechlab.mechanism.inertia import Inertia
@@ -261,10 +261,17 @@ class Builder(Editable):
             "summary": self.summary,
         }
 
-    def _open(self, bodies: Sequence[Body]) -> Mechanism:
+    def _relations(self, bodies: Sequence[Body]) -> list[LinearRelation]:
+        """The relations of all meshes, in their order."""
+        meshes = [x for x in self.meshes if isinstance(x, GearMesh)]
+        if not meshes:
+            return [x for x in self.meshes if not isinstance(x, GearMesh)]
         bare = OpenMechanism(**{**self._parts(bodies, ()), "loops": ()})  # type: ignore[arg-type]
-        relations = [relation(x, bare) if isinstance(x, GearMesh) else x for x in self.meshes]
-        return OpenMechanism(**self._parts(bodies, relations))  # type: ignore[arg-type]
+        found = iter(relations(meshes, bare))
+        return [next(found) if isinstance(x, GearMesh) else x for x in self.meshes]
+
+    def _open(self, bodies: Sequence[Body]) -> Mechanism:
+        return OpenMechanism(**self._parts(bodies, self._relations(bodies)))  # type: ignore[arg-type]
 
     def balls_for_tilt(self) -> Builder:
         """Give one binary link of every planar loop with a tilted axis a ball joint (see `mechlab.mechanism.tilt`).
@@ -283,8 +290,7 @@ class Builder(Editable):
 
     def build(self) -> Mechanism:
         """The Mechanism; raises MechlabError when a part is not valid or the reference pose does not close."""
-        m = self._open(self.bodies)
-        return Mechanism(**self._parts(self.bodies, m.relations))  # type: ignore[arg-type]
+        return Mechanism(**self._parts(self.bodies, self._relations(self.bodies)))  # type: ignore[arg-type]
 
     def assemble(self, guess: Mapping[str, Number] | None = None, hold: Sequence[str] = ()) -> Mechanism:
         """The Mechanism, closed by Newton from `guess` (joint name -> change from the placements as given).

@@ -12,8 +12,10 @@ must be the same at random poses; a mesh whose row changes is not a linear relat
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,7 +23,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Coefficients, Joint, LinearRelation, as_fraction
+from mechlab.mechanism.parts import GROUND, Coefficients, Joint, LinearRelation, as_fraction
 
 MESH_KINDS = ("external", "internal", "bevel", "rack")
 
@@ -51,42 +53,87 @@ def relation(mesh: GearMesh, mechanism: Mechanism) -> LinearRelation:
     The coefficient of joint `a` is 1: the reaction is the torque on the gear of joint `a`, also for a rack.
     Raises MechlabError when a name is unknown, the axes do not fit the kind, or the row is not constant.
     """
-    if mesh.kind not in MESH_KINDS:
-        raise unknown(f"mesh {mesh.name!r}: kind", mesh.kind, MESH_KINDS)
-    joints = {j.name: (j, b.name) for b in mechanism.bodies for j in b.joints}
-    for name in (mesh.a, mesh.b):
-        if name not in joints:
-            raise unknown(f"mesh {mesh.name!r}: joint", name, joints)
-    (joint_a, body_a), (joint_b, body_b) = joints[mesh.a], joints[mesh.b]
-    tree = TreeKinematics(mechanism)
-    if mesh.carrier not in tree.index:
-        raise unknown(f"mesh {mesh.name!r}: carrier body", mesh.carrier, tree.index)
-    rotation, origin = tree.pose(mesh.carrier)
-    point, direction = _pitch(mesh, _Axis.of(tree, joint_a), _Axis.of(tree, joint_b))
-    local = rotation.T @ (point - origin), rotation.T @ direction
-    rng = np.random.default_rng(11)
-    first: Array | None = None
-    for _ in range(4):
-        r, p = tree.pose(mesh.carrier)
-        at, along = p + r @ local[0], r @ local[1]
-        row = along @ (tree.jacobian(body_a, at) - tree.jacobian(body_b, at))[:3]
-        k = mechanism.v_slice[mesh.a].start
+    return relations([mesh], mechanism)[0]
+
+
+def relations(meshes: Sequence[GearMesh], mechanism: Mechanism) -> list[LinearRelation]:
+    """`relation` of each mesh, over one tree of which each mesh moves only its gears, its carrier and what carries them."""
+    gears = _Gears(mechanism)
+    return [gears.relation(mesh) for mesh in meshes]
+
+
+class _Gears:
+    """The joints and bodies of a mechanism, moved for one mesh after the other."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.tree = TreeKinematics(mechanism)
+        self.reference = mechanism.reference()
+        self.joints = {j.name: (j, b.name) for b in mechanism.bodies for j in b.joints}
+        self.parents = {b.name: b.parent for b in mechanism.bodies}
+        self.balls = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
+
+    def relation(self, mesh: GearMesh) -> LinearRelation:
+        """See `mechlab.mechanism.gears.relation`."""
+        if mesh.kind not in MESH_KINDS:
+            raise unknown(f"mesh {mesh.name!r}: kind", mesh.kind, MESH_KINDS)
+        for name in (mesh.a, mesh.b):
+            if name not in self.joints:
+                raise unknown(f"mesh {mesh.name!r}: joint", name, self.joints)
+        (joint_a, body_a), (joint_b, body_b) = self.joints[mesh.a], self.joints[mesh.b]
+        if mesh.carrier not in self.tree.index:
+            raise unknown(f"mesh {mesh.name!r}: carrier body", mesh.carrier, self.tree.index)
+        moved = self._carried(mesh.carrier, body_a, body_b)
+        tree = self.tree.set(self.reference, only=moved)
+        rotation, origin = tree.pose(mesh.carrier)
+        point, direction = _pitch(mesh, _Axis.of(tree, joint_a), _Axis.of(tree, joint_b))
+        local = rotation.T @ (point - origin), rotation.T @ direction
+        rng = np.random.default_rng(11)
+        first: Array | None = None
+        for _ in range(4):
+            r, p = tree.pose(mesh.carrier)
+            at, along = p + r @ local[0], r @ local[1]
+            row = along @ (tree.jacobian(body_a, at) - tree.jacobian(body_b, at))[:3]
+            row = self._scaled(mesh, row)
+            if first is None:
+                first = row
+            else:
+                self._refuse_change(mesh, first, row)
+            tree.set(self._random_pose(rng), only=moved)
+        assert first is not None
+        return LinearRelation(mesh.name, _exact(mesh, self.mechanism, first), mesh.kind)
+
+    def _carried(self, *bodies: str) -> list[int]:
+        """Indices of the bodies and of all that carry them, in rising order."""
+        out: set[int] = set()
+        for body in bodies:
+            while body != GROUND and self.tree.index[body] not in out:
+                out.add(self.tree.index[body])
+                body = self.parents[body]
+        return sorted(out)
+
+    def _scaled(self, mesh: GearMesh, row: Array) -> Array:
+        k = self.mechanism.v_slice[mesh.a].start
         if abs(row[k]) < 1e-12:
             raise MechlabError(
                 f"mesh {mesh.name!r}: joint {mesh.a!r} does not move its pitch point; is the carrier right?"
             )
-        row = row / row[k]
-        if first is None:
-            first = row
-        elif np.max(np.abs(row - first)) > 1e-9 * np.max(np.abs(first)):
-            worst = mechanism.rate_names[int(np.argmax(np.abs(row - first)))]
+        return np.asarray(row / row[k])
+
+    def _refuse_change(self, mesh: GearMesh, first: Array, row: Array) -> None:
+        change = np.abs(row - first)
+        if np.max(change) > 1e-9 * np.max(np.abs(first)):
+            worst = self.mechanism.rate_names[int(np.argmax(change))]
             raise MechlabError(
                 f"mesh {mesh.name!r}: its ratio is not constant, it changes with joint {worst!r}. "
                 f"Do both axes ({mesh.a!r}, {mesh.b!r}) stand fixed in carrier {mesh.carrier!r}?"
             )
-        tree.set(_random_pose(mechanism, rng))
-    assert first is not None
-    return LinearRelation(mesh.name, _exact(mesh, mechanism, first), mesh.kind)
+
+    def _random_pose(self, rng: np.random.Generator) -> Array:
+        q = rng.uniform(-1.0, 1.0, self.mechanism.nq)
+        for s in self.balls:
+            q[s] /= np.linalg.norm(q[s])
+        return q
 
 
 @dataclass(frozen=True)
@@ -158,13 +205,11 @@ def _bevel_pitch(mesh: GearMesh, a: _Axis, b: _Axis, za: float, zb: float) -> tu
     return apex + math.cos(delta) * a.direction + math.sin(delta) * across, normal / sine
 
 
-def _random_pose(mechanism: Mechanism, rng: np.random.Generator) -> Array:
-    q = rng.uniform(-1.0, 1.0, mechanism.nq)
-    for joint in mechanism.joints:
-        if joint.kind == "spherical":
-            s = mechanism.q_slice[joint.name]
-            q[s] /= np.linalg.norm(q[s])
-    return q
+@lru_cache(maxsize=256)
+def _candidates(ratio: Fraction) -> tuple[tuple[Fraction, ...], Array]:
+    """The numbers i + j x ratio with |i|, |j| <= 3, the small ones first: exact, and as floats."""
+    exact = tuple(sorted((i + j * ratio for i in range(-3, 4) for j in range(-3, 4)), key=abs))
+    return exact, np.array([float(c) for c in exact])
 
 
 def _exact(mesh: GearMesh, mechanism: Mechanism, row: Array) -> Coefficients:
@@ -174,23 +219,19 @@ def _exact(mesh: GearMesh, mechanism: Mechanism, row: Array) -> Coefficients:
     else:
         za, zb = (as_fraction(z, f"mesh {mesh.name!r}: teeth") for z in mesh.teeth)
         ratio = zb / za
-    candidates = sorted((i + j * ratio for i in range(-3, 4) for j in range(-3, 4)), key=abs)
     scale = float(np.max(np.abs(row)))
+    candidates, numbers = _candidates(ratio)
     out = []
-    for joint in mechanism.joints:
+    for k in np.flatnonzero(np.abs(row) >= 1e-9 * scale).tolist():
+        joint, value = mechanism.joint_of_rate[k], float(row[k])
         if joint.kind == "spherical":
-            if np.any(np.abs(row[mechanism.v_slice[joint.name]]) > 1e-9 * scale):
-                raise MechlabError(f"mesh {mesh.name!r}: the spherical joint {joint.name!r} lies between its gears.")
-            continue
-        value = float(row[mechanism.v_slice[joint.name].start])
-        if abs(value) < 1e-9 * scale:
-            continue
-        best = min(candidates, key=lambda c: abs(float(c) - value))
-        if abs(float(best) - value) > 1e-8 * scale:
+            raise MechlabError(f"mesh {mesh.name!r}: the spherical joint {joint.name!r} lies between its gears.")
+        best = int(np.argmin(np.abs(numbers - value)))
+        if abs(numbers[best] - value) > 1e-8 * scale:
             raise MechlabError(
                 f"mesh {mesh.name!r}: the coefficient {value:.9g} of joint {joint.name!r} is no combination of the ratio {ratio}."
             )
-        out.append((joint.name, best))
+        out.append((joint.name, candidates[best]))
     return tuple(out)
 
 

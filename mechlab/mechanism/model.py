@@ -76,6 +76,11 @@ class Mechanism(Result[Path]):
         return _slices([(j.name, j.nv) for j in self.joints])
 
     @cached_property
+    def joint_of_rate(self) -> tuple[Joint, ...]:
+        """For each entry of v its joint."""
+        return tuple(j for j in self.joints for _ in range(j.nv))
+
+    @cached_property
     def slides(self) -> frozenset[str]:
         """Names of the prismatic joints, whose coordinates are lengths."""
         return frozenset(j.name for j in self.joints if j.kind == "prismatic")
@@ -139,9 +144,10 @@ class Mechanism(Result[Path]):
     @cached_property
     def _rows(self) -> dict[str, Array]:
         rows: dict[str, Array] = {}
+        unit = np.eye(self.nv)
         for joint in self.joints:
             if joint.nv == 1:
-                rows[joint.name] = np.eye(self.nv)[self.v_slice[joint.name].start]
+                rows[joint.name] = unit[self.v_slice[joint.name].start]
         for shaft in self.shafts:
             rows[shaft.name] = self.coefficient_row(shaft.coefficients)
         for row in rows.values():
@@ -164,12 +170,15 @@ class Mechanism(Result[Path]):
             row[self.v_slice[name].start] += float(c)
         return row
 
+    @cached_property
+    def _zeros(self) -> dict[str, float]:
+        return {j.name: j.zero for j in self.joints} | {s.name: s.zero for s in self.shafts}
+
     def zero(self, name: str) -> float:
         """Physical value of a joint or shaft at the reference pose."""
-        zeros = {j.name: j.zero for j in self.joints} | {s.name: s.zero for s in self.shafts}
-        if name not in zeros:
+        if name not in self._zeros:
             raise unknown(f"{self.name}: joint or shaft", name, self._rows)
-        return zeros[name]
+        return self._zeros[name]
 
     def value(self, name: str, q: Array) -> Array:
         """Physical value of a joint or shaft at coordinates q (..., nq): zero + coordinate."""

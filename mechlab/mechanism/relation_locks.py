@@ -42,7 +42,7 @@ def refuse_locks(mechanism: str, relations: Sequence[LinearRelation]) -> None:
             used |= sources[pivot]
         if not row:
             continue
-        pivot = next(iter(row))
+        pivot = min(row, key=lambda n: len(users.get(n, ())))  # the joint that the fewest rows must be cleared of
         inverse = pow(row[pivot], -1, prime)
         row = {n: x * inverse % prime for n, x in row.items()}
         changed = [p for p in users.get(pivot, ()) if pivot in rows[p]]

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -116,8 +115,8 @@ def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed
         tree.set(x)
         return constraints.residual(tree), constraints.jacobian(tree)
 
+    basis = null_space(constraints.jacobian(tree.set(poses[0])))
     for _ in range(count):
-        basis = null_space(constraints.jacobian(tree.set(poses[0])))
         direction = basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(mechanism.nv)
         size = float(np.max(np.abs(direction), initial=0.0))
         step = direction * (spread * step_size(mechanism) / size if size > 0 else 0.0)
@@ -138,15 +137,30 @@ def step_size(mechanism: Mechanism) -> float:
     return min(1.0, max(lengths, default=0.0) or 1.0)
 
 
+@dataclass(frozen=True)
+class _Sampled:
+    """A sampled pose, the constraint Jacobian there, and its rank."""
+
+    q: Array
+    jacobian: Array
+    rank: int
+
+
 @lru_cache(maxsize=64)
-def _pose_jacobians(mechanism: Mechanism) -> tuple[tuple[Array, Array], ...]:
+def _sampled(mechanism: Mechanism) -> tuple[_Sampled, ...]:
     tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
-    return tuple((q, constraints.jacobian(tree.set(q))) for q in sample_poses(mechanism))
+    jacobians = [(q, constraints.jacobian(tree.set(q))) for q in sample_poses(mechanism)]
+    return tuple(_Sampled(q, j, rank(j)) for q, j in jacobians)
+
+
+def _generic(mechanism: Mechanism) -> _Sampled:
+    return max(_sampled(mechanism)[1:] or _sampled(mechanism), key=lambda sampled: sampled.rank)
 
 
 def generic(mechanism: Mechanism) -> tuple[Array, Array]:
     """A pose of the largest rank among the sampled ones, and the constraint Jacobian there."""
-    return max(_pose_jacobians(mechanism)[1:] or _pose_jacobians(mechanism), key=lambda pair: rank(pair[1]))
+    best = _generic(mechanism)
+    return best.q, best.jacobian
 
 
 def independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[int]:
@@ -207,7 +221,7 @@ def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str
         return tuple(Redundancy(names[i], ()) for i in others)
     q, r = np.linalg.qr(jacobian[list(independent)].T)
     earlier = np.array(independent) < others[:, None]
-    shares = solve_triangular(r, (jacobian[others] @ q * earlier).T).T
+    shares = np.linalg.solve(r, (jacobian[others] @ q * earlier).T).T  # its LU of a triangle is the triangle; saves importing scipy
     out = []
     for i, row in zip(others, np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
         out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row).tolist())))
@@ -276,11 +290,10 @@ def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
 def structure(mechanism: Mechanism) -> Structure:
     """Structure of a mechanism: see `Structure`."""
     constraints = ConstraintSet(mechanism)
-    pairs = _pose_jacobians(mechanism)
-    ranks = [rank(j) for _, j in pairs]
-    _, jacobian = generic(mechanism)
+    ranks = [sampled.rank for sampled in _sampled(mechanism)]
+    best = _generic(mechanism)
     rows = [mechanism.row(d.on) for d in mechanism.drives]
-    driven = rank(np.vstack([jacobian, *[r[None] for r in rows]])) - rank(jacobian)
+    driven = rank(np.vstack([best.jacobian, *[r[None] for r in rows]])) - best.rank if rows else 0
     return Structure(
         nv=mechanism.nv,
         rows=len(constraints),

@@ -96,7 +96,7 @@ SOLVER = (
 )  # fmt: skip
 """Scripts of the solver, which need no page: together they also run in Node."""
 GEOMETRY = (
-    "edit/vectors.js", "edit/rebase.js", "edit/document_text.js", "edit/attached.js", "edit/plane.js", "edit/reassemble.js",
+    "vectors.js", "edit/rotations.js", "edit/rebase.js", "edit/document_text.js", "edit/attached.js", "edit/plane.js", "edit/reassemble.js",
     "edit/gears.js", "edit/numbers.js", "edit/outlines.js",
 )  # fmt: skip
 """Scripts that edit a model document; with SOLVER they also run in Node."""
@@ -104,15 +104,15 @@ EDITING = ("edit/solids.js", "edit/edit_table.js", "edit/handles.js", "edit/edit
 """Scripts of the page's edit mode."""
 BY_HAND = (
     "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
-    "free_body.js", "coupler_curves.js", "explore.js",
+    "free_body.js", "coupler_curves.js", "reach.js", "explore.js",
 )  # fmt: skip
 """Scripts for moving the mechanism by hand."""
 SCRIPTS = (
     *SOLVER, *GEOMETRY,
-    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js", "labels.js",
-    "before.js", "show.js", *EDITING, *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js",
-    "caps.js",
-    "section.js", "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js",
+    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js",
+    "labels.js", "before.js", "show.js", *EDITING, *BY_HAND,
+    "pick.js", "visibility.js", "readings.js", "card.js", "follow.js",
+    "caps.js", "section.js", "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js",
     "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js",
     "panel.js", "live.js", "replace.js", "address.js", "main.js",
 )  # fmt: skip

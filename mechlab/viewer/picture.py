@@ -17,6 +17,7 @@ from mechlab.errors import EngineMissing, MechlabError
 from mechlab.files import write
 from mechlab.viewer.framing import THREE_QUARTER, Framing, frame_story
 from mechlab.viewer.picture_scene import SUN, Lines, Trails, compile_scene, draw_lines, place_camera
+from mechlab.viewer.picture_springs import Springs
 from mechlab.viewer.story import Story
 
 SAMPLES = 16
@@ -84,7 +85,9 @@ class Drawing:
             data = mujoco.MjData(model)
             mujoco.mj_forward(model, data)
             self._lines = Lines(story, most_edges)
-            self._scene = mujoco.MjvScene(model, maxgeom=len(story.parts) + self._lines.most + 10)
+            self._springs = Springs(story, self._framing)
+            most = len(story.parts) + self._lines.most + self._springs.most + 10
+            self._scene = mujoco.MjvScene(model, maxgeom=most)
             camera = place_camera(mujoco, self._framing, direction, size[0] / size[1])
             everything = mujoco.mjtCatBit.mjCAT_ALL
             mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, everything, self._scene)
@@ -109,6 +112,7 @@ class Drawing:
             geom.mat[:] = pose[:3, :3]
         self._scene.ngeom = self._solids
         draw_lines(self._mujoco, self._scene, self._lines.at(frame))
+        self._springs.draw(self._mujoco, self._scene, frame)
         last = len(self.story.t) - 1
         self._trails.grow(self._mujoco, self._model, self._renderer, last if upto is None else upto)
         return _render_softly(self._mujoco, self._scene, self._renderer, self._framing, self.size, samples, sun)

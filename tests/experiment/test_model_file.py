@@ -9,7 +9,8 @@ import pytest
 import mechlab as ml
 from mechlab.api import finding
 from mechlab.cli import main
-from mechlab.experiment.model_file import LeftOut, LeftOutWarning, ModelFile
+from mechlab.errors import LeftOutWarning
+from mechlab.experiment.model_file import LeftOut, ModelFile
 from mechlab.experiment.recording import Finding, Health
 
 LEFT = (LeftOut("sensor", ("gyro", "touch"), "mechlab has its own channels"), LeftOut("contact", ("a", "b", "c", "d", "e"), "", True))

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from mechlab.errors import MechlabError
-from mechlab.mechanism import Builder, GearMesh, Inertia, prismatic, revolute
+from mechlab.mechanism import Builder, GearMesh, Inertia, prismatic, revolute, structure
 from tests.mechanism.samples import planetary
 
 DISC = Inertia.cylinder(1.0, 0.05, 0.02)
@@ -75,3 +75,23 @@ def test_inconsistent_redundant_meshes_are_refused_by_name(teeth: tuple[int, int
     b.gears("outer_1", "ring", "planet_1", (teeth[2], 30), carrier="carrier", kind="internal")
     with pytest.raises(MechlabError, match=r"'inner_0'.*'outer_1'.*lock.*inconsistent"):
         b.build()
+
+
+def test_a_long_train_has_the_exact_ratios_of_its_teeth() -> None:
+    """120 external meshes in a row: each relation is z_a q_a + z_b q_b = 0, and the last wheel turns by the ratio of the ends."""
+    teeth = [20 + k % 7 for k in range(121)]
+    b = Builder("train")
+    at = 0.0
+    for k, z in enumerate(teeth):
+        b.body(f"w{k}", revolute(f"w{k}", "z"), at=(at, 0.0, 0.0), inertia=Inertia.box(1.0, 0.1, 0.1, 0.01))
+        at += 0.5e-3 * (z + teeth[min(k + 1, 120)])
+    for k in range(120):
+        b.gears(f"m{k}", f"w{k}", f"w{k + 1}", (teeth[k], teeth[k + 1]))
+    m = b.build()
+    turn = Fraction(1)
+    for k, r in enumerate(m.relations):
+        assert r.coefficients == ((f"w{k}", Fraction(1)), (f"w{k + 1}", Fraction(teeth[k + 1], teeth[k])))
+        turn *= -r.coefficients[0][1] / r.coefficients[1][1]
+    assert turn == Fraction(teeth[0], teeth[-1])
+    found = structure(m)
+    assert (found.nv, found.rank, found.freedoms, found.redundant) == (121, 120, 1, ())

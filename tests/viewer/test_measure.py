@@ -28,7 +28,7 @@ def in_node(questions: list[list[Any]]) -> list[Any]:
     node = shutil.which("node") or shutil.which("nodejs")
     if node is None:
         pytest.skip("no node was found on the path: measuring runs in the browser's test alone")
-    script = asset("measure.js") + asset("features.js") + ASK
+    script = asset("vectors.js") + asset("measure.js") + asset("features.js") + ASK
     done = subprocess.run(
         [node, "-e", script], input=json.dumps(questions), capture_output=True, text=True, timeout=120, check=False
     )

@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
+from mechlab import api
 from mechlab.errors import EngineMissing, MechlabError
+from mechlab.mechanism import TreeKinematics
 from mechlab.viewer import Part, Story, from_poses, picture
 from mechlab.viewer.framing import FIELD_OF_VIEW, fit_camera, frame_story
+from mechlab.viewer.picture_springs import COIL, Springs
 from tests.viewer.conftest import box, turning
 
 
@@ -113,3 +116,22 @@ def test_without_a_graphics_library_the_package_is_named(monkeypatch: pytest.Mon
         picture._open_context(16, 16)
     with pytest.raises(EngineMissing, match="pip install mujoco"):
         picture._engine()
+
+
+def test_springs_reach_from_end_to_end() -> None:
+    """The coil of the squeezer's spring ends at its two points, by the kinematics of one pose, and turns about their line."""
+    recording = api.simulate("andrews", duration=0.01)
+    story = api.story(recording)
+    springs = Springs(story, frame_story(story))
+    (spring,) = recording.mechanism.springs
+    for frame in (0, len(story.t) // 2):
+        (wire,) = springs.at(frame)
+        tree = TreeKinematics(recording.mechanism)
+        tree.set(recording.q[int(np.argmin(np.abs(recording.t - story.t[frame])))])
+        both = ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
+        ends = [tree.pose(body)[0] @ np.array(point) + tree.pose(body)[1] for body, point in both]
+        np.testing.assert_allclose(wire[[0, -1]], ends, atol=1e-12)
+        axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        off = np.linalg.norm(np.cross(wire - ends[0], axis), axis=1)
+        assert 0.0 < off.max() <= COIL * frame_story(story).radius * (1 + 1e-9)
+        assert np.all(np.diff((wire - ends[0]) @ axis) > 0)

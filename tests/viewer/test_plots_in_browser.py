@@ -41,6 +41,7 @@ def place(page: Any, area: Any, time: float) -> tuple[float, float]:
 
 def test_every_recorded_channel_can_be_found_and_plotted(page: Any, recording: Recording) -> None:
     page.locator("#channels summary").click()
+    page.locator(".channel").first.wait_for()
     names = page.locator(".channel input").evaluate_all("all => all.map(x => x.value)")
     assert names == list(recording.channels)
     page.get_by_label("Search channels").fill("rate rad")
@@ -65,7 +66,7 @@ def test_hovering_reads_the_value_under_the_pointer(page: Any, recording: Record
     area = page.locator(".plot-area").first
     area.scroll_into_view_if_needed()
     page.mouse.move(*place(page, area, 0.8))
-    values = area.locator(".tip b").inner_text().split("\u00a0")
+    values = area.locator(".tip b").first.inner_text().split("\u00a0")
     # One pixel is 7 ms; four digits.
     assert float(values[0]) == pytest.approx(recording.at("crank_angle", 0.8), rel=0.02)
     assert values[1] == "rad"
@@ -85,8 +86,9 @@ def test_a_drag_zooms_all_plots_and_a_double_click_resets(page: Any, recording: 
     assert page.evaluate("lab.time") == 0.0
     start, end = page.evaluate("[lab.curves.window.start, lab.curves.window.end]")
     assert [start, end] == pytest.approx([0.5, 1.0], abs=0.02)
+    forces = page.locator("figure.plot").filter(has_text="crank_angle_force")
     with page.expect_download() as download:
-        page.get_by_role("button", name="as a table").nth(1).click()
+        forces.get_by_role("button", name="as a table").click()
     rows = list(csv.reader(Path(download.value.path()).read_text().splitlines()))
     assert rows[0] == ["t [s]", "crank_angle_force [N m]"]
     table = np.array(rows[1:], dtype=float)
@@ -95,7 +97,7 @@ def test_a_drag_zooms_all_plots_and_a_double_click_resets(page: Any, recording: 
         k = int(np.abs(recording.t - time).argmin())
         assert force == recording.channels["crank_angle_force"][k] or abs(force) < 1e-8
     with page.expect_download() as download:
-        page.get_by_role("button", name="as a picture").nth(1).click()
+        forces.get_by_role("button", name="as a picture").click()
     svg = ElementTree.parse(download.value.path()).getroot()
     assert svg.tag.endswith("svg")
     words = [x.text for x in svg.iter("{http://www.w3.org/2000/svg}text")]

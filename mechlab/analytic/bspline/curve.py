@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import BSpline as ScipySpline
-from scipy.interpolate import PPoly
 
 from mechlab.errors import MechlabError
 from mechlab.values import short
@@ -70,6 +68,8 @@ class BSpline:
 
     @cached_property
     def _spline(self) -> Any:
+        from scipy.interpolate import BSpline as ScipySpline
+
         return ScipySpline(np.array(self.knots), np.array(self.points), self.degree)
 
     def at(self, u: ArrayLike, order: int = 0) -> FloatArray:
@@ -89,6 +89,9 @@ class BSpline:
     @cached_property
     def velocity(self) -> FloatArray:
         """(spans, n, degree) coefficients of C'(u) in (u - first parameter of the span), highest power first."""
+        from scipy.interpolate import BSpline as ScipySpline
+        from scipy.interpolate import PPoly
+
         inside = self.breaks
         out = np.empty((len(inside) - 1, len(self.points[0]), self.degree))
         for k, column in enumerate(np.array(self.points).T):  # PPoly takes one coordinate at a time

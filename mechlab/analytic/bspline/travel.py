@@ -10,10 +10,10 @@ from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from mechlab.analytic.bspline.curve import BSpline, FloatArray
 from mechlab.analytic.bspline.length import fine_pieces, integrals
+from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution
 
 SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])

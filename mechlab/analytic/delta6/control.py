@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from mechlab.analytic.delta6.geometry import FloatArray, finite, freeze, number, vectors
+from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError
 
 SOURCE_START_ANGLES = freeze([0.05, 0.1, 0.3])

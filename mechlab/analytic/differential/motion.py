@@ -13,10 +13,9 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import expm
-from scipy.optimize import brentq
 
 from mechlab.analytic.differential.train import FloatArray
+from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError
 
 TOLERANCE = 1e-10
@@ -74,6 +73,8 @@ class _Phase:
 
     def at(self, start: FloatArray, dt: float) -> FloatArray:
         """(4,) angles and rates after dt."""
+        from scipy.linalg import expm
+
         return np.asarray((expm(dt * self.system) @ np.append(start, 1.0))[:4])
 
     def onto(self, w: FloatArray) -> FloatArray:

@@ -10,9 +10,9 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from mechlab.analytic.gear_linkage.linkage import FloatArray, GearLinkage, longest_crank, motion
+from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution, unknown
 
 NEAREST = 1.0 - 1e-6

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from mechlab.analytic.impulse.model import (
     Impulse,
@@ -21,6 +20,7 @@ from mechlab.analytic.impulse.model import (
     shape,
     slip_speed,
 )
+from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution
 
 Array = NDArray[np.float64]

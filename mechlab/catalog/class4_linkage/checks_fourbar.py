@@ -7,7 +7,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from mechlab.analytic import assur
 from mechlab.analytic.benchmarks import FourbarCrank
@@ -57,6 +56,8 @@ def _acceleration(p: Any) -> CheckResult:
 
 
 def _energy_speed(p: Any) -> CheckResult:
+    from scipy.integrate import solve_ivp
+
     m = fourbar(0.3)
     scene = Scene("free-run", "minimal", 5.0, initial_rates={"crank": SPEED})
     run = engine("mujoco").run(m, scene, Settings(timestep=1e-3))

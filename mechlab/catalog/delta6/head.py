@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from mechlab.analytic import delta6 as closed
+from mechlab.analytic.roots import brentq
 from mechlab.catalog.delta6 import masses
 from mechlab.catalog.delta6.build import build
 from mechlab.catalog.delta6.parameters import ANGLES, ROTARY, Delta6Parameters

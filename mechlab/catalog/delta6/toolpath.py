@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from mechlab.analytic import delta6 as closed
 from mechlab.analytic.bspline import BSpline, SpeedRamp, Travel, arc_length
@@ -171,6 +170,8 @@ def _quickest_ramp(p: Delta6Parameters, s: Array, drives: Array) -> SpeedRamp:
 
     Stretching by c divides speeds by c, accelerations by c^2, jerks by c^3, all along the path, so the stretch is exact.
     """
+    from scipy.interpolate import make_interp_spline
+
     spline = make_interp_spline(s, drives, k=5)
     slopes = [make_interp_spline(s, spline(s, nu=k), k=3) for k in (1, 2, 3)]
     one, two, three = (np.abs(f(s)).max(axis=0) + 1e-300 for f in slopes)

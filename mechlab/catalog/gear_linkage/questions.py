@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from mechlab.analytic import gear_linkage as closed_form
+from mechlab.analytic.roots import brentq
 from mechlab.catalog.gear_linkage.build import Parameters, build
 from mechlab.experiment.question import Answer, Question
 from mechlab.kit.questions import for_engines

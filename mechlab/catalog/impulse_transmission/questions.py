@@ -9,9 +9,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from mechlab.analytic.impulse import ConstantSpeed, Impulse, frictionless_mean_speed, limits, unidirectional
+from mechlab.analytic.roots import brentq
 from mechlab.catalog.impulse_transmission.build import NAME, Parameters
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Question

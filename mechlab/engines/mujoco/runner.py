@@ -15,7 +15,8 @@ from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch, health, ma
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.reactions import Reactions
-from mechlab.engines.mujoco.stepping import advance, grid
+from mechlab.engines.mujoco.sparse import sparse_is_right
+from mechlab.engines.mujoco.stepping import advance, grid, sparsely
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.findings import ModeWatch
 from mechlab.experiment.recording import Cost, Health, Recording, run_channels
@@ -55,7 +56,9 @@ def run(
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = _Samples(mechanism, model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
     with controlled(data, driver) if driver.called else engine():
-        blow_up, cpu, done = advance(model, data, map_, steps, samples.take)
+        # laws in Python read the dense rows in the middle of a step
+        sparse = not driver.called and sparse_is_right(model, data)
+        blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
     channels, units = samples.channels(mechanism, *states)
     findings = health(mechanism, scene, chosen, data, blow_up, samples, states)

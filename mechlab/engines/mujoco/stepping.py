@@ -10,6 +10,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.sparse import sparse_steps
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.mechanism.geometry import Array
@@ -133,6 +134,12 @@ def take_steps(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: i
             mujoco.mj_step(model, data)
         finally:
             model.opt.timestep = steps.timestep
+
+
+def sparsely(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
+    """`take_steps` with the sparse Jacobian; the samples between see the dense one."""
+    with sparse_steps(model):
+        take_steps(model, data, steps, start, end)
 
 
 def _fault(data: mujoco.MjData) -> str | None:

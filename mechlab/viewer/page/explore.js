@@ -24,7 +24,7 @@ class Explorer {
     this.layers.show.add("before", "ghost: the pose before", true, (on) => this.before.want(on));
     listenTo(document, "keydown", (event) => this.key(event));
     if (this.curves) atEnd(() => this.curves.clear());
-    if (this.byHand) { this.addReach(); this.show(); this.drawCurves(); }
+    if (this.byHand) { addReach(this.stage, this.layers.show, story.explore.reach, this.read); this.show(); this.drawCurves(); }
   }
 
   /** Takes over the mechanism of the story, or of a variant of it. */
@@ -301,35 +301,16 @@ class Explorer {
     const drive = this.drives.find((d) => d.name === this.active);
     this.curves.draw(this.solver, this.active, [drive.low, drive.high], { ...this.values });
   }
-
-  /** A region that a point can be in, see-through. */
-  addReach() {
-    const { reach } = this.story.explore;
-    if (!reach) return;
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(this.read(reach.positions), 3));
-    geometry.setIndex(new THREE.BufferAttribute(this.read(reach.faces), 1));
-    geometry.computeVertexNormals();
-    const color = new THREE.Color(0x1b5e9e).convertSRGBToLinear();
-    // The far side first, then the near one, so that the inside can be seen.
-    this.reach = new THREE.Group();
-    for (const side of [THREE.BackSide, THREE.FrontSide]) {
-      const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.16, depthWrite: false, side, roughness: 0.9 }));
-      mesh.renderOrder = side === THREE.BackSide ? 1 : 2;
-      this.reach.add(mesh);
-    }
-    this.reach.name = "reach";
-    this.stage.root.add(this.reach);
-    this.layers.show.add("reach", `reach: ${reach.name}`, true, (on) => { this.reach.visible = on; });
-  }
 }
 
 /** Sliders and grabbing, where the page can solve the mechanism; null where it cannot, and says why. */
 function moveByHand(story, inspector, page) {
-  if (!story.model || !(story.explore || story.knots)) return null;
+  if (!story.model) return null;
   try {
     const explorer = new Explorer(story, page);
-    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y));
+    // What is see-through and stands still, such as a workspace, is grabbed through.
+    const through = (mesh) => mesh.material.transparent && !explorer.movable(page.stage.groups.indexOf(mesh.parent));
+    explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y, through));
     explorer.onModel((model) => inspector.readings.read(model.document));
     explorer.editor = new Editor(explorer, inspector, document.getElementById("edit-button"));
     return explorer;

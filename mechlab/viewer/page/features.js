@@ -24,16 +24,16 @@ function smoothPatch(index, start, fits = () => true) {
 function surfaceAround(positions, index, start, at) {
   const corner = (v) => [positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]];
   const corners = (f) => [0, 1, 2].map((k) => corner(index[3 * f + k]));
-  const normal = (f) => { const [a, b, c] = corners(f); return unitOf(crossOf(vectorFrom(a, b), vectorFrom(a, c))); };
+  const normal = (f) => { const [a, b, c] = corners(f); return unit3(cross3(minus3(b, a), minus3(c, a))); };
   const own = normal(start);
   const patch = smoothPatch(index, start);
   const normals = patch.map(normal);
-  const flat = (n) => Math.hypot(...crossOf(own, n)) < FLAT;
+  const flat = (n) => length3(cross3(own, n)) < FLAT;
   if (normals.every(flat)) return { kind: "face", point: at, direction: own };
   const cylinder = fitCylinder(patch, normals, corners);
   if (cylinder) {
-    const middle = along(cylinder.point, cylinder.direction, dotOf(vectorFrom(cylinder.point, at), cylinder.direction));
-    return { kind: "axis", ...cylinder, point: middle, hole: dotOf(vectorFrom(middle, corners(start)[0]), own) < 0 };
+    const middle = along3(cylinder.point, cylinder.direction, inner3(minus3(at, cylinder.point), cylinder.direction));
+    return { kind: "axis", ...cylinder, point: middle, hole: inner3(minus3(corners(start)[0], middle), own) < 0 };
   }
   const level = smoothPatch(index, start, (f) => flat(normal(f)));
   // The facets of a bent surface are small.
@@ -49,14 +49,14 @@ function spread(points) {
 function fitCylinder(faces, normals, corners) {
   const [first] = normals;
   let direction = null, most = 0.05;
-  for (const n of normals) { const turned = crossOf(first, n), size = Math.hypot(...turned); if (size > most) { most = size; direction = turned; } }
+  for (const n of normals) { const turned = cross3(first, n), size = Math.hypot(...turned); if (size > most) { most = size; direction = turned; } }
   if (!direction) return null;
-  direction = unitOf(direction);
-  if (normals.some((n) => Math.abs(dotOf(n, direction)) > 0.02)) return null;
-  const u = unitOf(crossOf(direction, Math.abs(direction[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0])), w = crossOf(direction, u);
+  direction = unit3(direction);
+  if (normals.some((n) => Math.abs(inner3(n, direction)) > 0.02)) return null;
+  const u = unit3(cross3(direction, Math.abs(direction[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0])), w = cross3(direction, u);
   const points = faces.flatMap(corners);
   const [origin] = points;
-  const flat = points.map((p) => { const r = vectorFrom(origin, p); return [dotOf(r, u), dotOf(r, w)]; });
+  const flat = points.map((p) => { const r = minus3(p, origin); return [inner3(r, u), inner3(r, w)]; });
   // Circle x^2 + y^2 = 2 a x + 2 b y + c, least squares about the mean (Kasa 1976).
   const mean = [0, 1].map((k) => flat.reduce((s, p) => s + p[k], 0) / flat.length);
   let xx = 0, xy = 0, yy = 0, xr = 0, yr = 0;
@@ -70,5 +70,5 @@ function fitCylinder(faces, normals, corners) {
   const radii = flat.map(([x, y]) => Math.hypot(x - a, y - b));
   const radius = radii.reduce((s, r) => s + r, 0) / radii.length;
   if (radii.some((r) => Math.abs(r - radius) > ROUND * radius)) return null;
-  return { point: along(along(origin, u, a), w, b), direction, radius };
+  return { point: along3(along3(origin, u, a), w, b), direction, radius };
 }

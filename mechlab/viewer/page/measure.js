@@ -10,26 +10,20 @@ function measureBetween(first, second) {
     const { distance, from, to, angle } = measureBetween(second, first);
     return { distance, from: to, to: from, angle };
   }
-  const between = (from, to, angle) => ({ distance: Math.hypot(...vectorFrom(from, to)), from, to, angle });
+  const between = (from, to, angle) => ({ distance: length3(minus3(to, from)), from, to, angle });
   const d = second.direction, p = first.point, q = second.point;
   if (second.kind === "point") return between(p, q, null);
-  const foot = (point) => (second.kind === "axis" ? along(q, d, dotOf(vectorFrom(q, point), d)) : along(point, d, -dotOf(vectorFrom(q, point), d)));
+  const foot = (point) => (second.kind === "axis" ? along3(q, d, inner3(minus3(point, q), d)) : along3(point, d, -inner3(minus3(point, q), d)));
   if (first.kind === "point") return between(p, foot(p), null);
   const e = first.direction;
-  const sine = Math.hypot(...crossOf(d, e)), cosine = Math.abs(dotOf(d, e));
+  const sine = length3(cross3(d, e)), cosine = Math.abs(inner3(d, e));
   if (second.kind === "axis") {
     const angle = Math.atan2(sine, cosine);
     if (angle < PARALLEL) return between(p, foot(p), angle);
     // Ends of the common perpendicular of two lines.
-    const w = vectorFrom(p, q), c = dotOf(d, e), below = 1 - c * c;
-    return between(along(p, e, (dotOf(w, e) - c * dotOf(w, d)) / below), along(q, d, (c * dotOf(w, e) - dotOf(w, d)) / below), angle);
+    const w = minus3(q, p), c = inner3(d, e), below = 1 - c * c;
+    return between(along3(p, e, (inner3(w, e) - c * inner3(w, d)) / below), along3(q, d, (c * inner3(w, e) - inner3(w, d)) / below), angle);
   }
   const angle = first.kind === "axis" ? Math.atan2(cosine, sine) : Math.atan2(sine, cosine);
   return angle < PARALLEL ? between(p, foot(p), angle) : { distance: null, from: p, to: q, angle };
 }
-
-function dotOf(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-function crossOf(a, b) { return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]; }
-function vectorFrom(a, b) { return [b[0] - a[0], b[1] - a[1], b[2] - a[2]]; }
-function along(point, direction, s) { return [0, 1, 2].map((k) => point[k] + s * direction[k]); }
-function unitOf(a) { const length = Math.hypot(...a) || 1; return a.map((x) => x / length); }

@@ -11,7 +11,7 @@ class Measuring {
     this.next = 0;
     this.named = [
       ...story.marks.filter((m) => m.kind === "frame").map((m) => ({ kind: "point", body: m.body, name: `point ${m.name}`, point: m.point })),
-      ...story.marks.filter((m) => m.direction).map((m) => ({ kind: "axis", body: m.body, name: `axis of ${m.name}`, point: m.point, direction: unitOf(m.direction) })),
+      ...story.marks.filter((m) => m.direction).map((m) => ({ kind: "axis", body: m.body, name: `axis of ${m.name}`, point: m.point, direction: unit3(m.direction) })),
       ...story.bodies.map((name, body) => ({ kind: "point", body, name: `origin of ${name}`, point: [0, 0, 0] })),
     ];
     this.addLine();
@@ -85,7 +85,7 @@ class Measuring {
     const surface = surfaceAround(positions, index, hit.face, local.clone().applyMatrix4(matrix.clone().invert()).toArray());
     // A round surface is known by its axis: its corners are those of the drawing.
     if (surface.kind !== "axis" && closest[0] < SNAP_CORNER) return { kind: "point", body, name: `corner of ${name}`, point: closest[1] };
-    const direction = surface.direction && unitOf(new THREE.Vector3(...surface.direction).transformDirection(matrix).toArray());
+    const direction = surface.direction && unit3(new THREE.Vector3(...surface.direction).transformDirection(matrix).toArray());
     const words = { face: `face of ${name}`, point: `point on ${name}`, axis: `${surface.hole ? "hole" : "round"} of ${name}, \u2300 ${withUnit(2 * (surface.radius || 0), "m")}` };
     return { kind: surface.kind, body, name: words[surface.kind], point: toBody(surface.point), direction };
   }
@@ -125,7 +125,7 @@ class Measuring {
     if (!this.result) return this.features.some(Boolean) ? "Now the second feature." : "";
     const { distance, from, to, angle } = this.result;
     const parts = [];
-    if (distance !== null) parts.push(`distance ${withUnit(distance, "m", 6)}`, `difference ${vectorText(vectorFrom(from, to), "m")}`);
+    if (distance !== null) parts.push(`distance ${withUnit(distance, "m", 6)}`, `difference ${vectorText(minus3(to, from), "m")}`);
     if (angle !== null) parts.push(`angle ${degreesText(angle)} (${significant(angle, 6)} rad)`);
     if (distance === null) parts.push("they meet");
     return parts.join("; ");

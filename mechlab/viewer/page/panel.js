@@ -41,6 +41,6 @@ function addPanel(story, holder) {
   if (story.explore) return plots;
   const playing = story.t.count > 1 ? "Space plays and pauses, \u2190 and \u2192 step one frame (with shift ten), Home and End jump. " : "";
   const plotted = story.t.count > 1 && story.plots.length ? ", a click in a plot goes to that time" : "";
-  holder.append(make("footer", {}, `${playing}Drag a part to move it by hand, beside it to turn the view; the wheel zooms${plotted}.`));
+  holder.append(make("footer", {}, `${playing}${story.model ? "Drag a part to move it by hand, beside it to turn the view;" : "Drag turns the view,"} the wheel zooms${plotted}.`));
   return plots;
 }

@@ -63,7 +63,7 @@ class PlotView {
   /** First and last sample that the window shows, with one beyond each of its ends. */
   get shown() {
     const { times, window } = this;
-    return [indexAt(times, window.start), Math.min(times.length - 1, indexAt(times, window.end) + 1)];
+    return [frameBefore(times, window.start), Math.min(times.length - 1, frameBefore(times, window.end) + 1)];
   }
 
   /** Chooses the value axis: limits on nice steps, and a power of ten that keeps the labels short. */

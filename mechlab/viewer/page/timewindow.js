@@ -31,19 +31,9 @@ class TimeWindow {
   }
 }
 
-/** Index of the last of increasing `times` that is not after `time`; 0 before the first. */
-function indexAt(times, time) {
-  let low = 0, high = times.length - 1;
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (times[middle] <= time) low = middle; else high = middle - 1;
-  }
-  return low;
-}
-
 /** The value at a time, linear between two samples, held beyond the ends. */
 function valueAt(times, values, time) {
-  const i = indexAt(times, time);
+  const i = frameBefore(times, time);
   if (i === times.length - 1 || time <= times[i]) return values[i];
   const share = (time - times[i]) / (times[i + 1] - times[i]);
   return share === 0 ? values[i] : values[i] + share * (values[i + 1] - values[i]);

@@ -65,8 +65,13 @@ function superscript(number) {
 
 /** A length in the unit that an engineer would write. */
 function lengthText(metres) {
-  const [size, unit] = metres > 0.49 ? [1, "m"] : metres > 4.9e-5 ? [1e-3, "mm"] : metres > 4.9e-7 ? [1e-6, "\u00b5m"] : [1e-9, "nm"];
+  const [size, unit] = lengthUnit(metres);
   return `${significant(metres / size, size < 1e-7 ? 2 : 4)} ${unit}`;
+}
+
+/** Size [m] and name of the unit in which a length is written. */
+function lengthUnit(metres) {
+  return metres > 0.49 || metres === 0 ? [1, "m"] : metres > 4.9e-5 ? [1e-3, "mm"] : metres > 4.9e-7 ? [1e-6, "\u00b5m"] : [1e-9, "nm"];
 }
 
 /** The smallest 1, 2 or 5 times a power of ten that divides `span` into at most `count` steps. */

@@ -19,9 +19,6 @@ function unitText(unit) {
   return unit.replace(/([a-zA-Z])(-?\d+)/g, (_, letter, power) => letter + superscript(Number(power))).replace(/(\w) (\w)/g, "$1\u00b7$2");
 }
 
-/** Size [m] and name of the unit in which a length is written. */
-function lengthUnit(metres) { return metres > 0.49 || metres === 0 ? [1, "m"] : metres > 4.9e-5 ? [1e-3, "mm"] : [1e-6, "\u00b5m"]; }
-
 /** A vector with one unit for all its numbers: (12, 0, −3) mm. Numbers below a millionth of the largest are 0. */
 function vectorText(values, unit, digits = 4) {
   const largest = Math.max(...values.map(Math.abs));

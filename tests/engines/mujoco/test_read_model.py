@@ -14,8 +14,8 @@ from mechlab.api.finding import read_file
 from mechlab.cli import main
 from mechlab.engines.mujoco.model_file.compiled import compiled
 from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
-from mechlab.errors import MechlabError
-from mechlab.experiment.model_file import LeftOutWarning, ModelFile
+from mechlab.errors import LeftOutWarning, MechlabError
+from mechlab.experiment.model_file import ModelFile
 from mechlab.formats import from_json, from_mjcf, to_json, to_mjcf
 from tests.benchmarks.read_files import Pair
 

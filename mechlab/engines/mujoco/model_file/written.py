@@ -19,6 +19,7 @@ from mechlab.engines.mujoco.model_file.options import growing_step
 from mechlab.engines.mujoco.model_file.rows import PUSH, Start, free_push, started
 from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.model_file.trace import at_timestep
+from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.trace import step_through
 from mechlab.experiment.recording import Symptom
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
@@ -142,5 +143,6 @@ def _run(model: mujoco.MjModel, start: Start, parts: int) -> tuple[float, str]:
     each = max(1, min(MOST_STEPS, round(DURATION / model.opt.timestep)) // OUTPUTS)
     model = at_timestep(model, model.opt.timestep / parts)
     data = started(model, start)
-    _, rates, _, reason = step_through(model, data, OUTPUTS, parts * each)
+    with sparse_steps(model, sparse_is_right(model, data)):
+        _, rates, _, reason = step_through(model, data, OUTPUTS, parts * each)
     return float(np.max(np.abs(rates), initial=0.0)), reason

@@ -13,7 +13,7 @@ function gearsOf(model) {
   return gears;
 }
 
-function axisDistance(a, b) { return lengthOf(across(minus(b.point, a.point), a.axis)); }
+function axisDistance(a, b) { return length3(across(minus3(b.point, a.point), a.axis)); }
 
 /** The distance of the axes that the teeth of two gears need [m]. */
 function pitchDistance(a, b) { return (Math.max(a.module, b.module) * Math.abs(a.inside || b.inside ? a.teeth - b.teeth : a.teeth + b.teeth)) / 2; }
@@ -23,7 +23,7 @@ function meshesOf(model) {
   const gears = gearsOf(model), pairs = [];
   gears.forEach((a, i) => gears.forEach((b, j) => {
     if (j <= i || a.body === b.body || (a.inside && b.inside) || Math.abs(a.module - b.module) > 1e-9 * a.module) return;
-    if (lengthOf(outer(a.axis, b.axis)) > 1e-9 || Math.abs(inner(minus(b.point, a.point), a.axis)) > 0.5 * (a.width + b.width)) return;
+    if (length3(cross3(a.axis, b.axis)) > 1e-9 || Math.abs(inner3(minus3(b.point, a.point), a.axis)) > 0.5 * (a.width + b.width)) return;
     if (Math.abs(axisDistance(a, b) - pitchDistance(a, b)) < 0.01 * a.module) pairs.push([i, j]);
   }));
   return pairs;
@@ -58,7 +58,7 @@ function meshRow(model, relation, a, b) {
   const names = model.joints.filter((j) => inA.has(j.v) || inB.has(j.v) || j.name in relation.coefficients);
   if (names.some((joint) => joint.kind !== "revolute")) return null;
   const tree = new Tree(model).set(model.home);
-  const way = (joint) => (inner([...tree.axes.subarray(3 * joint.v, 3 * joint.v + 3)], a.axis) > 0 ? 1 : -1);
+  const way = (joint) => (inner3([...tree.axes.subarray(3 * joint.v, 3 * joint.v + 3)], a.axis) > 0 ? 1 : -1);
   const value = (joint, za, zb, held) => way(joint) * ((inA.has(joint.v) ? za : 0) + sign * (inB.has(joint.v) ? zb : 0) - (held ? za + sign * zb : 0));
   const given = new Map(names.map((joint) => [joint, joint.name in relation.coefficients ? ratioNumber(relation.coefficients[joint.name]) : 0]));
   const first = names.find((joint) => given.get(joint) !== 0);

@@ -96,7 +96,7 @@ class Handles {
     event.preventDefault();
     event.stopPropagation();
     const { editor } = this, { stage } = editor.explorer, [axis, sign] = ways[event.key];
-    const way = across(screenAxes(stage)[axis].toArray(), editor.normal), length = lengthOf(way);
+    const way = across(screenAxes(stage)[axis].toArray(), editor.normal), length = length3(way);
     if (length < 0.05) return;
     const here = editor.here();
     editor.drag(here, this.pivots[k], times((sign * NUDGE * here.size * (event.shiftKey ? 10 : 1)) / length, way));

@@ -27,7 +27,7 @@ function numbersOf(model, part, normal, pairs) {
     if ((frame.body || GROUND_NAME) !== part) continue;
     rows.push(...componentRows(`point ${frame.name}`, frame.placement.position, flatIn(model, part, normal), false, (d, by) => {
       const found = d.frames.find((f) => f.name === frame.name);
-      found.placement.position = plus(found.placement.position, by);
+      found.placement.position = plus3(found.placement.position, by);
     }));
   }
   rows.push(...sizeRows(body ? body.shapes || [] : document.ground_shapes || [], part));
@@ -47,14 +47,14 @@ function toothCount(z) {
 /** The normal of the plane in the axes of a part. */
 function flatIn(model, part, normal) {
   if (!normal) return null;
-  return turnedBack(rotationIn(new Tree(model).set(model.home), model, part), normal);
+  return timesBack33(rotationIn(new Tree(model).set(model.home), model, part), normal);
 }
 
 /** Points of a part to which others are pinned: one row for each component, and the length of a link between two pivots. */
 function hostRows(model, part, normal) {
   const { document, size } = model, flat = flatIn(model, part, normal), points = [];
   const see = (name, position) => {
-    const same = points.find((p) => lengthOf(across(minus(p.position, position), flat)) < 1e-9 * size);
+    const same = points.find((p) => length3(across(minus3(p.position, position), flat)) < 1e-9 * size);
     if (same) same.names.push(name); else points.push({ names: [name], position });
   };
   for (const other of document.bodies) if ((other.parent || GROUND_NAME) === part && other.joints.length && other.joints[0].kind !== "prismatic") see(other.joints[0].name, other.placement.position);
@@ -62,11 +62,11 @@ function hostRows(model, part, normal) {
     if (loop.body_a === part) see(loop.name, loop.placement_a.position);
     if (loop.body_b === part) see(loop.name, loop.placement_b.position);
   }
-  const far = points.filter((p) => lengthOf(across(p.position, flat)) > 1e-9 * size);
+  const far = points.filter((p) => length3(across(p.position, flat)) > 1e-9 * size);
   const link = part !== GROUND_NAME && far.length === 1;
   const rows = [];
   if (link) {
-    const { position } = far[0], length = lengthOf(across(position, flat));
+    const { position } = far[0], length = length3(across(position, flat));
     rows.push({ name: "length", value: length, unit: "m", main: true, apply: (d, x) => moveAttached(d, part, position, times(positive(x) / length - 1, across(position, flat)), flat, size) });
   }
   for (const { names, position } of points) rows.push(...componentRows(`pivot ${[...new Set(names)].join(", ")}`, position, flat, !link, (d, by) => moveAttached(d, part, position, by, flat, size)));
@@ -84,7 +84,7 @@ function placeRows(model, body, normal) {
   const parent = body.parent || GROUND_NAME, flat = flatIn(model, parent, normal), { position, quaternion } = body.placement;
   const slides = body.joints.length && body.joints[0].kind === "prismatic";
   const find = (d) => d.bodies.find((x) => x.name === body.name);
-  const move = (d, by) => { if (!slides) return moveAttached(d, parent, position, by, flat, model.size); const { placement } = find(d); placement.position = plus(placement.position, by); return []; };
+  const move = (d, by) => { if (!slides) return moveAttached(d, parent, position, by, flat, model.size); const { placement } = find(d); placement.position = plus3(placement.position, by); return []; };
   const turn = rotationVector(quaternion);
   return [...componentRows(`stands in ${parent}`, position, flat, true, move),
     ...AXES_NAMED.map((axis, k) => ({ name: `turned in ${parent}, about ${axis}`, value: turn[k], unit: "rad", main: false,

@@ -17,7 +17,7 @@ function rebaseBody(body, model, q) {
     const { kind, q: at, axis } = model.jointNamed.get(joint.name);
     if (kind === "prismatic") {
       if (q[at] !== 0 && turn !== UNTURNED) throw new Error(`The part ${body.name} slides after a turn: it can be changed only where ${joint.name} is at its home.`);
-      shift = plus(shift, times(q[at], axis));
+      shift = plus3(shift, times(q[at], axis));
       moved = moved || q[at] !== 0;
       return null;
     }
@@ -29,13 +29,13 @@ function rebaseBody(body, model, q) {
   (body.joints || []).forEach((joint, k) => {
     let after = UNTURNED;
     for (const r of moves.slice(k + 1)) if (r) after = multiplied(after, r);
-    if (after !== UNTURNED) joint.axis = unitVector(turnedBack(after, joint.axis), `the axis of joint ${joint.name}`);
+    if (after !== UNTURNED) joint.axis = unitVector(timesBack33(after, joint.axis), `the axis of joint ${joint.name}`);
     const known = model.jointNamed.get(joint.name);
     if (known.kind !== "spherical") joint.zero = (joint.zero || 0) + q[known.q];
   });
   if (!moved && turn === UNTURNED) return;
   const { rotation, position } = placementOf(body.placement);
-  body.placement = { position: plus([...position], turned(rotation, shift)), quaternion: turn === UNTURNED ? body.placement.quaternion : quaternionList(multiplied(rotation, turn)) };
+  body.placement = { position: plus3([...position], times33(rotation, shift)), quaternion: turn === UNTURNED ? body.placement.quaternion : quaternionList(multiplied(rotation, turn)) };
 }
 
 /** Ball joints whose range counts from the pose that is left: a document cannot keep it. */

@@ -78,7 +78,7 @@ function stretchLines(meshes, before, after) {
     far.setFromMatrixColumn(mesh.matrix, 2).multiplyScalar(length);
     const near = before.map((p, i) => [far.distanceTo(new THREE.Vector3(...p)), i]).sort((a, b) => a[0] - b[0])[0];
     if (!near || near[0] > 0.1 * length) continue;
-    const end = new THREE.Vector3(...after[near[1]]), share = end.length() / lengthOf(before[near[1]]);
+    const end = new THREE.Vector3(...after[near[1]]), share = end.length() / length3(before[near[1]]);
     mesh.matrix.compose(new THREE.Vector3(), new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), end.clone().normalize()), new THREE.Vector3(1, 1, share));
   }
 }

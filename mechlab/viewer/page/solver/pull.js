@@ -62,7 +62,7 @@ class Pull {
   follow(walk, held) {
     const { manifold, tangent } = walk, { way, before, model } = this;
     this.longest = LONGEST_PULL;
-    this.tries = MOST_TRIES;
+    this.tries = Math.max(5, Math.min(MOST_TRIES, 1e7 / (model.nv * manifold.structure.rank ** 2)));
     walk.ready = false;
     let damping = 0, made = 0;
     while (this.tries > 0) {
