@@ -29,12 +29,13 @@ class Inspector {
 
   name(hit, event) {
     const feature = this.measuring.on && event.pointerType !== "touch" && !event.buttons ? this.measuring.featureAt(hit, event.clientX, event.clientY) : null;
-    this.hover.hidden = !hit && !feature;
+    const spring = this.springs && !feature && event.pointerType !== "touch" && !event.buttons ? this.springs.wordsAt(this.picker, event.clientX, event.clientY, hit) : "";
+    this.hover.hidden = !hit && !feature && !spring;
     this.visibility.mark("hover", hit && hit.body !== this.card.body ? hit.body : null);
     this.labels.focus(hit ? hit.body : this.card.body);
     document.getElementById("viewport").classList.toggle("over", Boolean(hit));
-    if (!hit && !feature) return;
-    this.hover.textContent = feature ? feature.name : this.partName(hit);
+    if (this.hover.hidden) return;
+    this.hover.textContent = feature ? feature.name : spring || this.partName(hit);
     const box = this.hover.parentElement.getBoundingClientRect();
     const x = Math.min(event.clientX - box.left + 14, box.width - this.hover.offsetWidth - 4), y = Math.max(4, event.clientY - box.top - 26);
     this.hover.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;

@@ -35,6 +35,7 @@ function build(story, read, renderer) {
     velocity: (body) => ((explorer && explorer.byHand) || motion.end <= motion.start ? null : velocityFromMotion(motion, body, stage.groups.length, player.time)),
   };
   const inspector = new Inspector(story, stage, layers.labels, sources, () => stage.redraw());
+  inspector.springs = springs;
   const refresh = (time) => {
     const { frame, share } = motion.place(time);
     if (!explorer || !explorer.byHand) layers.arrows.apply(frame, share);

@@ -89,6 +89,15 @@ def test_it_is_recorded_viewed_and_diagnosed(tmp_path: Path, capsys: pytest.Capt
     assert found.file is None and found.run is not None and "cannot hold this file as a Mechanism" in found.notes[0]
 
 
+def test_its_actuators_and_joints_take_commands_and_laws(tmp_path: Path) -> None:
+    model = mujoco.MjModel.from_xml_string(TORN)
+    data = mujoco.MjData(model)
+    data.ctrl[0], data.qfrc_applied[1] = 0.4, -0.2
+    mujoco.mj_step(model, data, nstep=100)
+    run = ml.simulate(written(tmp_path, TORN), drives={"push": 0.4}, laws=[ml.Constant("jb", -0.2)], duration=0.1)
+    assert run.v[-1] == pytest.approx(data.qvel, abs=1e-12)
+
+
 def verbs() -> dict[str, Callable[[Path], object]]:
     return {
         "solve": lambda p: ml.solve(p, ja=1), "cycle": ml.cycle, "modes": ml.modes, "load": lambda p: ml.load(p).mechanism(),
