@@ -237,10 +237,11 @@ class Explorer {
   /** The first change of a recorded pose: the playback is left. */
   takeOver() {
     if (this.byHand) return;
+    const start = this.live || this.shown() || this.model.home; // live: what a server shows now
     this.player.pause();
     this.byHand = true;
     this.history = new PoseHistory();
-    this.solver.set(this.shown() || this.model.home);
+    this.solver.set(start);
     this.values = this.valuesNow();
     this.accept(this.solver.solve({ drives: this.values, locked: [], grab: null }));
     this.otherMode = false;
