@@ -6,7 +6,7 @@ not mislead. Rows are scaled to unit length first, so that metres and radians co
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,6 +15,7 @@ import numpy as np
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
+from mechlab.mechanism.least_norm import LARGE, least_norm
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import newton
 from mechlab.tables import counted
@@ -115,15 +116,27 @@ def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed
         tree.set(x)
         return constraints.residual(tree), constraints.jacobian(tree)
 
-    basis = null_space(constraints.jacobian(tree.set(poses[0])))
+    directions = _free_directions(constraints.jacobian(tree.set(poses[0])), rng)
     for _ in range(count):
-        direction = basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(mechanism.nv)
+        direction = next(directions)
         size = float(np.max(np.abs(direction), initial=0.0))
         step = direction * (spread * step_size(mechanism) / size if size > 0 else 0.0)
         found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), integrate(mechanism, poses[0], step))
         if found.closed:
             poses.append(found.q)
     return poses
+
+
+def _free_directions(jacobian: Array, rng: np.random.Generator) -> Iterator[Array]:
+    """Random directions (nv,) along which the rows of a Jacobian do not change at first order."""
+    nv = jacobian.shape[1]
+    if min(jacobian.shape) >= LARGE:
+        while True:  # a projection needs no basis, whose vectors are dense
+            any_direction = rng.standard_normal(nv)
+            yield any_direction - least_norm(jacobian, jacobian @ any_direction)
+    basis = null_space(jacobian)
+    while True:
+        yield basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(nv)
 
 
 def step_size(mechanism: Mechanism) -> float:
