@@ -8,11 +8,11 @@ from mechlab.mechanism.geometry import Array
 
 LARGE = 300
 """Rows and columns from which the sparse solution is faster; below it numbers do not change by a bit."""
-DAMPING = 1e-10
+DAMPING = 1e-12
 """Damping of the multipliers, which repeated rows leave open; iterations take its effect out again."""
 CLOSED = 1e-7
 """Relative change of the sparse solution in its last iteration; the dense solution is taken where it does not come down to that."""
-ITERATIONS = 8
+ITERATIONS = 12
 
 
 def least_norm(matrix: Array, wanted: Array) -> Array:
